@@ -1,0 +1,96 @@
+//! The case file: what a user writes ([`Case`](file::Case)), and what it means ([`Setup`]).
+
+use crate::contact::ContactParams;
+use crate::coupling::ForceBalance;
+use crate::domain::Domain;
+use crate::fluid::{Precision, Simd};
+use crate::math::Vec3;
+use crate::particle::{Particle, Template};
+use crate::units::Units;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A case resolved to numbers: everything a run needs, checked.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Name of the case (file stem).
+    pub name: String,
+    /// Text of the case file with overrides applied, echoed into the summary.
+    pub text: String,
+    /// Box and cells.
+    pub domain: Domain,
+    /// Cell size, time step, density.
+    pub units: Units,
+    /// Storage of the populations.
+    pub precision: Precision,
+    /// Instruction set; `None` takes the best this processor has.
+    pub simd: Option<Simd>,
+    /// Relaxation time (time steps).
+    pub relaxation_time: f64,
+    /// Width of the cosine ramp of the solid fraction (cells).
+    pub solid_ramp_width: f64,
+    /// Geometries and materials.
+    pub templates: Arc<[Template]>,
+    /// Initial state of all particles, ascending ids.
+    pub particles: Vec<Particle>,
+    /// Contact model; `None` if contacts are off.
+    pub contact: Option<ContactParams>,
+    /// DEM sub-steps per fluid step.
+    pub substeps: u32,
+    /// Gravity (m/s^2).
+    pub gravity: Vec3,
+    /// Where the balancing force acts.
+    pub force_balance: ForceBalance,
+    /// Whether a controller removes the mean volume flux.
+    pub zero_net_flux: bool,
+    /// Uniform acceleration of the fluid in addition to all else (m/s^2), for driven flows.
+    pub body_acceleration: Vec3,
+    /// Reference velocities and dimensionless numbers.
+    pub scales: Scales,
+    /// Number of fluid steps to run.
+    pub end_step: u64,
+    /// Averages are taken from this step on.
+    pub average_from_step: u64,
+    /// Thread ranks; 0 is one per core.
+    pub threads: usize,
+    /// What to write, when and where.
+    pub output: OutputPlan,
+}
+
+/// Reference velocities and dimensionless numbers of a settling problem, for the first kind of particle.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Scales {
+    /// Diameter of the sphere of equal volume (m).
+    pub diameter: f64,
+    /// Kinematic viscosity of the fluid (m^2/s).
+    pub viscosity: f64,
+    /// Particle density over fluid density (-).
+    pub density_ratio: f64,
+    /// Archimedes number `g (s - 1) D^3 / nu^2` (-).
+    pub archimedes: f64,
+    /// Stokes velocity `g (s - 1) D^2 / (18 nu)` (m/s).
+    pub stokes_velocity: f64,
+    /// Unit of `t*`: `D / u_Stokes` (s).
+    pub stokes_time: f64,
+    /// Terminal velocity of one particle with the drag of Schiller and Naumann (m/s).
+    pub schiller_naumann_velocity: f64,
+    /// Reynolds number at that velocity (-).
+    pub schiller_naumann_reynolds: f64,
+    /// Solid volume over volume of the box (-).
+    pub volume_fraction: f64,
+}
+
+/// What to write, when (fluid steps; 0 is never) and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputPlan {
+    /// Directory for all output.
+    pub directory: PathBuf,
+    /// Steps between rows of `series.csv`.
+    pub series_every: u64,
+    /// Steps between field files.
+    pub fields_every: u64,
+    /// Steps between particle files.
+    pub particles_every: u64,
+    /// Steps between pictures.
+    pub picture_every: u64,
+}

@@ -1,0 +1,234 @@
+//! Messages between ranks, behind one contract for every transport.
+//!
+//! A rank owns one block and lives in its own thread. [`Comm::Solo`] is the only rank; [`Comm::Threads`] connects
+//! the threads of one process by swapping buffers. All calls are collective unless said otherwise: every rank makes
+//! the same calls in the same order. If a rank panics, the others panic out of their waits instead of hanging.
+
+mod threads;
+
+use bytemuck::Pod;
+pub use threads::{ThreadComm, on_threads};
+
+/// Connects a rank to the others.
+pub enum Comm {
+    /// The only rank.
+    Solo,
+    /// One of several ranks that are threads of this process.
+    Threads(ThreadComm),
+}
+
+/// A fixed pattern of messages, at most one per ordered pair of ranks, repeated every step.
+///
+/// Fill all of [`send`](Self::send), then [`exchange`](Self::exchange), then read [`received`](Self::received).
+/// After an exchange the send buffers hold stale data and must be overwritten wholly.
+pub trait Halo<T>: Send {
+    /// Buffer for the message to `peers[link]`, of the length agreed at creation.
+    fn send(&mut self, link: usize) -> &mut [T];
+    /// Sends all messages and waits for all that are due.
+    fn exchange(&mut self);
+    /// The message from `peers[link]`.
+    fn received(&self, link: usize) -> &[T];
+}
+
+impl Comm {
+    /// Number of this rank, `0 <= rank < size`.
+    pub fn rank(&self) -> usize {
+        match self {
+            Self::Solo => 0,
+            Self::Threads(comm) => comm.rank(),
+        }
+    }
+
+    /// Number of ranks.
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Solo => 1,
+            Self::Threads(comm) => comm.size(),
+        }
+    }
+
+    /// Waits until every rank is here.
+    pub fn barrier(&self) {
+        if let Self::Threads(comm) = self {
+            comm.barrier();
+        }
+    }
+
+    /// Replaces `values` by their (wrapping) sums over all ranks; `values.len()` is the same on every rank.
+    pub fn sum(&self, values: &mut [i64]) {
+        if let Self::Threads(comm) = self {
+            comm.sum(values);
+        }
+    }
+
+    /// Replaces `values` by their maxima over all ranks.
+    pub fn max(&self, values: &mut [f64]) {
+        if let Self::Threads(comm) = self {
+            for bytes in comm.all_gather(bytemuck::cast_slice(values).to_vec()) {
+                for (value, theirs) in values
+                    .iter_mut()
+                    .zip(bytemuck::pod_collect_to_vec::<u8, f64>(&bytes))
+                {
+                    *value = value.max(theirs);
+                }
+            }
+        }
+    }
+
+    /// Everybody's bytes, by rank.
+    pub fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        match self {
+            Self::Solo => vec![bytes],
+            Self::Threads(comm) => comm.all_gather(bytes),
+        }
+    }
+
+    /// Everybody's bytes by rank, on rank 0; an empty list elsewhere.
+    pub fn gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        match self {
+            Self::Solo => vec![bytes],
+            Self::Threads(comm) => comm.gather(bytes),
+        }
+    }
+
+    /// Sends `messages[i]` to `peers[i]` and returns what `peers[i]` sent here.
+    ///
+    /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this rank.
+    pub fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        assert_eq!(peers.len(), messages.len());
+        match self {
+            Self::Solo => Vec::new(),
+            Self::Threads(comm) => comm.exchange(peers, messages),
+        }
+    }
+
+    /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its own peer.
+    pub fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Box<dyn Halo<T>> {
+        assert_eq!(peers.len(), lengths.len());
+        match self {
+            Self::Solo => Box::new(SoloHalo::<T>::new(lengths)),
+            Self::Threads(comm) => comm.halo(peers, lengths),
+        }
+    }
+}
+
+/// Messages of the only rank to itself.
+struct SoloHalo<T> {
+    outgoing: Vec<Vec<T>>,
+    incoming: Vec<Vec<T>>,
+}
+
+impl<T: Pod> SoloHalo<T> {
+    fn new(lengths: &[usize]) -> Self {
+        let buffers: Vec<Vec<T>> = lengths.iter().map(|&n| vec![T::zeroed(); n]).collect();
+        Self {
+            outgoing: buffers.clone(),
+            incoming: buffers,
+        }
+    }
+}
+
+impl<T: Pod + Send> Halo<T> for SoloHalo<T> {
+    fn send(&mut self, link: usize) -> &mut [T] {
+        &mut self.outgoing[link]
+    }
+
+    fn exchange(&mut self) {
+        std::mem::swap(&mut self.outgoing, &mut self.incoming);
+    }
+
+    fn received(&self, link: usize) -> &[T] {
+        &self.incoming[link]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The contract, on any transport.
+    fn contract(comm: &Comm) {
+        let (rank, size) = (comm.rank(), comm.size());
+        let mut sums = [1, rank as i64, i64::MAX];
+        comm.sum(&mut sums);
+        let n = size as i64;
+        assert_eq!(sums, [n, n * (n - 1) / 2, i64::MAX.wrapping_mul(n)]);
+        let mut most = [rank as f64, -(rank as f64)];
+        comm.max(&mut most);
+        assert_eq!(most.map(|x| x as i64), [n - 1, 0]);
+        let all = comm.all_gather(vec![rank as u8; rank]);
+        assert!(
+            all.iter()
+                .enumerate()
+                .all(|(r, bytes)| *bytes == vec![r as u8; r])
+                && all.len() == size
+        );
+        let gathered = comm.gather(vec![7, rank as u8]);
+        assert_eq!(gathered.len(), if rank == 0 { size } else { 0 });
+        let peers: Vec<usize> = (0..size).filter(|&p| p != rank).collect();
+        for round in 0..50_usize {
+            let messages = peers
+                .iter()
+                .map(|&p| vec![(rank * 16 + p) as u8; round % 3 * p])
+                .collect();
+            for (&peer, got) in peers.iter().zip(comm.exchange(&peers, messages)) {
+                assert_eq!(got, vec![(peer * 16 + rank) as u8; round % 3 * rank]);
+            }
+        }
+        let everybody: Vec<usize> = (0..size).collect();
+        let lengths: Vec<usize> = everybody.iter().map(|&p| 3 + p + rank).collect();
+        let (mut a, mut b) = (
+            comm.halo::<f32>(&everybody, &lengths),
+            comm.halo::<f64>(&everybody, &lengths),
+        );
+        for round in 0..100_u16 {
+            for &peer in &everybody {
+                a.send(peer).fill(f32::from(round) + peer as f32);
+                b.send(peer).fill(f64::from(round) - rank as f64);
+            }
+            a.exchange();
+            b.exchange();
+            for &peer in &everybody {
+                assert_eq!(
+                    a.received(peer),
+                    vec![f32::from(round) + rank as f32; lengths[peer]]
+                );
+                assert_eq!(
+                    b.received(peer),
+                    vec![f64::from(round) - peer as f64; lengths[peer]]
+                );
+            }
+        }
+        comm.barrier();
+    }
+
+    #[test]
+    fn the_only_rank_keeps_the_contract() {
+        contract(&Comm::Solo);
+    }
+
+    #[test]
+    fn one_to_eight_thread_ranks_keep_the_contract() {
+        for ranks in 1..=8 {
+            on_threads(ranks, |comm| contract(&comm));
+        }
+    }
+
+    #[test]
+    fn a_panicking_rank_ends_the_others_and_its_own_message_is_the_one_reported() {
+        let said = std::panic::catch_unwind(|| {
+            on_threads(3, |comm| {
+                assert_ne!(comm.rank(), 1, "rank one has had enough");
+                comm.barrier();
+            });
+        })
+        .unwrap_err();
+        let text = said.downcast_ref::<String>().expect("an assertion message");
+        assert!(text.contains("had enough"), "{text}");
+    }
+
+    #[test]
+    fn results_come_back_by_rank() {
+        assert_eq!(on_threads(4, |comm| comm.rank() * comm.size()), [0, 4, 8, 12]);
+    }
+}

@@ -1,0 +1,316 @@
+//! Ranks that are threads of one process: messages change hands by swapping buffers.
+
+use super::{Comm, Halo};
+use bytemuck::Pod;
+use std::any::Any;
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Polls before a waiting rank starts to yield, and yields before it sleeps: a wake-up from sleep costs some 30 us.
+const POLLS: u32 = 2000;
+const YIELDS: u32 = 200;
+
+/// What all ranks of one run share.
+struct Shared {
+    size: usize,
+    failed: AtomicBool,
+    /// Mailboxes by (plan, from, to); plans are counted alike on every rank.
+    mailboxes: Mutex<HashMap<(usize, usize, usize), Arc<dyn Any + Send + Sync>>>,
+    arrived: AtomicUsize,
+    generation: AtomicUsize,
+    /// One slot a rank for the collective that is going on.
+    slots: Vec<Mutex<Vec<u8>>>,
+    sums: Vec<Mutex<Vec<i64>>>,
+}
+
+/// One of several ranks that are threads of this process.
+pub struct ThreadComm {
+    rank: usize,
+    shared: Arc<Shared>,
+    plans: AtomicUsize,
+    /// Mailboxes of [`Comm::exchange`], by peer.
+    post: Mutex<HashMap<usize, (Arc<Mailbox<u8>>, Arc<Mailbox<u8>>)>>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shared {
+    /// Waits until `ready`, politely; panics if another rank has failed.
+    fn wait(&self, mut ready: impl FnMut() -> bool) {
+        let mut tries = 0_u32;
+        while !ready() {
+            assert!(!self.failed.load(Ordering::Relaxed), "{ANOTHER_RANK}");
+            tries = tries.saturating_add(1);
+            if tries < POLLS {
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+const ANOTHER_RANK: &str = "another rank failed";
+
+/// Holds at most one message on its way from one rank to another.
+struct Mailbox<T> {
+    message: Mutex<Option<Vec<T>>>,
+    full: AtomicBool,
+    changed: Condvar,
+}
+
+impl<T> Mailbox<T> {
+    fn new() -> Self {
+        Self {
+            message: Mutex::new(None),
+            full: AtomicBool::new(false),
+            changed: Condvar::new(),
+        }
+    }
+
+    fn put(&self, message: Vec<T>, shared: &Shared) {
+        self.wait_for(false, shared);
+        *lock(&self.message) = Some(message);
+        self.full.store(true, Ordering::Release);
+        self.changed.notify_one();
+    }
+
+    fn take(&self, shared: &Shared) -> Vec<T> {
+        self.wait_for(true, shared);
+        let message = lock(&self.message).take().expect("a full mailbox");
+        self.full.store(false, Ordering::Release);
+        self.changed.notify_one();
+        message
+    }
+
+    /// Polls, then yields, then sleeps until the box is full or empty as asked.
+    fn wait_for(&self, full: bool, shared: &Shared) {
+        for tries in 0..POLLS + YIELDS {
+            if self.full.load(Ordering::Acquire) == full {
+                return;
+            }
+            if tries < POLLS {
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
+            }
+        }
+        let mut guard = lock(&self.message);
+        while self.full.load(Ordering::Acquire) != full {
+            assert!(!shared.failed.load(Ordering::Relaxed), "{ANOTHER_RANK}");
+            // A notification may slip in before the sleep, so sleep shortly.
+            guard = self
+                .changed
+                .wait_timeout(guard, Duration::from_micros(500))
+                .unwrap_or_else(PoisonError::into_inner)
+                .0;
+        }
+    }
+}
+
+impl ThreadComm {
+    pub(super) fn rank(&self) -> usize {
+        self.rank
+    }
+
+    pub(super) fn size(&self) -> usize {
+        self.shared.size
+    }
+
+    pub(super) fn barrier(&self) {
+        let shared = &*self.shared;
+        let generation = shared.generation.load(Ordering::Acquire);
+        if shared.arrived.fetch_add(1, Ordering::AcqRel) + 1 == shared.size {
+            shared.arrived.store(0, Ordering::Release);
+            shared.generation.fetch_add(1, Ordering::AcqRel);
+        } else {
+            shared.wait(|| shared.generation.load(Ordering::Acquire) != generation);
+        }
+    }
+
+    pub(super) fn sum(&self, values: &mut [i64]) {
+        *lock(&self.shared.sums[self.rank]) = values.to_vec();
+        self.barrier();
+        values.fill(0);
+        for slot in &self.shared.sums {
+            for (value, part) in values.iter_mut().zip(lock(slot).iter()) {
+                *value = value.wrapping_add(*part);
+            }
+        }
+        self.barrier();
+    }
+
+    pub(super) fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        *lock(&self.shared.slots[self.rank]) = bytes;
+        self.barrier();
+        let all = self.shared.slots.iter().map(|slot| lock(slot).clone()).collect();
+        self.barrier();
+        all
+    }
+
+    pub(super) fn gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        *lock(&self.shared.slots[self.rank]) = bytes;
+        self.barrier();
+        let mut all = Vec::new();
+        if self.rank == 0 {
+            all = self
+                .shared
+                .slots
+                .iter()
+                .map(|slot| std::mem::take(&mut *lock(slot)))
+                .collect();
+        }
+        self.barrier();
+        all
+    }
+
+    /// The mailbox of a plan for one direction; the first to ask makes it.
+    fn mailbox<T: Send + 'static>(&self, plan: usize, from: usize, to: usize) -> Arc<Mailbox<T>> {
+        let mut boxes = lock(&self.shared.mailboxes);
+        let entry = boxes
+            .entry((plan, from, to))
+            .or_insert_with(|| Arc::new(Mailbox::<T>::new()));
+        entry.clone().downcast().expect("all ranks make the same plans")
+    }
+
+    pub(super) fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        const PLAN: usize = 0;
+        let boxes: Vec<_> = {
+            let mut post = lock(&self.post);
+            let mut of = |peer| {
+                post.entry(peer)
+                    .or_insert_with(|| {
+                        (
+                            self.mailbox(PLAN, self.rank, peer),
+                            self.mailbox(PLAN, peer, self.rank),
+                        )
+                    })
+                    .clone()
+            };
+            peers.iter().map(|&peer| of(peer)).collect()
+        };
+        for ((out, _), message) in boxes.iter().zip(messages) {
+            out.put(message, &self.shared);
+        }
+        boxes
+            .iter()
+            .map(|(_, incoming)| incoming.take(&self.shared))
+            .collect()
+    }
+
+    pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Box<dyn Halo<T>> {
+        let plan = self.plans.fetch_add(1, Ordering::Relaxed) + 1;
+        let links = peers
+            .iter()
+            .zip(lengths)
+            .map(|(&peer, &length)| Link {
+                outgoing: vec![T::zeroed(); length],
+                incoming: vec![T::zeroed(); length],
+                out: self.mailbox(plan, self.rank, peer),
+                back: self.mailbox(plan, peer, self.rank),
+            })
+            .collect();
+        Box::new(ThreadHalo {
+            links,
+            shared: self.shared.clone(),
+        })
+    }
+}
+
+struct Link<T> {
+    outgoing: Vec<T>,
+    incoming: Vec<T>,
+    out: Arc<Mailbox<T>>,
+    back: Arc<Mailbox<T>>,
+}
+
+/// A message is the sender's buffer itself; the buffer that comes back in the other direction replaces it, so
+/// nothing is copied and, lengths being equal both ways, nothing allocated.
+struct ThreadHalo<T> {
+    links: Vec<Link<T>>,
+    shared: Arc<Shared>,
+}
+
+impl<T: Pod + Send> Halo<T> for ThreadHalo<T> {
+    fn send(&mut self, link: usize) -> &mut [T] {
+        &mut self.links[link].outgoing
+    }
+
+    fn exchange(&mut self) {
+        for link in &mut self.links {
+            link.out.put(std::mem::take(&mut link.outgoing), &self.shared);
+        }
+        for link in &mut self.links {
+            link.outgoing = std::mem::replace(&mut link.incoming, link.back.take(&self.shared));
+        }
+    }
+
+    fn received(&self, link: usize) -> &[T] {
+        &self.links[link].incoming
+    }
+}
+
+/// Runs `body` on `ranks` threads, one rank each, and returns their results by rank.
+///
+/// # Panics
+/// With the first rank's panic that is not merely "another rank failed".
+pub fn on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Vec<R> {
+    let shared = Arc::new(Shared {
+        size: ranks,
+        failed: AtomicBool::new(false),
+        mailboxes: Mutex::default(),
+        arrived: AtomicUsize::new(0),
+        generation: AtomicUsize::new(0),
+        slots: (0..ranks).map(|_| Mutex::default()).collect(),
+        sums: (0..ranks).map(|_| Mutex::default()).collect(),
+    });
+    let run = &|rank: usize| {
+        let shared = shared.clone();
+        let comm = ThreadComm {
+            rank,
+            shared: shared.clone(),
+            plans: AtomicUsize::new(0),
+            post: Mutex::default(),
+        };
+        let result = catch_unwind(AssertUnwindSafe(|| body(Comm::Threads(comm))));
+        if result.is_err() {
+            shared.failed.store(true, Ordering::Relaxed);
+        }
+        result
+    };
+    let results: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..ranks).map(|rank| scope.spawn(move || run(rank))).collect();
+        threads
+            .into_iter()
+            .map(|thread| thread.join().expect("panics are caught inside"))
+            .collect()
+    });
+    let (mut good, mut bad) = (Vec::new(), Vec::new());
+    for result in results {
+        match result {
+            Ok(value) => good.push(value),
+            Err(panic) => bad.push(panic),
+        }
+    }
+    let follows = |panic: &Box<dyn Any + Send>| {
+        panic
+            .downcast_ref::<String>()
+            .is_some_and(|text| text.contains(ANOTHER_RANK))
+            || panic
+                .downcast_ref::<&str>()
+                .is_some_and(|text| text.contains(ANOTHER_RANK))
+    };
+    if let Some(first) = bad
+        .iter()
+        .position(|panic| !follows(panic))
+        .or(if bad.is_empty() { None } else { Some(0) })
+    {
+        resume_unwind(bad.swap_remove(first));
+    }
+    good
+}

@@ -1,0 +1,64 @@
+//! What can go wrong, in words the user can act on.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Result of any fallible operation in this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What went wrong, with the process exit code it stands for ([`Error::exit_code`]).
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or directory could not be read or written.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was attempted, e.g. `"write"`.
+        action: &'static str,
+        /// The file or directory.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The input asks for something impossible; the text names file, line, key, value and remedy.
+    #[error("{0}")]
+    Input(String),
+    /// The engine cannot represent what the case asks for.
+    #[error("the {engine} engine does not support {what}")]
+    Unsupported {
+        /// Name of the DEM engine.
+        engine: &'static str,
+        /// What it cannot do.
+        what: String,
+    },
+    /// The simulation left the range in which the method holds.
+    #[error("diverged at step {step}: {what}")]
+    Diverged {
+        /// Fluid step at which it was noticed.
+        step: u64,
+        /// Quantity, place, value and limit.
+        what: String,
+    },
+    /// Another rank failed first; its error is the one to show.
+    #[error("another rank failed")]
+    OtherRank,
+}
+
+impl Error {
+    /// Wraps an I/O error with what was attempted and where.
+    pub fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self::Io {
+            action,
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    /// Exit code of the process: 2 for input and files, 3 for divergence.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            Self::Diverged { .. } => 3,
+            _ => 2,
+        }
+    }
+}

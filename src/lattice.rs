@@ -1,0 +1,1 @@
+//! The D3Q19 velocity set.

@@ -1,0 +1,39 @@
+//! Particle-resolved suspension dynamics.
+//!
+//! A homogenised lattice Boltzmann fluid ([`fluid`]), rigid convex particles ([`shape`], [`particle`]) with a
+//! discrete contact model based on overlap volume ([`contact`], [`dem`]), and a coupling layer ([`coupling`])
+//! through which all particle data moves. [`simulation`] puts them together; [`case`] reads what to simulate from
+//! a TOML file in SI units; [`output`] writes what came out.
+//!
+//! Modules are layers: arrows point down only, and `tests/architecture.rs` holds the table.
+//!
+//! ```text
+//! front     main -> cli
+//! whole     simulation   case   output   packing
+//! border    coupling                the only place where lattice units meet SI at run time
+//! physics   fluid             |     dem
+//! parts     lattice           |     contact -> particle -> shape
+//! space     domain            comm
+//! words     math   units   error   timing
+//! ```
+
+pub mod case;
+pub mod cli;
+pub mod comm;
+pub mod contact;
+pub mod coupling;
+pub mod dem;
+pub mod domain;
+pub mod error;
+pub mod fluid;
+pub mod lattice;
+pub mod math;
+pub mod output;
+pub mod packing;
+pub mod particle;
+pub mod shape;
+pub mod simulation;
+pub mod timing;
+pub mod units;
+
+pub use error::{Error, Result};

@@ -1,0 +1,2 @@
+//! The `turbid` program.
+fn main() {}

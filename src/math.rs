@@ -1,0 +1,53 @@
+//! Vectors, rotations, and the fixed-point sums that make results independent of summation order.
+
+pub use nalgebra;
+
+/// Vector in three dimensions.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// Three by three matrix.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+/// Rotation; maps the body frame to the world frame.
+pub type Quat = nalgebra::UnitQuaternion<f64>;
+
+/// Binary digits after the point of a [`to_fixed`] number.
+pub const FIXED_POINT_BITS: u32 = 42;
+const FIXED_ONE: f64 = (1_u64 << FIXED_POINT_BITS) as f64;
+/// `1.5 * 2^52 / 2^FIXED_POINT_BITS`: adding it leaves the rounded fixed-point number in the mantissa.
+const FIXED_MAGIC: f64 = 1.5 * (1_u64 << (52 - FIXED_POINT_BITS)) as f64;
+
+/// Rounds `x` to a multiple of `2^-FIXED_POINT_BITS` and returns that multiple.
+///
+/// Sums of such integers are exact (wrapping), hence the same in any order. Valid for `|x| < 2^(51 - 42) = 512`;
+/// larger values saturate nothing and are meaningless, so callers sum quantities of order one (lattice units).
+/// Compiles to an addition and an integer subtraction, so loops over it vectorise.
+#[inline(always)]
+pub fn to_fixed(x: f64) -> i64 {
+    ((x + FIXED_MAGIC).to_bits() as i64).wrapping_sub(FIXED_MAGIC.to_bits() as i64)
+}
+
+/// The number that a sum of [`to_fixed`] numbers stands for.
+#[inline]
+pub fn from_fixed(n: i64) -> f64 {
+    n as f64 / FIXED_ONE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fixed_point_numbers_round_trip_to_half_a_unit() {
+        for x in [0.0, 1.0, -1.0, 0.1, -0.3, 511.0, -511.9, 1e-12, -3.3e-13] {
+            assert!((from_fixed(to_fixed(x)) - x).abs() <= 0.5 / FIXED_ONE, "{x}");
+        }
+        assert_eq!(to_fixed(0.0), 0);
+    }
+
+    #[test]
+    fn fixed_point_sums_do_not_depend_on_the_order() {
+        let xs: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.7).sin() * 3.0).collect();
+        let forward = xs.iter().fold(0_i64, |s, &x| s.wrapping_add(to_fixed(x)));
+        let backward = xs.iter().rev().fold(0_i64, |s, &x| s.wrapping_add(to_fixed(x)));
+        assert_eq!(forward, backward);
+    }
+}

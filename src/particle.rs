@@ -1,0 +1,129 @@
+//! One particle, its template, and the particles a rank knows.
+
+use crate::math::{Quat, Vec3, nalgebra::Quaternion};
+use crate::shape::Shape;
+use bytemuck::{Pod, Zeroable};
+use std::sync::Arc;
+
+/// Geometry and material that many particles share.
+#[derive(Clone, Debug)]
+pub struct Template {
+    /// Geometry.
+    pub shape: Arc<dyn Shape>,
+    /// Density (kg/m^3).
+    pub density: f64,
+}
+
+impl Template {
+    /// Mass (kg).
+    pub fn mass(&self) -> f64 {
+        self.density * self.shape.volume()
+    }
+
+    /// Principal moments of inertia (kg m^2).
+    pub fn inertia(&self) -> Vec3 {
+        self.mass() * self.shape.inertia_per_mass()
+    }
+}
+
+/// State of one particle, SI units, world frame. Plain data, so that it travels and is hashed as bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Particle {
+    /// Unique number, never reused.
+    pub id: u64,
+    /// Index into [`ParticleStore::templates`].
+    pub template: u64,
+    /// Centre of mass (m), wrapped into the domain.
+    pub position: [f64; 3],
+    /// Unit quaternion `(i, j, k, w)` that maps the body frame to the world frame.
+    pub orientation: [f64; 4],
+    /// Velocity of the centre of mass (m/s).
+    pub velocity: [f64; 3],
+    /// Angular velocity (1/s), derived from the angular momentum.
+    pub angular_velocity: [f64; 3],
+    /// Angular momentum about the centre of mass (kg m^2/s).
+    pub angular_momentum: [f64; 3],
+    /// Total force of the step before (N): the integrator is second order.
+    pub last_force: [f64; 3],
+    /// Total torque of the step before (N m).
+    pub last_torque: [f64; 3],
+    /// Contact part of `last_force` (N), for output.
+    pub contact_force: [f64; 3],
+}
+
+impl Particle {
+    /// A particle at rest with the axes of its body along those of the world.
+    pub fn at(id: u64, template: usize, position: Vec3) -> Self {
+        Self {
+            id,
+            template: template as u64,
+            position: position.into(),
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            ..Self::zeroed()
+        }
+    }
+
+    /// Position (m).
+    pub fn position(&self) -> Vec3 {
+        self.position.into()
+    }
+
+    /// Velocity (m/s).
+    pub fn velocity(&self) -> Vec3 {
+        self.velocity.into()
+    }
+
+    /// Angular velocity (1/s).
+    pub fn angular_velocity(&self) -> Vec3 {
+        self.angular_velocity.into()
+    }
+
+    /// Orientation.
+    pub fn orientation(&self) -> Quat {
+        let [i, j, k, w] = self.orientation;
+        Quat::new_unchecked(Quaternion::new(w, i, j, k))
+    }
+
+    /// Sets the orientation.
+    pub fn set_orientation(&mut self, orientation: &Quat) {
+        self.orientation = orientation.coords.into();
+    }
+
+    /// Whether every number of the state is finite.
+    pub fn is_finite(&self) -> bool {
+        [
+            self.position,
+            self.velocity,
+            self.angular_velocity,
+            self.angular_momentum,
+        ]
+        .iter()
+        .all(|v| v.iter().all(|x| x.is_finite()))
+    }
+}
+
+/// The particles that touch one rank's block.
+#[derive(Clone, Debug)]
+pub struct ParticleStore {
+    /// Shared geometries and materials, the same list on every rank.
+    pub templates: Arc<[Template]>,
+    /// Owned particles first, ghosts after; each group in ascending order of id.
+    pub particles: Vec<Particle>,
+    /// Number of owned particles.
+    pub owned: usize,
+    /// Rank that owns each particle; `owners.len() == particles.len()`.
+    pub owners: Vec<u32>,
+}
+
+impl ParticleStore {
+    /// The owned particles.
+    pub fn owned(&self) -> &[Particle] {
+        &self.particles[..self.owned]
+    }
+
+    /// Template of a particle.
+    pub fn template(&self, particle: &Particle) -> &Template {
+        &self.templates[particle.template as usize]
+    }
+}
