@@ -1,6 +1,31 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
+//!
+//! D3Q19, BGK, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
+//! streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts exchanged with the
+//! neighbouring blocks ([`halo`]). The fluid knows nothing of particles: it is told solid fractions and velocities, and
+//! asked for the momentum that rows of cells received.
 
+mod buffer;
+mod dispatch;
+mod halo;
+mod kernel;
+mod layout;
+mod observe;
+mod simd;
+mod solid;
+
+use crate::comm::Comm;
+use crate::domain::{Block, Decomposition};
+use crate::lattice::{Q, shifted_equilibrium};
+use buffer::Buffer;
+pub use dispatch::Real;
+use halo::FluidHalo;
+use kernel::Measured;
+use layout::Layout;
+pub use layout::Phase;
+pub use observe::stream_bandwidth;
 use serde::{Deserialize, Serialize};
+pub use solid::{CHUNK, SolidField};
 
 /// Storage type of the populations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -24,3 +49,151 @@ pub enum Simd {
     /// 256-bit registers.
     Avx2,
 }
+
+/// Speed (cells per time step) above which a run has diverged: Mach number 0.7.
+pub const SPEED_LIMIT: f64 = 0.4;
+
+/// Rigid motion of a body about its centre, lattice units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RigidMotion {
+    /// Velocity of the centre.
+    pub velocity: [f64; 3],
+    /// Angular velocity (1 / time step).
+    pub angular: [f64; 3],
+    /// Where the centre lies, relative to the reference cell of the body (cells).
+    pub centre: [f64; 3],
+}
+
+/// Cells `x .. x + count` of a row of the block that belong to a body.
+#[derive(Clone, Copy, Debug)]
+pub struct SolidRow {
+    /// Which body, an index into the list of motions.
+    pub body: u32,
+    /// First cell, in the coordinates of the block.
+    pub cell: [u32; 3],
+    /// Number of cells.
+    pub count: u32,
+    /// First cell relative to the reference cell of the body (of its image that lies here).
+    pub offset: [i32; 3],
+}
+
+/// Momentum and angular momentum about the reference cell that a body receives in one time step, as exact sums of
+/// fixed-point numbers: add them up in any order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct ExchangeSum {
+    /// `sum F`.
+    pub force: [i64; 3],
+    /// `sum n x F`, `n` the integer offset from the reference cell.
+    pub moment: [i64; 3],
+}
+
+/// What a measuring sweep saw before it collided, as exact sums of fixed-point numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// Sum of the momentum of all cells.
+    pub momentum: [i64; 3],
+    /// Sum of the squared momentum of all cells.
+    pub square: i64,
+    /// Largest speed.
+    pub max_speed: f64,
+    /// First cell (of the whole box) whose speed is above [`SPEED_LIMIT`] or not a number.
+    pub fault: Option<([usize; 3], f64)>,
+}
+
+/// The fluid of one block.
+pub struct Fluid<T: Real> {
+    block: Block,
+    layout: Layout,
+    populations: Buffer<T>,
+    phase: Phase,
+    solid: SolidField<T>,
+    halo: FluidHalo<T>,
+    measured: Measured<T>,
+    relaxation_time: f64,
+    simd: Simd,
+}
+
+impl<T: Real> Fluid<T> {
+    /// Fluid at rest with density 1 on the block of this rank. Collective.
+    pub fn new(decomposition: &Decomposition, comm: &Comm, relaxation_time: f64, simd: Simd) -> Self {
+        assert!(simd.is_available(), "{simd:?} on a processor that has it");
+        let block = decomposition.block(comm.rank());
+        let layout = Layout::new(block.size(), size_of::<T>());
+        let row = layout.chunks_per_row() * CHUNK;
+        Self {
+            block,
+            populations: Buffer::zeroed(layout.len()),
+            phase: Phase::Home,
+            solid: SolidField::new(layout.size, layout.chunks_per_row()),
+            halo: FluidHalo::new(&layout, decomposition, comm),
+            measured: Measured {
+                momentum: std::array::from_fn(|_| vec![T::ZERO; row]),
+            },
+            relaxation_time,
+            simd,
+            layout,
+        }
+    }
+
+    /// The block of cells.
+    pub fn block(&self) -> Block {
+        self.block
+    }
+
+    /// Solid fractions and velocities, to be set before a sweep.
+    pub fn solid_mut(&mut self) -> &mut SolidField<T> {
+        &mut self.solid
+    }
+
+    /// Solid fractions and velocities.
+    pub fn solid(&self) -> &SolidField<T> {
+        &self.solid
+    }
+
+    /// Sets every cell to equilibrium at the density and velocity given for its place in the whole box. Collective
+    /// in effect: every rank calls it between steps.
+    pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
+        let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
+        self.phase = Phase::Home;
+        for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
+            let (rho, u) = state([lo[0] + x, lo[1] + y, lo[2] + z]);
+            let cell = self.layout.cell(x as isize, y as isize, z as isize);
+            for (i, g) in shifted_equilibrium(rho, u).into_iter().enumerate() {
+                self.populations[i * self.layout.stride + cell] = T::from_f64(g);
+            }
+        }
+    }
+
+    /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
+    ///
+    /// The ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns what the cells held before.
+    pub fn sweep(&mut self, acceleration: [f64; 3], measure: bool) -> Option<Flow> {
+        let mut flow = measure.then(Flow::default);
+        T::sweep(self, acceleration, flow.as_mut());
+        self.phase = self.phase.next();
+        flow
+    }
+
+    /// Completes a sweep: populations travel to and from the neighbouring blocks. Collective.
+    pub fn exchange(&mut self) {
+        self.halo.exchange(&mut self.populations, self.phase);
+    }
+
+    /// Adds the momentum that each row receives to the sum of its body. `sums.len() == motions.len()`.
+    pub fn momentum_exchange(&self, rows: &[SolidRow], motions: &[RigidMotion], sums: &mut [ExchangeSum]) {
+        assert_eq!(motions.len(), sums.len());
+        T::momentum_exchange(self, rows, motions, sums);
+    }
+
+    /// Populations of a cell of the block after streaming, less their weights.
+    pub fn populations(&self, [x, y, z]: [usize; 3]) -> [T; Q] {
+        let cell = self.layout.cell(x as isize, y as isize, z as isize);
+        self.layout
+            .places(self.phase, cell)
+            .map(|place| self.populations[place])
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,73 @@
+//! Memory for the populations: huge pages where the system gives them.
+
+use bytemuck::Pod;
+use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
+use std::ops::{Deref, DerefMut};
+use std::ptr::NonNull;
+
+/// Size of a huge page (bytes); 38 concurrent streams exhaust the address cache with small ones.
+const HUGE_PAGE: usize = 2 << 20;
+
+/// A zeroed array on huge pages, first touched by the thread that makes it.
+pub struct Buffer<T> {
+    start: NonNull<T>,
+    len: usize,
+}
+
+// SAFETY: the buffer owns its memory and numbers can be sent between threads.
+unsafe impl<T: Send> Send for Buffer<T> {}
+
+impl<T: Pod> Buffer<T> {
+    /// `len` zeros.
+    pub fn zeroed(len: usize) -> Self {
+        let layout = Self::layout(len);
+        // SAFETY: the layout has a size that is not zero.
+        let Some(start) = NonNull::new(unsafe { alloc(layout) }) else {
+            handle_alloc_error(layout)
+        };
+        // SAFETY: the range was just allocated; the advice does not change its contents. Before the first touch, or
+        // small pages would already be there. A refusal only costs speed.
+        #[cfg(target_os = "linux")]
+        unsafe {
+            libc::madvise(start.as_ptr().cast(), layout.size(), libc::MADV_HUGEPAGE);
+        }
+        // SAFETY: the range was just allocated with this size.
+        unsafe { start.as_ptr().write_bytes(0, layout.size()) };
+        Self {
+            start: start.cast(),
+            len,
+        }
+    }
+
+    fn layout(len: usize) -> Layout {
+        let bytes = (len.max(1) * size_of::<T>()).next_multiple_of(4096);
+        // Small boxes (tests, many ranks) need no huge page.
+        let align = if bytes >= HUGE_PAGE { HUGE_PAGE } else { 4096 };
+        Layout::from_size_align(bytes, align).expect("a size below 2^63")
+    }
+}
+
+impl<T> Deref for Buffer<T> {
+    type Target = [T];
+    fn deref(&self) -> &[T] {
+        // SAFETY: `len` numbers were allocated and zeroed, and zero is a valid number (`Pod`).
+        unsafe { std::slice::from_raw_parts(self.start.as_ptr(), self.len) }
+    }
+}
+
+impl<T> DerefMut for Buffer<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        // SAFETY: as for `deref`, and the borrow is unique.
+        unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr(), self.len) }
+    }
+}
+
+impl<T> Drop for Buffer<T> {
+    fn drop(&mut self) {
+        let bytes = (self.len.max(1) * size_of::<T>()).next_multiple_of(4096);
+        let align = if bytes >= HUGE_PAGE { HUGE_PAGE } else { 4096 };
+        let layout = Layout::from_size_align(bytes, align).expect("as when it was allocated");
+        // SAFETY: allocated by `zeroed` with this very layout.
+        unsafe { dealloc(self.start.as_ptr().cast(), layout) };
+    }
+}

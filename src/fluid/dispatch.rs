@@ -1,0 +1,222 @@
+//! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
+
+use super::kernel::{Measured, Number, Places, Row, exchange_chunk, sweep_row};
+use super::simd::Lanes;
+use super::solid::CHUNK;
+use super::{ExchangeSum, Flow, Fluid, RigidMotion, SPEED_LIMIT, Simd, SolidRow};
+use crate::lattice::Q;
+use crate::math::to_fixed;
+use bytemuck::Pod;
+
+/// Storage type of populations: `f32` or `f64`.
+pub trait Real: Number + Pod + Send + Sync + Into<f64> {
+    #[doc(hidden)]
+    fn sweep(fluid: &mut Fluid<Self>, acceleration: [f64; 3], flow: Option<&mut Flow>);
+    #[doc(hidden)]
+    fn momentum_exchange(
+        fluid: &Fluid<Self>,
+        rows: &[SolidRow],
+        motions: &[RigidMotion],
+        sums: &mut [ExchangeSum],
+    );
+}
+
+/// Sweeps all rows of a block.
+#[inline(always)]
+fn sweep_block<T: Real, R: Lanes<T>>(
+    fluid: &mut Fluid<T>,
+    acceleration: [f64; 3],
+    mut flow: Option<&mut Flow>,
+) {
+    let [nx, ny, nz] = fluid.layout.size;
+    let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
+    let base = fluid.populations.as_mut_ptr();
+    for z in 0..nz {
+        for y in 0..ny {
+            let places = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
+            // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
+            let places: Places<T> = places.map(|place| unsafe { base.add(place) });
+            let row = Row {
+                chunks: layout.chunks_per_row(),
+                solid_index: fluid.solid.row(y, z),
+                solid: &fluid.solid,
+                keep: T::from_f64(1.0 - 1.0 / fluid.relaxation_time),
+                acceleration: acceleration.map(T::from_f64),
+            };
+            // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
+            // `layout`), so the ranges can be written and do not overlap.
+            unsafe {
+                if let Some(flow) = flow.as_deref_mut() {
+                    sweep_row::<T, R, true>(&places, &row, &mut fluid.measured);
+                    observe_row(&fluid.measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
+                } else {
+                    sweep_row::<T, R, false>(&places, &row, &mut fluid.measured);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the first `nx` cells of a measured row, which begins at cell `at` of the box.
+#[inline(always)]
+fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow: &mut Flow) {
+    let [px, py, pz] = &measured.momentum;
+    let (mut total, mut square, mut most, mut good) = ([0_i64; 3], 0_i64, 0.0_f64, true);
+    for ((&px, &py), &pz) in px[..nx].iter().zip(&py[..nx]).zip(&pz[..nx]) {
+        let p: [f64; 3] = [px.into(), py.into(), pz.into()];
+        let pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        for axis in 0..3 {
+            total[axis] = total[axis].wrapping_add(to_fixed(p[axis]));
+        }
+        square = square.wrapping_add(to_fixed(pp));
+        most = if pp > most { pp } else { most };
+        good &= pp < SPEED_LIMIT * SPEED_LIMIT;
+    }
+    for axis in 0..3 {
+        flow.momentum[axis] = flow.momentum[axis].wrapping_add(total[axis]);
+    }
+    flow.square = flow.square.wrapping_add(square);
+    flow.max_speed = flow.max_speed.max(most.sqrt());
+    if !good && flow.fault.is_none() {
+        let speed = |x: usize| -> f64 {
+            let p: [f64; 3] = [px[x].into(), py[x].into(), pz[x].into()];
+            (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt()
+        };
+        flow.fault = (0..nx)
+            .find(|&x| !(speed(x) < SPEED_LIMIT))
+            .map(|x| ([at[0] + x, at[1], at[2]], speed(x)));
+    }
+}
+
+/// Momentum exchange over all rows.
+#[inline(always)]
+fn exchange_rows<T: Real, R: Lanes<T>>(
+    fluid: &Fluid<T>,
+    rows: &[SolidRow],
+    motions: &[RigidMotion],
+    sums: &mut [ExchangeSum],
+) {
+    let layout = &fluid.layout;
+    let base = fluid.populations.as_ptr();
+    let sign = T::from_f64(if fluid.phase == super::Phase::Home {
+        1.0
+    } else {
+        -1.0
+    });
+    let steps: [isize; Q] = std::array::from_fn(|i| (i * layout.stride) as isize + layout.step(i));
+    for row in rows {
+        let [x, y, z] = row.cell.map(|c| c as isize);
+        debug_assert!(x as u32 + row.count <= layout.size[0] as u32);
+        let (motion, sum) = (&motions[row.body as usize], &mut sums[row.body as usize]);
+        let n = row.offset.map(f64::from);
+        let r = [
+            n[0] - motion.centre[0],
+            n[1] - motion.centre[1],
+            n[2] - motion.centre[2],
+        ];
+        let (v, w) = (motion.velocity, motion.angular);
+        let mut total = [0_i64; 3];
+        // Sums of (x offset) * F_y and F_z.
+        let mut lever = [0_i64; 2];
+        let first = layout.cell(x, y, z);
+        for done in (0..row.count as usize).step_by(CHUNK) {
+            let cell = first + done;
+            // SAFETY: the places of a real cell and of its neighbours lie inside the buffer, and so do the up to CHUNK
+            // numbers after them: rows are padded by a chunk and the buffer by another.
+            let (near, far) = unsafe {
+                (
+                    std::array::from_fn(|i| base.add(i * layout.stride + cell)),
+                    std::array::from_fn(|i| base.offset(steps[i] + cell as isize)),
+                )
+            };
+            let mut velocity = [[T::ZERO; CHUNK]; 3];
+            for k in 0..CHUNK {
+                let rx = (n[0] + (done + k) as f64) - motion.centre[0];
+                velocity[0][k] = T::from_f64(v[0] + (w[1] * r[2] - w[2] * r[1]));
+                velocity[1][k] = T::from_f64(v[1] + (w[2] * rx - w[0] * r[2]));
+                velocity[2][k] = T::from_f64(v[2] + (w[0] * r[1] - w[1] * rx));
+            }
+            let mut force = [[T::ZERO; CHUNK]; 3];
+            // SAFETY: the pointers can be read as shown above.
+            unsafe { exchange_chunk::<T, R>(&near, &far, &velocity, sign, &mut force) };
+            let count = (row.count as usize - done).min(CHUNK);
+            for k in 0..count {
+                let [fx, fy, fz] = [force[0][k], force[1][k], force[2][k]].map(|f| to_fixed(f.into()));
+                let nx = i64::from(row.offset[0]) + (done + k) as i64;
+                total = [
+                    total[0].wrapping_add(fx),
+                    total[1].wrapping_add(fy),
+                    total[2].wrapping_add(fz),
+                ];
+                lever = [
+                    lever[0].wrapping_add(nx.wrapping_mul(fy)),
+                    lever[1].wrapping_add(nx.wrapping_mul(fz)),
+                ];
+            }
+        }
+        let (ny, nz) = (i64::from(row.offset[1]), i64::from(row.offset[2]));
+        let moment = [
+            ny.wrapping_mul(total[2]).wrapping_sub(nz.wrapping_mul(total[1])),
+            nz.wrapping_mul(total[0]).wrapping_sub(lever[1]),
+            lever[0].wrapping_sub(ny.wrapping_mul(total[0])),
+        ];
+        for axis in 0..3 {
+            sum.force[axis] = sum.force[axis].wrapping_add(total[axis]);
+            sum.moment[axis] = sum.moment[axis].wrapping_add(moment[axis]);
+        }
+    }
+}
+
+macro_rules! real {
+    ($t:ty, $sse2:ident, $avx2:ident) => {
+        impl Real for $t {
+            fn sweep(fluid: &mut Fluid<Self>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
+                #[cfg(target_arch = "x86_64")]
+                {
+                    use super::simd::{$avx2, $sse2};
+                    #[target_feature(enable = "avx2")]
+                    fn avx2(fluid: &mut Fluid<$t>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
+                        sweep_block::<$t, $avx2>(fluid, acceleration, flow);
+                    }
+                    match fluid.simd {
+                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
+                        Simd::Avx2 => return unsafe { avx2(fluid, acceleration, flow) },
+                        Simd::Sse2 => return sweep_block::<$t, $sse2>(fluid, acceleration, flow),
+                        Simd::Scalar => {}
+                    }
+                }
+                sweep_block::<$t, $t>(fluid, acceleration, flow);
+            }
+
+            fn momentum_exchange(
+                fluid: &Fluid<Self>,
+                rows: &[SolidRow],
+                motions: &[RigidMotion],
+                sums: &mut [ExchangeSum],
+            ) {
+                #[cfg(target_arch = "x86_64")]
+                {
+                    use super::simd::{$avx2, $sse2};
+                    #[target_feature(enable = "avx2")]
+                    fn avx2(
+                        fluid: &Fluid<$t>,
+                        rows: &[SolidRow],
+                        motions: &[RigidMotion],
+                        sums: &mut [ExchangeSum],
+                    ) {
+                        exchange_rows::<$t, $avx2>(fluid, rows, motions, sums);
+                    }
+                    match fluid.simd {
+                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
+                        Simd::Avx2 => return unsafe { avx2(fluid, rows, motions, sums) },
+                        Simd::Sse2 => return exchange_rows::<$t, $sse2>(fluid, rows, motions, sums),
+                        Simd::Scalar => {}
+                    }
+                }
+                exchange_rows::<$t, $t>(fluid, rows, motions, sums);
+            }
+        }
+    };
+}
+real!(f32, F32x4, F32x8);
+real!(f64, F64x2, F64x4);

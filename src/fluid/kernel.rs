@@ -1,0 +1,234 @@
+//! Collision and in-place streaming, written once for every precision and instruction set.
+//!
+//! Populations are stored less their weights, `g_i = f_i - w_i`, so that single precision keeps small deviations.
+//! One cell relaxes towards equilibrium at its bare velocity `u` (BGK) and is then pushed to the target velocity `u*`
+//! by the exact difference of equilibria, body force and solids in one term:
+//!
+//! ```text
+//! f' = f - (f - feq(rho, u)) / tau + feq(rho, u*) - feq(rho, u),     rho u = sum c_i f_i
+//! u* = u + a                          fluid,     a = body acceleration
+//! u* = B (u + a) + (1 - B) u_s        solids,    B = prod (1 - phi_k),  u_s = sum phi_k u_k / sum phi_k
+//! ```
+//!
+//! Streaming is in place (the "AA" pattern of Bailey et al. 2009): each cell reads 19 places and writes its results
+//! to the same 19 places, exchanged between opposite directions. Two phases alternate, which differ in nothing but
+//! the places; see [`Layout::places`](super::layout::Layout::places).
+//!
+//! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024 (exact difference); Krause et al. (2017),
+//! doi:10.1016/j.partic.2016.11.001 (homogenised cells); Marquardt et al. (2024), doi:10.1016/j.cpc.2024.109321, whose
+//! Eq. (15) has the wrong sign: `u* - u = (1 - B)(u_s - u)` is meant and used.
+
+use super::simd::Lanes;
+use super::solid::{CHUNK, SolidField};
+use crate::lattice::Q;
+use std::ops::{Add, Mul, Sub};
+
+/// Density deviation, density and velocity of a register of cells.
+#[inline(always)]
+fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, R, [R; 3]) {
+    let pair = |i: usize| (g[i] + g[i + 1], g[i] - g[i + 1]);
+    let ((s1, d1), (s3, d3), (s5, d5)) = (pair(1), pair(3), pair(5));
+    let ((s7, d7), (s9, d9), (s11, d11)) = (pair(7), pair(9), pair(11));
+    let ((s13, d13), (s15, d15), (s17, d17)) = (pair(13), pair(15), pair(17));
+    let deviation = ((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17);
+    let rho = R::splat(T::ONE) + deviation;
+    let over_rho = rho.recip();
+    let momentum = [
+        d1 + ((d7 + d9) + (d11 + d13)),
+        d3 + ((d7 - d9) + (d15 + d17)),
+        d5 + ((d11 - d13) + (d15 - d17)),
+    ];
+    (deviation, rho, momentum.map(|j| j * over_rho))
+}
+
+/// Relaxes a register of cells at velocity `u` and pushes it to `target`; `keep = 1 - 1/tau`.
+#[inline(always)]
+fn relax<T: Number, R: Lanes<T>>(g: &mut [R; Q], deviation: R, rho: R, u: [R; 3], target: [R; 3], keep: T) {
+    // f' = keep (f - feq(u)) + feq(u*), per pair of opposite directions an even part e and an odd part o.
+    let c = |x: f64| R::splat(T::from_f64(x));
+    let k = R::splat(keep);
+    let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    let base = (R::splat(T::ONE) - k) * deviation - c(1.5) * rho * (square(target) - k * square(u));
+    let (quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
+    let odd = [target[0] - k * u[0], target[1] - k * u[1], target[2] - k * u[2]];
+    let scaled = |w: f64| (c(w) * base, c(w) * quadratic, c(w) * linear);
+    let (axis, diagonal) = (scaled(1.0 / 18.0), scaled(1.0 / 36.0));
+
+    g[0] = k * g[0] + c(1.0 / 3.0) * base;
+    macro_rules! pair {
+        ($i:literal, $w:ident, $along:expr) => {{
+            let along = $along;
+            let (cu, ct, co) = (along(u), along(target), along(odd));
+            let e = $w.0 + $w.1 * (ct * ct - k * (cu * cu));
+            let o = $w.2 * co;
+            g[$i] = k * g[$i] + (e + o);
+            g[$i + 1] = k * g[$i + 1] + (e - o);
+        }};
+    }
+    pair!(1, axis, |v: [R; 3]| v[0]);
+    pair!(3, axis, |v: [R; 3]| v[1]);
+    pair!(5, axis, |v: [R; 3]| v[2]);
+    pair!(7, diagonal, |v: [R; 3]| v[0] + v[1]);
+    pair!(9, diagonal, |v: [R; 3]| v[0] - v[1]);
+    pair!(11, diagonal, |v: [R; 3]| v[0] + v[2]);
+    pair!(13, diagonal, |v: [R; 3]| v[0] - v[2]);
+    pair!(15, diagonal, |v: [R; 3]| v[1] + v[2]);
+    pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
+}
+
+/// Where the populations of the first cell of a row lie: `places[i]` is read as `f_i` and written as `f'` of the
+/// opposite direction.
+pub(crate) type Places<T> = [*mut T; Q];
+
+/// What a row needs besides its populations.
+pub(crate) struct Row<'a, T> {
+    /// Number of registers of [`CHUNK`] cells.
+    pub(crate) chunks: usize,
+    /// Index into the solid chunks for each chunk of the row, 0 for none.
+    pub(crate) solid_index: &'a [u32],
+    /// Solid data.
+    pub(crate) solid: &'a SolidField<T>,
+    /// `1 - 1/tau`.
+    pub(crate) keep: T,
+    /// Body acceleration.
+    pub(crate) acceleration: [T; 3],
+}
+
+/// Momentum along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
+pub(crate) struct Measured<T> {
+    pub(crate) momentum: [Vec<T>; 3],
+}
+
+/// Collides and streams one row in place.
+///
+/// # Safety
+/// For every `i`, `chunks * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap.
+#[inline(always)]
+pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
+    places: &Places<T>,
+    row: &Row<'_, T>,
+    measured: &mut Measured<T>,
+) {
+    let a = row.acceleration.map(R::splat);
+    let one = R::splat(T::ONE);
+    for chunk in 0..row.chunks {
+        let slot = row.solid_index[chunk] as usize;
+        for first in (0..CHUNK).step_by(R::WIDTH) {
+            let x = chunk * CHUNK + first;
+            // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
+            let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
+            let (deviation, rho, u) = moments(&g);
+            let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
+            if slot != 0 {
+                let cells = &row.solid.chunks()[slot];
+                // SAFETY: first + WIDTH <= CHUNK, the length of each array.
+                let at = |values: &[T; CHUNK]| unsafe { R::load(values.as_ptr().add(first)) };
+                let solid = one - at(&cells.permeability);
+                let weight = at(&cells.fraction_sum).max(R::splat(T::TINY)).recip();
+                for axis in 0..3 {
+                    let velocity = at(&cells.velocity_sum[axis]) * weight;
+                    target[axis] = target[axis] + solid * (velocity - target[axis]);
+                }
+            }
+            if MEASURE {
+                for axis in 0..3 {
+                    let momentum = &mut measured.momentum[axis][x..x + R::WIDTH];
+                    // SAFETY: the slice above has WIDTH numbers.
+                    unsafe { (u[axis] * rho).store(momentum.as_mut_ptr()) };
+                }
+            }
+            relax(&mut g, deviation, rho, u, target, row.keep);
+            // SAFETY: as for the loads.
+            unsafe {
+                g[0].store(places[0].add(x));
+                for i in (1..Q).step_by(2) {
+                    g[i].store(places[i + 1].add(x));
+                    g[i + 1].store(places[i].add(x));
+                }
+            }
+        }
+    }
+}
+
+/// Momentum that [`CHUNK`] cells of a solid receive from their fluid neighbours, by momentum exchange.
+///
+/// For a cell `x` of the solid with velocity `u_s`, over the 18 moving directions, Wen et al. (2014):
+///
+/// ```text
+/// F(x) = - sum_i [ f_i(x + c_i) (c_i - u_s) + f_-i(x) (c_i + u_s) ]
+/// ```
+///
+/// after streaming: `f_i(x + c_i)` has left the cell, `f_-i(x)` has come in. In both phases of the in-place pattern these
+/// are the numbers stored at direction `i` of the cell itself (`near`) and of its neighbour along `i` (`far`), so
+/// `F = sum_i (near_i - far_i)(c_i -+ u_s)` with the upper sign if populations lie at home. Links between two cells of
+/// one solid cancel in the sum over its cells up to the (second-order) velocity difference across a link.
+///
+/// The paper's Eq. (16) lacks the opposite index and the minus sign; doi:10.1016/j.jcp.2014.02.018 for the scheme.
+///
+/// # Safety
+/// [`CHUNK`] numbers can be read at every place of `near` and `far`.
+#[inline(always)]
+pub(crate) unsafe fn exchange_chunk<T: Number, R: Lanes<T>>(
+    near: &[*const T; Q],
+    far: &[*const T; Q],
+    velocity: &[[T; CHUNK]; 3],
+    sign: T,
+    force: &mut [[T; CHUNK]; 3],
+) {
+    for first in (0..CHUNK).step_by(R::WIDTH) {
+        // SAFETY: first + WIDTH <= CHUNK, promised by the caller.
+        let d: [R; Q] =
+            std::array::from_fn(|i| unsafe { R::load(near[i].add(first)) - R::load(far[i].add(first)) });
+        let pair = |i: usize| (d[i] + d[i + 1], d[i] - d[i + 1]);
+        let ((s1, d1), (s3, d3), (s5, d5)) = (pair(1), pair(3), pair(5));
+        let ((s7, d7), (s9, d9), (s11, d11)) = (pair(7), pair(9), pair(11));
+        let ((s13, d13), (s15, d15), (s17, d17)) = (pair(13), pair(15), pair(17));
+        let mass = R::splat(sign) * ((s1 + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17));
+        let momentum = [
+            d1 + ((d7 + d9) + (d11 + d13)),
+            d3 + ((d7 - d9) + (d15 + d17)),
+            d5 + ((d11 - d13) + (d15 - d17)),
+        ];
+        for axis in 0..3 {
+            // SAFETY: first + WIDTH <= CHUNK, the length of the arrays.
+            unsafe {
+                let u = R::load(velocity[axis].as_ptr().add(first));
+                (momentum[axis] - u * mass).store(force[axis].as_mut_ptr().add(first));
+            }
+        }
+    }
+}
+
+/// Constants and conversions the kernels need of a storage type.
+pub trait Number:
+    Copy + PartialOrd + Into<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Smaller than any solid fraction that matters, larger than zero.
+    const TINY: Self;
+    /// Rounds.
+    fn from_f64(x: f64) -> Self;
+}
+
+impl Number for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const TINY: Self = 1e-30;
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        x as f32
+    }
+}
+
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const TINY: Self = 1e-30;
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+}

@@ -1,0 +1,109 @@
+//! Where the populations of a block lie in memory.
+
+use super::solid::CHUNK;
+use crate::lattice::{C, Q, opposite};
+
+/// Which places hold the populations between two steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// `f_i(x)` after streaming lies at `(x, i)`.
+    Home,
+    /// `f_i(x)` after streaming lies at `(x - c_i, opposite i)`: where its sender left it.
+    Away,
+}
+
+impl Phase {
+    /// The other one; a sweep changes the phase.
+    pub fn next(self) -> Self {
+        match self {
+            Self::Home => Self::Away,
+            Self::Away => Self::Home,
+        }
+    }
+}
+
+/// Structure of arrays with one layer of ghost cells: `index = i * stride + cell`, `cell = x + pitch * (row)`.
+///
+/// Rows are padded to whole chunks and at least one chunk more, so that kernels may run over the end of a row: the
+/// places such a garbage cell touches belong to no real cell of the block (the sets of places of different cells are
+/// disjoint), and ghost places are refreshed by the halo exchange before they are read.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Real cells in each direction.
+    pub size: [usize; 3],
+    /// Distance between rows (numbers).
+    pub pitch: usize,
+    /// Distance between populations (numbers).
+    pub stride: usize,
+}
+
+impl Layout {
+    /// Layout of a block of `size` cells for numbers of `bytes` bytes.
+    pub fn new(size: [usize; 3], bytes: usize) -> Self {
+        let pitch = size[0].next_multiple_of(CHUNK) + CHUNK;
+        let rows = (size[1] + 2) * (size[2] + 2);
+        // A stride of 5 cache lines modulo the page puts the 19 arrays into different sets of the caches; a power of
+        // two would put all into one.
+        let (page, shift) = (4096 / bytes, 320 / bytes);
+        let stride = (2 * CHUNK + rows * pitch).next_multiple_of(page) + shift;
+        Self { size, pitch, stride }
+    }
+
+    /// Numbers in all.
+    pub fn len(&self) -> usize {
+        Q * self.stride
+    }
+
+    /// Chunks that cover a row.
+    pub fn chunks_per_row(&self) -> usize {
+        self.size[0].div_ceil(CHUNK)
+    }
+
+    /// Place of a cell within each population; ghosts have coordinate -1 or `size`.
+    #[inline(always)]
+    pub fn cell(&self, x: isize, y: isize, z: isize) -> usize {
+        debug_assert!(y >= -1 && z >= -1 && x >= -1);
+        let row = (z + 1) as usize * (self.size[1] + 2) + (y + 1) as usize;
+        (row * self.pitch + CHUNK).wrapping_add_signed(x)
+    }
+
+    /// Distance from a cell to its neighbour along direction `i`.
+    #[inline(always)]
+    pub fn step(&self, i: usize) -> isize {
+        let [x, y, z] = C[i];
+        x + self.pitch as isize * (y + z * (self.size[1] + 2) as isize)
+    }
+
+    /// Indices at which the cell at `cell` finds `f_i` after streaming, for each `i`.
+    #[inline(always)]
+    pub fn places(&self, phase: Phase, cell: usize) -> [usize; Q] {
+        std::array::from_fn(|i| match phase {
+            Phase::Home => i * self.stride + cell,
+            Phase::Away => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn every_place_belongs_to_exactly_one_cell_in_both_phases() {
+        let layout = Layout::new([5, 4, 3], 4);
+        for phase in [Phase::Home, Phase::Away] {
+            let mut seen = HashSet::new();
+            for z in 0..3 {
+                for y in 0..4 {
+                    for x in 0..layout.chunks_per_row() * CHUNK {
+                        for place in layout.places(phase, layout.cell(x as isize, y, z)) {
+                            assert!(place < layout.len());
+                            assert!(seen.insert(place), "{phase:?} {x} {y} {z}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Looking at the fluid: fields, the hash of its state, and the bandwidth of the machine it runs on.
+
+use super::buffer::Buffer;
+use super::{Fluid, Real};
+use crate::lattice::{C, Q};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+/// Density deviation and velocity of a cell as one would measure them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellState {
+    /// `rho - 1`.
+    pub density_deviation: f64,
+    /// Velocity in the middle of the coming collision, `u + du / 2`.
+    pub velocity: [f64; 3],
+    /// `1 - B`.
+    pub solid_fraction: f64,
+}
+
+impl<T: Real> Fluid<T> {
+    /// Density and bare velocity of a cell of the block.
+    pub fn moments(&self, cell: [usize; 3]) -> (f64, [f64; 3]) {
+        let g: [f64; Q] = self.populations(cell).map(Into::into);
+        let rho = 1.0 + g.iter().sum::<f64>();
+        let u = std::array::from_fn(|a| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>() / rho);
+        (rho, u)
+    }
+
+    /// State of a cell of the block, under the solids and the acceleration of the coming sweep.
+    ///
+    /// With exact-difference forcing the velocity lies midway between before and after the collision,
+    /// `u + (B a + (1 - B)(u_s - u)) / 2`.
+    pub fn cell_state(&self, cell: [usize; 3], acceleration: [f64; 3]) -> CellState {
+        let (rho, u) = self.moments(cell);
+        let (solid_fraction, solid_velocity) = self.solid.cell(cell[0], cell[1], cell[2]);
+        let velocity = std::array::from_fn(|a| {
+            let change =
+                (1.0 - solid_fraction) * acceleration[a] + solid_fraction * (solid_velocity[a] - u[a]);
+            u[a] + 0.5 * change
+        });
+        CellState {
+            density_deviation: rho - 1.0,
+            velocity,
+            solid_fraction,
+        }
+    }
+
+    /// Hash of all populations of the block; the wrapping sum over blocks does not depend on how the box is cut.
+    pub fn state_hash(&self) -> u64 {
+        let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
+        let mut sum = 0_u64;
+        for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
+            let at = [lo[0] + x, lo[1] + y, lo[2] + z];
+            let seed = at.iter().fold(0, |seed: u64, &c| seed << 21 | c as u64);
+            let g = self.populations([x, y, z]);
+            sum = sum.wrapping_add(xxh3_64_with_seed(bytemuck::cast_slice(&g), seed));
+        }
+        sum
+    }
+}
+
+/// Streaming bandwidth of this thread (bytes per second, read and write counted): scales an array far larger than the
+/// caches in place, the traffic pattern of a sweep; the best of `repeats` after one warm-up.
+pub fn stream_bandwidth(repeats: u32, mut barrier: impl FnMut()) -> f64 {
+    const LEN: usize = 16 << 20;
+    let mut data = Buffer::<f64>::zeroed(LEN);
+    let mut best = 0.0_f64;
+    for repeat in 0..=repeats {
+        barrier();
+        let start = std::time::Instant::now();
+        for x in data.iter_mut() {
+            *x = *x * 1.000_1 + 1.0;
+        }
+        std::hint::black_box(&mut data);
+        barrier();
+        if repeat > 0 {
+            best = best.max(2.0 * (LEN * size_of::<f64>()) as f64 / start.elapsed().as_secs_f64());
+        }
+    }
+    best
+}

@@ -1,0 +1,348 @@
+//! The physics of the fluid, on every precision, instruction set and decomposition.
+
+use super::*;
+use crate::comm::on_threads;
+use crate::domain::Domain;
+use crate::math::from_fixed;
+use std::f64::consts::TAU;
+
+const ALL: [Simd; 3] = [Simd::Scalar, Simd::Sse2, Simd::Avx2];
+
+fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
+    let decomposition = Decomposition::new(Domain { cells, dx: 1.0 }, 1).unwrap();
+    Fluid::new(&decomposition, &Comm::Solo, relaxation_time, simd)
+}
+
+fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+    fluid.sweep(acceleration, false);
+    fluid.exchange();
+}
+
+/// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of viscosity.
+fn viscosity_error<T: Real>(relaxation_time: f64, length: usize) -> f64 {
+    let mut fluid = solo::<T>([8, length, 4], relaxation_time, Simd::best());
+    let k = TAU / length as f64;
+    let wave = |y: usize| (k * (y as f64 + 0.5)).sin();
+    fluid.set_equilibrium(|[_, y, _]| (1.0, [0.02 * wave(y), 0.0, 0.0]));
+    let amplitude = |fluid: &Fluid<T>| -> f64 {
+        2.0 / length as f64
+            * (0..length)
+                .map(|y| wave(y) * fluid.moments([3, y, 2]).1[0])
+                .sum::<f64>()
+    };
+    let viscosity = (relaxation_time - 0.5) / 3.0;
+    let steps = (1.0 / (viscosity * k * k)) as usize;
+    // Let the non-equilibrium part, zero at the start, build up.
+    for _ in 0..50 {
+        step(&mut fluid, [0.0; 3]);
+    }
+    let before = amplitude(&fluid);
+    for _ in 0..steps {
+        step(&mut fluid, [0.0; 3]);
+    }
+    let measured = (before / amplitude(&fluid)).ln() / (steps as f64 * k * k);
+    measured / viscosity - 1.0
+}
+
+#[test]
+fn a_shear_wave_decays_with_the_viscosity_of_the_relaxation_time() {
+    for tau in [0.53, 0.55, 0.65, 0.8, 1.0] {
+        let (single, double) = (viscosity_error::<f32>(tau, 32), viscosity_error::<f64>(tau, 32));
+        println!("tau {tau}: viscosity error {single:.2e} (f32), {double:.2e} (f64)");
+        assert!(
+            single.abs() < 5e-3 && double.abs() < 5e-3,
+            "tau {tau}: {single}, {double}"
+        );
+    }
+}
+
+/// Error of the velocity of a Taylor-Green vortex at the time of half decay, relative to its amplitude.
+fn taylor_green_error(length: usize) -> f64 {
+    let (tau, speed) = (0.8, 0.02 * 32.0 / length as f64);
+    let mut fluid = solo::<f64>([length, length, 4], tau, Simd::best());
+    let (k, viscosity) = (TAU / length as f64, (tau - 0.5) / 3.0);
+    let flow = |x: usize, y: usize, time: f64| {
+        let (a, b) = (k * (x as f64 + 0.5), k * (y as f64 + 0.5));
+        let u = speed * (-2.0 * viscosity * k * k * time).exp();
+        (
+            [u * a.cos() * b.sin(), -u * a.sin() * b.cos(), 0.0],
+            -0.75 * u * u * ((2.0 * a).cos() + (2.0 * b).cos()),
+        )
+    };
+    fluid.set_equilibrium(|[x, y, _]| {
+        let (u, density) = flow(x, y, 0.0);
+        (1.0 + density, u)
+    });
+    let steps = (2.0_f64.ln() / (2.0 * viscosity * k * k)).round() as usize;
+    for _ in 0..steps {
+        step(&mut fluid, [0.0; 3]);
+    }
+    let mut square = 0.0;
+    for (x, y) in (0..length).flat_map(|x| (0..length).map(move |y| (x, y))) {
+        let (u, exact) = (fluid.moments([x, y, 1]).1, flow(x, y, steps as f64).0);
+        square += (0..3).map(|a| (u[a] - exact[a]).powi(2)).sum::<f64>();
+    }
+    (square / (length * length) as f64).sqrt() / (speed / 2.0)
+}
+
+#[test]
+fn a_taylor_green_vortex_converges_with_second_order() {
+    let errors = [16, 32, 64].map(taylor_green_error);
+    let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
+    println!("Taylor-Green errors {errors:?}, orders {orders:?}");
+    assert!(
+        orders.iter().all(|order| (1.8..2.2).contains(order)),
+        "{orders:?} from {errors:?}"
+    );
+}
+
+#[test]
+fn a_uniform_body_force_accelerates_a_periodic_fluid_exactly() {
+    for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
+        let mut fluid = solo::<f64>([9, 5, 6], 0.55, simd);
+        let a = [1e-5, -2e-5, 3e-5];
+        for _ in 0..100 {
+            step(&mut fluid, a);
+        }
+        for cell in [[0, 0, 0], [8, 4, 5], [4, 2, 3]] {
+            let (rho, u) = fluid.moments(cell);
+            assert!((rho - 1.0).abs() < 1e-14);
+            assert!((0..3).all(|i| (u[i] - 100.0 * a[i]).abs() < 1e-15), "{u:?}");
+        }
+    }
+}
+
+/// A flow without symmetry, in lattice units.
+fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
+    let wave = |a: usize, b: usize| (0.7 * a as f64 + 1.3 * b as f64).sin();
+    (
+        1.0 + 0.01 * wave(x, z),
+        [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)],
+    )
+}
+
+/// Puts two overlapping cubes of solid near a corner of the box, given cell by cell.
+fn add_solid<T: Real>(fluid: &mut Fluid<T>, cells: [usize; 3]) {
+    let block = fluid.block();
+    fluid.solid_mut().clear();
+    for body in 0..2_usize {
+        for (z, y, x) in (0..6).flat_map(|z| (0..6).flat_map(move |y| (0..6).map(move |x| (z, y, x)))) {
+            let at = [
+                (x + cells[0] - 3 + body) % cells[0],
+                (y + cells[1] - 2) % cells[1],
+                (z + 1 + 2 * body) % cells[2],
+            ];
+            if (0..3).all(|a| (block.lo[a]..block.hi[a]).contains(&at[a])) {
+                let phi = T::from_f64(if x % 5 == 0 || y % 5 == 0 { 0.3 } else { 1.0 });
+                let u = [0.02, -0.01 * y as f64, 0.01 * body as f64].map(T::from_f64);
+                let [x, y, z] = std::array::from_fn(|a| at[a] - block.lo[a]);
+                fluid
+                    .solid_mut()
+                    .add_row(y, z, x, &[phi], [&[u[0]], &[u[1]], &[u[2]]]);
+            }
+        }
+    }
+}
+
+fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize) -> u64 {
+    let decomposition = Decomposition::new(Domain { cells, dx: 1.0 }, ranks).unwrap();
+    on_threads(ranks, |comm| {
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, 0.56, simd);
+        fluid.set_equilibrium(disturbed);
+        for _ in 0..steps {
+            add_solid(&mut fluid, cells);
+            step(&mut fluid, [1e-5, 0.0, -2e-5]);
+        }
+        fluid.state_hash()
+    })
+    .into_iter()
+    .fold(0, u64::wrapping_add)
+}
+
+#[test]
+fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
+    let cells = [19, 14, 17];
+    for steps in [20, 21] {
+        let (single, double) = (
+            hash_after::<f32>(cells, 1, Simd::Scalar, steps),
+            hash_after::<f64>(cells, 1, Simd::Scalar, steps),
+        );
+        assert_ne!(single, double);
+        for ranks in [1, 2, 3, 4, 6, 8, 12] {
+            for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
+                assert_eq!(
+                    hash_after::<f32>(cells, ranks, simd, steps),
+                    single,
+                    "f32, {ranks} ranks, {simd:?}"
+                );
+                assert_eq!(
+                    hash_after::<f64>(cells, ranks, simd, steps),
+                    double,
+                    "f64, {ranks} ranks, {simd:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The slow truth: two lattices, one population at a time, written from the formulae.
+#[test]
+fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
+    let (cells, tau, a) = ([10, 7, 6], 0.6, [2e-5, -1e-5, 3e-5]);
+    let mut fluid = solo::<f64>(cells, tau, Simd::best());
+    fluid.set_equilibrium(disturbed);
+    let all: Vec<[usize; 3]> = (0..cells[2])
+        .flat_map(|z| (0..cells[1]).flat_map(move |y| (0..cells[0]).map(move |x| [x, y, z])))
+        .collect();
+    let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
+    let mut plain: Vec<[f64; Q]> = all
+        .iter()
+        .map(|&c| {
+            let (rho, u) = disturbed(c);
+            shifted_equilibrium(rho, u)
+        })
+        .collect();
+    for _ in 0..7 {
+        add_solid(&mut fluid, cells);
+        let mut next = plain.clone();
+        for &c in &all {
+            let g = &plain[index(c)];
+            let rho = 1.0 + g.iter().sum::<f64>();
+            let u: [f64; 3] = std::array::from_fn(|a| {
+                (0..Q).map(|i| crate::lattice::C[i][a] as f64 * g[i]).sum::<f64>() / rho
+            });
+            let (s, us) = fluid.solid().cell(c[0], c[1], c[2]);
+            let target = std::array::from_fn(|k| (1.0 - s) * (u[k] + a[k]) + s * us[k]);
+            let (eq, pushed) = (shifted_equilibrium(rho, u), shifted_equilibrium(rho, target));
+            for i in 0..Q {
+                let to: [usize; 3] = std::array::from_fn(|k| {
+                    (c[k] as isize + crate::lattice::C[i][k]).rem_euclid(cells[k] as isize) as usize
+                });
+                next[index(to)][i] = g[i] - (g[i] - eq[i]) / tau + pushed[i] - eq[i];
+            }
+        }
+        plain = next;
+        step(&mut fluid, a);
+        for &c in &all {
+            let g = fluid.populations(c);
+            assert!(
+                (0..Q).all(|i| (g[i] - plain[index(c)][i]).abs() < 1e-14),
+                "cell {c:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_measuring_sweep_sees_the_momentum_before_the_collision_and_changes_nothing() {
+    let (mut fluid, mut twin) = (
+        solo::<f32>([13, 6, 5], 0.6, Simd::best()),
+        solo::<f32>([13, 6, 5], 0.6, Simd::best()),
+    );
+    for f in [&mut fluid, &mut twin] {
+        f.set_equilibrium(disturbed);
+    }
+    let expected: f64 = (0..13 * 6 * 5)
+        .map(|n| {
+            let (rho, u) = fluid.moments([n % 13, n / 13 % 6, n / 78]);
+            rho * u[1]
+        })
+        .sum();
+    let flow = fluid.sweep([0.0; 3], true).unwrap();
+    twin.sweep([0.0; 3], false);
+    assert!((from_fixed(flow.momentum[1]) - expected).abs() < 1e-5);
+    assert!(flow.max_speed > 0.03 && flow.fault.is_none());
+    fluid.exchange();
+    twin.exchange();
+    assert_eq!(fluid.state_hash(), twin.state_hash());
+}
+
+#[test]
+fn a_cell_that_is_too_fast_or_not_a_number_is_found() {
+    for bad in [0.45, f64::NAN] {
+        let mut fluid = solo::<f32>([13, 6, 5], 0.6, Simd::best());
+        fluid.set_equilibrium(|c| {
+            (
+                1.0,
+                if c == [12, 3, 4] {
+                    [0.0, bad, 0.0]
+                } else {
+                    [0.0; 3]
+                },
+            )
+        });
+        let (cell, _) = fluid.sweep([0.0; 3], true).unwrap().fault.expect("a fault");
+        assert_eq!(cell, [12, 3, 4]);
+    }
+}
+
+/// Momentum exchange, link by link, as the formula says.
+#[test]
+fn momentum_exchange_agrees_with_the_sum_over_links() {
+    let (cells, motion) = (
+        [20, 9, 8],
+        RigidMotion {
+            velocity: [0.01, -0.02, 0.03],
+            angular: [1e-3, -2e-3, 3e-3],
+            centre: [0.3, -0.2, 0.1],
+        },
+    );
+    for steps in [4, 5] {
+        for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
+            let mut fluid = solo::<f64>(cells, 0.6, simd);
+            fluid.set_equilibrium(disturbed);
+            for _ in 0..steps {
+                step(&mut fluid, [0.0; 3]);
+            }
+            // A row that ends at the face of the box, so that its neighbours are ghosts.
+            let row = SolidRow {
+                body: 0,
+                cell: [8, 8, 3],
+                count: 12,
+                offset: [-5, 2, 1],
+            };
+            let mut sum = [ExchangeSum::default()];
+            fluid.momentum_exchange(&[row], &[motion], &mut sum);
+            let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+            for k in 0..12 {
+                let (x, n) = ([8 + k, 8, 3], [-5.0 + k as f64, 2.0, 1.0]);
+                let r: [f64; 3] = std::array::from_fn(|a| n[a] - motion.centre[a]);
+                let (w, v) = (motion.angular, motion.velocity);
+                let u = [
+                    v[0] + w[1] * r[2] - w[2] * r[1],
+                    v[1] + w[2] * r[0] - w[0] * r[2],
+                    v[2] + w[0] * r[1] - w[1] * r[0],
+                ];
+                let mut f = [0.0; 3];
+                for i in 1..Q {
+                    let c = crate::lattice::C[i];
+                    let to = std::array::from_fn(|a| {
+                        (x[a] as isize + c[a]).rem_euclid(cells[a] as isize) as usize
+                    });
+                    let (out, back) = (
+                        fluid.populations(to)[i],
+                        fluid.populations(x)[crate::lattice::opposite(i)],
+                    );
+                    for a in 0..3 {
+                        f[a] -= out * (c[a] as f64 - u[a]) + back * (c[a] as f64 + u[a]);
+                    }
+                }
+                for a in 0..3 {
+                    let (b, d) = ((a + 1) % 3, (a + 2) % 3);
+                    force[a] += f[a];
+                    moment[a] += n[b] * f[d] - n[d] * f[b];
+                }
+            }
+            for a in 0..3 {
+                assert!(
+                    (from_fixed(sum[0].force[a]) - force[a]).abs() < 1e-10,
+                    "{simd:?} force {a}"
+                );
+                assert!(
+                    (from_fixed(sum[0].moment[a]) - moment[a]).abs() < 1e-10,
+                    "{simd:?} moment {a}"
+                );
+            }
+        }
+    }
+}
