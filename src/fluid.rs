@@ -48,6 +48,8 @@ pub enum Simd {
     Sse2,
     /// 256-bit registers.
     Avx2,
+    /// 512-bit registers.
+    Avx512,
 }
 
 /// Speed (cells per time step) above which a run has diverged: Mach number 0.7.

@@ -45,7 +45,10 @@ pub(super) struct RowCells<T> {
 
 impl<T> RowCells<T> {
     pub(super) fn new() -> Self {
-        Self { fraction: Vec::new(), velocity: [const { Vec::new() }; 3] }
+        Self {
+            fraction: Vec::new(),
+            velocity: [const { Vec::new() }; 3],
+        }
     }
 }
 

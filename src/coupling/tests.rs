@@ -1,1 +1,218 @@
+//! What a particle feels of the fluid, without an engine: particles are where the test puts them.
 
+use super::*;
+use crate::comm::on_threads;
+use crate::domain::Domain;
+use crate::fluid::Simd;
+use crate::particle::Template;
+use crate::shape::Sphere;
+use std::sync::Arc;
+
+const UNITS: Units = Units {
+    dx: 0.125,
+    dt: 0.01,
+    density: 1000.0,
+};
+const CELLS: [usize; 3] = [24, 20, 28];
+
+fn params() -> CouplingParams {
+    CouplingParams {
+        units: UNITS,
+        solid_ramp_width: 0.5,
+        gravity: Vec3::zeros(),
+        force_balance: ForceBalance::Mixture,
+    }
+}
+
+/// Every rank knows all; owned are those whose centre is in its block.
+fn store(decomposition: &Decomposition, rank: usize, particles: &[Particle], radius: f64) -> ParticleStore {
+    let templates: Arc<[Template]> = Arc::new([Template {
+        shape: Arc::new(Sphere { radius }),
+        density: 2000.0,
+    }]);
+    let owner = |p: &Particle| decomposition.owner(p.position());
+    let (mine, others): (Vec<Particle>, Vec<Particle>) = particles.iter().partition(|p| owner(p) == rank);
+    let (owned, particles) = (mine.len(), [mine, others].concat());
+    let owners = particles.iter().map(|p| owner(p) as u32).collect();
+    ParticleStore {
+        templates,
+        particles,
+        owned,
+        owners,
+    }
+}
+
+/// Loads on all particles (by id) after `steps` steps from a flow, particles held where they are.
+fn loads_after<T: Real>(
+    particles: &[Particle],
+    radius: f64,
+    ranks: usize,
+    steps: usize,
+    flow: impl Fn([usize; 3]) -> (f64, [f64; 3]) + Sync,
+) -> Vec<Load> {
+    let decomposition = Decomposition::new(
+        Domain {
+            cells: CELLS,
+            dx: UNITS.dx,
+        },
+        ranks,
+    )
+    .unwrap();
+    let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
+        let store = store(&decomposition, comm.rank(), particles, radius);
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, 0.6, Simd::best());
+        let mut coupling = Coupling::new(params(), &decomposition, comm.rank(), radius);
+        fluid.set_equilibrium(&flow);
+        let mut loads = Vec::new();
+        for _ in 0..steps {
+            coupling.map(&store, &mut fluid);
+            fluid.sweep([0.0; 3], false);
+            fluid.exchange();
+            loads = coupling.loads(&store, &fluid, Vec3::zeros(), &comm);
+        }
+        store.owned().iter().map(|p| p.id).zip(loads).collect::<Vec<_>>()
+    })
+    .concat();
+    all.sort_by_key(|&(id, _)| id);
+    all.into_iter().map(|(_, load)| load).collect()
+}
+
+fn rest(_: [usize; 3]) -> (f64, [f64; 3]) {
+    (1.0, [0.0; 3])
+}
+
+#[test]
+fn a_resting_sphere_in_resting_fluid_feels_exactly_nothing() {
+    let sphere = Particle::at(0, 0, Vec3::new(1.43, 0.02, 3.3));
+    for ranks in [1, 4] {
+        for load in [
+            loads_after::<f32>(&[sphere], 0.6, ranks, 20, rest),
+            loads_after::<f64>(&[sphere], 0.6, ranks, 20, rest),
+        ] {
+            assert_eq!(load[0], Load::default());
+        }
+    }
+}
+
+#[test]
+fn uniform_translation_of_fluid_and_sphere_leaves_the_force_zero_to_round_off() {
+    let speed = [0.05, -0.03, 0.02];
+    let mut sphere = Particle::at(0, 0, Vec3::new(1.43, 1.21, 1.7));
+    sphere.velocity = speed.map(|u| u * UNITS.velocity());
+    let load = loads_after::<f64>(&[sphere], 0.6, 1, 10, |_| (1.0, speed))[0];
+    // A sphere this fast relative to the fluid would feel a momentum flux of about rho u^2 R^2, in lattice units:
+    let flux = 0.05 * 0.05 * 4.8 * 4.8;
+    println!(
+        "force {:.1e}, torque {:.1e}, flux {flux:.1e}",
+        load.force.norm() / UNITS.force(),
+        load.torque.norm() / UNITS.torque()
+    );
+    assert!(load.force.norm() / UNITS.force() < 1e-11 && load.torque.norm() / UNITS.torque() < 1e-10);
+}
+
+#[test]
+fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_force() {
+    let shear = |shift: [usize; 3]| {
+        move |cell: [usize; 3]| {
+            // The flow moves with the sphere.
+            let [x, y, z] = std::array::from_fn(|a| (cell[a] + CELLS[a] - shift[a]) % CELLS[a]);
+            let wave = |a: usize, b: usize| (0.26 * a as f64 + 0.4 * b as f64).sin();
+            (1.0, [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
+        }
+    };
+    let inside = Vec3::new(1.43, 1.21, 1.7);
+    let load = |shift: [usize; 3], ranks: usize| {
+        let domain = Domain {
+            cells: CELLS,
+            dx: UNITS.dx,
+        };
+        let moved = domain.wrap(inside + Vec3::from(shift.map(|n| n as f64 * UNITS.dx)));
+        let mut sphere = Particle::at(0, 0, moved);
+        (sphere.velocity, sphere.angular_velocity) = ([0.1, 0.05, -0.2], [0.3, -0.2, 0.1]);
+        loads_after::<f64>(&[sphere], 0.6, ranks, 6, shear(shift))[0]
+    };
+    let reference = load([0, 0, 0], 1);
+    assert!(reference.force.norm() > 0.01 * UNITS.force());
+    // The sphere, nine cells across, comes to lie on one, two and three faces of the box.
+    for shift in [
+        [12, 0, 0],
+        [0, 10, 0],
+        [0, 0, 14],
+        [12, 10, 0],
+        [12, 0, 14],
+        [0, 10, 14],
+        [12, 10, 14],
+    ] {
+        for ranks in [1, 2, 6, 8] {
+            let moved = load(shift, ranks);
+            let (force, torque) = (
+                (moved.force - reference.force).norm(),
+                (moved.torque - reference.torque).norm(),
+            );
+            assert!(
+                force < 1e-10 * reference.force.norm(),
+                "{shift:?} on {ranks} ranks: {force:e}"
+            );
+            assert!(
+                torque < 1e-10 * reference.torque.norm(),
+                "{shift:?} on {ranks} ranks: {torque:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
+    let decomposition = Decomposition::new(
+        Domain {
+            cells: CELLS,
+            dx: UNITS.dx,
+        },
+        1,
+    )
+    .unwrap();
+    let spheres = [Vec3::new(0.01, 0.0, 3.4), Vec3::new(1.7, 1.2, 1.55)];
+    let particles: Vec<Particle> = spheres
+        .iter()
+        .enumerate()
+        .map(|(i, &x)| Particle::at(i as u64, 0, x))
+        .collect();
+    let store = store(&decomposition, 0, &particles, 0.6);
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, 0.6, Simd::best());
+    Coupling::new(params(), &decomposition, 0, 0.6).map(&store, &mut fluid);
+    let mapped = from_fixed(fluid.solid().fraction_total()) * UNITS.dx.powi(3);
+    let exact = 2.0 * store.templates[0].shape.volume();
+    assert!((mapped / exact - 1.0).abs() < 0.02, "{mapped} for {exact}");
+}
+
+#[test]
+fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
+    let decomposition = Decomposition::new(
+        Domain {
+            cells: CELLS,
+            dx: UNITS.dx,
+        },
+        1,
+    )
+    .unwrap();
+    let store = store(
+        &decomposition,
+        0,
+        &[Particle::at(0, 0, Vec3::new(1.0, 1.0, 1.0))],
+        0.5,
+    );
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, 0.6, Simd::best());
+    let (gravity, acceleration) = (Vec3::new(0.0, 0.0, -10.0), Vec3::new(0.0, 0.5, 3.0));
+    for (force_balance, share) in [(ForceBalance::Mixture, 1.0), (ForceBalance::FluidOnly, 0.0)] {
+        let params = CouplingParams {
+            gravity,
+            force_balance,
+            ..params()
+        };
+        let mut coupling = Coupling::new(params, &decomposition, 0, 0.5);
+        coupling.map(&store, &mut fluid);
+        let load = coupling.loads(&store, &fluid, acceleration, &Comm::Solo)[0];
+        let expected = 1000.0 * store.templates[0].shape.volume() * (share * acceleration - gravity);
+        assert!((load.force - expected).norm() < 1e-9);
+    }
+}

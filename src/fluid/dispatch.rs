@@ -168,17 +168,23 @@ fn exchange_rows<T: Real, R: Lanes<T>>(
 }
 
 macro_rules! real {
-    ($t:ty, $sse2:ident, $avx2:ident) => {
+    ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
             fn sweep(fluid: &mut Fluid<Self>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
                 #[cfg(target_arch = "x86_64")]
                 {
-                    use super::simd::{$avx2, $sse2};
+                    use super::simd::{$avx2, $avx512, $sse2};
                     #[target_feature(enable = "avx2")]
                     fn avx2(fluid: &mut Fluid<$t>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
                         sweep_block::<$t, $avx2>(fluid, acceleration, flow);
                     }
+                    #[target_feature(enable = "avx512f")]
+                    fn avx512(fluid: &mut Fluid<$t>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
+                        sweep_block::<$t, $avx512>(fluid, acceleration, flow);
+                    }
                     match fluid.simd {
+                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
+                        Simd::Avx512 => return unsafe { avx512(fluid, acceleration, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
                         Simd::Avx2 => return unsafe { avx2(fluid, acceleration, flow) },
                         Simd::Sse2 => return sweep_block::<$t, $sse2>(fluid, acceleration, flow),
@@ -196,7 +202,7 @@ macro_rules! real {
             ) {
                 #[cfg(target_arch = "x86_64")]
                 {
-                    use super::simd::{$avx2, $sse2};
+                    use super::simd::{$avx2, $avx512, $sse2};
                     #[target_feature(enable = "avx2")]
                     fn avx2(
                         fluid: &Fluid<$t>,
@@ -206,7 +212,18 @@ macro_rules! real {
                     ) {
                         exchange_rows::<$t, $avx2>(fluid, rows, motions, sums);
                     }
+                    #[target_feature(enable = "avx512f")]
+                    fn avx512(
+                        fluid: &Fluid<$t>,
+                        rows: &[SolidRow],
+                        motions: &[RigidMotion],
+                        sums: &mut [ExchangeSum],
+                    ) {
+                        exchange_rows::<$t, $avx512>(fluid, rows, motions, sums);
+                    }
                     match fluid.simd {
+                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
+                        Simd::Avx512 => return unsafe { avx512(fluid, rows, motions, sums) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
                         Simd::Avx2 => return unsafe { avx2(fluid, rows, motions, sums) },
                         Simd::Sse2 => return exchange_rows::<$t, $sse2>(fluid, rows, motions, sums),
@@ -218,5 +235,5 @@ macro_rules! real {
         }
     };
 }
-real!(f32, F32x4, F32x8);
-real!(f64, F64x2, F64x4);
+real!(f32, F32x4, F32x8, F32x16);
+real!(f64, F64x2, F64x4, F64x8);

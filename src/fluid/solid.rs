@@ -3,12 +3,12 @@
 use super::kernel::Number;
 use crate::math::to_fixed;
 
-/// Cells that share one entry of solid data: one AVX2 register of single precision.
-pub const CHUNK: usize = 8;
+/// Cells that share one entry of solid data: the widest register of single precision.
+pub const CHUNK: usize = 16;
 
 /// What the particles do to [`CHUNK`] neighbouring cells of a row, lattice units.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(crate) struct SolidChunk<T> {
     /// `B = prod (1 - phi_k)`.
     pub(crate) permeability: [T; CHUNK],

@@ -6,7 +6,7 @@ use crate::domain::Domain;
 use crate::math::from_fixed;
 use std::f64::consts::TAU;
 
-const ALL: [Simd; 3] = [Simd::Scalar, Simd::Sse2, Simd::Avx2];
+const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
 fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
     let decomposition = Decomposition::new(Domain { cells, dx: 1.0 }, 1).unwrap();
