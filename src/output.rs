@@ -1,5 +1,30 @@
 //! What came out: tables, VTK files, pictures, the summary.
+//!
+//! Everything here takes plain data in SI units and knows nothing of how it was computed. A run calls, in this
+//! order, [`directory::prepare`] before anything is computed; [`SeriesWriter`], [`write_fields`],
+//! [`write_particles`] (each followed by [`Collection::add`]) and [`picture::write_slice`] on the way, with names
+//! from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end.
+//!
+//! Files appear under their final name only when they are complete and on disk: they are written beside as
+//! `NAME.tmp`, synced, and renamed. The one file that grows is `series.csv`, by whole rows. So a run that is killed
+//! leaves nothing that cannot be read.
 
-/// The result of a run; its JSON keys are stable.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct Summary {}
+mod atomic;
+pub mod directory;
+pub mod picture;
+pub mod progress;
+pub mod pvd;
+pub mod series;
+pub mod statistics;
+pub mod summary;
+pub mod vti;
+pub mod vtp;
+
+pub use directory::OutputFiles;
+pub use progress::Progress;
+pub use pvd::Collection;
+pub use series::{SeriesRow, SeriesWriter};
+pub use statistics::{Estimate, estimate_mean};
+pub use summary::{ReferenceScales, Summary};
+pub use vti::{FieldSnapshot, write_fields};
+pub use vtp::write_particles;

@@ -1,0 +1,77 @@
+//! Files that appear whole or not at all.
+
+use crate::error::{Error, Result};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// What is appended to the name of a file that is being written.
+pub(super) const PARTIAL_SUFFIX: &str = ".tmp";
+
+/// Writes a file under another name, syncs it to disk, and renames it to `path`.
+///
+/// After an error neither `path` has changed nor is anything left beside it.
+pub(super) fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<()> {
+    let partial = partial_name(path);
+    let attempt = || {
+        let mut file = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
+        write(&mut file)?;
+        file.flush()?;
+        // Some file systems report a full disk only here.
+        file.get_ref().sync_all()?;
+        drop(file);
+        fs::rename(&partial, path)
+    };
+    attempt().map_err(|source| {
+        // The error at hand matters more than a failure to clean up after it.
+        let _ = fs::remove_file(&partial);
+        Error::io("write", path, source)
+    })
+}
+
+/// [`write_atomically`] for contents that are in memory.
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_atomically(path, |file| file.write_all(bytes))
+}
+
+fn partial_name(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(PARTIAL_SUFFIX);
+    name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_that_fails_half_way_keeps_the_old_file_and_leaves_nothing_beside_it() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("table.csv");
+        write_bytes(&path, b"old").unwrap();
+        let error = write_atomically(&path, |file| {
+            file.write_all(b"half")?;
+            Err(io::Error::other("power cut"))
+        })
+        .unwrap_err();
+        assert!(error.to_string().contains("table.csv") && error.to_string().contains("power cut"));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    /// The partial file is a link to `/dev/full`, where every write fails as on a full disk.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error_even_if_everything_fits_the_buffer() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("small.json");
+        std::os::unix::fs::symlink("/dev/full", partial_name(&path)).unwrap();
+        let error = write_bytes(&path, b"{}").unwrap_err();
+        assert!(matches!(&error, Error::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull));
+        assert_eq!(error.exit_code(), 2);
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+    }
+}

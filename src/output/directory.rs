@@ -1,0 +1,212 @@
+//! Where output goes, and the names of its files.
+//!
+//! ```text
+//! DIRECTORY/
+//!   summary.json  series.csv  settling_velocity.png
+//!   fields.pvd     fields/fields_0000001000.vti ...
+//!   particles.pvd  particles/particles_0000001000.vtp ...
+//!   pictures/velocity_0000001000.png ...
+//! ```
+//!
+//! A run owns these names and no others. [`prepare`] removes what an earlier run left under them, so that frames
+//! of two runs never mix; files with other names are never touched.
+
+use super::atomic::PARTIAL_SUFFIX;
+use crate::error::{Error, Result};
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Names of all files of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputFiles {
+    directory: PathBuf,
+}
+
+/// Files directly in the output directory.
+const TOP: [&str; 5] = [
+    "summary.json",
+    "series.csv",
+    "settling_velocity.png",
+    "fields.pvd",
+    "particles.pvd",
+];
+/// Directory, prefix and extension of the numbered files.
+const FIELDS: (&str, &str, &str) = ("fields", "fields_", ".vti");
+const PARTICLES: (&str, &str, &str) = ("particles", "particles_", ".vtp");
+const PICTURES: (&str, &str, &str) = ("pictures", "velocity_", ".png");
+
+impl OutputFiles {
+    /// The files of a run whose output goes to `directory`.
+    pub fn new(directory: impl Into<PathBuf>) -> Self {
+        Self {
+            directory: directory.into(),
+        }
+    }
+
+    /// The output directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// The result in numbers.
+    pub fn summary(&self) -> PathBuf {
+        self.directory.join(TOP[0])
+    }
+
+    /// The time series.
+    pub fn series(&self) -> PathBuf {
+        self.directory.join(TOP[1])
+    }
+
+    /// The plot of settling velocity over time.
+    pub fn settling_plot(&self) -> PathBuf {
+        self.directory.join(TOP[2])
+    }
+
+    /// The collection of all field files.
+    pub fn fields_collection(&self) -> PathBuf {
+        self.directory.join(TOP[3])
+    }
+
+    /// The collection of all particle files.
+    pub fn particles_collection(&self) -> PathBuf {
+        self.directory.join(TOP[4])
+    }
+
+    /// The fluid fields at `step`.
+    pub fn fields(&self, step: u64) -> PathBuf {
+        self.numbered(FIELDS, step)
+    }
+
+    /// The particle surfaces at `step`.
+    pub fn particles(&self, step: u64) -> PathBuf {
+        self.numbered(PARTICLES, step)
+    }
+
+    /// The velocity slice at `step`.
+    pub fn picture(&self, step: u64) -> PathBuf {
+        self.numbered(PICTURES, step)
+    }
+
+    fn numbered(&self, (folder, prefix, extension): (&str, &str, &str), step: u64) -> PathBuf {
+        self.directory
+            .join(folder)
+            .join(format!("{prefix}{step:010}{extension}"))
+    }
+}
+
+/// Creates the output directory, removes what an earlier run left, and proves that files can be written.
+///
+/// Called before anything is computed, so that a run cannot fail at its first output after hours.
+pub fn prepare(directory: &Path) -> Result<()> {
+    let attempt = || -> io::Result<()> {
+        for folder in [FIELDS, PARTICLES, PICTURES] {
+            fs::create_dir_all(directory.join(folder.0))?;
+        }
+        remove_matching(directory, |name| TOP.contains(&name))?;
+        for (folder, prefix, extension) in [FIELDS, PARTICLES, PICTURES] {
+            let is_frame = |name: &str| {
+                name.strip_prefix(prefix)
+                    .and_then(|rest| rest.strip_suffix(extension))
+                    .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
+            };
+            remove_matching(&directory.join(folder), is_frame)?;
+            probe(&directory.join(folder))?;
+        }
+        probe(directory)
+    };
+    attempt().map_err(|source| {
+        Error::Input(format!(
+            "cannot write to the output directory {}: {source}\n  \
+             choose another one with --out DIR or the key output.directory",
+            directory.display()
+        ))
+    })
+}
+
+/// Removes the files, finished or partial, whose final name is `own`.
+fn remove_matching(directory: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
+    for entry in fs::read_dir(directory)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        if own(name.strip_suffix(PARTIAL_SUFFIX).unwrap_or(name)) && !entry.file_type()?.is_dir() {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a file that does not exist yet, and removes it again.
+fn probe(directory: &Path) -> io::Result<()> {
+    let path = directory.join(format!(".turbid-probe-{}", std::process::id()));
+    let written = fs::File::create_new(&path).and_then(|mut file| {
+        file.write_all(b"probe")?;
+        file.sync_all()
+    });
+    // A probe of another run of the same number is not ours to remove.
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
+        written => written.and(fs::remove_file(&path)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_earlier_run_is_cleared_and_foreign_files_stay() {
+        let root = tempfile::tempdir().unwrap();
+        let directory = root.path().join("a/b");
+        prepare(&directory).unwrap();
+        let files = OutputFiles::new(&directory);
+        let own = [
+            files.summary(),
+            files.series(),
+            files.settling_plot(),
+            files.fields_collection(),
+            files.particles_collection(),
+            files.fields(3),
+            files.particles(12_345_678_901),
+            files.picture(0),
+            files.fields(4).with_extension("vti.tmp"),
+        ];
+        let foreign = [
+            directory.join("notes.txt"),
+            directory.join("fields/fields_best.vti"),
+            directory.join("particles/fields_0000000001.vti"),
+            directory.join("summary.json.bak"),
+        ];
+        for path in own.iter().chain(&foreign) {
+            fs::write(path, "x").unwrap();
+        }
+        prepare(&directory).unwrap();
+        for path in own {
+            assert!(!path.exists(), "{} is stale", path.display());
+        }
+        for path in foreign {
+            assert!(path.exists(), "{} is not ours", path.display());
+        }
+        let left = fs::read_dir(&directory).unwrap().count();
+        assert_eq!(left, 5, "three folders, two foreign files, no probe");
+    }
+
+    #[test]
+    fn a_place_where_nothing_can_be_written_is_named_with_a_remedy() {
+        let root = tempfile::tempdir().unwrap();
+        let file = root.path().join("file");
+        fs::write(&file, "x").unwrap();
+        for directory in [file.join("out"), PathBuf::from("/proc/turbid")] {
+            let error = prepare(&directory).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            let text = error.to_string();
+            assert!(
+                text.contains(&directory.display().to_string()) && text.contains("--out"),
+                "{text}"
+            );
+        }
+        assert_eq!(fs::read(&file).unwrap(), b"x");
+    }
+}

@@ -1,0 +1,38 @@
+//! Pictures of a run as PNG: a slice through the velocity field, and settling velocity over time.
+
+mod axis;
+mod canvas;
+mod colour;
+mod outline;
+mod plot;
+mod slice;
+mod text;
+
+pub use plot::{SettlingPlot, write_settling};
+pub use slice::{VelocitySlice, write_slice};
+
+use super::atomic::write_atomically;
+use crate::error::Result;
+use canvas::Canvas;
+use std::io;
+use std::path::Path;
+
+fn write_png(path: &Path, canvas: &Canvas) -> Result<()> {
+    write_atomically(path, |file| {
+        let mut encoder = png::Encoder::new(file, canvas.width(), canvas.height());
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Balanced);
+        encoder.set_pixel_dims(Some(png::PixelDimensions {
+            xppu: PIXELS_PER_METRE,
+            yppu: PIXELS_PER_METRE,
+            unit: png::Unit::Meter,
+        }));
+        let mut writer = encoder.write_header().map_err(io::Error::other)?;
+        writer.write_image_data(&canvas.rgb()).map_err(io::Error::other)?;
+        writer.finish().map_err(io::Error::other)
+    })
+}
+
+/// 200 dots per inch: a picture 1200 pixels wide fills 15 cm of a page.
+const PIXELS_PER_METRE: u32 = 7874;

@@ -1,0 +1,313 @@
+//! A slice through the middle of the box: velocity magnitude in colour, particles as outlines.
+
+use super::axis::{Ticks, rounded_range};
+use super::canvas::{Align, Canvas, Pencil};
+use super::colour::{GREY, INK, viridis};
+use super::outline;
+use super::text::{above, italic, roman, width};
+use super::write_png;
+use crate::domain::Domain;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::{Particle, Template};
+use std::path::Path;
+
+/// What a velocity slice shows.
+#[derive(Clone, Copy, Debug)]
+pub struct VelocitySlice<'a> {
+    /// Name of the case, for the title.
+    pub case: &'a str,
+    /// Time over `D / u_Stokes` (-), for the title.
+    pub t_star: f64,
+    /// Box and cells.
+    pub domain: Domain,
+    /// Velocity (m/s) of all cells, x fastest.
+    pub velocity: &'a [[f32; 3]],
+    /// Geometries and materials.
+    pub templates: &'a [Template],
+    /// All particles.
+    pub particles: &'a [Particle],
+    /// Gravity; its largest component points down in the picture. If zero, z points up.
+    pub gravity: Vec3,
+    /// Velocity at the upper end of the colours (m/s); `None` takes the largest in this slice. Give the same one
+    /// to all pictures of a film.
+    pub largest_speed: Option<f64>,
+}
+
+/// Height of the slice in pixels unless it is very wide.
+const PANEL: f64 = 1000.0;
+/// Largest width of the slice in pixels.
+const WIDEST: f64 = 2200.0;
+const LEFT: u32 = 120;
+const RIGHT: u32 = 200;
+const TOP: u32 = 90;
+const BOTTOM: u32 = 110;
+/// Smallest height of a picture in pixels.
+const LOWEST: u32 = 900;
+const TITLE: f32 = 30.0;
+const LABEL: f32 = 28.0;
+const NUMBER: f32 = 24.0;
+const TICK: f32 = 9.0;
+/// Left edge and width of the colour bar, from the right edge of the slice.
+const BAR: (f32, f32) = (36.0, 30.0);
+
+/// Draws the plane through the middle of the box that holds the direction of gravity and, if it can, x: the x-z
+/// plane for gravity along z. Lengths are in diameters of the first kind of particle, in metres without particles.
+///
+/// # Panics
+/// If there is not one velocity per cell.
+pub fn write_slice(path: &Path, picture: &VelocitySlice) -> Result<()> {
+    assert_eq!(
+        picture.velocity.len(),
+        picture.domain.cell_count(),
+        "one velocity per cell"
+    );
+    write_png(path, &draw(picture))
+}
+
+fn draw(picture: &VelocitySlice) -> Canvas {
+    let plane = Plane::new(&picture.domain, picture.gravity);
+    let scale = (PANEL / plane.size.1).min(WIDEST / plane.size.0);
+    let pixels = (
+        (plane.size.0 * scale).round().max(1.0) as u32,
+        (plane.size.1 * scale).round().max(1.0) as u32,
+    );
+    let field = plane.speeds(picture.velocity, pixels);
+    let largest = picture
+        .largest_speed
+        .unwrap_or_else(|| f64::from(field.iter().copied().fold(0.0, f32::max)));
+    let (prefix, factor) = unit_prefix(largest);
+    let top = if largest > 0.0 && largest.is_finite() {
+        rounded_range(0.0, largest * factor, 10.0).1
+    } else {
+        1.0
+    };
+
+    let colours: Vec<[u8; 3]> = field
+        .iter()
+        .map(|&speed| viridis(f64::from(speed) * factor / top))
+        .collect();
+    let mut panel = Canvas::from_pixels(pixels.0, pixels.1, &colours);
+    draw_particles(&mut panel, picture, &plane, scale);
+
+    let time = format!(" = {:.1}", picture.t_star);
+    let time = [italic("t"), above("*"), roman(&time)];
+    let title = [roman(picture.case)];
+    let title_width = width(&title, TITLE) + width(&time, TITLE) + 2.0 * TITLE;
+    let page = (
+        (LEFT + pixels.0 + RIGHT).max(title_width as u32 + LEFT + RIGHT),
+        (TOP + pixels.1 + BOTTOM).max(LOWEST),
+    );
+    let mut canvas = Canvas::new(page.0, page.1);
+    let corner = (
+        LEFT + (page.0 - LEFT - RIGHT - pixels.0) / 2,
+        TOP + (page.1 - TOP - BOTTOM - pixels.1) / 2,
+    );
+    canvas.paste(&panel, corner.0, corner.1);
+    let (l, t) = (corner.0 as f32, corner.1 as f32);
+    let area = (l, t, l + pixels.0 as f32, t + pixels.1 as f32);
+    canvas.frame(area, Pencil::new(INK, 2.0));
+
+    let inset = 0.5 * (title_width - pixels.0 as f32).max(0.0);
+    canvas.text(&title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
+    canvas.text(&time, TITLE, (area.2 + inset, t - 26.0), Align::End, INK);
+    draw_axes(&mut canvas, picture, &plane, area);
+    draw_bar(&mut canvas, area, top, prefix);
+    canvas
+}
+
+/// The plane of a slice: which axes of the box run across and up.
+struct Plane {
+    domain: Domain,
+    across: usize,
+    up: usize,
+    normal: usize,
+    /// Whether the coordinate grows downwards in the picture, because gravity points along it.
+    flipped: bool,
+    /// Width and height (m).
+    size: (f64, f64),
+}
+
+impl Plane {
+    fn new(domain: &Domain, gravity: Vec3) -> Self {
+        let up = if gravity.norm() > 0.0 { gravity.iamax() } else { 2 };
+        let across = usize::from(up == 0);
+        let normal = 3 - up - across;
+        let size = domain.size();
+        Self {
+            domain: *domain,
+            across,
+            up,
+            normal,
+            flipped: gravity[up] > 0.0,
+            size: (size[across], size[up]),
+        }
+    }
+
+    /// Distance from the top of the picture of a coordinate along `up`, both in metres.
+    fn down(&self, up: f64) -> f64 {
+        if self.flipped { up } else { self.size.1 - up }
+    }
+
+    /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres.
+    fn speeds(&self, velocity: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
+        let n = self.domain.cells;
+        // The middle lies between two layers of cells if their number is even.
+        let layers = [(n[self.normal] - 1) / 2, n[self.normal] / 2];
+        let cell = |a: usize, b: usize| -> [f32; 3] {
+            let mut sum = [0.0; 3];
+            for layer in layers {
+                let mut at = [0; 3];
+                (at[self.across], at[self.up], at[self.normal]) = (a, b, layer);
+                let u = velocity[at[0] + n[0] * (at[1] + n[1] * at[2])];
+                for i in 0..3 {
+                    sum[i] += 0.5 * u[i];
+                }
+            }
+            sum
+        };
+        let (na, nb) = (n[self.across], n[self.up]);
+        let layer: Vec<[f32; 3]> = (0..na * nb).map(|i| cell(i % na, i / na)).collect();
+        // Cells on both sides of a pixel, and how far it is from the first to the second.
+        let neighbours = |pixel: u32, pixels: u32, cells: usize| {
+            let place = (f64::from(pixel) + 0.5) / f64::from(pixels) * cells as f64 - 0.5;
+            let first = place.floor();
+            let index = (first as isize).rem_euclid(cells as isize) as usize;
+            (index, (index + 1) % cells, (place - first) as f32)
+        };
+        let columns: Vec<_> = (0..width).map(|x| neighbours(x, width, na)).collect();
+        let mut speeds = Vec::with_capacity((width * height) as usize);
+        for y in 0..height {
+            let row = if self.flipped { y } else { height - 1 - y };
+            let (b0, b1, t) = neighbours(row, height, nb);
+            for &(a0, a1, s) in &columns {
+                let corners = [(a0, b0), (a1, b0), (a0, b1), (a1, b1)].map(|(a, b)| layer[a + na * b]);
+                let u: [f32; 3] = std::array::from_fn(|i| {
+                    let [p, q, r, w] = corners.map(|u| u[i]);
+                    (1.0 - t) * ((1.0 - s) * p + s * q) + t * ((1.0 - s) * r + s * w)
+                });
+                speeds.push(u.iter().map(|x| x * x).sum::<f32>().sqrt());
+            }
+        }
+        speeds
+    }
+}
+
+/// Outlines of all particles and their periodic images that the plane cuts, under a light veil.
+fn draw_particles(panel: &mut Canvas, picture: &VelocitySlice, plane: &Plane, scale: f64) {
+    let size = plane.domain.size();
+    let unit = |axis: usize| Vec3::from_fn(|i, _| f64::from(u8::from(i == axis)));
+    let (across, up) = (unit(plane.across), unit(plane.up));
+    let middle = 0.5 * size[plane.normal] * unit(plane.normal);
+    for particle in picture.particles {
+        let shape = &*picture.templates[particle.template as usize].shape;
+        let reach = shape.circumradius();
+        let position = plane.domain.wrap(particle.position());
+        for image in 0..27 {
+            let shift = Vec3::new(
+                f64::from(image % 3 - 1),
+                f64::from(image / 3 % 3 - 1),
+                f64::from(image / 9 - 1),
+            );
+            let centre = position + shift.component_mul(&size);
+            let outside = |axis: usize| centre[axis] < -reach || centre[axis] > size[axis] + reach;
+            if outside(plane.across) || outside(plane.up) {
+                continue;
+            }
+            let outline = outline::cut(shape, &particle.orientation(), middle - centre, across, up);
+            let points: Vec<(f32, f32)> = outline
+                .iter()
+                .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
+                .collect();
+            panel.fill(&points, [255, 255, 255], 0.22);
+            panel.polygon(&points, Pencil::new([20, 20, 20], 2.0));
+        }
+    }
+}
+
+fn draw_axes(canvas: &mut Canvas, picture: &VelocitySlice, plane: &Plane, area: (f32, f32, f32, f32)) {
+    let (l, t, r, b) = area;
+    let diameter = picture.templates.first().map(|t| t.shape.equivalent_diameter());
+    let unit = diameter.unwrap_or(1.0);
+    let length = (plane.size.0 / unit, plane.size.1 / unit);
+    let pixels_per_unit = f64::from(b - t) / length.1;
+    let ticks = |length: f64| Ticks::new(0.0, length, (length * pixels_per_unit / 110.0).max(1.0));
+    let pencil = Pencil::new(INK, 2.0);
+
+    let horizontal = ticks(length.0);
+    for &value in &horizontal.values {
+        let x = l + (value * pixels_per_unit) as f32;
+        canvas.line((x, b + 2.0), (x, b + 2.0 + TICK), pencil);
+        let text = horizontal.label(value);
+        canvas.text(&[roman(&text)], NUMBER, (x, b + 38.0), Align::Middle, INK);
+    }
+    let vertical = ticks(length.1);
+    let mut widest: f32 = 0.0;
+    for &value in &vertical.values {
+        let y = t + (plane.down(value * unit) / unit * pixels_per_unit) as f32;
+        canvas.line((l - 2.0, y), (l - 2.0 - TICK, y), pencil);
+        let text = vertical.label(value);
+        widest = widest.max(width(&[roman(&text)], NUMBER));
+        canvas.text(
+            &[roman(&text)],
+            NUMBER,
+            (l - 18.0, y + 0.36 * NUMBER),
+            Align::End,
+            INK,
+        );
+    }
+    let name = |axis: usize| {
+        let mut spans = vec![italic(["x", "y", "z"][axis])];
+        match diameter {
+            Some(_) => spans.extend([roman(" / "), italic("D")]),
+            None => spans.push(roman(" (m)")),
+        }
+        spans
+    };
+    let below = (0.5 * (l + r), b + 82.0);
+    canvas.text(&name(plane.across), LABEL, below, Align::Middle, INK);
+    let beside = (l - 34.0 - widest, 0.5 * (t + b));
+    canvas.text_upwards(&name(plane.up), LABEL, beside, INK);
+}
+
+fn draw_bar(canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), top: f64, prefix: &str) {
+    let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
+    let rows = (b - t).round() as u32;
+    let colours: Vec<[u8; 3]> = (0..rows)
+        .flat_map(|y| {
+            let colour = viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
+            std::iter::repeat_n(colour, BAR.1 as usize)
+        })
+        .collect();
+    let bar = Canvas::from_pixels(BAR.1 as u32, rows, &colours);
+    canvas.paste(&bar, left as u32, t as u32);
+    canvas.frame((left, t, right, b), Pencil::new(INK, 2.0));
+    let ticks = Ticks::new(0.0, top, 6.0);
+    let mut widest: f32 = 0.0;
+    for &value in &ticks.values {
+        let y = b - (value / top) as f32 * (b - t);
+        canvas.line((right + 2.0, y), (right + 2.0 + TICK, y), Pencil::new(INK, 2.0));
+        let text = ticks.label(value);
+        widest = widest.max(width(&[roman(&text)], NUMBER));
+        canvas.text(
+            &[roman(&text)],
+            NUMBER,
+            (right + 18.0, y + 0.36 * NUMBER),
+            Align::Start,
+            INK,
+        );
+    }
+    let unit = format!("| ({prefix}m/s)");
+    let label = [roman("speed |"), italic("u"), roman(&unit)];
+    let place = (right + 18.0 + widest + 40.0, 0.5 * (t + b));
+    canvas.text_upwards(&label, LABEL, place, GREY);
+}
+
+/// Prefix of the unit that makes the numbers of order one to a thousand, and the factor to it.
+fn unit_prefix(largest: f64) -> (&'static str, f64) {
+    match largest {
+        x if x >= 1.0 || x <= 0.0 || x.is_nan() => ("", 1.0),
+        x if x >= 1e-3 => ("m", 1e3),
+        _ => ("\u{b5}", 1e6),
+    }
+}

@@ -1,0 +1,175 @@
+//! Text as outlines of an embedded font (`DejaVu` Sans), so that pictures look the same on every machine.
+
+use std::sync::OnceLock;
+use tiny_skia::{Path, PathBuilder, Transform};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
+
+/// A piece of text in one style.
+#[derive(Clone, Debug)]
+pub(super) struct Span<'a> {
+    text: &'a str,
+    italic: bool,
+    /// Rise over the font size: positive is a superscript.
+    rise: f32,
+}
+
+/// Upright text.
+pub(super) fn roman(text: &str) -> Span<'_> {
+    Span {
+        text,
+        italic: false,
+        rise: 0.0,
+    }
+}
+
+/// A symbol.
+pub(super) fn italic(text: &str) -> Span<'_> {
+    Span {
+        italic: true,
+        ..roman(text)
+    }
+}
+
+/// An index below the line.
+pub(super) fn below(text: &str) -> Span<'_> {
+    Span {
+        rise: -0.22,
+        ..roman(text)
+    }
+}
+
+/// A mark above the line.
+pub(super) fn above(text: &str) -> Span<'_> {
+    Span {
+        rise: 0.32,
+        ..roman(text)
+    }
+}
+
+/// Size of indices and marks over that of the text.
+const SCRIPT_SIZE: f32 = 0.72;
+
+/// Outline of a line of text that starts at the origin with its baseline on `y = 0`, and its width.
+pub(super) fn outline(spans: &[Span], size: f32) -> (Option<Path>, f32) {
+    let mut pen = Pen {
+        path: PathBuilder::new(),
+        x: 0.0,
+        y: 0.0,
+        scale: 1.0,
+    };
+    for span in spans {
+        let face = face(span.italic);
+        let script = if span.rise == 0.0 { 1.0 } else { SCRIPT_SIZE };
+        pen.scale = script * size / f32::from(face.units_per_em());
+        pen.y = -span.rise * size;
+        let mut previous = None;
+        for character in span.text.chars() {
+            let glyph = face.glyph_index(character).unwrap_or(GlyphId(0));
+            if let Some(previous) = previous {
+                pen.x += pen.scale * f32::from(kerning(face, previous, glyph));
+            }
+            face.outline_glyph(glyph, &mut pen);
+            pen.x += pen.scale * f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
+            previous = Some(glyph);
+        }
+    }
+    (pen.path.finish(), pen.x)
+}
+
+/// Width of a line of text.
+pub(super) fn width(spans: &[Span], size: f32) -> f32 {
+    outline(spans, size).1
+}
+
+/// [`outline`] moved so that its baseline starts at `(x, y)`, turned by `degrees` about that point.
+pub(super) fn placed(path: &Path, x: f32, y: f32, degrees: f32) -> Option<Path> {
+    path.clone()
+        .transform(Transform::from_rotate(degrees).post_translate(x, y))
+}
+
+fn face(italic: bool) -> &'static Face<'static> {
+    static ROMAN: OnceLock<Face<'static>> = OnceLock::new();
+    static ITALIC: OnceLock<Face<'static>> = OnceLock::new();
+    let parse = |data| Face::parse(data, 0).expect("the embedded font is whole");
+    if italic {
+        ITALIC.get_or_init(|| parse(dejavu::sans::oblique()))
+    } else {
+        ROMAN.get_or_init(|| parse(dejavu::sans::regular()))
+    }
+}
+
+fn kerning(face: &Face, left: GlyphId, right: GlyphId) -> i16 {
+    let Some(table) = face.tables().kern else { return 0 };
+    table
+        .subtables
+        .into_iter()
+        .filter(|subtable| subtable.horizontal && !subtable.variable)
+        .find_map(|subtable| subtable.glyphs_kerning(left, right))
+        .unwrap_or(0)
+}
+
+struct Pen {
+    path: PathBuilder,
+    x: f32,
+    y: f32,
+    scale: f32,
+}
+
+impl Pen {
+    /// Font units, y up, to pixels, y down.
+    fn at(&self, x: f32, y: f32) -> (f32, f32) {
+        (self.x + self.scale * x, self.y - self.scale * y)
+    }
+}
+
+impl OutlineBuilder for Pen {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.at(x, y);
+        self.path.move_to(x, y);
+    }
+    fn line_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.at(x, y);
+        self.path.line_to(x, y);
+    }
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
+        self.path.quad_to(x1, y1, x, y);
+    }
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
+        self.path.cubic_to(x1, y1, x2, y2, x, y);
+    }
+    fn close(&mut self) {
+        self.path.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_has_the_size_asked_for_and_scripts_are_smaller() {
+        let (path, advance) = outline(&[roman("H")], 100.0);
+        let bounds = path.unwrap().bounds();
+        assert!((bounds.height() - 72.9).abs() < 0.5, "cap height of the font");
+        assert!(bounds.bottom().abs() < 0.01, "stands on the baseline");
+        assert!(advance > bounds.right());
+        let (path, _) = outline(&[below("H")], 100.0);
+        let index = path.unwrap().bounds();
+        assert!(index.bottom() > 20.0 && index.height() < 60.0);
+    }
+
+    #[test]
+    fn every_symbol_used_in_pictures_is_in_the_font() {
+        for symbol in "\u{2212}\u{b1}\u{b5}\u{2013}*/^0123456789()".chars() {
+            assert!(face(false).glyph_index(symbol).is_some(), "{symbol:?}");
+        }
+    }
+
+    #[test]
+    fn pairs_are_kerned() {
+        let apart = width(&[roman("A")], 100.0) + width(&[roman("V")], 100.0);
+        assert!(width(&[roman("AV")], 100.0) < apart - 1.0);
+    }
+}

@@ -1,0 +1,235 @@
+//! Progress of a run on standard error: a bar on a terminal, otherwise a plain line every few seconds.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// What a run is, as far as progress is concerned.
+#[derive(Clone, Copy, Debug)]
+pub struct Workload {
+    /// Number of fluid steps to run.
+    pub steps: u64,
+    /// Number of cells.
+    pub cells: usize,
+    /// Increase of `t*` per step (-).
+    pub t_star_per_step: f64,
+}
+
+/// Shows how far a run has come; used by one rank only.
+pub struct Progress {
+    work: Workload,
+    target: Target,
+    interval: Duration,
+    start: Instant,
+    shown: Instant,
+    shown_step: u64,
+    /// Steps per second, smoothed over the last few updates.
+    rate: f64,
+}
+
+enum Target {
+    Quiet,
+    Bar(ProgressBar),
+    Lines(Box<dyn Write + Send>),
+}
+
+/// Time between updates of the bar.
+const BAR_INTERVAL: Duration = Duration::from_millis(200);
+/// Time between plain lines.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Weight of the newest rate: the estimate follows a change within a few updates and does not flicker.
+const NEW_WEIGHT: f64 = 0.3;
+
+impl Progress {
+    /// Starts the clock; shows nothing if `quiet`.
+    pub fn new(work: Workload, quiet: bool) -> Self {
+        let (target, interval) = if quiet {
+            (Target::Quiet, LINE_INTERVAL)
+        } else if std::io::stderr().is_terminal() {
+            let bar = ProgressBar::with_draw_target(Some(work.steps), ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{bar:32.cyan/black.bright} {percent:>3}%  {msg}")
+                .expect("the template is a constant");
+            bar.set_style(style.progress_chars("\u{2501}\u{2578}\u{2501}"));
+            (Target::Bar(bar), BAR_INTERVAL)
+        } else {
+            (Target::Lines(Box::new(std::io::stderr())), LINE_INTERVAL)
+        };
+        Self::with_target(work, target, interval, Instant::now())
+    }
+
+    fn with_target(work: Workload, target: Target, interval: Duration, start: Instant) -> Self {
+        Self {
+            work,
+            target,
+            interval,
+            start,
+            shown: start,
+            shown_step: 0,
+            rate: 0.0,
+        }
+    }
+
+    /// Tells that `step` steps are done; cheap enough to call after every step.
+    pub fn update(&mut self, step: u64) {
+        if !matches!(self.target, Target::Quiet) {
+            self.update_at(step, Instant::now());
+        }
+    }
+
+    fn update_at(&mut self, step: u64, now: Instant) {
+        let elapsed = now.duration_since(self.shown);
+        if elapsed < self.interval {
+            return;
+        }
+        let rate = step.saturating_sub(self.shown_step) as f64 / elapsed.as_secs_f64();
+        self.rate = if self.shown_step == 0 {
+            rate
+        } else {
+            NEW_WEIGHT * rate + (1.0 - NEW_WEIGHT) * self.rate
+        };
+        (self.shown, self.shown_step) = (now, step);
+        let text = self.status(step);
+        match &mut self.target {
+            Target::Quiet => {}
+            Target::Bar(bar) => {
+                bar.set_message(text);
+                bar.set_position(step);
+            }
+            Target::Lines(out) => {
+                let percent = 100.0 * step as f64 / self.work.steps.max(1) as f64;
+                // Progress that cannot be shown is no reason to end a run.
+                let _ = writeln!(out, "{percent:5.1}%  {text}");
+            }
+        }
+    }
+
+    /// Prints a line without disturbing the bar.
+    pub fn note(&mut self, text: &str) {
+        match &mut self.target {
+            Target::Quiet => {}
+            Target::Bar(bar) => bar.println(text),
+            Target::Lines(out) => {
+                let _ = writeln!(out, "{text}");
+            }
+        }
+    }
+
+    /// Ends the display after `step` steps and says how fast they were on average.
+    pub fn finish(&mut self, step: u64) {
+        self.finish_at(step, Instant::now());
+    }
+
+    fn finish_at(&mut self, step: u64, now: Instant) {
+        let seconds = now.duration_since(self.start).as_secs_f64();
+        let mlups = step as f64 * self.work.cells as f64 / seconds.max(1e-9) * 1e-6;
+        let text = format!(
+            "{step} steps in {}, t* {:.1}, {mlups:.1} MLUPS",
+            clock(seconds),
+            step as f64 * self.work.t_star_per_step
+        );
+        if let Target::Bar(bar) = &self.target {
+            bar.finish_and_clear();
+        }
+        if let Target::Bar(_) = self.target {
+            // After the bar is gone this is an ordinary line.
+            self.target = Target::Lines(Box::new(std::io::stderr()));
+        }
+        self.note(&text);
+    }
+
+    fn status(&self, step: u64) -> String {
+        let Workload {
+            steps,
+            cells,
+            t_star_per_step,
+        } = self.work;
+        let t_star = |step: u64| step as f64 * t_star_per_step;
+        let eta = if self.rate > 0.0 {
+            clock(steps.saturating_sub(step) as f64 / self.rate)
+        } else {
+            "?".to_string()
+        };
+        format!(
+            "t* {:.1} of {:.1}  {:.1} MLUPS  ETA {eta}",
+            t_star(step),
+            t_star(steps),
+            self.rate * cells as f64 * 1e-6
+        )
+    }
+}
+
+/// `h:mm:ss`, or `m:ss` below an hour.
+fn clock(seconds: f64) -> String {
+    let s = seconds.round() as u64;
+    let (hours, minutes, seconds) = (s / 3600, s / 60 % 60, s % 60);
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{seconds:02}")
+    } else {
+        format!("{minutes}:{seconds:02}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Sink(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Sink {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    const WORK: Workload = Workload {
+        steps: 1000,
+        cells: 2_000_000,
+        t_star_per_step: 0.05,
+    };
+
+    #[test]
+    fn lines_come_at_intervals_with_rate_and_remaining_time() {
+        let sink = Sink::default();
+        let start = Instant::now();
+        let mut progress = Progress::with_target(
+            WORK,
+            Target::Lines(Box::new(sink.clone())),
+            Duration::from_secs(5),
+            start,
+        );
+        // Ten steps a second, told after every step.
+        for step in 1..=110 {
+            progress.update_at(step, start + Duration::from_millis(100 * step));
+        }
+        progress.finish_at(110, start + Duration::from_secs(11));
+        let text = String::from_utf8(sink.0.lock().unwrap().clone()).unwrap();
+        assert_eq!(
+            text.lines().collect::<Vec<_>>(),
+            [
+                "  5.0%  t* 2.5 of 50.0  20.0 MLUPS  ETA 1:35",
+                " 10.0%  t* 5.0 of 50.0  20.0 MLUPS  ETA 1:30",
+                "110 steps in 0:11, t* 5.5, 20.0 MLUPS",
+            ]
+        );
+    }
+
+    #[test]
+    fn quiet_means_nothing_is_shown_not_even_the_end() {
+        let mut progress = Progress::new(WORK, true);
+        progress.update(1);
+        progress.note("x");
+        progress.finish(2);
+        assert!(matches!(progress.target, Target::Quiet));
+    }
+
+    #[test]
+    fn long_times_show_hours() {
+        assert_eq!(clock(59.6), "1:00");
+        assert_eq!(clock(3.0 * 3600.0 + 62.0), "3:01:02");
+    }
+}

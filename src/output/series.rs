@@ -1,0 +1,162 @@
+//! The time series of a run, `series.csv`.
+
+use crate::error::{Error, Result};
+use serde::Serialize;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields.
+///
+/// "settling velocity" is the mean velocity of the particles relative to the mean velocity of the mixture
+/// (fluid and solid by volume), along gravity, over the Stokes velocity. Net flux is that mean velocity of the
+/// mixture. Overlap is the depth of a contact over the diameter.
+pub const COLUMNS: [&str; 21] = [
+    "step (-)",
+    "t (s)",
+    "t_star (-)",
+    "settling_velocity_over_stokes (-)",
+    "mean_particle_velocity_x (m/s)",
+    "mean_particle_velocity_y (m/s)",
+    "mean_particle_velocity_z (m/s)",
+    "mean_particle_speed (m/s)",
+    "max_particle_speed (m/s)",
+    "net_flux_x (m/s)",
+    "net_flux_y (m/s)",
+    "net_flux_z (m/s)",
+    "contacts (-)",
+    "max_overlap (-)",
+    "kinetic_energy_fluid (J)",
+    "kinetic_energy_translation (J)",
+    "kinetic_energy_rotation (J)",
+    "momentum_x (kg m/s)",
+    "momentum_y (kg m/s)",
+    "momentum_z (kg m/s)",
+    "max_lattice_speed (-)",
+];
+
+/// One row of `series.csv`; units in [`COLUMNS`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SeriesRow {
+    /// Fluid step.
+    pub step: u64,
+    /// Physical time (s).
+    pub time: f64,
+    /// Time over `D / u_Stokes` (-).
+    pub t_star: f64,
+    /// Mean particle velocity relative to the mixture, along gravity, over `u_Stokes` (-).
+    pub settling_velocity: f64,
+    /// Mean particle velocity (m/s).
+    pub mean_particle_velocity: [f64; 3],
+    /// Mean of the particles' speeds (m/s).
+    pub mean_particle_speed: f64,
+    /// Largest particle speed (m/s).
+    pub max_particle_speed: f64,
+    /// Mean velocity of the mixture (m/s).
+    pub net_flux: [f64; 3],
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Largest contact depth over diameter (-).
+    pub max_overlap: f64,
+    /// Kinetic energy of the fluid (J).
+    pub kinetic_energy_fluid: f64,
+    /// Translational kinetic energy of the particles (J).
+    pub kinetic_energy_translation: f64,
+    /// Rotational kinetic energy of the particles (J).
+    pub kinetic_energy_rotation: f64,
+    /// Momentum of fluid and particles (kg m/s).
+    pub momentum: [f64; 3],
+    /// Largest fluid speed in lattice units (-), which must stay well below 0.3.
+    pub max_lattice_speed: f64,
+}
+
+/// Writes `series.csv` row by row.
+#[derive(Debug)]
+pub struct SeriesWriter {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl SeriesWriter {
+    /// Creates the file, replacing an older one, and writes the header.
+    pub fn create(path: &Path) -> Result<Self> {
+        let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
+        let mut series = Self {
+            path: path.to_path_buf(),
+            writer: csv::WriterBuilder::new().has_headers(false).from_writer(file),
+        };
+        let header = series.writer.write_record(COLUMNS);
+        series.finish_row(header)?;
+        Ok(series)
+    }
+
+    /// Appends one row and hands it to the operating system as a whole, so that a killed run leaves whole rows.
+    pub fn write(&mut self, row: &SeriesRow) -> Result<()> {
+        let written = self.writer.serialize(row);
+        self.finish_row(written)
+    }
+
+    fn finish_row(&mut self, written: csv::Result<()>) -> Result<()> {
+        written
+            .map_err(std::io::Error::from)
+            .and_then(|()| self.writer.flush())
+            .map_err(|source| Error::io("write", &self.path, source))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_row_is_on_disk_at_once_and_stands_under_its_header() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("series.csv");
+        let mut series = SeriesWriter::create(&path).unwrap();
+        for step in 1..4 {
+            let row = SeriesRow {
+                step,
+                time: 0.1 + 0.2,
+                net_flux: [1e-9, 0.0, -2.5],
+                contacts: 17,
+                momentum: [0.0, 0.0, 1e-30],
+                max_lattice_speed: 0.05,
+                ..SeriesRow::default()
+            };
+            series.write(&row).unwrap();
+            // The writer is still open: this is what a killed run leaves.
+            let mut reader = csv::Reader::from_path(&path).unwrap();
+            let header = reader.headers().unwrap().clone();
+            assert_eq!(header, COLUMNS.to_vec());
+            let rows: Vec<csv::StringRecord> = reader.records().map(std::result::Result::unwrap).collect();
+            assert_eq!(rows.len() as u64, step);
+            let value = |name: &str| -> f64 {
+                let column = header.iter().position(|h| h.starts_with(name)).unwrap();
+                rows.last().unwrap()[column].parse().unwrap()
+            };
+            for (name, expected) in [
+                ("step", step as f64),
+                ("t (s)", row.time),
+                ("net_flux_x", 1e-9),
+                ("net_flux_z", -2.5),
+                ("contacts", 17.0),
+                ("momentum_z", 1e-30),
+                ("max_lattice_speed", 0.05),
+            ] {
+                assert_eq!(value(name).to_bits(), expected.to_bits(), "{name}");
+            }
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_reported_by_the_row_that_does_not_fit() {
+        let error = SeriesWriter::create(Path::new("/dev/full")).unwrap_err();
+        assert!(error.to_string().contains("/dev/full"), "{error}");
+    }
+
+    #[test]
+    fn a_directory_that_does_not_exist_is_named() {
+        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv")).unwrap_err();
+        assert!(error.to_string().contains("/nowhere/at/all/series.csv"));
+    }
+}

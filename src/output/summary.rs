@@ -1,0 +1,166 @@
+//! The result of a run in numbers, `summary.json`.
+
+use super::atomic::write_bytes;
+use crate::error::Result;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The result of a run; its JSON keys are stable.
+///
+/// `None` is `null` in JSON: there was nothing to average, or no particle to refer to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Version of the program.
+    pub version: String,
+    /// Name of the case.
+    pub case: String,
+    /// Whether the run was asked to stop before its end.
+    pub interrupted: bool,
+    /// Mean settling velocity relative to the mixture over the Stokes velocity (-).
+    pub settling_velocity_over_stokes: Option<f64>,
+    /// Mean settling velocity over that of one particle after Schiller and Naumann (-).
+    pub settling_velocity_over_schiller_naumann: Option<f64>,
+    /// Standard error of `settling_velocity_over_stokes` (-), by [`blocking`](super::statistics).
+    pub standard_error: Option<f64>,
+    /// Interval of `t*` that the averages are taken over.
+    pub averaged_over: Option<[f64; 2]>,
+    /// Number of particles.
+    pub particles: usize,
+    /// Solid volume over volume of the box (-).
+    pub volume_fraction: f64,
+    /// Reference velocities and dimensionless numbers.
+    pub scales: ReferenceScales,
+    /// Number of cells.
+    pub cells: usize,
+    /// Fluid steps done.
+    pub steps: u64,
+    /// Edge of a cell (m).
+    pub dx: f64,
+    /// Fluid time step (s).
+    pub time_step: f64,
+    /// Relaxation time (time steps).
+    pub relaxation_time: f64,
+    /// Million cell updates per second over the whole run, output included.
+    pub mlups: f64,
+    /// Wall time of all steps (s).
+    pub wall_seconds: f64,
+    /// Seconds per step by stage.
+    pub stages: BTreeMap<String, f64>,
+    /// Storage of the populations.
+    pub precision: String,
+    /// Instruction set of the kernels.
+    pub simd: String,
+    /// Ranks.
+    pub ranks: usize,
+    /// Threads.
+    pub threads: usize,
+    /// Hash over all populations and particle states at the end, 16 hexadecimal digits.
+    pub state_hash: String,
+    /// Text of the case file with overrides applied.
+    pub input: String,
+}
+
+/// Reference velocities and dimensionless numbers, for the first kind of particle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceScales {
+    /// Diameter of the sphere of equal volume (m).
+    pub diameter: f64,
+    /// Kinematic viscosity (m^2/s).
+    pub viscosity: f64,
+    /// Particle density over fluid density (-).
+    pub density_ratio: f64,
+    /// Archimedes number (-).
+    pub archimedes: f64,
+    /// Galileo number, the root of the Archimedes number (-).
+    pub galileo: f64,
+    /// Stokes velocity (m/s).
+    pub stokes_velocity: f64,
+    /// Unit of `t*`, diameter over Stokes velocity (s).
+    pub stokes_time: f64,
+    /// Terminal velocity of one particle after Schiller and Naumann (m/s).
+    pub schiller_naumann_velocity: f64,
+    /// Reynolds number at that velocity (-).
+    pub schiller_naumann_reynolds: f64,
+}
+
+impl Summary {
+    /// The summary as indented JSON.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n"
+    }
+
+    /// Writes the summary as JSON.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_bytes(path, self.to_json().as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary() -> Summary {
+        Summary {
+            version: "0.1.0".into(),
+            case: "settling".into(),
+            interrupted: false,
+            settling_velocity_over_stokes: Some(0.1 + 0.2),
+            settling_velocity_over_schiller_naumann: None,
+            standard_error: None,
+            averaged_over: Some([50.0, 150.0]),
+            particles: 3,
+            volume_fraction: 0.2,
+            scales: ReferenceScales {
+                diameter: 1.5e-3,
+                viscosity: 8.7e-6,
+                density_ratio: 3.25,
+                archimedes: 1000.0,
+                galileo: 1000.0_f64.sqrt(),
+                stokes_velocity: 0.3,
+                stokes_time: 5e-3,
+                schiller_naumann_velocity: 0.1,
+                schiller_naumann_reynolds: 19.0,
+            },
+            cells: 512,
+            steps: 7,
+            dx: 1e-4,
+            time_step: 1e-5,
+            relaxation_time: 0.55,
+            mlups: 40.0,
+            wall_seconds: 1.5,
+            stages: BTreeMap::from([("collide".to_string(), 1e-3)]),
+            precision: "f32".into(),
+            simd: "avx2".into(),
+            ranks: 2,
+            threads: 2,
+            state_hash: "00ff00ff00ff00ff".into(),
+            input: "[domain]\nsize = \"8 D\"\n".into(),
+        }
+    }
+
+    #[test]
+    fn the_promised_keys_are_there_and_numbers_survive() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("summary.json");
+        summary().write(&path).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        for key in [
+            "settling_velocity_over_stokes",
+            "settling_velocity_over_schiller_naumann",
+            "standard_error",
+            "particles",
+            "volume_fraction",
+            "cells",
+            "steps",
+            "mlups",
+            "stages",
+            "state_hash",
+        ] {
+            assert!(json.get(key).is_some(), "{key}");
+        }
+        assert!(json["standard_error"].is_null());
+        assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary());
+    }
+}
