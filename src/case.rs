@@ -57,6 +57,20 @@ pub struct Setup {
     pub output: OutputPlan,
 }
 
+impl Setup {
+    /// Rate at which the controller removes the net flux (1/s): the paper's `u_Stokes / D`, or the viscous rate
+    /// `nu / D^2` where that is faster.
+    pub fn control_rate(&self) -> f64 {
+        let Scales {
+            diameter,
+            viscosity,
+            stokes_velocity,
+            ..
+        } = self.scales;
+        (stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter))
+    }
+}
+
 /// Reference velocities and dimensionless numbers of a settling problem, for the first kind of particle.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Scales {

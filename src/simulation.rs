@@ -1,68 +1,180 @@
 //! A whole run: ranks, the time step, and what is observed on the way.
 
+mod bench;
+mod observe;
+mod references;
+mod run;
+
 use crate::case::Setup;
-use crate::error::Result;
-use crate::output::Summary;
-use serde::Serialize;
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use crate::comm::Comm;
+use crate::coupling::{CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, MeanFlow};
+use crate::dem::{DemEngine, Native, NativeParams};
+use crate::domain::Decomposition;
+use crate::error::{Error, Result};
+use crate::fluid::{Flow, Fluid, Real, Simd};
+use crate::math::{Vec3, from_fixed};
+use crate::timing::Timings;
+use crate::units::Units;
+pub use bench::{BenchOptions, BenchReport, bench};
+pub use run::{RunOptions, run};
 
-/// How a run behaves towards its caller.
-#[derive(Clone, Debug, Default)]
-pub struct RunOptions {
-    /// No progress on the terminal.
-    pub quiet: bool,
-    /// Set by a signal handler: the run ends cleanly after the current step, outputs closed.
-    pub stop: Arc<AtomicBool>,
+/// One rank's part of a run: its block of fluid and the particles that touch it.
+pub struct Simulation<T: Real> {
+    comm: Comm,
+    units: Units,
+    decomposition: Decomposition,
+    fluid: Fluid<T>,
+    coupling: Coupling,
+    driving: Driving,
+    dem: Box<dyn DemEngine>,
+    timings: Timings,
+    step: u64,
+    /// A failure of this rank that the others do not know of yet.
+    failure: Option<Error>,
 }
 
-/// Runs a case to its end and writes everything it asks for.
-pub fn run(_setup: &Setup, _options: &RunOptions) -> Result<Summary> {
-    todo!()
-}
+impl<T: Real> Simulation<T> {
+    /// The case at rest, with the native engine. Collective.
+    pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
+        let params = NativeParams { contact: setup.contact, gravity: setup.gravity, substeps: setup.substeps };
+        let (rank, templates) = (comm.rank(), setup.templates.clone());
+        let dem = Native::new(params, decomposition.clone(), rank, templates, &setup.particles)?;
+        Ok(Self::with_engine(setup, decomposition, comm, Box::new(dem)))
+    }
 
-/// What to measure.
-#[derive(Clone, Copy, Debug)]
-pub struct BenchOptions {
-    /// Timed steps per sample.
-    pub steps: u64,
-    /// Leave out contacts.
-    pub no_contact: bool,
-    /// Leave out particles altogether.
-    pub fluid_only: bool,
-}
+    /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
+    pub fn with_engine(setup: &Setup, decomposition: &Decomposition, comm: Comm, dem: Box<dyn DemEngine>) -> Self {
+        let (units, templates) = (setup.units, &setup.templates);
+        let coupling = CouplingParams {
+            units,
+            solid_ramp_width: setup.solid_ramp_width,
+            gravity: setup.gravity,
+            force_balance: setup.force_balance,
+        };
+        let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
+        let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
+        let driving = DrivingParams {
+            units,
+            volume: setup.domain.volume(),
+            submerged_weight: each()
+                .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
+                .sum(),
+            particle_volume: each().map(|t| t.shape.volume()).sum(),
+            balance: setup.force_balance,
+            control_rate: if setup.zero_net_flux { setup.control_rate() } else { 0.0 },
+            body_acceleration: setup.body_acceleration,
+        };
+        let simd = setup.simd.unwrap_or_else(Simd::best);
+        Self {
+            units,
+            fluid: Fluid::new(decomposition, &comm, setup.relaxation_time, simd),
+            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
+            driving: Driving::new(driving),
+            decomposition: decomposition.clone(),
+            dem,
+            comm,
+            timings: Timings::default(),
+            step: 0,
+            failure: None,
+        }
+    }
 
-/// What `turbid bench` measured; the keys of its JSON are stable.
-#[derive(Clone, Debug, Serialize)]
-pub struct BenchReport {
-    /// Million cell updates per second, median of the samples.
-    pub mlups: f64,
-    /// Every sample.
-    pub mlups_samples: Vec<f64>,
-    /// Share of the streaming bandwidth of this machine that the populations' traffic uses.
-    pub roofline_fraction: f64,
-    /// Streaming bandwidth measured in this process with as many threads (GB/s, read + write).
-    pub bandwidth_gb_per_s: f64,
-    /// Seconds per step by stage.
-    pub stages: BTreeMap<String, f64>,
-    /// Peak resident memory of the process over the number of cells.
-    pub bytes_per_cell: f64,
-    /// Number of cells.
-    pub cells: usize,
-    /// Number of particles.
-    pub particles: usize,
-    /// Number of contacts at the end.
-    pub contacts: usize,
-    /// Storage of the populations.
-    pub precision: String,
-    /// Threads.
-    pub threads: usize,
-    /// Ranks.
-    pub ranks: usize,
-}
+    /// Advances fluid and particles by one fluid time step. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
+    pub fn step(&mut self) -> Result<()> {
+        let Self { comm, units, fluid, coupling, driving, dem, timings: t, failure, .. } = self;
+        let acceleration = driving.acceleration();
+        let lattice = acceleration / units.acceleration();
+        let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
 
-/// Times steps of a case without writing anything.
-pub fn bench(_setup: &Setup, _options: &BenchOptions) -> Result<BenchReport> {
-    todo!()
+        t.stage("map", || coupling.map(dem.particles(), fluid));
+        let flow = t.stage("fluid", || fluid.sweep(lattice.into(), measure));
+        t.stage("halo", || fluid.exchange());
+        let loads = t.stage("loads", || coupling.loads(dem.particles(), fluid, acceleration, comm));
+        let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
+
+        if let Err(error) = moved {
+            failure.get_or_insert(error);
+        }
+        self.step += 1;
+        flow.map_or(Ok(()), |flow| self.control(&flow))
+    }
+
+    /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
+    fn control(&mut self, flow: &Flow) -> Result<()> {
+        if let Some((cell, speed)) = flow.fault {
+            let [x, y, z] = cell.map(|c| (c as f64 + 0.5) * self.units.dx);
+            self.failure.get_or_insert(Error::Diverged {
+                step: self.step,
+                what: format!(
+                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}; \
+                     a smaller relaxation time or more cells per diameter lowers it",
+                    crate::fluid::SPEED_LIMIT
+                ),
+            });
+        }
+        let [x, y, z] = flow.momentum;
+        let solid = self.fluid.solid().fraction_total();
+        let mut sums = [x, y, z, flow.square, solid, i64::from(self.failure.is_some())];
+        self.comm.sum(&mut sums);
+        if sums[5] > 0 {
+            return Err(self.agree_on_failure());
+        }
+        let mut most = [flow.max_speed];
+        self.comm.max(&mut most);
+        let cells = self.decomposition.domain.cell_count() as f64;
+        let Units { dx, density, .. } = self.units;
+        let velocity = self.units.velocity();
+        self.driving.observe(MeanFlow {
+            velocity: Vec3::new(from_fixed(sums[0]), from_fixed(sums[1]), from_fixed(sums[2])) / cells * velocity,
+            solid_fraction: from_fixed(sums[4]) / cells,
+            kinetic_energy: 0.5 * density * dx.powi(3) * from_fixed(sums[3]) * velocity * velocity,
+            max_lattice_speed: most[0],
+        });
+        Ok(())
+    }
+
+    /// The failure of the lowest rank that has one; the same on every rank. Collective.
+    fn agree_on_failure(&mut self) -> Error {
+        let mine = match self.failure.take() {
+            Some(Error::Diverged { what, .. }) => what,
+            Some(other) => other.to_string(),
+            None => String::new(),
+        };
+        let all = self.comm.all_gather(mine.into_bytes());
+        let first = all.iter().find(|text| !text.is_empty()).map_or(&[][..], |text| text);
+        Error::Diverged { step: self.step, what: String::from_utf8_lossy(first).into_owned() }
+    }
+
+    /// Steps done.
+    pub fn steps_done(&self) -> u64 {
+        self.step
+    }
+
+    /// The fluid of this rank's block.
+    pub fn fluid(&self) -> &Fluid<T> {
+        &self.fluid
+    }
+
+    /// The engine.
+    pub fn dem(&self) -> &dyn DemEngine {
+        &*self.dem
+    }
+
+    /// Mean values over the box at the last measurement.
+    pub fn mean_flow(&self) -> &MeanFlow {
+        self.driving.mean()
+    }
+
+    /// Acceleration of the fluid in the coming step (m/s^2).
+    pub fn acceleration(&self) -> Vec3 {
+        self.driving.acceleration()
+    }
+
+    /// Seconds spent by stage on this rank.
+    pub fn timings(&mut self) -> &mut Timings {
+        &mut self.timings
+    }
 }

@@ -1,0 +1,91 @@
+//! A run from the first step to the summary: one thread per rank, all doing the same.
+
+use super::observe::Observer;
+use super::{CONTROL_INTERVAL, Simulation};
+use crate::case::Setup;
+use crate::comm::{Comm, on_threads};
+use crate::domain::Decomposition;
+use crate::error::{Error, Result};
+use crate::fluid::{Precision, Real};
+use crate::output::{Summary, directory};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How a run behaves towards its caller.
+#[derive(Clone, Debug, Default)]
+pub struct RunOptions {
+    /// No progress on the terminal.
+    pub quiet: bool,
+    /// Set by a signal handler: the run ends cleanly after the current step, outputs closed.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Runs a case to its end and writes everything it asks for.
+///
+/// # Errors
+/// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
+/// the range of the method, with all output up to then readable.
+pub fn run(setup: &Setup, options: &RunOptions) -> Result<Summary> {
+    let decomposition = decompose(setup)?;
+    directory::prepare(&setup.output.directory)?;
+    let summary = match setup.precision {
+        Precision::F32 => on_ranks(&decomposition, |comm| run_rank::<f32>(setup, options, &decomposition, comm)),
+        Precision::F64 => on_ranks(&decomposition, |comm| run_rank::<f64>(setup, options, &decomposition, comm)),
+    }?;
+    Ok(summary.expect("rank 0 writes the summary"))
+}
+
+/// Runs `body` on as many thread ranks as there are blocks and returns the result of rank 0, or the first error.
+pub(super) fn on_ranks<R: Send>(decomposition: &Decomposition, body: impl Fn(Comm) -> Result<R> + Sync) -> Result<R> {
+    if decomposition.ranks() == 1 {
+        return body(Comm::Solo);
+    }
+    let mut results = on_threads(decomposition.ranks(), body);
+    match results.iter().position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank))) {
+        Some(failed) => results.swap_remove(failed),
+        None => results.swap_remove(0),
+    }
+}
+
+/// One rank per thread the case asks for; if it asks for none, one per core or as many as fit.
+pub(super) fn decompose(setup: &Setup) -> Result<Decomposition> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let ranks = match setup.threads {
+        0 => Decomposition::max_ranks(setup.domain, cores),
+        asked => asked,
+    };
+    Decomposition::new(setup.domain, ranks).ok_or_else(|| {
+        let [x, y, z] = setup.domain.cells;
+        Error::Input(format!(
+            "{ranks} threads are too many for a box of {x} x {y} x {z} cells: every rank needs a block at least 4 cells \
+             wide; use --threads {}",
+            Decomposition::max_ranks(setup.domain, ranks)
+        ))
+    })
+}
+
+fn run_rank<T: Real>(
+    setup: &Setup,
+    options: &RunOptions,
+    decomposition: &Decomposition,
+    comm: Comm,
+) -> Result<Option<Summary>> {
+    let mut simulation = Simulation::<T>::new(setup, decomposition, comm)?;
+    let mut observer = Observer::new(setup, decomposition, &simulation.comm, options.quiet);
+    let mut interrupted = false;
+    observer.observe(&mut simulation, false)?;
+    while simulation.step < setup.end_step {
+        if simulation.step.is_multiple_of(CONTROL_INTERVAL) {
+            let mut stop = [i64::from(options.stop.load(Ordering::Relaxed))];
+            simulation.comm.sum(&mut stop);
+            if stop[0] > 0 {
+                interrupted = true;
+                break;
+            }
+        }
+        simulation.step()?;
+        observer.observe(&mut simulation, false)?;
+    }
+    observer.observe(&mut simulation, true)?;
+    observer.finish(&mut simulation, interrupted)
+}
