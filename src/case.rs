@@ -1,4 +1,17 @@
 //! The case file: what a user writes ([`Case`](file::Case)), and what it means ([`Setup`]).
+//!
+//! [`load`] does all of it: read, apply `--set` options, type, check, derive. Whatever is wrong ends as
+//! [`Error::Input`](crate::Error::Input) with file, line, key, value and remedy.
+
+mod checks;
+pub mod file;
+pub mod forms;
+pub mod located;
+mod overrides;
+mod placement;
+mod resolve;
+mod scales;
+mod source;
 
 use crate::contact::ContactParams;
 use crate::coupling::ForceBalance;
@@ -10,6 +23,9 @@ use crate::units::Units;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub use file::schema;
+pub use resolve::load;
+
 /// A case resolved to numbers: everything a run needs, checked.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -17,6 +33,8 @@ pub struct Setup {
     pub name: String,
     /// Text of the case file with overrides applied, echoed into the summary.
     pub text: String,
+    /// What the user should know although the case is valid, ready to print.
+    pub warnings: Vec<String>,
     /// Box and cells.
     pub domain: Domain,
     /// Cell size, time step, density.
@@ -80,11 +98,11 @@ pub struct Scales {
     pub viscosity: f64,
     /// Particle density over fluid density (-).
     pub density_ratio: f64,
-    /// Archimedes number `g (s - 1) D^3 / nu^2` (-).
+    /// Archimedes number `g |s - 1| D^3 / nu^2` (-).
     pub archimedes: f64,
-    /// Stokes velocity `g (s - 1) D^2 / (18 nu)` (m/s).
+    /// Stokes velocity `g |s - 1| D^2 / (18 nu)` (m/s).
     pub stokes_velocity: f64,
-    /// Unit of `t*`: `D / u_Stokes` (s).
+    /// Unit of `t*`: `D / u_Stokes` (s); infinite where nothing settles.
     pub stokes_time: f64,
     /// Terminal velocity of one particle with the drag of Schiller and Naumann (m/s).
     pub schiller_naumann_velocity: f64,

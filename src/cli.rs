@@ -1,1 +1,165 @@
-//! To come.
+//! The command line: what may be typed, and the one place that prints errors and chooses the exit code.
+
+mod bench;
+mod check;
+mod doctor;
+mod machine;
+mod preflight;
+mod run;
+mod terminal;
+
+use crate::case::{self, Setup};
+use crate::error::{Error, Result};
+use crate::packing::positions;
+use clap::{Args, Parser, Subcommand};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use terminal::{say, warn};
+
+/// Particle-resolved suspension dynamics.
+#[derive(Debug, Parser)]
+#[command(name = "turbid", version, about, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a case and write what it asks for.
+    Run(RunArguments),
+    /// Check a case without running it: derived numbers, cost, and what is out of the usual range.
+    Check(CheckArguments),
+    /// Measure the speed of a case without writing anything.
+    Bench(BenchArguments),
+    /// Write the initial positions of a case to a file that `file = "..."` reads back.
+    Pack(PackArguments),
+    /// Look at this machine: what is fine, and what to change.
+    Doctor,
+}
+
+/// A case and changes to it.
+#[derive(Debug, Args)]
+struct CaseArguments {
+    /// Case file (TOML).
+    case: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+/// Changes to a case.
+#[derive(Debug, Args)]
+struct Changes {
+    /// Set a key of the case to any TOML value, e.g. --set particles.0.volume_fraction=0.3; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Threads; 0 is one per core. Results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Directory for all output, instead of the case's.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// No progress and no summary.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// Case file (TOML).
+    #[arg(required_unless_present = "schema")]
+    case: Option<PathBuf>,
+    #[command(flatten)]
+    changes: Changes,
+    /// Print the JSON schema of case files instead.
+    #[arg(long, conflicts_with = "case")]
+    schema: bool,
+}
+
+#[derive(Debug, Args)]
+struct BenchArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Timed steps of each sample.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    steps: u64,
+    /// Leave out contacts.
+    #[arg(long)]
+    no_contact: bool,
+    /// Leave out particles altogether.
+    #[arg(long)]
+    fluid_only: bool,
+    /// Print JSON with stable keys.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct PackArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// File to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Runs the program; arguments are those of the process.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Pack(arguments) => pack(&arguments),
+        Command::Doctor => {
+            say(&doctor::report());
+            Ok(())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            terminal::error(&error);
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1))
+        }
+    }
+}
+
+/// Reads the case with its changes and prints its warnings.
+fn load(path: &Path, changes: &Changes) -> Result<Setup> {
+    let mut setup = case::load(path, &changes.set)?;
+    setup.threads = changes.threads.unwrap_or(setup.threads);
+    for warning in &setup.warnings {
+        warn(warning);
+    }
+    Ok(setup)
+}
+
+fn pack(arguments: &PackArguments) -> Result<()> {
+    let setup = load(&arguments.case.case, &arguments.case.changes)?;
+    let out = &arguments.out;
+    std::fs::write(out, positions::format(&setup.particles)).map_err(|e| Error::io("write", out, e))?;
+    let (count, fraction) = (setup.particles.len(), setup.scales.volume_fraction);
+    say(&format!(
+        "{count} particles, volume fraction {fraction:.6}, written to {}",
+        out.display()
+    ));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,2 +1,7 @@
 //! The `turbid` program.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    turbid::cli::main()
+}

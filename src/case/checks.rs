@@ -1,0 +1,175 @@
+//! Checks of single values, each with key, place, value and remedy in its message.
+
+use super::file::{Duration, Every};
+use super::located::Located;
+use super::source::Source;
+use crate::error::{Error, Result};
+use std::ops::Range;
+
+/// Lengths of time that steps are counted with (s).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clock {
+    pub(super) time_step: f64,
+    pub(super) stokes_time: f64,
+}
+
+impl Source {
+    /// A finite number above 0.
+    pub(super) fn positive(&self, key: &str, number: &Located<f64>, remedy: &str) -> Result<f64> {
+        self.satisfies(key, number, |x| x > 0.0, "a finite number above 0", remedy)
+    }
+
+    /// A finite number of at least 0.
+    pub(super) fn non_negative(&self, key: &str, number: &Located<f64>, remedy: &str) -> Result<f64> {
+        self.satisfies(key, number, |x| x >= 0.0, "a finite number of at least 0", remedy)
+    }
+
+    /// A finite number that fulfils `condition`, which `wanted` puts in words.
+    pub(super) fn satisfies(
+        &self,
+        key: &str,
+        number: &Located<f64>,
+        condition: impl Fn(f64) -> bool,
+        wanted: &str,
+        remedy: &str,
+    ) -> Result<f64> {
+        let value = number.value;
+        if value.is_finite() && condition(value) {
+            return Ok(value);
+        }
+        Err(self.out_of_range(key, &number.span, &value.to_string(), wanted, remedy))
+    }
+
+    /// Three finite numbers.
+    pub(super) fn finite(&self, key: &str, span: &Range<usize>, numbers: [f64; 3]) -> Result<[f64; 3]> {
+        match numbers.iter().find(|x| !x.is_finite()) {
+            Some(bad) => Err(self.out_of_range(key, span, &bad.to_string(), "finite numbers", "")),
+            None => Ok(numbers),
+        }
+    }
+
+    /// `key` is `value`, but must be `wanted`.
+    pub(super) fn out_of_range(
+        &self,
+        key: &str,
+        span: &Range<usize>,
+        value: &str,
+        wanted: &str,
+        remedy: &str,
+    ) -> Error {
+        let title = format!("`{key}` is {value}, but must be {wanted}");
+        self.error(span, &title, "out of range", remedy)
+    }
+
+    /// The index of the one alternative that is given.
+    pub(super) fn exactly_one(
+        &self,
+        section: &str,
+        place: &Range<usize>,
+        alternatives: &[(&str, Option<Range<usize>>)],
+    ) -> Result<usize> {
+        let given: Vec<usize> = (0..alternatives.len())
+            .filter(|&i| alternatives[i].1.is_some())
+            .collect();
+        let names: Vec<String> = alternatives.iter().map(|(name, _)| format!("`{name}`")).collect();
+        let names = names.join(", ");
+        match given[..] {
+            [one] => Ok(one),
+            [] => Err(self.error(
+                place,
+                &format!("`{section}` needs exactly one of {names}, but has none"),
+                "none is given here",
+                "add one of them",
+            )),
+            [first, second, ..] => {
+                let spans = [&alternatives[first].1, &alternatives[second].1];
+                let places: Vec<(&Range<usize>, &str)> = spans
+                    .iter()
+                    .filter_map(|span| span.as_ref())
+                    .zip(["given here", "and here"])
+                    .collect();
+                let title = format!(
+                    "`{section}` needs exactly one of {names}, but has {}",
+                    given.len()
+                );
+                Err(self.error_at(&places, &title, "remove all but one"))
+            }
+        }
+    }
+
+    /// A length of time in whole steps, at least one.
+    pub(super) fn steps(&self, key: &str, duration: &Located<Duration>, clock: Clock) -> Result<u64> {
+        let span = &duration.span;
+        let seconds = match duration.value {
+            Duration::Steps(0) => {
+                return Err(self.out_of_range(key, span, "0 steps", "at least 1 step", "give more steps"));
+            }
+            Duration::Steps(steps) => return Ok(steps),
+            Duration::Time(seconds) => {
+                self.positive(key, &at(span, seconds), "give seconds, e.g. { time = 0.5 }")?
+            }
+            Duration::StokesTimes(times) => {
+                let times = self.positive(key, &at(span, times), "e.g. { stokes_times = 50 }")?;
+                if !clock.stokes_time.is_finite() {
+                    return Err(self.error(
+                        span,
+                        &format!("`{key}` is in units of t*, but nothing settles in this case"),
+                        "t* is infinite: gravity is zero or the densities are equal",
+                        "use { steps = ... } or { time = ... }",
+                    ));
+                }
+                times * clock.stokes_time
+            }
+        };
+        let steps = (seconds / clock.time_step).round().max(1.0);
+        if steps > 1e15 {
+            let remedy = format!("one time step is {:.3e} s", clock.time_step);
+            return Err(self.out_of_range(
+                key,
+                span,
+                &format!("{steps:e} steps"),
+                "below 1e15 steps",
+                &remedy,
+            ));
+        }
+        Ok(steps as u64)
+    }
+
+    /// Steps between outputs; 0 is never.
+    pub(super) fn interval(
+        &self,
+        key: &str,
+        every: Option<&Located<Every>>,
+        clock: Clock,
+        default: u64,
+    ) -> Result<u64> {
+        let Some(every) = every else {
+            return Ok(default.max(1));
+        };
+        let duration = match every.value {
+            Every::Never => return Ok(0),
+            Every::Time(x) => Duration::Time(x),
+            Every::Steps(n) => Duration::Steps(n),
+            Every::StokesTimes(x) => Duration::StokesTimes(x),
+        };
+        self.steps(key, &at(&every.span, duration), clock)
+            .map_err(|e| match every.value {
+                Every::Steps(0) => self.out_of_range(
+                    key,
+                    &every.span,
+                    "0 steps",
+                    "at least 1 step",
+                    "\"never\" switches it off",
+                ),
+                _ => e,
+            })
+    }
+}
+
+/// A value at a known place.
+pub(super) fn at<T>(span: &Range<usize>, value: T) -> Located<T> {
+    Located {
+        value,
+        span: span.clone(),
+    }
+}

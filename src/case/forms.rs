@@ -1,0 +1,141 @@
+//! Values with a short and a long form, told apart by their TOML type so that errors keep their place.
+
+use super::located::Located;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
+use std::fmt;
+
+/// Three numbers.
+pub type Triple = [Located<f64>; 3];
+
+/// Edges of the box.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Size {
+    /// In metres.
+    Metres(Triple),
+    /// In diameters of the first kind of particle.
+    Relative(RelativeSize),
+}
+
+/// Edges of the box in diameters.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RelativeSize {
+    /// Edges in diameters of the first kind of particle (of the sphere of equal volume).
+    pub diameters: Triple,
+}
+
+/// Gravity as a vector or as a magnitude that points along -z.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Gravity {
+    /// Downwards, along -z (m/s^2).
+    Downwards(f64),
+    /// Any direction (m/s^2).
+    Vector([f64; 3]),
+}
+
+/// One particle of a list.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Entry {
+    /// Centre (m), at rest.
+    Position(Triple),
+    /// Centre and motion.
+    Moving(MovingEntry),
+}
+
+/// One particle of a list with its motion.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MovingEntry {
+    /// Centre (m).
+    pub position: Triple,
+    /// Velocity (m/s). Default [0, 0, 0].
+    #[serde(default = "zero")]
+    pub velocity: Triple,
+    /// Angular velocity (1/s). Default [0, 0, 0].
+    #[serde(default = "zero")]
+    pub angular_velocity: Triple,
+}
+
+fn zero() -> Triple {
+    [0.0.into(), 0.0.into(), 0.0.into()]
+}
+
+/// Implements `Deserialize` from an array, a table or a number, whichever the type has.
+macro_rules! forms {
+    ($type:ident, $expecting:literal $(, seq $seq:ident)? $(, map $map:ident)? $(, number $number:ident)?) => {
+        impl<'de> Deserialize<'de> for $type {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Form;
+                impl<'de> Visitor<'de> for Form {
+                    type Value = $type;
+
+                    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                        f.write_str($expecting)
+                    }
+                    $(fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<$type, A::Error> {
+                        Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map($type::$seq)
+                    })?
+                    $(fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<$type, A::Error> {
+                        Deserialize::deserialize(MapAccessDeserializer::new(map)).map($type::$map)
+                    })?
+                    $(fn visit_f64<E>(self, number: f64) -> Result<$type, E> {
+                        Ok($type::$number(number))
+                    }
+
+                    fn visit_i64<E>(self, number: i64) -> Result<$type, E> {
+                        Ok($type::$number(number as f64))
+                    })?
+                }
+                deserializer.deserialize_any(Form)
+            }
+        }
+    };
+}
+
+forms!(Size, "[x, y, z] in metres or { diameters = [x, y, z] }", seq Metres, map Relative);
+forms!(Gravity, "a number (along -z) or [x, y, z] in m/s^2", seq Vector, number Downwards);
+forms!(Entry, "[x, y, z] or { position = [x, y, z], velocity = [x, y, z] }", seq Position, map Moving);
+
+fn either(name: &'static str, first: &Schema, second: &Schema) -> Schema {
+    json_schema!({ "title": name, "anyOf": [first, second] })
+}
+
+impl JsonSchema for Size {
+    fn schema_name() -> Cow<'static, str> {
+        "Size".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let metres = generator.subschema_for::<Triple>();
+        either("Size", &metres, &generator.subschema_for::<RelativeSize>())
+    }
+}
+
+impl JsonSchema for Gravity {
+    fn schema_name() -> Cow<'static, str> {
+        "Gravity".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let number = generator.subschema_for::<f64>();
+        either("Gravity", &number, &generator.subschema_for::<[f64; 3]>())
+    }
+}
+
+impl JsonSchema for Entry {
+    fn schema_name() -> Cow<'static, str> {
+        "Entry".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let position = generator.subschema_for::<Triple>();
+        either("Entry", &position, &generator.subschema_for::<MovingEntry>())
+    }
+}

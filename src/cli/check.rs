@@ -1,0 +1,19 @@
+//! `turbid check`.
+
+use super::terminal::{say, table, warn};
+use super::{CheckArguments, load, preflight};
+use crate::case;
+use crate::error::Result;
+
+pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
+    let Some(path) = &arguments.case else {
+        say(&case::schema());
+        return Ok(());
+    };
+    let setup = load(path, &arguments.changes)?;
+    say(&format!("{}\n{}", setup.name, table(&preflight::rows(&setup))));
+    for advice in preflight::advice(&setup) {
+        warn(&advice);
+    }
+    Ok(())
+}

@@ -1,0 +1,84 @@
+//! `turbid doctor`: what this machine offers, what is fine, what to change.
+
+use super::machine;
+use super::terminal::table;
+use crate::fluid::Precision;
+
+/// The report.
+pub(super) fn report() -> String {
+    let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
+    let mut rows = vec![
+        row("version", env!("CARGO_PKG_VERSION").to_string(), build()),
+        row("threads", machine::cores().to_string(), threads_remark()),
+        row(
+            "instructions",
+            machine::simd().to_string(),
+            simd_remark(machine::simd()),
+        ),
+    ];
+    let pages = machine::huge_pages();
+    rows.push(row(
+        "huge pages",
+        pages.clone().unwrap_or_else(|| "unknown".to_string()),
+        huge_pages_remark(pages.as_deref()),
+    ));
+    rows.push(match (machine::memory(), machine::memory_available()) {
+        (Some(all), Some(free)) => {
+            let cells = free / machine::bytes_per_cell(Precision::F32);
+            let remark = format!(
+                "{} free: about {:.0} million cells in f32, a cube of {:.0}",
+                machine::in_bytes(free),
+                cells / 1e6,
+                cells.cbrt()
+            );
+            row("memory", machine::in_bytes(all), remark)
+        }
+        _ => row(
+            "memory",
+            "unknown".to_string(),
+            "no /proc/meminfo here".to_string(),
+        ),
+    });
+    table(&rows)
+}
+
+fn build() -> String {
+    if cfg!(debug_assertions) {
+        "built for debugging, many times slower: build with `cargo build --release`".to_string()
+    } else {
+        "built for speed: fine".to_string()
+    }
+}
+
+fn threads_remark() -> String {
+    "one per core is the default; --threads changes it, results stay the same".to_string()
+}
+
+fn simd_remark(simd: &str) -> String {
+    match simd {
+        "avx2" => "the fastest there is here: fine".to_string(),
+        _ => "no AVX2 on this processor; results are the same, only slower".to_string(),
+    }
+}
+
+fn huge_pages_remark(setting: Option<&str>) -> String {
+    match setting {
+        Some("always" | "madvise") => "fine".to_string(),
+        Some(_) => "off, which costs speed; to change: echo madvise | sudo tee \
+                    /sys/kernel/mm/transparent_hugepage/enabled"
+            .to_string(),
+        None => "this system does not say".to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_that_costs_speed_comes_with_the_command_that_changes_it() {
+        assert!(huge_pages_remark(Some("never")).contains("echo madvise"));
+        assert_eq!(huge_pages_remark(Some("madvise")), "fine");
+        assert!(simd_remark("sse2").contains("slower"));
+    }
+}

@@ -1,0 +1,104 @@
+//! What this machine has.
+
+use crate::fluid::Precision;
+
+/// Memory (bytes): all of it, if the system says so.
+pub(super) fn memory() -> Option<f64> {
+    meminfo("MemTotal:")
+}
+
+/// Memory that a new process can have (bytes).
+pub(super) fn memory_available() -> Option<f64> {
+    meminfo("MemAvailable:")
+}
+
+fn meminfo(key: &str) -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with(key))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(1024.0 * kilobytes)
+}
+
+/// Cores that this process may use.
+pub(super) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Number of threads that a wish of 0 (one per core) or more stands for.
+pub(super) fn threads(wanted: usize) -> usize {
+    if wanted == 0 { cores() } else { wanted }
+}
+
+/// Best instruction set of the kernels here.
+pub(super) fn simd() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::is_x86_feature_detected!("avx2") {
+            "avx2"
+        } else {
+            "sse2"
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        "scalar"
+    }
+}
+
+/// The system's setting for transparent huge pages: `always`, `madvise` or `never`.
+pub(super) fn huge_pages() -> Option<String> {
+    let text = std::fs::read_to_string("/sys/kernel/mm/transparent_hugepage/enabled").ok()?;
+    let chosen = text.split_once('[')?.1.split_once(']')?.0;
+    Some(chosen.to_string())
+}
+
+/// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
+pub(super) fn bytes_per_cell(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 110.0,
+        Precision::F64 => 190.0,
+    }
+}
+
+/// Speed of one thread that times are estimated with (million cell updates per second).
+pub(super) fn mlups_per_thread(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 30.0,
+        Precision::F64 => 18.0,
+    }
+}
+
+/// Bytes in words.
+pub(super) fn in_bytes(bytes: f64) -> String {
+    if bytes >= 1e9 {
+        format!("{:.1} GB", bytes / 1e9)
+    } else {
+        format!("{:.0} MB", (bytes / 1e6).ceil())
+    }
+}
+
+/// Seconds in words.
+pub(super) fn in_time(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.1} days", s / 86_400.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amounts_read_well_over_many_orders() {
+        assert_eq!(in_time(0.4), "0 s");
+        assert_eq!(in_time(90.0), "90 s");
+        assert_eq!(in_time(600.0), "10 min");
+        assert_eq!(in_time(9000.0), "2.5 h");
+        assert_eq!(in_time(864_000.0), "10.0 days");
+        assert_eq!(in_bytes(0.3e6), "1 MB");
+        assert_eq!(in_bytes(2.5e9), "2.5 GB");
+    }
+}

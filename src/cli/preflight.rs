@@ -1,0 +1,305 @@
+//! What a run will be like: derived numbers, cost, and what lies outside the usual range.
+
+use super::machine::{bytes_per_cell, in_bytes, in_time, memory, mlups_per_thread, threads};
+use crate::case::Setup;
+use crate::contact::ContactParams;
+use crate::error::{Error, Result};
+use crate::fluid::Precision;
+
+/// Largest usual speed on the lattice (cells per step): compressibility errors grow with its square.
+const USUAL_LATTICE_SPEED: f64 = 0.1;
+/// Fewest usual steps of a contact.
+const USUAL_CONTACT_STEPS: f64 = 50.0;
+/// Largest usual depth of a contact in diameters.
+const USUAL_DEPTH: f64 = 0.1;
+
+/// Two equal spheres of the first kind in contact, by Hertz.
+#[derive(Clone, Copy, Debug)]
+struct Hertz {
+    /// `E / (2 (1 - nu^2))` (Pa).
+    modulus: f64,
+    /// Half the radius (m).
+    radius: f64,
+    /// Half the mass (kg).
+    mass: f64,
+}
+
+impl Hertz {
+    fn new(setup: &Setup, contact: &ContactParams) -> Self {
+        Self {
+            modulus: contact.youngs_modulus / (2.0 * (1.0 - contact.poisson_ratio * contact.poisson_ratio)),
+            radius: 0.25 * setup.scales.diameter,
+            mass: 0.5 * setup.templates[0].mass(),
+        }
+    }
+
+    /// Duration (s) of an impact at relative speed `speed` (m/s), `2.868 (m^2 / (R E^2 v))^(1/5)`.
+    fn duration(&self, speed: f64) -> f64 {
+        let scale = self.mass * self.mass / (self.radius * self.modulus * self.modulus * speed);
+        2.868 * libm::pow(scale, 0.2)
+    }
+
+    /// Largest depth (m) of an impact, `(15 m v^2 / (16 sqrt(R) E))^(2/5)`.
+    fn impact_depth(&self, speed: f64) -> f64 {
+        let scale = 15.0 * self.mass * speed * speed / (16.0 * self.radius.sqrt() * self.modulus);
+        libm::pow(scale, 0.4)
+    }
+
+    /// Depth (m) under a steady force (N), `(3 F / (4 E sqrt(R)))^(2/3)`.
+    fn static_depth(&self, force: f64) -> f64 {
+        libm::pow(0.75 * force / (self.modulus * self.radius.sqrt()), 2.0 / 3.0)
+    }
+}
+
+/// Weight of one particle of the first kind less its buoyancy (N).
+fn submerged_weight(setup: &Setup) -> f64 {
+    let template = &setup.templates[0];
+    (template.density - setup.units.density).abs() * template.shape.volume() * setup.gravity.norm()
+}
+
+/// Memory that a run takes (bytes).
+pub(super) fn memory_needed(setup: &Setup) -> f64 {
+    setup.domain.cell_count() as f64 * bytes_per_cell(setup.precision)
+}
+
+/// Refuses a run that this machine cannot hold.
+pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
+    let needed = memory_needed(setup);
+    match memory() {
+        Some(memory) if needed > memory => {
+            let factor = (memory / needed).cbrt();
+            let [x, y, z] = setup.domain.cells;
+            let cells = setup.scales.diameter / setup.domain.dx;
+            Err(Error::Input(format!(
+                "the box of {x} x {y} x {z} cells needs about {}, but this machine has {}; take at most \
+                 lattice.cells_per_diameter = {:.1}, or a box smaller by the factor {factor:.2} in each direction",
+                in_bytes(needed),
+                in_bytes(memory),
+                cells * factor
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Rows of name, value and remark.
+pub(super) fn rows(setup: &Setup) -> Vec<[String; 3]> {
+    let row = |name: &str, value: String, remark: &str| [name.to_string(), value, remark.to_string()];
+    let (scales, units) = (&setup.scales, &setup.units);
+    let [x, y, z] = setup.domain.cells;
+    let cells = setup.domain.cell_count();
+    let size = setup.domain.size() / scales.diameter;
+    let speed = |u: f64| u / units.velocity();
+    let mach = 3.0_f64.sqrt();
+    let per_stokes_time = scales.stokes_time / units.dt;
+    let stokes_times = setup.end_step as f64 / per_stokes_time;
+    let threads = threads(setup.threads);
+    let rate = mlups_per_thread(setup.precision) * threads as f64;
+    let seconds = cells as f64 * setup.end_step as f64 / (rate * 1e6);
+    let precision = match setup.precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    };
+    let box_remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
+    let memory = memory().map_or(String::new(), |m| format!("of {}", in_bytes(m)));
+    let mut rows = vec![
+        row("cells", cells.to_string(), &box_remark),
+        row("memory", in_bytes(memory_needed(setup)), &memory),
+        row("particles", setup.particles.len().to_string(), ""),
+        row("volume fraction", format!("{:.5}", scales.volume_fraction), ""),
+        row("density ratio", format!("{:.5}", scales.density_ratio), ""),
+        row("diameter", format!("{:.6e} m", scales.diameter), ""),
+        row(
+            "cells per diameter",
+            format!("{:.3}", scales.diameter / setup.domain.dx),
+            "",
+        ),
+        row("cell", format!("{:.6e} m", units.dx), ""),
+        row("time step", format!("{:.6e} s", units.dt), ""),
+        row(
+            "relaxation time",
+            format!("{:.5}", setup.relaxation_time),
+            "time steps",
+        ),
+        row(
+            "viscosity",
+            format!("{:.6e} m^2/s", scales.viscosity),
+            "kinematic",
+        ),
+        row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
+        row(
+            "u_Stokes",
+            format!("{:.6e} m/s", scales.stokes_velocity),
+            &format!(
+                "on the lattice {:.5}, Mach {:.4}",
+                speed(scales.stokes_velocity),
+                mach * speed(scales.stokes_velocity)
+            ),
+        ),
+        row(
+            "u* (one sphere)",
+            format!("{:.6e} m/s", scales.schiller_naumann_velocity),
+            &format!(
+                "Schiller-Naumann; on the lattice {:.5}, Mach {:.4}",
+                speed(scales.schiller_naumann_velocity),
+                mach * speed(scales.schiller_naumann_velocity)
+            ),
+        ),
+        row("Re at u*", format!("{:.4}", scales.schiller_naumann_reynolds), ""),
+    ];
+    if scales.stokes_time.is_finite() {
+        let remark = format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time);
+        rows.push(row("steps per t*", format!("{per_stokes_time:.2}"), &remark));
+        let remark = format!(
+            "{stokes_times:.2} t*, averages from step {}",
+            setup.average_from_step
+        );
+        rows.push(row("steps", setup.end_step.to_string(), &remark));
+    } else {
+        let remark = format!("averages from step {}", setup.average_from_step);
+        rows.push(row("steps", setup.end_step.to_string(), &remark));
+    }
+    rows.extend(contact_rows(setup));
+    let remark =
+        format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it");
+    rows.push(row("estimated time", in_time(seconds), &remark));
+    let fields = setup.end_step.checked_div(setup.output.fields_every).unwrap_or(0);
+    let remark = format!(
+        "{fields} files before compression, in {}",
+        setup.output.directory.display()
+    );
+    rows.push(row(
+        "field output",
+        in_bytes((fields * cells as u64 * 20) as f64),
+        &remark,
+    ));
+    rows
+}
+
+fn contact_rows(setup: &Setup) -> Vec<[String; 3]> {
+    let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
+    let Some(contact) = &setup.contact else {
+        return vec![row("contacts", "off".to_string(), String::new())];
+    };
+    let hertz = Hertz::new(setup, contact);
+    let terminal = setup.scales.schiller_naumann_velocity;
+    let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.scales.diameter);
+    let cells = |d: f64| format!("{:.3} cells", d / setup.domain.dx);
+    let mut rows = Vec::new();
+    if terminal > 0.0 {
+        for (speed, name) in [(terminal, "u*"), (0.1 * terminal, "u* / 10")] {
+            let steps = hertz.duration(speed) / setup.units.dt;
+            let substeps = match setup.substeps {
+                1 => String::new(),
+                n => format!(", {n} sub-steps each"),
+            };
+            let remark = format!("steps, Hertz impact at {name}{substeps}");
+            rows.push(row("contact lasts", format!("{steps:.0}"), remark));
+        }
+        let impact = hertz.impact_depth(terminal);
+        rows.push(row(
+            "overlap, impact",
+            depth(impact),
+            format!("{}, at u*, dry", cells(impact)),
+        ));
+    }
+    let resting = hertz.static_depth(submerged_weight(setup));
+    let remark = format!("{}, one submerged weight", cells(resting));
+    rows.push(row("overlap, at rest", depth(resting), remark));
+    rows
+}
+
+/// What lies outside the usual range, each with an admissible value.
+pub(super) fn advice(setup: &Setup) -> Vec<String> {
+    let mut advice = Vec::new();
+    let tau = setup.relaxation_time;
+    if tau < 0.51 {
+        advice.push(format!(
+            "lattice.relaxation_time = {tau:.5} is close to 0.5, where the method becomes unstable; 0.51 to 1 is usual"
+        ));
+    } else if tau > 1.0 {
+        advice.push(format!(
+            "lattice.relaxation_time = {tau:.5} is above 1, where surfaces begin to slip; 0.51 to 1 is usual"
+        ));
+    }
+    let per_diameter = setup.scales.diameter / setup.domain.dx;
+    if per_diameter < 5.0 {
+        advice.push(format!(
+            "lattice.cells_per_diameter = {per_diameter:.2} resolves particles poorly; 9 to 27 is usual, 5 the least"
+        ));
+    }
+    let started = setup
+        .particles
+        .iter()
+        .map(|p| p.velocity().norm())
+        .fold(0.0, f64::max);
+    for (speed, what) in [
+        (setup.scales.schiller_naumann_velocity, "the terminal velocity u*"),
+        (started, "the fastest particle at the start"),
+    ] {
+        let lattice = speed / setup.units.velocity();
+        if lattice > USUAL_LATTICE_SPEED {
+            let tau = 0.5 + (tau - 0.5) * USUAL_LATTICE_SPEED / lattice;
+            let cells = per_diameter * lattice / USUAL_LATTICE_SPEED;
+            advice.push(format!(
+                "{what} is {lattice:.3} cells per step, above {USUAL_LATTICE_SPEED}, where the fluid becomes \
+                 compressible; take lattice.relaxation_time = {tau:.4} or lattice.cells_per_diameter = {cells:.0}"
+            ));
+        }
+    }
+    if let Some(contact) = &setup.contact {
+        let hertz = Hertz::new(setup, contact);
+        let steps = hertz.duration(setup.scales.schiller_naumann_velocity) / setup.units.dt;
+        let resolved = steps * f64::from(setup.substeps);
+        if resolved < USUAL_CONTACT_STEPS {
+            let substeps = (USUAL_CONTACT_STEPS / steps).ceil();
+            let modulus = contact.youngs_modulus * libm::pow(resolved / USUAL_CONTACT_STEPS, 2.5);
+            advice.push(format!(
+                "an impact at u* lasts {resolved:.1} steps of the particles, below {USUAL_CONTACT_STEPS}; take \
+                 contact.substeps = {substeps:.0} or contact.youngs_modulus = {modulus:.3e}"
+            ));
+        }
+        let depth = hertz.static_depth(submerged_weight(setup)) / setup.scales.diameter;
+        if depth > USUAL_DEPTH {
+            let modulus = contact.youngs_modulus * libm::pow(depth / USUAL_DEPTH, 1.5);
+            advice.push(format!(
+                "a resting particle sinks {:.1} % of a diameter into its neighbour, above {:.0} %; take \
+                 contact.youngs_modulus = {modulus:.3e} or more",
+                100.0 * depth,
+                100.0 * USUAL_DEPTH
+            ));
+        }
+    }
+    if let Err(e) = refuse_what_does_not_fit(setup) {
+        advice.push(e.to_string());
+    }
+    advice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The driver of Marquardt et al. (2024): D = 3 mm, E = 5 kPa, N = 9.
+    const PAPER: Hertz = Hertz {
+        modulus: 2660.0,
+        radius: 0.75e-3,
+        mass: 0.5 * 3300.0 * 1.413_716_7e-8,
+    };
+
+    #[test]
+    fn one_submerged_weight_indents_as_the_paper_has_it() {
+        let weight = 2300.0 * 9.81 * 1.413_716_7e-8;
+        assert!((PAPER.static_depth(weight) / 3e-3 - 0.074).abs() < 5e-4);
+    }
+
+    #[test]
+    fn depth_and_duration_conserve_energy_and_agree_with_each_other() {
+        let speed = 0.1;
+        let depth = PAPER.impact_depth(speed);
+        let stored = 8.0 / 15.0 * PAPER.modulus * PAPER.radius.sqrt() * depth.powf(2.5);
+        assert!((stored / (0.5 * PAPER.mass * speed * speed) - 1.0).abs() < 1e-12);
+        // Hertz: the duration is 2.94 times the depth over the speed.
+        assert!((PAPER.duration(speed) * speed / depth / 2.9432 - 1.0).abs() < 1e-3);
+    }
+}
