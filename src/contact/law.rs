@@ -121,8 +121,7 @@ impl PairLaw {
 
 /// `E* = [(1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b]^-1` (Pa).
 pub fn effective_modulus(first: &ContactParams, second: &ContactParams) -> f64 {
-    let compliance =
-        |p: &ContactParams| (1.0 - p.poisson_ratio * p.poisson_ratio) / p.youngs_modulus;
+    let compliance = |p: &ContactParams| (1.0 - p.poisson_ratio * p.poisson_ratio) / p.youngs_modulus;
     1.0 / (compliance(first) + compliance(second))
 }
 
@@ -185,7 +184,10 @@ mod tests {
     fn the_damping_number_nearly_solves_the_restitution_condition() {
         for e in [0.926, 0.9, 0.7, 0.5] {
             let y = damping_number(e);
-            assert!(((1.0 + e) * y - ((1.0 + y) / (1.0 - e * y)).ln()).abs() < 2e-3, "{e}");
+            assert!(
+                ((1.0 + e) * y - ((1.0 + y) / (1.0 - e * y)).ln()).abs() < 2e-3,
+                "{e}"
+            );
         }
         assert!(damping_number(1.0).abs() < 1e-15);
     }

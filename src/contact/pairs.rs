@@ -126,9 +126,8 @@ impl PairFinder {
 
     /// Counting sort; within a cell by index.
     fn sort_into_cells(&mut self, axes: &[Axis; 3], positions: &[Vec3], radii: &[f64]) {
-        let row = |c: &[u32; 3]| {
-            c[0] as usize + axes[0].cells * (c[1] as usize + axes[1].cells * c[2] as usize)
-        };
+        let row =
+            |c: &[u32; 3]| c[0] as usize + axes[0].cells * (c[1] as usize + axes[1].cells * c[2] as usize);
         let cells = axes.iter().map(|a| a.cells).product::<usize>();
         self.starts.clear();
         self.starts.resize(cells + 2, 0);
@@ -175,8 +174,16 @@ impl Axis {
     /// The cell and its neighbours, each once.
     fn near(&self, cell: usize) -> [Option<usize>; 3] {
         let (n, wrap) = (self.cells, self.periodic && self.cells > 2);
-        let below = if cell > 0 { Some(cell - 1) } else { wrap.then_some(n - 1) };
-        let above = if cell + 1 < n { Some(cell + 1) } else { wrap.then_some(0) };
+        let below = if cell > 0 {
+            Some(cell - 1)
+        } else {
+            wrap.then_some(n - 1)
+        };
+        let above = if cell + 1 < n {
+            Some(cell + 1)
+        } else {
+            wrap.then_some(0)
+        };
         [below, Some(cell), above]
     }
 

@@ -35,13 +35,7 @@ const THINNEST: f64 = 1e-3;
 /// Overlap of two bodies, each grown by `enlargement` (m), by `samples` points per direction.
 ///
 /// `offset` (m) is the centre of the second body relative to the first.
-pub fn overlap(
-    first: &Body,
-    second: &Body,
-    offset: Vec3,
-    enlargement: f64,
-    samples: u32,
-) -> Option<Overlap> {
+pub fn overlap(first: &Body, second: &Body, offset: Vec3, enlargement: f64, samples: u32) -> Option<Overlap> {
     let pair = Pair {
         first: Placed::new(first, Vec3::zeros(), enlargement),
         second: Placed::new(second, offset, enlargement),
@@ -77,7 +71,10 @@ impl<'a> Placed<'a> {
 
     /// Distance to the enlarged surface (m), negative inside.
     fn distance(&self, point: Vec3) -> f64 {
-        self.body.shape.signed_distance(self.to_body * (point - self.centre)) - self.enlargement
+        self.body
+            .shape
+            .signed_distance(self.to_body * (point - self.centre))
+            - self.enlargement
     }
 
     /// Outward unit normal of the level set through `point`, by central differences of `step` (m).
@@ -200,13 +197,7 @@ impl Grid {
 
 /// Distance (m) from `from` along the unit vector `along` to the zero of `distance`, by sphere tracing; `None` beyond
 /// `limit`.
-fn trace(
-    distance: impl Fn(Vec3) -> f64,
-    from: Vec3,
-    along: Vec3,
-    precision: f64,
-    limit: f64,
-) -> Option<f64> {
+fn trace(distance: impl Fn(Vec3) -> f64, from: Vec3, along: Vec3, precision: f64, limit: f64) -> Option<f64> {
     let mut s = distance(from);
     // A step too far changes the sign, and the next one goes back.
     let side = s.signum();
@@ -341,8 +332,16 @@ mod tests {
                 sum[i] += ratio;
                 squares[i] += ratio * ratio;
             }
-            angle += sampled.normal.dot(&exact.normal).clamp(-1.0, 1.0).acos().to_degrees();
-            assert!((sampled.point - exact.point).norm() < (radius * deep).sqrt(), "outside the lens");
+            angle += sampled
+                .normal
+                .dot(&exact.normal)
+                .clamp(-1.0, 1.0)
+                .acos()
+                .to_degrees();
+            assert!(
+                (sampled.point - exact.point).norm() < (radius * deep).sqrt(),
+                "outside the lens"
+            );
         }
         let mean = sum.map(|s| s / seen);
         let deviation = std::array::from_fn(|i| (squares[i] / seen - mean[i] * mean[i]).max(0.0).sqrt());
@@ -363,11 +362,26 @@ mod tests {
             (9.0, 0.8, 0.03, 0.04, 7.0, 0.0),
         ] {
             let (mean, deviation, angle, lost) = compare(radius, deep, 0.2);
-            assert!(lost <= unseen, "{lost} of the contacts unseen at {radius}, {deep}");
-            assert!((mean[2] - 1.0).abs() < mean_band, "force at {radius}, {deep}: {mean:?}");
-            assert!(deviation[2] < deviation_band, "force at {radius}, {deep}: {deviation:?}");
-            assert!((mean[1] - 1.0).abs() < 0.05, "depth at {radius}, {deep}: {mean:?}");
-            assert!((mean[0] - 1.0).abs() < 0.1, "volume at {radius}, {deep}: {mean:?}");
+            assert!(
+                lost <= unseen,
+                "{lost} of the contacts unseen at {radius}, {deep}"
+            );
+            assert!(
+                (mean[2] - 1.0).abs() < mean_band,
+                "force at {radius}, {deep}: {mean:?}"
+            );
+            assert!(
+                deviation[2] < deviation_band,
+                "force at {radius}, {deep}: {deviation:?}"
+            );
+            assert!(
+                (mean[1] - 1.0).abs() < 0.05,
+                "depth at {radius}, {deep}: {mean:?}"
+            );
+            assert!(
+                (mean[0] - 1.0).abs() < 0.1,
+                "volume at {radius}, {deep}: {mean:?}"
+            );
             assert!(angle < degrees, "normal at {radius}, {deep}: {angle}");
         }
     }
@@ -385,7 +399,12 @@ mod tests {
             let sampled = overlap(&first, &second, offset, 0.0, samples).unwrap();
             (sampled.volume / exact.volume - 1.0).abs()
         };
-        assert!(error(40) < 0.01 && error(40) < error(8), "{} {}", error(8), error(40));
+        assert!(
+            error(40) < 0.01 && error(40) < error(8),
+            "{} {}",
+            error(8),
+            error(40)
+        );
     }
 
     #[test]

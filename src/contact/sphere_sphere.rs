@@ -35,7 +35,11 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
         return Some(Overlap {
             volume: 4.0 / 3.0 * PI * radius * radius * radius,
             depth: 2.0 * radius,
-            point: if radius_a < radius_b { Vec3::zeros() } else { offset },
+            point: if radius_a < radius_b {
+                Vec3::zeros()
+            } else {
+                offset
+            },
             normal,
         });
     }
@@ -81,7 +85,10 @@ mod tests {
             let lens = overlap(a, b, Vec3::new(distance, 0.0, 0.0)).unwrap();
             let (volume, moment) = sliced(a, b, distance);
             assert!((lens.volume / volume - 1.0).abs() < 1e-8, "{a} {b} {distance}");
-            assert!((lens.point.x - moment / volume).abs() < 1e-8, "{a} {b} {distance}");
+            assert!(
+                (lens.point.x - moment / volume).abs() < 1e-8,
+                "{a} {b} {distance}"
+            );
         }
     }
 
@@ -118,7 +125,10 @@ mod tests {
     #[test]
     fn the_order_of_the_spheres_only_turns_the_normal_round() {
         let offset = Vec3::new(0.3, -0.8, 0.5);
-        let (one, other) = (overlap(0.7, 0.4, offset).unwrap(), overlap(0.4, 0.7, -offset).unwrap());
+        let (one, other) = (
+            overlap(0.7, 0.4, offset).unwrap(),
+            overlap(0.4, 0.7, -offset).unwrap(),
+        );
         assert!((one.volume / other.volume - 1.0).abs() < 1e-14);
         assert!((one.normal + other.normal).norm() < 1e-15);
         assert!((one.point - (other.point + offset)).norm() < 1e-14);

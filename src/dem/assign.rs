@@ -91,7 +91,11 @@ impl Neighbourhood {
 
     /// The rank that owns a particle at a wrapped position.
     pub fn owner(&self, position: Vec3) -> usize {
-        if self.zones.len() == 1 { 0 } else { self.decomposition.owner(position) }
+        if self.zones.len() == 1 {
+            0
+        } else {
+            self.decomposition.owner(position)
+        }
     }
 
     /// Whether `rank` knows a particle of this template at a wrapped position.

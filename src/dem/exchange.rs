@@ -99,7 +99,8 @@ impl Population {
             }
         }
         for message in comm.exchange(&near.peers, messages) {
-            self.incoming.extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
+            self.incoming
+                .extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
         }
         self.sort_in(near);
     }

@@ -47,7 +47,8 @@ impl Inertia {
     }
 
     fn is_isotropic(&self) -> bool {
-        self.moments.x.to_bits() == self.moments.y.to_bits() && self.moments.y.to_bits() == self.moments.z.to_bits()
+        self.moments.x.to_bits() == self.moments.y.to_bits()
+            && self.moments.y.to_bits() == self.moments.z.to_bits()
     }
 
     /// Angular velocity (1/s) that belongs to an angular momentum (kg m^2/s), both in the world frame.
@@ -154,7 +155,10 @@ mod tests {
         for _ in 0..1000 {
             step(&mut particle, &TOP, Vec3::zeros(), Vec3::zeros(), 0.01);
         }
-        assert_eq!(particle.angular_momentum.map(f64::to_bits), momentum.map(f64::to_bits));
+        assert_eq!(
+            particle.angular_momentum.map(f64::to_bits),
+            momentum.map(f64::to_bits)
+        );
         let turned = Vec3::from(particle.angular_velocity) - spinning().angular_velocity();
         assert!(turned.norm() > 0.1, "it does tumble");
     }
@@ -191,7 +195,8 @@ mod tests {
         for n in 1..=64 {
             step(&mut particle, &TOP, force, Vec3::zeros(), dt);
             let t = f64::from(n) * dt;
-            let exact = Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.5, -1.0, 0.0) * t + force / 2.0 * (0.5 * t * t);
+            let exact =
+                Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.5, -1.0, 0.0) * t + force / 2.0 * (0.5 * t * t);
             assert!((particle.position() - exact).norm() < 1e-12 * (1.0 + exact.norm()));
             assert!((particle.velocity() - (Vec3::new(0.5, -1.0, 0.0) + force / 2.0 * t)).norm() < 1e-12);
         }
