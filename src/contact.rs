@@ -1,5 +1,19 @@
 //! Discrete contacts of convex bodies: overlap geometry, force law, material.
+//!
+//! A contact is measured by the volume, depth, centre and normal of the overlap of the two (enlarged) bodies
+//! ([`overlap`]): in closed form for spheres ([`sphere_sphere`]), by samples for any other pair ([`sampled`]). The
+//! force follows from these four and from the relative velocity at the centre ([`law`]). [`pairs`] says which pairs
+//! are near enough to be measured. Nothing here has a memory; the engine keeps the damping of each contact.
 
+pub mod law;
+pub mod overlap;
+pub mod pairs;
+pub mod sampled;
+pub mod sphere_sphere;
+
+pub use law::PairLaw;
+pub use overlap::{Body, Overlap, measure};
+pub use pairs::PairFinder;
 use serde::{Deserialize, Serialize};
 
 /// Material and model of all particle contacts, SI units.

@@ -1,6 +1,10 @@
 //! Engines that move the particles: the trait, the native engine, and a ballistic one for tests of the coupling.
 
+pub mod assign;
 pub mod ballistic;
+pub mod exchange;
+pub mod history;
+pub mod integrator;
 pub mod native;
 
 use crate::comm::Comm;
@@ -9,6 +13,7 @@ use crate::math::Vec3;
 use crate::particle::ParticleStore;
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
+pub use history::Record;
 pub use native::{Native, NativeParams};
 
 /// What the fluid does to one particle.

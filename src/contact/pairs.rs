@@ -1,0 +1,288 @@
+//! Which bodies are near enough to touch: bounding spheres in a list of cells, periodic, nearest image.
+//!
+//! Bodies are sorted into cells at least as wide as the largest sum of two bounding radii by a counting sort; a
+//! body then looks into its own cell and the neighbours. Pairs come out in lexicographic order of the indices, so the
+//! list depends on the set of bodies only. [`brute_force`] is the slow truth.
+
+use crate::domain::Domain;
+use crate::math::Vec3;
+
+/// Cells are wider than the reach of a pair by this part, so that rounding cannot hide a neighbour.
+const SLACK: f64 = 1e-9;
+
+/// Finds pairs of bodies whose bounding spheres meet. Keeps its buffers from call to call.
+#[derive(Clone, Debug)]
+pub struct PairFinder {
+    domain: Domain,
+    /// Part of the box in which the bodies lie: low corner and edges (m).
+    window: (Vec3, Vec3),
+    cell_of: Vec<[u32; 3]>,
+    /// Start of each cell in `sorted`, x fastest.
+    starts: Vec<u32>,
+    sorted: Vec<Entry>,
+    pairs: Vec<[u32; 2]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    position: Vec3,
+    radius: f64,
+    index: u32,
+}
+
+/// Cells along one axis.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    lo: f64,
+    /// Edge of the box (m).
+    length: f64,
+    per_metre: f64,
+    cells: usize,
+    periodic: bool,
+}
+
+impl PairFinder {
+    /// For bodies anywhere in the box.
+    pub fn new(domain: Domain) -> Self {
+        Self::in_window(domain, Vec3::zeros(), domain.size())
+    }
+
+    /// For bodies that, taken periodically, lie in the box from `lo` with edges `extent` (m): cells are made there
+    /// only. An extent not below that of the domain means all of it.
+    pub fn in_window(domain: Domain, lo: Vec3, extent: Vec3) -> Self {
+        Self {
+            domain,
+            window: (lo, extent),
+            cell_of: Vec::new(),
+            starts: Vec::new(),
+            sorted: Vec::new(),
+            pairs: Vec::new(),
+        }
+    }
+
+    /// All `[i, j]`, `i < j`, in ascending order, with the nearest images of the centres at most
+    /// `radii[i] + radii[j]` (m) apart.
+    ///
+    /// # Shape
+    /// `positions.len() == radii.len()`; positions are wrapped.
+    pub fn find(&mut self, positions: &[Vec3], radii: &[f64]) -> &[[u32; 2]] {
+        assert_eq!(positions.len(), radii.len());
+        self.pairs.clear();
+        let reach = 2.0 * radii.iter().copied().fold(0.0, f64::max);
+        let axes = self.axes(reach, positions.len());
+        self.sort_into_cells(&axes, positions, radii);
+        let size = self.domain.size();
+        for (i, (&position, &radius)) in positions.iter().zip(radii).enumerate() {
+            let first = self.pairs.len();
+            let [x, y, z] = self.cell_of[i].map(|c| c as usize);
+            for &z in axes[2].near(z).iter().flatten() {
+                for &y in axes[1].near(y).iter().flatten() {
+                    let row = axes[0].cells * (y + axes[1].cells * z);
+                    for &(lo, hi) in axes[0].runs(x).iter().flatten() {
+                        let (from, to) = (self.starts[row + lo], self.starts[row + hi]);
+                        for other in &self.sorted[from as usize..to as usize] {
+                            if other.index as usize > i
+                                && meet(other.position - position, radius + other.radius, &size)
+                            {
+                                self.pairs.push([i as u32, other.index]);
+                            }
+                        }
+                    }
+                }
+            }
+            self.pairs[first..].sort_unstable();
+        }
+        &self.pairs
+    }
+
+    fn axes(&self, reach: f64, bodies: usize) -> [Axis; 3] {
+        let size = self.domain.size();
+        let width = reach * (1.0 + SLACK);
+        let mut axes: [Axis; 3] = std::array::from_fn(|i| {
+            let (lo, extent) = (self.window.0[i], self.window.1[i]);
+            // A window whose ends see each other round the back is the whole circle.
+            let periodic = extent + width >= size[i];
+            let (lo, extent) = if periodic { (0.0, size[i]) } else { (lo, extent) };
+            let cells = if width > 0.0 { extent / width } else { 1.0 };
+            let cells = (cells as usize).clamp(1, 1 << 20);
+            Axis {
+                lo,
+                length: size[i],
+                per_metre: extent, // replaced below, when the number of cells is final
+                cells,
+                periodic,
+            }
+        });
+        // Cells beyond a few per body only cost time.
+        while axes.iter().map(|a| a.cells as f64).product::<f64>() > 8.0 * bodies as f64 + 64.0 {
+            let widest = (0..3).max_by_key(|&i| axes[i].cells).expect("three axes");
+            axes[widest].cells = axes[widest].cells.div_ceil(2);
+        }
+        for axis in &mut axes {
+            axis.per_metre = axis.cells as f64 / axis.per_metre;
+        }
+        axes
+    }
+
+    /// Counting sort; within a cell by index.
+    fn sort_into_cells(&mut self, axes: &[Axis; 3], positions: &[Vec3], radii: &[f64]) {
+        let row =
+            |c: &[u32; 3]| c[0] as usize + axes[0].cells * (c[1] as usize + axes[1].cells * c[2] as usize);
+        let cells = axes.iter().map(|a| a.cells).product::<usize>();
+        self.starts.clear();
+        self.starts.resize(cells + 2, 0);
+        self.cell_of.clear();
+        for position in positions {
+            let cell: [u32; 3] = std::array::from_fn(|i| axes[i].cell(position[i]) as u32);
+            self.starts[row(&cell) + 2] += 1;
+            self.cell_of.push(cell);
+        }
+        for cell in 1..self.starts.len() {
+            self.starts[cell] += self.starts[cell - 1];
+        }
+        let nothing = Entry {
+            position: Vec3::zeros(),
+            radius: 0.0,
+            index: 0,
+        };
+        self.sorted.clear();
+        self.sorted.resize(positions.len(), nothing);
+        for (index, cell) in self.cell_of.iter().enumerate() {
+            // One place ahead: after this loop `starts[cell]` is the start of the cell.
+            let place = &mut self.starts[row(cell) + 1];
+            self.sorted[*place as usize] = Entry {
+                position: positions[index],
+                radius: radii[index],
+                index: index as u32,
+            };
+            *place += 1;
+        }
+    }
+}
+
+impl Axis {
+    fn cell(&self, x: f64) -> usize {
+        let mut offset = x - self.lo;
+        if offset < 0.0 {
+            offset += self.length;
+        } else if offset >= self.length {
+            offset -= self.length;
+        }
+        ((offset * self.per_metre) as usize).min(self.cells - 1)
+    }
+
+    /// The cell and its neighbours, each once.
+    fn near(&self, cell: usize) -> [Option<usize>; 3] {
+        let (n, wrap) = (self.cells, self.periodic && self.cells > 2);
+        let below = if cell > 0 {
+            Some(cell - 1)
+        } else {
+            wrap.then_some(n - 1)
+        };
+        let above = if cell + 1 < n {
+            Some(cell + 1)
+        } else {
+            wrap.then_some(0)
+        };
+        [below, Some(cell), above]
+    }
+
+    /// The same as at most two runs `lo..hi` of adjacent cells.
+    fn runs(&self, cell: usize) -> [Option<(usize, usize)>; 2] {
+        let n = self.cells;
+        let main = (cell.saturating_sub(1), (cell + 2).min(n));
+        let wrapped = if !self.periodic || n <= 3 {
+            // Three cells: all of them.
+            None
+        } else if cell == 0 {
+            Some((n - 1, n))
+        } else if cell + 1 == n {
+            Some((0, 1))
+        } else {
+            None
+        };
+        let main = if self.periodic && n == 3 { (0, 3) } else { main };
+        [Some(main), wrapped]
+    }
+}
+
+/// Whether the nearest image of a difference of wrapped positions is at most `reach` long.
+#[inline]
+fn meet(difference: Vec3, reach: f64, size: &Vec3) -> bool {
+    let along = |i: usize| {
+        let d = difference[i].abs();
+        d.min(size[i] - d)
+    };
+    let (x, y, z) = (along(0), along(1), along(2));
+    x * x + y * y + z * z <= reach * reach * (1.0 + SLACK)
+}
+
+/// What [`PairFinder::find`] finds, by looking at every pair.
+pub fn brute_force(domain: Domain, positions: &[Vec3], radii: &[f64]) -> Vec<[u32; 2]> {
+    let size = domain.size();
+    let mut pairs = Vec::new();
+    for i in 0..positions.len() {
+        for j in i + 1..positions.len() {
+            if meet(positions[j] - positions[i], radii[i] + radii[j], &size) {
+                pairs.push([i as u32, j as u32]);
+            }
+        }
+    }
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+        #[test]
+        fn the_list_of_cells_finds_what_looking_at_every_pair_finds(
+            cells in [1_usize..12, 1..12, 1..12],
+            bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.05..1.5_f64), 0..80),
+        ) {
+            let domain = Domain { cells, dx: 1.0 };
+            let size = domain.size();
+            let positions: Vec<Vec3> = bodies.iter().map(|(x, _)| domain.wrap(Vec3::from(*x).component_mul(&size))).collect();
+            let radii: Vec<f64> = bodies.iter().map(|&(_, r)| r).collect();
+            let mut finder = PairFinder::new(domain);
+            for _ in 0..2 {
+                prop_assert_eq!(finder.find(&positions, &radii), &brute_force(domain, &positions, &radii)[..]);
+            }
+        }
+
+        #[test]
+        fn a_window_finds_the_pairs_of_the_bodies_inside_it(
+            lo in [-3.0..20.0_f64, -3.0..20.0, -3.0..20.0],
+            extent in [1.0..25.0_f64, 1.0..25.0, 1.0..25.0],
+            bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.2..1.5_f64), 0..80),
+        ) {
+            let domain = Domain { cells: [20, 21, 22], dx: 1.0 };
+            let (lo, extent) = (Vec3::from(lo), Vec3::from(extent));
+            let positions: Vec<Vec3> =
+                bodies.iter().map(|(x, _)| domain.wrap(lo + Vec3::from(*x).component_mul(&extent))).collect();
+            let radii: Vec<f64> = bodies.iter().map(|&(_, r)| r).collect();
+            let mut finder = PairFinder::in_window(domain, domain.wrap(lo), extent);
+            prop_assert_eq!(finder.find(&positions, &radii), &brute_force(domain, &positions, &radii)[..]);
+        }
+    }
+
+    #[test]
+    fn bodies_on_a_lattice_of_spacing_equal_to_the_reach_all_find_each_other() {
+        // Rounding decides which cell holds a body that lies on an edge between cells; no pair may be lost.
+        let domain = Domain {
+            cells: [7, 5, 3],
+            dx: 0.1,
+        };
+        let mut positions = Vec::new();
+        for n in 0..7 * 5 * 3 {
+            let cell = Vec3::new(f64::from(n % 7), f64::from(n / 7 % 5), f64::from(n / 35));
+            positions.push(domain.wrap(cell * 0.1));
+        }
+        let radii = vec![0.05; positions.len()];
+        let found = PairFinder::new(domain).find(&positions, &radii).len();
+        assert_eq!(found, 3 * positions.len(), "six neighbours each");
+    }
+}

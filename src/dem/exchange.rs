@@ -1,0 +1,224 @@
+//! The particles of one rank, and the messages that keep them right when particles move.
+
+use super::Load;
+use super::assign::Neighbourhood;
+use crate::comm::Comm;
+use crate::math::Vec3;
+use crate::particle::{Particle, ParticleStore, Template};
+use bytemuck::{Pod, Zeroable};
+use std::sync::Arc;
+
+/// Owned particles and ghosts, with the loads on the owned ones.
+#[derive(Clone, Debug)]
+pub struct Population {
+    /// The particles.
+    pub store: ParticleStore,
+    /// Loads on the owned particles; `loads.len() == store.owned`.
+    pub loads: Vec<Load>,
+    rank: usize,
+    incoming: Vec<Parcel>,
+}
+
+/// A particle on its way to a rank that owns or knows it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Parcel {
+    particle: Particle,
+    force: [f64; 3],
+    torque: [f64; 3],
+}
+
+impl Parcel {
+    fn load(&self) -> Load {
+        Load {
+            force: self.force.into(),
+            torque: self.torque.into(),
+        }
+    }
+}
+
+impl Population {
+    /// The particles of `all` that `rank` owns or knows.
+    pub fn new(
+        near: &Neighbourhood,
+        rank: usize,
+        templates: Arc<[Template]>,
+        all: impl IntoIterator<Item = Particle>,
+    ) -> Self {
+        let mut population = Self {
+            store: ParticleStore {
+                templates,
+                particles: Vec::new(),
+                owned: 0,
+                owners: Vec::new(),
+            },
+            loads: Vec::new(),
+            rank,
+            incoming: Vec::new(),
+        };
+        for mut particle in all {
+            particle.position = near.decomposition().domain.wrap(particle.position()).into();
+            let owner = near.owner(particle.position());
+            if owner == rank || near.knows(rank, particle.position(), particle.template) {
+                population.incoming.push(Parcel {
+                    particle,
+                    ..Parcel::zeroed()
+                });
+            }
+        }
+        population.sort_in(near);
+        population
+    }
+
+    /// After the owned particles have moved (by less than a cell) and been wrapped: hands those that left the block to
+    /// their new owners, with their loads, and replaces all ghosts. One message per peer.
+    ///
+    /// # Collective
+    pub fn refresh(&mut self, near: &Neighbourhood, comm: &Comm) {
+        if near.peers.is_empty() {
+            return;
+        }
+        let mut messages: Vec<Vec<u8>> = vec![Vec::new(); near.peers.len()];
+        self.incoming.clear();
+        for (particle, load) in self.store.owned().iter().zip(&self.loads) {
+            let (position, template) = (particle.position(), particle.template);
+            let owner = near.owner(position);
+            let parcel = Parcel {
+                particle: *particle,
+                force: load.force.into(),
+                torque: load.torque.into(),
+            };
+            let bytes = bytemuck::bytes_of(&parcel);
+            for (&peer, message) in near.peers.iter().zip(&mut messages) {
+                if peer == owner || near.knows(peer, position, template) {
+                    message.extend_from_slice(bytes);
+                }
+            }
+            if owner == self.rank || near.knows(self.rank, position, template) {
+                self.incoming.push(parcel);
+            }
+        }
+        for message in comm.exchange(&near.peers, messages) {
+            self.incoming
+                .extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
+        }
+        self.sort_in(near);
+    }
+
+    /// Makes the incoming particles the store: owned before ghosts, each ascending by id.
+    fn sort_in(&mut self, near: &Neighbourhood) {
+        let mut order: Vec<(bool, u64, u32, u32)> = self
+            .incoming
+            .iter()
+            .enumerate()
+            .map(|(index, parcel)| {
+                let owner = near.owner(parcel.particle.position());
+                (owner != self.rank, parcel.particle.id, index as u32, owner as u32)
+            })
+            .collect();
+        order.sort_unstable();
+        let Self {
+            store,
+            loads,
+            incoming,
+            ..
+        } = self;
+        store.particles.clear();
+        store.owners.clear();
+        loads.clear();
+        for &(ghost, _, index, owner) in &order {
+            let parcel = &incoming[index as usize];
+            store.particles.push(parcel.particle);
+            store.owners.push(owner);
+            if !ghost {
+                loads.push(parcel.load());
+            }
+        }
+        store.owned = loads.len();
+    }
+
+    /// Index of the known particle with this id.
+    pub fn index_of(&self, id: u64) -> Option<usize> {
+        let owned = self.store.owned;
+        let (ours, ghosts) = self.store.particles.split_at(owned);
+        ours.binary_search_by_key(&id, |p| p.id)
+            .or_else(|_| ghosts.binary_search_by_key(&id, |p| p.id).map(|i| i + owned))
+            .ok()
+    }
+
+    /// Position of a particle, in words.
+    pub fn place(position: Vec3) -> String {
+        format!("({:.6e}, {:.6e}, {:.6e}) m", position.x, position.y, position.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::comm::on_threads;
+    use crate::domain::{Decomposition, Domain};
+    use crate::shape::Sphere;
+
+    #[test]
+    fn every_rank_knows_what_it_must_and_loads_travel_with_their_particles_on_1_to_8_ranks() {
+        let domain = Domain {
+            cells: [16, 16, 16],
+            dx: 0.25,
+        };
+        let templates: Arc<[Template]> = Arc::new([Template {
+            shape: Arc::new(Sphere { radius: 0.3 }),
+            density: 1.0,
+        }]);
+        let all: Vec<Particle> = (0..60_u32)
+            .map(|n| {
+                let part = |k: u32| f64::from(n * k % 61) / 61.0 * 4.0;
+                Particle::at(u64::from(100 - n), 0, Vec3::new(part(7), part(31), part(11)))
+            })
+            .collect();
+        for ranks in [1, 2, 3, 4, 6, 8] {
+            let cut = Decomposition::new(domain, ranks).unwrap();
+            on_threads(ranks, |comm| {
+                let rank = comm.rank();
+                let near = Neighbourhood::new(cut.clone(), rank, &[0.3], 0.0);
+                let mut population = Population::new(&near, rank, templates.clone(), all.clone());
+                for load in 0..population.loads.len() {
+                    population.loads[load].force.x = population.store.particles[load].id as f64;
+                }
+                for step in 1..=50 {
+                    let owned = population.store.owned;
+                    for particle in &mut population.store.particles[..owned] {
+                        let id = particle.id as f64;
+                        let drift = Vec3::new(0.2, -0.003 * id, 0.002 * id);
+                        particle.position = domain.wrap(particle.position() + drift).into();
+                    }
+                    population.refresh(&near, &comm);
+                    let store = &population.store;
+                    let mut owned = [store.owned as i64];
+                    comm.sum(&mut owned);
+                    assert_eq!(owned, [60], "none lost, none doubled, step {step}");
+                    for (particle, load) in store.owned().iter().zip(&population.loads) {
+                        assert_eq!(load.force.x as u64, particle.id);
+                        assert_eq!(cut.owner(particle.position()), rank);
+                    }
+                    for (i, particle) in store.particles.iter().enumerate() {
+                        assert_eq!(population.index_of(particle.id), Some(i));
+                        assert_eq!(store.owners[i] as usize, cut.owner(particle.position()));
+                    }
+                    let mut known = [store.particles.len() as i64];
+                    comm.sum(&mut known);
+                    let mut due = [store
+                        .owned()
+                        .iter()
+                        .map(|p| {
+                            (0..ranks)
+                                .filter(|&r| r == rank || near.knows(r, p.position(), 0))
+                                .count() as i64
+                        })
+                        .sum()];
+                    comm.sum(&mut due);
+                    assert_eq!(known, due);
+                }
+            });
+        }
+    }
+}
