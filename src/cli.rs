@@ -89,6 +89,9 @@ struct BenchArguments {
     /// Timed steps of each sample.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
+    /// Steps before the first sample; as many as a sample if not given. A packing has few contacts at the start.
+    #[arg(long)]
+    warm_up: Option<u64>,
     /// Leave out contacts.
     #[arg(long)]
     no_contact: bool,

@@ -11,6 +11,7 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
     preflight::refuse_what_does_not_fit(&setup)?;
     let options = BenchOptions {
         steps: arguments.steps,
+        warm_up: arguments.warm_up.unwrap_or(arguments.steps),
         no_contact: arguments.no_contact,
         fluid_only: arguments.fluid_only,
     };

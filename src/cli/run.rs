@@ -20,7 +20,6 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
         setup.output.directory.clone_from(out);
     }
     preflight::refuse_what_does_not_fit(&setup)?;
-    prepare_directory(&setup.output.directory)?;
     if !arguments.quiet {
         for advice in preflight::advice(&setup) {
             warn(&advice);
@@ -35,15 +34,6 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
         say(&Headline::of(&summary).text(&setup.output.directory));
     }
     Ok(())
-}
-
-/// Creates a directory and proves that files can be written there, before anything is computed.
-pub(super) fn prepare_directory(directory: &Path) -> Result<()> {
-    let failed = |e| Error::io("write to the output directory", directory, e);
-    std::fs::create_dir_all(directory).map_err(failed)?;
-    let probe = directory.join(format!(".turbid-{}", std::process::id()));
-    std::fs::write(&probe, b"turbid").map_err(failed)?;
-    std::fs::remove_file(&probe).map_err(failed)
 }
 
 /// A flag that the first SIGINT or SIGTERM sets; the second ends the process.
@@ -129,15 +119,5 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));
-    }
-
-    #[test]
-    fn the_probe_of_a_directory_leaves_nothing_behind() {
-        let parent = tempfile::tempdir().unwrap();
-        let directory = parent.path().join("a/b");
-        prepare_directory(&directory).unwrap();
-        assert_eq!(std::fs::read_dir(&directory).unwrap().count(), 0);
-        std::fs::write(directory.join("file"), "").unwrap();
-        assert!(prepare_directory(&directory.join("file")).is_err());
     }
 }
