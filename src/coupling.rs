@@ -13,12 +13,12 @@ pub mod solid_fraction;
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition};
-use crate::fluid::{ExchangeSum, Fluid, Real, RigidMotion, SolidRow};
+use crate::fluid::{CHUNK, ExchangeSum, Fluid, Real, RigidMotion, SolidRow};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore};
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
-use solid_fraction::{Mapper, RowCells};
+use solid_fraction::Mapper;
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +89,6 @@ impl Coupling {
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..particles.particles.len() as u32).collect();
         order.sort_unstable_by_key(|&i| particles.particles[i as usize].id);
-        let mut cells = RowCells::new();
         for body in order {
             let particle = &particles.particles[body as usize];
             let (reference, motion) = self.lattice_motion(particle);
@@ -109,18 +108,22 @@ impl Coupling {
                 |offsets, base| {
                     for nz in offsets[2].clone() {
                         for ny in offsets[1].clone() {
-                            let Some(first) = mapper.row::<T>(offsets[0].clone(), ny, nz, &mut cells) else {
+                            let Some(covered) = mapper.row(&offsets[0], ny, nz) else {
                                 continue;
                             };
-                            let offset = [first, ny, nz];
-                            let cell: [usize; 3] = std::array::from_fn(|a| (offset[a] + base[a]) as usize);
-                            let [u, v, w] = &cells.velocity;
-                            solid.add_row(cell[1], cell[2], cell[0], &cells.fraction, [u, v, w]);
+                            let [y, z] = [ny + base[1], nz + base[2]].map(|c| c as usize);
+                            let (first, last) = (*covered.all.start(), *covered.all.end());
+                            let [x, end] = [first + base[0], last + base[0]].map(|c| c as usize);
+                            for chunk in x / CHUNK..=end / CHUNK {
+                                let (fraction, velocity) =
+                                    mapper.chunk::<T>(&covered, (chunk * CHUNK) as i64 - base[0]);
+                                solid.add(y, z, chunk, &fraction, &velocity);
+                            }
                             self.rows.push(SolidRow {
                                 body,
-                                cell: cell.map(|c| c as u32),
-                                count: cells.fraction.len() as u32,
-                                offset: offset.map(|n| n as i32),
+                                cell: [x, y, z].map(|c| c as u32),
+                                count: (last - first + 1) as u32,
+                                offset: [first, ny, nz].map(|n| n as i32),
                             });
                         }
                     }

@@ -114,6 +114,8 @@ pub struct Fluid<T: Real> {
     measured: Measured<T>,
     relaxation_time: f64,
     simd: Simd,
+    /// The block is as long as the box in x, so it is its own neighbour there.
+    wrap_x: bool,
 }
 
 impl<T: Real> Fluid<T> {
@@ -134,6 +136,7 @@ impl<T: Real> Fluid<T> {
             },
             relaxation_time,
             simd,
+            wrap_x: decomposition.grid[0] == 1,
             layout,
         }
     }

@@ -36,14 +36,23 @@ pub struct Simulation<T: Real> {
 impl<T: Real> Simulation<T> {
     /// The case at rest, with the native engine. Collective.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        let params = NativeParams { contact: setup.contact, gravity: setup.gravity, substeps: setup.substeps };
+        let params = NativeParams {
+            contact: setup.contact,
+            gravity: setup.gravity,
+            substeps: setup.substeps,
+        };
         let (rank, templates) = (comm.rank(), setup.templates.clone());
         let dem = Native::new(params, decomposition.clone(), rank, templates, &setup.particles)?;
         Ok(Self::with_engine(setup, decomposition, comm, Box::new(dem)))
     }
 
     /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
-    pub fn with_engine(setup: &Setup, decomposition: &Decomposition, comm: Comm, dem: Box<dyn DemEngine>) -> Self {
+    pub fn with_engine(
+        setup: &Setup,
+        decomposition: &Decomposition,
+        comm: Comm,
+        dem: Box<dyn DemEngine>,
+    ) -> Self {
         let (units, templates) = (setup.units, &setup.templates);
         let coupling = CouplingParams {
             units,
@@ -51,8 +60,16 @@ impl<T: Real> Simulation<T> {
             gravity: setup.gravity,
             force_balance: setup.force_balance,
         };
-        let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
-        let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
+        let reach = templates
+            .iter()
+            .map(|template| template.shape.circumradius())
+            .fold(0.0, f64::max);
+        let each = || {
+            setup
+                .particles
+                .iter()
+                .map(|particle| &templates[particle.template as usize])
+        };
         let driving = DrivingParams {
             units,
             volume: setup.domain.volume(),
@@ -61,7 +78,11 @@ impl<T: Real> Simulation<T> {
                 .sum(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
             balance: setup.force_balance,
-            control_rate: if setup.zero_net_flux { setup.control_rate() } else { 0.0 },
+            control_rate: if setup.zero_net_flux {
+                setup.control_rate()
+            } else {
+                0.0
+            },
             body_acceleration: setup.body_acceleration,
         };
         let simd = setup.simd.unwrap_or_else(Simd::best);
@@ -84,7 +105,17 @@ impl<T: Real> Simulation<T> {
     /// # Errors
     /// [`Error::Diverged`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
     pub fn step(&mut self) -> Result<()> {
-        let Self { comm, units, fluid, coupling, driving, dem, timings: t, failure, .. } = self;
+        let Self {
+            comm,
+            units,
+            fluid,
+            coupling,
+            driving,
+            dem,
+            timings: t,
+            failure,
+            ..
+        } = self;
         let acceleration = driving.acceleration();
         let lattice = acceleration / units.acceleration();
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
@@ -92,7 +123,9 @@ impl<T: Real> Simulation<T> {
         t.stage("map", || coupling.map(dem.particles(), fluid));
         let flow = t.stage("fluid", || fluid.sweep(lattice.into(), measure));
         t.stage("halo", || fluid.exchange());
-        let loads = t.stage("loads", || coupling.loads(dem.particles(), fluid, acceleration, comm));
+        let loads = t.stage("loads", || {
+            coupling.loads(dem.particles(), fluid, acceleration, comm)
+        });
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
 
         if let Err(error) = moved {
@@ -128,7 +161,8 @@ impl<T: Real> Simulation<T> {
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
         self.driving.observe(MeanFlow {
-            velocity: Vec3::new(from_fixed(sums[0]), from_fixed(sums[1]), from_fixed(sums[2])) / cells * velocity,
+            velocity: Vec3::new(from_fixed(sums[0]), from_fixed(sums[1]), from_fixed(sums[2])) / cells
+                * velocity,
             solid_fraction: from_fixed(sums[4]) / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * from_fixed(sums[3]) * velocity * velocity,
             max_lattice_speed: most[0],
@@ -144,8 +178,14 @@ impl<T: Real> Simulation<T> {
             None => String::new(),
         };
         let all = self.comm.all_gather(mine.into_bytes());
-        let first = all.iter().find(|text| !text.is_empty()).map_or(&[][..], |text| text);
-        Error::Diverged { step: self.step, what: String::from_utf8_lossy(first).into_owned() }
+        let first = all
+            .iter()
+            .find(|text| !text.is_empty())
+            .map_or(&[][..], |text| text);
+        Error::Diverged {
+            step: self.step,
+            what: String::from_utf8_lossy(first).into_owned(),
+        }
     }
 
     /// Steps done.

@@ -9,15 +9,15 @@
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 
 use crate::domain::{Block, Domain};
-use crate::fluid::{Real, RigidMotion};
+use crate::fluid::{CHUNK, Real, RigidMotion};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::particle::Particle;
 use crate::shape::Shape;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 /// The ramp as a function of the signed distance over the width of the ramp; any argument.
 ///
-/// `cos^2(pi/2 (s + 1/2)) = (1 - sin(pi s)) / 2` with the Taylor series of the sine, accurate to 1e-15: the system's
+/// `cos^2(pi/2 (s + 1/2)) = (1 - sin(pi s)) / 2` with the Taylor series of the sine, accurate to 1e-11: the system's
 /// trigonometric functions differ between machines, and these numbers feed the state.
 #[inline]
 pub fn cosine_ramp(s: f64) -> f64 {
@@ -29,27 +29,31 @@ pub fn cosine_ramp(s: f64) -> f64 {
     }
     let x = std::f64::consts::PI * s;
     let xx = x * x;
-    let mut series = 1.0;
-    // 1 - xx/(2 3) (1 - xx/(4 5) (1 - ...))
-    for k in (1..=10).rev() {
-        series = 1.0 - xx * series / f64::from(2 * k * (2 * k + 1));
-    }
+    let series = SINE
+        .iter()
+        .rev()
+        .fold(0.0, |sum, coefficient| sum * xx + coefficient);
     0.5 * (1.0 - x * series)
 }
 
-/// Solid fractions and velocities (lattice units) of consecutive cells of a row.
-pub(super) struct RowCells<T> {
-    pub(super) fraction: Vec<T>,
-    pub(super) velocity: [Vec<T>; 3],
-}
-
-impl<T> RowCells<T> {
-    pub(super) fn new() -> Self {
-        Self {
-            fraction: Vec::new(),
-            velocity: [const { Vec::new() }; 3],
-        }
+/// `(-1)^k / (2 k + 1)!`
+const SINE: [f64; 8] = {
+    let mut coefficients = [1.0; 8];
+    let mut k = 1;
+    while k < 8 {
+        coefficients[k] = -coefficients[k - 1] / ((2 * k) as f64 * (2 * k + 1) as f64);
+        k += 1;
     }
+    coefficients
+};
+
+/// Cells of a row that a particle covers, as offsets from its reference cell: all, and those that are fully solid (a
+/// subset, maybe empty).
+pub(super) struct Covered {
+    pub(super) all: RangeInclusive<i64>,
+    full: RangeInclusive<i64>,
+    /// Distance of the row from the centre of the particle along y and z (cells).
+    r: [f64; 2],
 }
 
 /// One particle on the lattice.
@@ -59,6 +63,7 @@ pub(super) struct Mapper<'a> {
     to_body: Mat3,
     motion: RigidMotion,
     dx: f64,
+    per_dx: f64,
     /// Width of the ramp (m).
     ramp: f64,
 }
@@ -79,6 +84,7 @@ impl<'a> Mapper<'a> {
             to_body,
             motion,
             dx,
+            per_dx: 1.0 / dx,
             ramp: ramp_cells * dx,
         }
     }
@@ -108,26 +114,18 @@ impl<'a> Mapper<'a> {
         }
     }
 
-    /// Fills `cells` for the row at offsets `(.., ny, nz)` and returns the first offset, or `None` if the row is empty.
+    /// Which cells of the row at offsets `(xs, ny, nz)` are covered, or `None` if none is.
     #[inline]
-    pub(super) fn row<T: Real>(
-        &self,
-        xs: RangeInclusive<i64>,
-        ny: i64,
-        nz: i64,
-        cells: &mut RowCells<T>,
-    ) -> Option<i64> {
+    pub(super) fn row(&self, xs: &RangeInclusive<i64>, ny: i64, nz: i64) -> Option<Covered> {
         let centre = self.motion.centre;
-        let [y, z] = [
-            (ny as f64 - centre[1]) * self.dx,
-            (nz as f64 - centre[2]) * self.dx,
-        ];
+        let r = [ny as f64 - centre[1], nz as f64 - centre[2]];
+        let [y, z] = r.map(|r| r * self.dx);
         let clip = |(lo, hi): (f64, f64)| {
-            let first = (lo / self.dx + centre[0]).ceil() as i64;
-            let last = (hi / self.dx + centre[0]).floor() as i64;
+            let first = (lo * self.per_dx + centre[0]).ceil() as i64;
+            let last = (hi * self.per_dx + centre[0]).floor() as i64;
             first.max(*xs.start())..=last.min(*xs.end())
         };
-        let covered = clip(
+        let all = clip(
             self.shape
                 .row_interval(&self.orientation, y, z, 0.5 * self.ramp)?,
         );
@@ -135,33 +133,44 @@ impl<'a> Mapper<'a> {
             .shape
             .row_interval(&self.orientation, y, z, -0.5 * self.ramp)
             .map_or(1..=0, clip);
-        cells.fraction.clear();
-        cells.velocity.iter_mut().for_each(Vec::clear);
-        let mut first = None;
-        let (v, w) = (self.motion.velocity, self.motion.angular);
-        let r = [ny as f64 - centre[1], nz as f64 - centre[2]];
-        for n in covered {
-            let x = n as f64 - centre[0];
-            let fraction = if full.contains(&n) {
-                1.0
-            } else {
-                let point = self.to_body * Vec3::new(x * self.dx, y, z);
-                cosine_ramp(self.shape.signed_distance(point) / self.ramp)
-            };
-            if fraction <= 0.0 {
-                // Round-off at an end of the interval; the set is convex, so nothing follows a gap.
-                if first.is_some() {
-                    break;
-                }
-                continue;
+        (!all.is_empty()).then_some(Covered { all, full, r })
+    }
+
+    /// Solid fractions and velocities (lattice units) of the chunk of cells whose first has offset `first` in x.
+    #[inline]
+    pub(super) fn chunk<T: Real>(&self, covered: &Covered, first: i64) -> ([T; CHUNK], [[T; CHUNK]; 3]) {
+        let (v, w, centre) = (self.motion.velocity, self.motion.angular, self.motion.centre);
+        let [ry, rz] = covered.r;
+        let mut fraction = [T::ZERO; CHUNK];
+        let inside = |range: &RangeInclusive<i64>| {
+            let lane = |n: i64| (n - first).clamp(0, CHUNK as i64) as usize;
+            lane(*range.start())..lane(*range.end() + 1)
+        };
+        let (all, full) = (inside(&covered.all), inside(&covered.full));
+        let ramp = |fraction: &mut [T; CHUNK], lanes: Range<usize>| {
+            for k in lanes {
+                let x = (first + k as i64) as f64 - centre[0];
+                let point = self.to_body * (Vec3::new(x, ry, rz) * self.dx);
+                fraction[k] = T::from_f64(cosine_ramp(self.shape.signed_distance(point) / self.ramp));
             }
-            first.get_or_insert(n);
-            cells.fraction.push(T::from_f64(fraction));
-            cells.velocity[0].push(T::from_f64(v[0] + (w[1] * r[1] - w[2] * r[0])));
-            cells.velocity[1].push(T::from_f64(v[1] + (w[2] * x - w[0] * r[1])));
-            cells.velocity[2].push(T::from_f64(v[2] + (w[0] * r[0] - w[1] * x)));
+        };
+        if full.is_empty() {
+            ramp(&mut fraction, all);
+        } else {
+            fraction[full.clone()].fill(T::ONE);
+            ramp(&mut fraction, all.start..full.start);
+            ramp(&mut fraction, full.end..all.end);
         }
-        first
+        let along = first as f64 - centre[0];
+        let u = T::from_f64(v[0] + (w[1] * rz - w[2] * ry));
+        let (constant, slope) = ([v[1] - w[0] * rz, v[2] + w[0] * ry], [w[2], -w[1]]);
+        let mut velocity = [[u; CHUNK]; 3];
+        for axis in 0..2 {
+            for k in 0..CHUNK {
+                velocity[axis + 1][k] = T::from_f64(constant[axis] + slope[axis] * (along + k as f64));
+            }
+        }
+        (fraction, velocity)
     }
 }
 
@@ -178,7 +187,7 @@ mod tests {
                 s if s >= 0.5 => 0.0,
                 s => (std::f64::consts::FRAC_PI_2 * (s + 0.5)).cos().powi(2),
             };
-            assert!((cosine_ramp(s) - exact).abs() < 1e-15, "{s}");
+            assert!((cosine_ramp(s) - exact).abs() < 1e-11, "{s}");
         }
     }
 }

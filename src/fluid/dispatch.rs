@@ -1,10 +1,11 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
-use super::kernel::{Measured, Number, Places, Row, exchange_chunk, sweep_row};
+use super::kernel::{LANE, Measured, Number, Places, Row, RowVelocity, exchange_chunk, sweep_row};
+use super::layout::{Layout, Phase};
 use super::simd::Lanes;
 use super::solid::CHUNK;
 use super::{ExchangeSum, Flow, Fluid, RigidMotion, SPEED_LIMIT, Simd, SolidRow};
-use crate::lattice::Q;
+use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
 
@@ -53,6 +54,15 @@ fn sweep_block<T: Real, R: Lanes<T>>(
                     sweep_row::<T, R, false>(&places, &row, &mut fluid.measured);
                 }
             }
+            if fluid.wrap_x {
+                wrap_row_x(
+                    &layout,
+                    fluid.phase,
+                    &mut fluid.populations,
+                    y as isize,
+                    z as isize,
+                );
+            }
         }
     }
 }
@@ -88,6 +98,31 @@ fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow:
     }
 }
 
+/// Periodicity along x within the block, for a row just swept: its populations are still in the cache, while a halo
+/// exchange of x faces would touch a line of memory for every number.
+///
+/// From `Home` the ghosts at both ends of the row are filled; from `Away` what the row wrote to ghosts returns.
+#[inline(always)]
+fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: isize, z: isize) {
+    let [nx, ny, nz] = layout.size.map(|n| n as isize);
+    for j in (1..Q).filter(|&j| C[j][0] != 0) {
+        let (ghost, real) = if C[j][0] > 0 { (nx, 0) } else { (-1, nx - 1) };
+        let at = |x: isize, y: isize, z: isize| j * layout.stride + layout.cell(x, y, z);
+        match swept {
+            Phase::Home => populations[at(ghost, y, z)] = populations[at(real, y, z)],
+            Phase::Away => {
+                let (y, z) = (y + C[j][1], z + C[j][2]);
+                if (0..ny).contains(&y) && (0..nz).contains(&z) {
+                    populations[at(real, y, z)] = populations[at(ghost, y, z)];
+                }
+            }
+        }
+    }
+}
+
+/// Sums of one body, lane by lane: force, then moment about the reference cell.
+type LaneSums = [[i64; CHUNK]; 6];
+
 /// Momentum exchange over all rows.
 #[inline(always)]
 fn exchange_rows<T: Real, R: Lanes<T>>(
@@ -98,29 +133,23 @@ fn exchange_rows<T: Real, R: Lanes<T>>(
 ) {
     let layout = &fluid.layout;
     let base = fluid.populations.as_ptr();
-    let sign = T::from_f64(if fluid.phase == super::Phase::Home {
-        1.0
-    } else {
-        -1.0
-    });
+    let sign = T::from_f64(if fluid.phase == Phase::Home { 1.0 } else { -1.0 });
     let steps: [isize; Q] = std::array::from_fn(|i| (i * layout.stride) as isize + layout.step(i));
-    for row in rows {
+    // Rows of a body come together, so its sums stay in lanes until the next body begins.
+    let mut lanes: LaneSums = [[0; CHUNK]; 6];
+    for (i, row) in rows.iter().enumerate() {
         let [x, y, z] = row.cell.map(|c| c as isize);
         debug_assert!(x as u32 + row.count <= layout.size[0] as u32);
-        let (motion, sum) = (&motions[row.body as usize], &mut sums[row.body as usize]);
+        let motion = &motions[row.body as usize];
         let n = row.offset.map(f64::from);
-        let r = [
-            n[0] - motion.centre[0],
-            n[1] - motion.centre[1],
-            n[2] - motion.centre[2],
-        ];
+        let [ry, rz] = [n[1] - motion.centre[1], n[2] - motion.centre[2]];
         let (v, w) = (motion.velocity, motion.angular);
-        let mut total = [0_i64; 3];
-        // Sums of (x offset) * F_y and F_z.
-        let mut lever = [0_i64; 2];
+        // Velocity along the row: constant, plus slope times x.
+        let constant = [v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry].map(T::from_f64);
+        let slope = [0.0, w[2], -w[1]].map(T::from_f64);
         let first = layout.cell(x, y, z);
         for done in (0..row.count as usize).step_by(CHUNK) {
-            let cell = first + done;
+            let (cell, count) = (first + done, (row.count as usize - done).min(CHUNK));
             // SAFETY: the places of a real cell and of its neighbours lie inside the buffer, and so do the up to CHUNK
             // numbers after them: rows are padded by a chunk and the buffer by another.
             let (near, far) = unsafe {
@@ -129,40 +158,44 @@ fn exchange_rows<T: Real, R: Lanes<T>>(
                     std::array::from_fn(|i| base.offset(steps[i] + cell as isize)),
                 )
             };
-            let mut velocity = [[T::ZERO; CHUNK]; 3];
-            for k in 0..CHUNK {
-                let rx = (n[0] + (done + k) as f64) - motion.centre[0];
-                velocity[0][k] = T::from_f64(v[0] + (w[1] * r[2] - w[2] * r[1]));
-                velocity[1][k] = T::from_f64(v[1] + (w[2] * rx - w[0] * r[2]));
-                velocity[2][k] = T::from_f64(v[2] + (w[0] * r[1] - w[1] * rx));
-            }
+            let along = T::from_f64(n[0] + done as f64 - motion.centre[0]);
+            let velocity = RowVelocity {
+                constant,
+                slope,
+                along,
+            };
             let mut force = [[T::ZERO; CHUNK]; 3];
             // SAFETY: the pointers can be read as shown above.
-            unsafe { exchange_chunk::<T, R>(&near, &far, &velocity, sign, &mut force) };
-            let count = (row.count as usize - done).min(CHUNK);
-            for k in 0..count {
-                let [fx, fy, fz] = [force[0][k], force[1][k], force[2][k]].map(|f| to_fixed(f.into()));
-                let nx = i64::from(row.offset[0]) + (done + k) as i64;
-                total = [
-                    total[0].wrapping_add(fx),
-                    total[1].wrapping_add(fy),
-                    total[2].wrapping_add(fz),
-                ];
-                lever = [
-                    lever[0].wrapping_add(nx.wrapping_mul(fy)),
-                    lever[1].wrapping_add(nx.wrapping_mul(fz)),
-                ];
+            unsafe { exchange_chunk::<T, R>(&near, &far, count, &velocity, sign, &mut force) };
+            add_lanes(&force, count, [n[0] + done as f64, n[1], n[2]], &mut lanes);
+        }
+        if rows.get(i + 1).is_none_or(|next| next.body != row.body) {
+            let sum = &mut sums[row.body as usize];
+            for (total, lanes) in sum.force.iter_mut().chain(&mut sum.moment).zip(&mut lanes) {
+                *total = lanes.iter().fold(*total, |sum, &lane| sum.wrapping_add(lane));
+                *lanes = [0; CHUNK];
             }
         }
-        let (ny, nz) = (i64::from(row.offset[1]), i64::from(row.offset[2]));
-        let moment = [
-            ny.wrapping_mul(total[2]).wrapping_sub(nz.wrapping_mul(total[1])),
-            nz.wrapping_mul(total[0]).wrapping_sub(lever[1]),
-            lever[0].wrapping_sub(ny.wrapping_mul(total[0])),
+    }
+}
+
+/// Adds force and moment of the first `count` cells; the first lies at offset `n` from the reference cell.
+#[inline(always)]
+fn add_lanes<T: Real>(force: &[[T; CHUNK]; 3], count: usize, n: [f64; 3], lanes: &mut LaneSums) {
+    for k in 0..CHUNK {
+        // The lanes after the end of the row hold anything, even what is not a number.
+        let f = force.map(|f| if k < count { f[k].into() } else { 0.0 });
+        let nx = n[0] + LANE[k];
+        let terms = [
+            f[0],
+            f[1],
+            f[2],
+            n[1] * f[2] - n[2] * f[1],
+            n[2] * f[0] - nx * f[2],
+            nx * f[1] - n[1] * f[0],
         ];
-        for axis in 0..3 {
-            sum.force[axis] = sum.force[axis].wrapping_add(total[axis]);
-            sum.moment[axis] = sum.moment[axis].wrapping_add(moment[axis]);
+        for (sum, term) in lanes.iter_mut().zip(terms) {
+            sum[k] = sum[k].wrapping_add(to_fixed(term));
         }
     }
 }

@@ -165,17 +165,20 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
 ///
 /// The paper's Eq. (16) lacks the opposite index and the minus sign; doi:10.1016/j.jcp.2014.02.018 for the scheme.
 ///
+/// Cells from `count` on are left alone or filled with anything.
+///
 /// # Safety
 /// [`CHUNK`] numbers can be read at every place of `near` and `far`.
 #[inline(always)]
 pub(crate) unsafe fn exchange_chunk<T: Number, R: Lanes<T>>(
     near: &[*const T; Q],
     far: &[*const T; Q],
-    velocity: &[[T; CHUNK]; 3],
+    count: usize,
+    velocity: &RowVelocity<T>,
     sign: T,
     force: &mut [[T; CHUNK]; 3],
 ) {
-    for first in (0..CHUNK).step_by(R::WIDTH) {
+    for first in (0..count).step_by(R::WIDTH) {
         // SAFETY: first + WIDTH <= CHUNK, promised by the caller.
         let d: [R; Q] =
             std::array::from_fn(|i| unsafe { R::load(near[i].add(first)) - R::load(far[i].add(first)) });
@@ -189,15 +192,34 @@ pub(crate) unsafe fn exchange_chunk<T: Number, R: Lanes<T>>(
             d3 + ((d7 - d9) + (d15 + d17)),
             d5 + ((d11 - d13) + (d15 - d17)),
         ];
+        // SAFETY: first + WIDTH <= CHUNK, the length of the constant array.
+        let lane = unsafe { R::load(T::LANE.as_ptr().add(first)) };
+        let x = R::splat(velocity.along) + lane;
         for axis in 0..3 {
-            // SAFETY: first + WIDTH <= CHUNK, the length of the arrays.
-            unsafe {
-                let u = R::load(velocity[axis].as_ptr().add(first));
-                (momentum[axis] - u * mass).store(force[axis].as_mut_ptr().add(first));
-            }
+            let u = R::splat(velocity.constant[axis]) + R::splat(velocity.slope[axis]) * x;
+            // SAFETY: first + WIDTH <= CHUNK, the length of the array.
+            unsafe { (momentum[axis] - u * mass).store(force[axis].as_mut_ptr().add(first)) };
         }
     }
 }
+
+/// Velocity of a rigid body along a row: `constant + slope * (along + k)` in the cell `k` of a chunk.
+pub(crate) struct RowVelocity<T> {
+    pub(crate) constant: [T; 3],
+    pub(crate) slope: [T; 3],
+    pub(crate) along: T,
+}
+
+/// The numbers 0, 1, 2, ... of a chunk's cells.
+pub(crate) const LANE: [f64; CHUNK] = {
+    let mut lane = [0.0; CHUNK];
+    let mut k = 0;
+    while k < CHUNK {
+        lane[k] = k as f64;
+        k += 1;
+    }
+    lane
+};
 
 /// Constants and conversions the kernels need of a storage type.
 pub trait Number:
@@ -209,6 +231,8 @@ pub trait Number:
     const ONE: Self;
     /// Smaller than any solid fraction that matters, larger than zero.
     const TINY: Self;
+    /// 0, 1, 2, ...
+    const LANE: [Self; CHUNK];
     /// Rounds.
     fn from_f64(x: f64) -> Self;
 }
@@ -217,6 +241,15 @@ impl Number for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;
+    const LANE: [Self; CHUNK] = {
+        let mut lane = [0.0; CHUNK];
+        let mut k = 0;
+        while k < CHUNK {
+            lane[k] = k as f32;
+            k += 1;
+        }
+        lane
+    };
     #[inline(always)]
     fn from_f64(x: f64) -> Self {
         x as f32
@@ -227,6 +260,7 @@ impl Number for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;
+    const LANE: [Self; CHUNK] = LANE;
     #[inline(always)]
     fn from_f64(x: f64) -> Self {
         x

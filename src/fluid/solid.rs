@@ -21,7 +21,7 @@ pub(crate) struct SolidChunk<T> {
 /// Sparse field of solid fractions and velocities on one block.
 ///
 /// Several particles in one cell combine as `B = prod (1 - phi_k)` and `u_s = sum phi_k u_k / sum phi_k`
-/// (Marquardt et al. 2024); call [`add_row`](Self::add_row) in ascending order of particle number, so that the
+/// (Marquardt et al. 2024); call [`add`](Self::add) in ascending order of particle number, so that the
 /// products and sums are the same bits on every decomposition.
 pub struct SolidField<T> {
     rows: usize,
@@ -60,37 +60,36 @@ impl<T: Number> SolidField<T> {
         self.chunks.truncate(1);
     }
 
-    /// Adds one particle's cells `x, x + 1, ...` of a row: solid fractions and velocities (lattice units) cell by cell.
+    /// Adds a particle to the cells of a chunk: its solid fractions and velocities (lattice units), zero fraction where it
+    /// is not.
     #[inline]
-    pub fn add_row(&mut self, y: usize, z: usize, x: usize, fractions: &[T], velocity: [&[T]; 3]) {
-        let row = (z * self.rows + y) * self.chunks_per_row;
-        let mut done = 0;
-        while done < fractions.len() {
-            let (chunk, first) = (row + (x + done) / CHUNK, (x + done) % CHUNK);
-            let count = (CHUNK - first).min(fractions.len() - done);
-            let entry = if self.index[chunk] == 0 {
-                let entry = self.chunks.len();
-                self.index[chunk] = entry as u32;
-                self.used.push(chunk as u32);
+    pub fn add(
+        &mut self,
+        y: usize,
+        z: usize,
+        chunk: usize,
+        fraction: &[T; CHUNK],
+        velocity: &[[T; CHUNK]; 3],
+    ) {
+        let place = (z * self.rows + y) * self.chunks_per_row + chunk;
+        let entry = match self.index[place] {
+            0 => {
+                self.index[place] = self.chunks.len() as u32;
+                self.used.push(place as u32);
                 self.chunks.push(Self::EMPTY);
-                entry
-            } else {
-                self.index[chunk] as usize
-            };
-            let cells = &mut self.chunks[entry];
-            let fractions = &fractions[done..done + count];
-            for (k, &phi) in fractions.iter().enumerate() {
-                let b = &mut cells.permeability[first + k];
-                *b = *b * (T::ONE - phi);
-                let sum = &mut cells.fraction_sum[first + k];
-                *sum = *sum + phi;
+                self.chunks.len() - 1
             }
-            for (sums, values) in cells.velocity_sum.iter_mut().zip(velocity) {
-                for (k, &phi) in fractions.iter().enumerate() {
-                    sums[first + k] = sums[first + k] + phi * values[done + k];
-                }
+            entry => entry as usize,
+        };
+        let cells = &mut self.chunks[entry];
+        for k in 0..CHUNK {
+            cells.permeability[k] = cells.permeability[k] * (T::ONE - fraction[k]);
+            cells.fraction_sum[k] = cells.fraction_sum[k] + fraction[k];
+        }
+        for (sum, velocity) in cells.velocity_sum.iter_mut().zip(velocity) {
+            for k in 0..CHUNK {
+                sum[k] = sum[k] + fraction[k] * velocity[k];
             }
-            done += count;
         }
     }
 
@@ -132,15 +131,24 @@ mod tests {
 
     #[test]
     fn several_particles_in_a_cell_combine_by_product_and_weighted_mean() {
-        let mut field = SolidField::<f64>::new([20, 2, 2], 3);
-        field.add_row(1, 1, 6, &[0.25, 1.0, 0.5, 0.5], [&[1.0; 4], &[0.0; 4], &[2.0; 4]]);
-        field.add_row(1, 1, 8, &[0.5], [&[3.0], &[0.0], &[2.0]]);
-        assert_eq!(field.cell(8, 1, 1), (0.75, [2.0, 0.0, 2.0]));
-        assert_eq!(field.cell(6, 1, 1), (0.25, [1.0, 0.0, 2.0]));
-        assert_eq!(field.cell(6, 0, 1).0, 0.0);
+        let mut field = SolidField::<f64>::new([20, 2, 2], 2);
+        let mut add = |cells: &[(usize, f64)], velocity: [f64; 3]| {
+            for chunk in 0..2 {
+                let mut fraction = [0.0; CHUNK];
+                for &(x, phi) in cells.iter().filter(|&&(x, _)| x / CHUNK == chunk) {
+                    fraction[x % CHUNK] = phi;
+                }
+                field.add(1, 1, chunk, &fraction, &velocity.map(|u| [u; CHUNK]));
+            }
+        };
+        add(&[(14, 0.25), (15, 1.0), (16, 0.5), (17, 0.5)], [1.0, 0.0, 2.0]);
+        add(&[(16, 0.5)], [3.0, 0.0, 2.0]);
+        assert_eq!(field.cell(16, 1, 1), (0.75, [2.0, 0.0, 2.0]));
+        assert_eq!(field.cell(14, 1, 1), (0.25, [1.0, 0.0, 2.0]));
+        assert_eq!(field.cell(14, 0, 1).0, 0.0);
         assert!((from_fixed(field.fraction_total()) - (0.25 + 1.0 + 0.75 + 0.5)).abs() < 1e-12);
         field.clear();
-        assert_eq!(field.cell(8, 1, 1).0, 0.0);
+        assert_eq!(field.cell(16, 1, 1).0, 0.0);
         assert_eq!(field.fraction_total(), 0);
     }
 }

@@ -136,9 +136,11 @@ fn add_solid<T: Real>(fluid: &mut Fluid<T>, cells: [usize; 3]) {
                 let phi = T::from_f64(if x % 5 == 0 || y % 5 == 0 { 0.3 } else { 1.0 });
                 let u = [0.02, -0.01 * y as f64, 0.01 * body as f64].map(T::from_f64);
                 let [x, y, z] = std::array::from_fn(|a| at[a] - block.lo[a]);
+                let mut fraction = [T::ZERO; CHUNK];
+                fraction[x % CHUNK] = phi;
                 fluid
                     .solid_mut()
-                    .add_row(y, z, x, &[phi], [&[u[0]], &[u[1]], &[u[2]]]);
+                    .add(y, z, x / CHUNK, &fraction, &u.map(|u| [u; CHUNK]));
             }
         }
     }

@@ -73,8 +73,12 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     }
     let decomposition = decompose(&setup)?;
     match setup.precision {
-        Precision::F32 => on_ranks(&decomposition, |comm| bench_rank::<f32>(&setup, options, &decomposition, comm)),
-        Precision::F64 => on_ranks(&decomposition, |comm| bench_rank::<f64>(&setup, options, &decomposition, comm)),
+        Precision::F32 => on_ranks(&decomposition, |comm| {
+            bench_rank::<f32>(&setup, options, &decomposition, comm)
+        }),
+        Precision::F64 => on_ranks(&decomposition, |comm| {
+            bench_rank::<f64>(&setup, options, &decomposition, comm)
+        }),
     }
 }
 
@@ -108,9 +112,18 @@ fn bench_rank<T: Real>(
     let mut contacts = [simulation.dem.contacts().count as i64];
     simulation.comm.sum(&mut contacts);
     let traffic = (2 * Q * size_of::<T>()) as f64;
-    let fractions: Vec<f64> = mlups.iter().zip(&bandwidth).map(|(m, b)| m * traffic / 1e3 / b).collect();
+    let fractions: Vec<f64> = mlups
+        .iter()
+        .zip(&bandwidth)
+        .map(|(m, b)| m * traffic / 1e3 / b)
+        .collect();
     let steps = (SAMPLES as u64 * options.steps) as f64;
-    let stages = simulation.timings().stages().iter().map(|&(name, s)| (name.to_owned(), s / steps)).collect();
+    let stages = simulation
+        .timings()
+        .stages()
+        .iter()
+        .map(|&(name, s)| (name.to_owned(), s / steps))
+        .collect();
     Ok(BenchReport {
         mlups: median(&mlups),
         roofline_fraction: median(&fractions),

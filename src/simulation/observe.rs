@@ -13,8 +13,8 @@ use crate::math::Vec3;
 use crate::output::picture::{SettlingPlot, VelocitySlice, write_settling, write_slice};
 use crate::output::progress::Workload;
 use crate::output::{
-    Collection, FieldSnapshot, OutputFiles, Progress, ReferenceScales, SeriesRow, SeriesWriter, Summary, estimate_mean,
-    write_fields, write_particles,
+    Collection, FieldSnapshot, OutputFiles, Progress, ReferenceScales, SeriesRow, SeriesWriter, Summary,
+    estimate_mean, write_fields, write_particles,
 };
 use crate::particle::Particle;
 use std::collections::BTreeMap;
@@ -63,7 +63,11 @@ impl<'a> Observer<'a> {
         let writer = (comm.rank() == 0).then(|| {
             let files = OutputFiles::new(&setup.output.directory);
             let t_star_per_step = setup.units.dt / setup.scales.stokes_time;
-            let work = Workload { steps: setup.end_step, cells: setup.domain.cell_count(), t_star_per_step };
+            let work = Workload {
+                steps: setup.end_step,
+                cells: setup.domain.cell_count(),
+                t_star_per_step,
+            };
             Writer {
                 setup,
                 series: None,
@@ -76,7 +80,13 @@ impl<'a> Observer<'a> {
                 steps: Vec::new(),
             }
         });
-        Self { setup, decomposition, start: Instant::now(), done: [None; 4], writer }
+        Self {
+            setup,
+            decomposition,
+            start: Instant::now(),
+            done: [None; 4],
+            writer,
+        }
     }
 
     /// Writes what is due after the current step; `last` makes everything due that is wanted at all. Collective.
@@ -86,7 +96,12 @@ impl<'a> Observer<'a> {
             writer.progress.update(step);
         }
         let plan = &self.setup.output;
-        let every = [plan.series_every, plan.fields_every, plan.particles_every, plan.picture_every];
+        let every = [
+            plan.series_every,
+            plan.fields_every,
+            plan.particles_every,
+            plan.picture_every,
+        ];
         let due: [bool; 4] = std::array::from_fn(|i| {
             every[i] > 0 && (last || step.is_multiple_of(every[i])) && self.done[i] != Some(step)
         });
@@ -99,7 +114,9 @@ impl<'a> Observer<'a> {
         let fields = (due[FIELDS] || due[PICTURES]).then(|| gather_fields(simulation, self.decomposition));
         let mut failed = None;
         if let Some(writer) = &mut self.writer {
-            failed = writer.write(step, row.take().flatten(), fields.as_ref(), &particles, due).err();
+            failed = writer
+                .write(step, row.take().flatten(), fields.as_ref(), &particles, due)
+                .err();
         }
         for (done, _) in self.done.iter_mut().zip(due).filter(|(_, due)| *due) {
             *done = Some(step);
@@ -124,7 +141,14 @@ impl<'a> Observer<'a> {
         if simulation.comm.rank() > 0 {
             return None;
         }
-        let Setup { units, scales, gravity, domain, templates, .. } = self.setup;
+        let Setup {
+            units,
+            scales,
+            gravity,
+            domain,
+            templates,
+            ..
+        } = self.setup;
         let mean = simulation.mean_flow();
         let time = simulation.step as f64 * units.dt;
         let count = particles.len().max(1) as f64;
@@ -151,7 +175,10 @@ impl<'a> Observer<'a> {
             contacts: counts[0] as usize,
             max_overlap: depth[0] / scales.diameter,
             kinetic_energy_fluid: mean.kinetic_energy,
-            kinetic_energy_translation: particles.iter().map(|p| 0.5 * mass(p) * p.velocity().norm_squared()).sum(),
+            kinetic_energy_translation: particles
+                .iter()
+                .map(|p| 0.5 * mass(p) * p.velocity().norm_squared())
+                .sum(),
             kinetic_energy_rotation: particles
                 .iter()
                 .map(|p| 0.5 * Vec3::from(p.angular_momentum).dot(&p.angular_velocity()))
@@ -168,8 +195,12 @@ impl<'a> Observer<'a> {
         interrupted: bool,
     ) -> Result<Option<Summary>> {
         let hash = state_hash(simulation);
-        let Some(writer) = self.writer.take() else { return Ok(None) };
-        writer.finish(simulation, hash, interrupted, self.start.elapsed().as_secs_f64()).map(Some)
+        let Some(writer) = self.writer.take() else {
+            return Ok(None);
+        };
+        writer
+            .finish(simulation, hash, interrupted, self.start.elapsed().as_secs_f64())
+            .map(Some)
     }
 }
 
@@ -261,8 +292,12 @@ impl Writer<'_> {
         let scales = setup.scales;
         let over_schiller_naumann = scales.stokes_velocity / scales.schiller_naumann_velocity;
         let per_step = |seconds: f64| seconds / steps.max(1) as f64;
-        let stages: BTreeMap<String, f64> =
-            simulation.timings.stages().iter().map(|&(name, seconds)| (name.to_owned(), per_step(seconds))).collect();
+        let stages: BTreeMap<String, f64> = simulation
+            .timings
+            .stages()
+            .iter()
+            .map(|&(name, seconds)| (name.to_owned(), per_step(seconds)))
+            .collect();
         let cells = setup.domain.cell_count();
         let summary = Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -329,7 +364,14 @@ fn gather_particles<T: Real>(simulation: &Simulation<T>) -> Vec<Particle> {
 /// Fields of the whole box on rank 0, with the particles where they are now; empty elsewhere. Collective.
 fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomposition) -> Fields {
     let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
-    let Simulation { comm, units, fluid, coupling, dem, .. } = simulation;
+    let Simulation {
+        comm,
+        units,
+        fluid,
+        coupling,
+        dem,
+        ..
+    } = simulation;
     coupling.map(dem.particles(), fluid);
     let [nx, ny, nz] = fluid.block().size();
     let mut own: Vec<[f32; 5]> = Vec::with_capacity(nx * ny * nz);
@@ -344,16 +386,22 @@ fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomp
         return Fields::default();
     }
     let cells = decomposition.domain.cell_count();
-    let mut all = Fields { velocity: vec![[0.0; 3]; cells], pressure: vec![0.0; cells], solid_fraction: vec![0.0; cells] };
+    let mut all = Fields {
+        velocity: vec![[0.0; 3]; cells],
+        pressure: vec![0.0; cells],
+        solid_fraction: vec![0.0; cells],
+    };
     let [gx, gy, _] = decomposition.domain.cells;
     for (rank, bytes) in blocks.iter().enumerate() {
         let block = decomposition.block(rank);
         let mut states = bytes.chunks_exact(size_of::<[f32; 5]>());
-        for (z, y) in (block.lo[2]..block.hi[2]).flat_map(|z| (block.lo[1]..block.hi[1]).map(move |y| (z, y))) {
+        for (z, y) in (block.lo[2]..block.hi[2]).flat_map(|z| (block.lo[1]..block.hi[1]).map(move |y| (z, y)))
+        {
             for (x, bytes) in (block.lo[0]..block.hi[0]).zip(&mut states) {
                 let [u, v, w, pressure, fraction] = bytemuck::pod_read_unaligned::<[f32; 5]>(bytes);
                 let cell = x + gx * (y + gy * z);
-                (all.velocity[cell], all.pressure[cell], all.solid_fraction[cell]) = ([u, v, w], pressure, fraction);
+                (all.velocity[cell], all.pressure[cell], all.solid_fraction[cell]) =
+                    ([u, v, w], pressure, fraction);
             }
         }
     }
@@ -363,7 +411,9 @@ fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomp
 /// Hash over all populations and particle states, the same for any number of ranks. Collective.
 pub(super) fn state_hash<T: Real>(simulation: &Simulation<T>) -> u64 {
     let particles = simulation.dem.particles().owned().iter();
-    let particles = particles.map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id)).fold(0, u64::wrapping_add);
+    let particles = particles
+        .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
+        .fold(0, u64::wrapping_add);
     let mut sum = [simulation.fluid.state_hash().wrapping_add(particles) as i64];
     simulation.comm.sum(&mut sum);
     sum[0] as u64

@@ -23,7 +23,10 @@ pub(super) fn references(scales: &Scales) -> [(&'static str, f64); 2] {
     let hindered = |k: f64, n: f64| k * (1.0 - scales.volume_fraction).powf(n) * single;
     [
         ("Richardson-Zaki", hindered(1.0, richardson_zaki)),
-        ("Garside-Al-Dibouni, Yao", hindered(0.89 * (-scales.archimedes / 1e5).exp(), garside)),
+        (
+            "Garside-Al-Dibouni, Yao",
+            hindered(0.89 * (-scales.archimedes / 1e5).exp(), garside),
+        ),
     ]
 }
 
@@ -46,6 +49,9 @@ mod tests {
             volume_fraction: 0.2,
         };
         let [(_, rz), (_, yao)] = references(&scales).map(|(n, v)| (n, v * 0.323145 / 0.138886));
-        assert!((rz - 0.485288).abs() < 1e-5 && (yao - 0.396699).abs() < 1e-5, "{rz} {yao}");
+        assert!(
+            (rz - 0.485288).abs() < 1e-5 && (yao - 0.396699).abs() < 1e-5,
+            "{rz} {yao}"
+        );
     }
 }

@@ -29,19 +29,29 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Summary> {
     let decomposition = decompose(setup)?;
     directory::prepare(&setup.output.directory)?;
     let summary = match setup.precision {
-        Precision::F32 => on_ranks(&decomposition, |comm| run_rank::<f32>(setup, options, &decomposition, comm)),
-        Precision::F64 => on_ranks(&decomposition, |comm| run_rank::<f64>(setup, options, &decomposition, comm)),
+        Precision::F32 => on_ranks(&decomposition, |comm| {
+            run_rank::<f32>(setup, options, &decomposition, comm)
+        }),
+        Precision::F64 => on_ranks(&decomposition, |comm| {
+            run_rank::<f64>(setup, options, &decomposition, comm)
+        }),
     }?;
     Ok(summary.expect("rank 0 writes the summary"))
 }
 
 /// Runs `body` on as many thread ranks as there are blocks and returns the result of rank 0, or the first error.
-pub(super) fn on_ranks<R: Send>(decomposition: &Decomposition, body: impl Fn(Comm) -> Result<R> + Sync) -> Result<R> {
+pub(super) fn on_ranks<R: Send>(
+    decomposition: &Decomposition,
+    body: impl Fn(Comm) -> Result<R> + Sync,
+) -> Result<R> {
     if decomposition.ranks() == 1 {
         return body(Comm::Solo);
     }
     let mut results = on_threads(decomposition.ranks(), body);
-    match results.iter().position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank))) {
+    match results
+        .iter()
+        .position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank)))
+    {
         Some(failed) => results.swap_remove(failed),
         None => results.swap_remove(0),
     }
