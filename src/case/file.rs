@@ -62,7 +62,7 @@ pub struct FluidSection {
     pub archimedes: Option<Located<f64>>,
     /// Galileo number (-), the square root of the Archimedes number.
     pub galileo: Option<Located<f64>>,
-    /// Storage of the populations. Default "f32", which halves memory and time; results agree to about 1e-5.
+    /// Storage of the populations: "f32" or "f64", twice the memory. Default "f32".
     #[serde(default)]
     pub precision: Precision,
 }
