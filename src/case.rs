@@ -8,10 +8,12 @@ pub mod file;
 pub mod forms;
 pub mod located;
 mod overrides;
+mod physics;
 mod placement;
 mod resolve;
 mod scales;
 mod source;
+mod space;
 
 use crate::contact::ContactParams;
 use crate::coupling::ForceBalance;

@@ -50,7 +50,7 @@ struct CaseArguments {
 /// Changes to a case.
 #[derive(Debug, Args)]
 struct Changes {
-    /// Set a key of the case to any TOML value, e.g. --set particles.0.volume_fraction=0.3; may be repeated.
+    /// Set a key of the case to any TOML value, e.g. `--set particles.0.volume_fraction=0.3`; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Threads; 0 is one per core. Results do not depend on it.

@@ -39,9 +39,9 @@ pub struct Case {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DomainSection {
-    /// Edges: [x, y, z] in m, or { diameters = [x, y, z] }. Rounded to whole cells, with a warning.
+    /// Edges: `[x, y, z]` in m, or `{ diameters = [x, y, z] }`. Rounded to whole cells, with a warning.
     pub size: Located<Size>,
-    /// Periodic directions. Default and only choice in this version: [true, true, true].
+    /// Periodic directions. Default and only choice in this version: `[true, true, true]`.
     #[serde(default = "all_periodic")]
     pub periodic: Located<[bool; 3]>,
 }
@@ -50,7 +50,7 @@ fn all_periodic() -> Located<[bool; 3]> {
     [true; 3].into()
 }
 
-/// The fluid: its density, and exactly one of viscosity, archimedes, galileo.
+/// The fluid: its density, and exactly one of `viscosity`, `archimedes`, `galileo`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FluidSection {
@@ -62,12 +62,12 @@ pub struct FluidSection {
     pub archimedes: Option<Located<f64>>,
     /// Galileo number (-), the square root of the Archimedes number.
     pub galileo: Option<Located<f64>>,
-    /// Storage of the populations. Default "f32", which halves memory and time; results agree to about 1e-5.
+    /// Storage of the populations: "f32" or "f64", twice the memory. Default "f32".
     #[serde(default)]
     pub precision: Precision,
 }
 
-/// The lattice: cells_per_diameter, and exactly one of relaxation_time, time_step.
+/// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LatticeSection {
@@ -110,7 +110,7 @@ pub enum Coupling {
     Paper,
 }
 
-/// One kind of particle: shape, density, and exactly one of volume_fraction, count, file, list.
+/// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParticleSection {
@@ -122,9 +122,9 @@ pub struct ParticleSection {
     pub volume_fraction: Option<Located<f64>>,
     /// Number of particles: random positions.
     pub count: Option<Located<u64>>,
-    /// Positions file, relative to the case file: lines of x;y;z;rx;ry;rz;id (m, degrees) or CSV with a header.
+    /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header.
     pub file: Option<Located<String>>,
-    /// Positions: [x, y, z] (m), or { position = [...], velocity = [...], angular_velocity = [...] }.
+    /// Positions: `[x, y, z]` (m), or `{ position = [...], velocity = [...], angular_velocity = [...] }`.
     pub list: Option<Vec<Located<Entry>>>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
     pub seed: Option<Located<u64>>,
@@ -208,13 +208,13 @@ pub enum GeometryKind {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrivingSection {
-    /// Gravity (m/s^2): [x, y, z], or a number for the direction -z. Default 9.80665.
+    /// Gravity (m/s^2): `[x, y, z]`, or a number for the direction -z. Default 9.80665.
     pub gravity: Located<Gravity>,
     /// Where the force that balances the submerged weight acts. Default "mixture".
     pub force_balance: ForceBalance,
     /// Whether a controller removes the mean volume flux. Default true.
     pub zero_net_flux: bool,
-    /// Uniform acceleration of the fluid besides all else (m/s^2). Default [0, 0, 0].
+    /// Uniform acceleration of the fluid besides all else (m/s^2). Default `[0, 0, 0]`.
     pub body_acceleration: Located<[f64; 3]>,
 }
 
@@ -252,7 +252,7 @@ pub enum Duration {
     Time(f64),
     /// Steps of the fluid.
     Steps(u64),
-    /// Units of t* = D / u_Stokes, the time in which a particle at Stokes velocity travels one diameter.
+    /// Units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
     StokesTimes(f64),
 }
 
@@ -266,7 +266,7 @@ pub enum Every {
     Time(f64),
     /// Steps of the fluid.
     Steps(u64),
-    /// Units of t* = D / u_Stokes.
+    /// Units of `t* = D / u_Stokes`.
     StokesTimes(f64),
 }
 
@@ -274,7 +274,7 @@ pub enum Every {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSection {
-    /// Directory for all output, relative to where turbid is started. Default out/<name of the case file>.
+    /// Directory for all output, relative to where turbid is started. Default `out/<name of the case file>`.
     pub directory: Option<Located<String>>,
     /// Rows of series.csv. Default: 1000 over the run.
     pub series_every: Option<Located<Every>>,

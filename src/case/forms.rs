@@ -55,10 +55,10 @@ pub enum Entry {
 pub struct MovingEntry {
     /// Centre (m).
     pub position: Triple,
-    /// Velocity (m/s). Default [0, 0, 0].
+    /// Velocity (m/s). Default `[0, 0, 0]`.
     #[serde(default = "zero")]
     pub velocity: Triple,
-    /// Angular velocity (1/s). Default [0, 0, 0].
+    /// Angular velocity (1/s). Default `[0, 0, 0]`.
     #[serde(default = "zero")]
     pub angular_velocity: Triple,
 }

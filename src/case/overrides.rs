@@ -17,12 +17,32 @@ const ALTERNATIVES: [&[&str]; 6] = [
     &["diameters"],
 ];
 
+/// One key of each of the alternatives that make up a table of their own.
+const CHOICES: [&str; 3] = ["steps", "sphere", "diameters"];
+
 fn alternatives(key: &str) -> &'static [&'static str] {
     ALTERNATIVES
         .iter()
         .find(|group| group.contains(&key))
         .copied()
         .unwrap_or_default()
+}
+
+/// Removes what a key that an option sets stands in place of.
+fn make_way(key: &str, table: &mut DeTable<'_>) {
+    for other in alternatives(key) {
+        table.remove(*other);
+    }
+    if ["file", "list"].contains(&key) {
+        table.remove("seed");
+        table.remove("minimum_gap");
+    }
+}
+
+/// Whether a table holds the one alternative of a choice, such as `{ steps = 100 }`.
+fn is_choice(table: &DeTable<'_>) -> bool {
+    let of_choice = |key: &str| CHOICES.iter().any(|choice| alternatives(key).contains(choice));
+    table.len() == 1 && table.keys().all(|key| of_choice(key.get_ref()))
 }
 
 impl Source {
@@ -58,13 +78,22 @@ impl Source {
     /// The value of an option; a bare word is a string, since shells eat quotes.
     fn option_value<'a>(&self, span: Range<usize>, shifted: &'a str) -> Result<Spanned<DeValue<'a>>> {
         let text = shifted[span.start..].trim();
-        DeValue::parse(shifted).or_else(|e| {
-            let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
-            if text.is_empty() || !text.chars().all(is_word) {
-                return Err(self.toml_error(&e));
+        let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
+        match DeTable::parse(shifted) {
+            Ok(mut table) if table.get_ref().len() == 1 => {
+                Ok(table.get_mut().remove("v").expect("the only key"))
             }
-            Ok(Spanned::new(span, DeValue::String(Cow::Borrowed(text))))
-        })
+            Ok(_) => Err(self.error(
+                &span,
+                "an option has more than one value",
+                "more than one line",
+                "",
+            )),
+            Err(_) if !text.is_empty() && text.chars().all(is_word) => {
+                Ok(Spanned::new(span, DeValue::String(Cow::Borrowed(text))))
+            }
+            Err(e) => Err(self.toml_error(&e)),
+        }
     }
 
     fn place<'a>(
@@ -74,12 +103,12 @@ impl Source {
         value: Spanned<DeValue<'a>>,
     ) -> Result<()> {
         let (key, rest) = keys.split_first().expect("an option has at least one key");
-        for other in alternatives(key.get_ref()) {
-            if other != key.get_ref() {
-                table.remove(*other);
-            }
+        // Another choice replaces the old one even if it is misspelt: the message is then about the misspelling.
+        if is_choice(table) && !table.contains_key(key.get_ref().as_ref()) {
+            table.clear();
         }
         let Some(next) = rest.first() else {
+            make_way(key.get_ref(), table);
             // Removed first, because an old entry would keep its old place.
             table.remove(key.get_ref().as_ref());
             table.insert(key.clone(), value);
@@ -94,6 +123,11 @@ impl Source {
         let slot = table.get_mut(key.get_ref().as_ref()).expect("inserted above");
         let kind = slot.get_ref().type_str();
         let replaceable = !alternatives(next.get_ref()).is_empty();
+        if slot.get_ref().as_table().is_some_and(is_choice) {
+            // What is wrong with the choice from now on is the option's doing.
+            let table = std::mem::replace(slot.get_mut(), DeValue::Boolean(false));
+            *slot = Spanned::new(key.span().start..value.span().end, table);
+        }
         match slot.get_mut() {
             DeValue::Table(inner) => self.place(inner, rest, value),
             _ if replaceable => {
@@ -142,5 +176,53 @@ impl Source {
     fn no_such_place(&self, key: &Spanned<Cow<'_, str>>, why: &str) -> Error {
         let title = format!("an option sets `{}`, which the case cannot hold", key.get_ref());
         self.error(&key.span(), &title, "no such place", why)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "# kept only without options\n[fluid]\narchimedes = 10\nname = \"x\"\n\n[[particles]]\n\
+                        count = 3\nseed = 2\n\n[run]\nend = { steps = 5 }\n";
+
+    fn effective(options: &[&str]) -> String {
+        let options: Vec<String> = options.iter().map(ToString::to_string).collect();
+        let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
+        source.parse::<toml::Table>().unwrap().1
+    }
+
+    #[test]
+    fn without_options_the_text_is_the_file() {
+        assert_eq!(effective(&[]), TEXT);
+    }
+
+    #[test]
+    fn any_toml_value_goes_to_any_place() {
+        let text = effective(&[
+            "fluid.name=f64",
+            "particles.0.count=7",
+            "a.b.c=[1, {d = 2.5}]",
+            "fluid.name=\"y\"",
+        ]);
+        let table: toml::Table = toml::from_str(&text).unwrap();
+        assert_eq!(table["fluid"]["name"].as_str(), Some("y"));
+        assert_eq!(table["particles"][0]["count"].as_integer(), Some(7));
+        assert_eq!(table["a"]["b"]["c"][1]["d"].as_float(), Some(2.5));
+        assert_eq!(table["run"]["end"]["steps"].as_integer(), Some(5));
+    }
+
+    #[test]
+    fn an_option_replaces_the_alternatives_of_its_key() {
+        let text = effective(&[
+            "fluid.viscosity=1e-6",
+            "run.end.time=2",
+            "particles.0.list=[[0, 0, 0]]",
+        ]);
+        let table: toml::Table = toml::from_str(&text).unwrap();
+        assert!(table["fluid"].get("archimedes").is_none() && table["fluid"].get("name").is_some());
+        assert!(table["run"]["end"].get("steps").is_none());
+        assert_eq!(table["run"]["end"]["time"].as_integer(), Some(2));
+        assert!(table["particles"][0].get("count").is_none() && table["particles"][0].get("seed").is_none());
     }
 }

@@ -175,11 +175,13 @@ impl Placer<'_> {
         })
     }
 
-    /// The position if it lies in the box; the upper faces are the lower ones.
+    /// The position if it lies in the box, wrapped: the upper faces are the lower ones.
     fn inside(&self, what: &str, span: &Range<usize>, position: Vec3) -> Result<Vec3> {
         let size = self.domain.size();
         for i in 0..3 {
-            if !(0.0..=size[i]).contains(&position[i]) {
+            // A position on a face may be beside it by rounding.
+            let margin = 1e-9 * size[i];
+            if !(-margin..=size[i] + margin).contains(&position[i]) {
                 let (x, length, axis) = (position[i], size[i], ["x", "y", "z"][i]);
                 return Err(self.source.error(
                     span,
@@ -209,10 +211,9 @@ impl Placer<'_> {
                 ));
             }
         }
-        let mut next = seen.keys().max().map_or(0, |id| id.wrapping_add(1));
-        for p in placed.iter_mut().filter(|p| !p.has_id) {
-            p.particle.id = next;
-            next += 1;
+        let first = seen.keys().max().map_or(0, |id| id + 1);
+        for (id, p) in (first..).zip(placed.iter_mut().filter(|p| !p.has_id)) {
+            p.particle.id = id;
         }
         Ok(())
     }

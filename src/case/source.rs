@@ -25,7 +25,7 @@ pub(crate) struct Source {
 pub(crate) struct GivenOption {
     /// Where it stands in [`Source::text`].
     pub(crate) span: Range<usize>,
-    /// Its value behind so many blanks that every part of it has its place in [`Source::text`].
+    /// `v=` and its value, behind so many blanks that every part of the value has its place in [`Source::text`].
     pub(crate) shifted: String,
 }
 
@@ -34,10 +34,8 @@ impl Source {
     pub(crate) fn read(path: &Path, options: &[String]) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
         let text = String::from_utf8(bytes).map_err(|e| {
-            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count();
+            let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+            let line = good.split(|&byte| byte == b'\n').count();
             let shown = path.display();
             Error::Input(format!(
                 "{shown}:{line}: not UTF-8 text; save the case file as UTF-8"
@@ -58,7 +56,7 @@ impl Source {
                 let value = option.find('=').map_or(option.len(), |i| i + 1);
                 GivenOption {
                     span: start..text.len(),
-                    shifted: format!("{}{}", " ".repeat(start + value), &option[value..]),
+                    shifted: format!("{}v={}", " ".repeat(start + value - 2), &option[value..]),
                 }
             })
             .collect();
@@ -136,12 +134,23 @@ impl Source {
         if !remedy.is_empty() {
             group = group.element(Level::HELP.message(remedy));
         }
-        Renderer::plain().render(&[group]).to_string()
+        Renderer::plain().render(&[group])
+    }
+
+    /// A place of at least one character, where the TOML reader points between two.
+    fn visible(&self, span: Range<usize>) -> Range<usize> {
+        match span.start {
+            _ if !span.is_empty() => span,
+            start if self.text[start..].starts_with(|c: char| c.is_ascii() && !c.is_control()) => {
+                start..start + 1
+            }
+            start => start.saturating_sub(1)..start,
+        }
     }
 
     /// What the TOML reader says, in the words of this program, with a suggestion.
     pub(crate) fn toml_error(&self, error: &toml::de::Error) -> Error {
-        let span = error.span().unwrap_or(0..0);
+        let span = error.span().map_or(0..0, |span| self.visible(span));
         let message = error.message();
         let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
         let (title, label, remedy) = if message.starts_with("unknown") && !quoted.is_empty() {
@@ -165,7 +174,11 @@ impl Source {
         } else if message.contains("exactly 1 element") {
             let title = "exactly one of several alternatives must be given".to_string();
             let label = message.rsplit(", ").next().unwrap_or_default().to_string();
-            (title, label, "keep one key, e.g. { steps = 100 }".to_string())
+            (title, label, "keep one of them".to_string())
+        } else if message == "wanted string or table" {
+            let title = "a number or list where one of several alternatives must be named".to_string();
+            let remedy = "e.g. { steps = 100 }, { time = 0.5 } or { stokes_times = 10 }; \"never\" switches an output off";
+            (title, "which unit is this?".to_string(), remedy.to_string())
         } else {
             let title = message
                 .replace("expected f64", "expected a number")

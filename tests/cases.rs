@@ -1,0 +1,140 @@
+//! Every case under `cases/` reads, resolves to the numbers of its `.expect.toml`, and carries a current schema.
+
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use turbid::case::{self, Setup};
+
+/// Cell updates that a test can afford.
+const AFFORDABLE: u64 = 200_000_000;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Expectations {
+    /// Steps that a test runs.
+    after_steps: u64,
+    /// Numbers known before the first step.
+    setup: Vec<Expectation>,
+}
+
+/// A labelled number with its tolerance.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Expectation {
+    quantity: String,
+    value: f64,
+    relative: f64,
+}
+
+impl Expectation {
+    fn check(&self, case: &str, actual: f64) {
+        let allowed = self.relative * self.value.abs();
+        assert!(
+            (actual - self.value).abs() <= allowed,
+            "{case}: {} is {actual}, expected {} +- {allowed}",
+            self.quantity,
+            self.value
+        );
+    }
+}
+
+fn cases() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .filter(|path| !path.to_string_lossy().ends_with(".expect.toml"))
+        .collect();
+    paths.sort();
+    assert!(paths.len() >= 3, "cases have gone missing: {paths:?}");
+    paths
+}
+
+fn quantity(setup: &Setup, name: &str) -> f64 {
+    let scales = &setup.scales;
+    match name {
+        "particles" => setup.particles.len() as f64,
+        "cells" => setup.domain.cell_count() as f64,
+        "end_step" => setup.end_step as f64,
+        "volume_fraction" => scales.volume_fraction,
+        "archimedes" => scales.archimedes,
+        "schiller_naumann_over_stokes" => scales.schiller_naumann_velocity / scales.stokes_velocity,
+        other => panic!("unknown quantity {other}"),
+    }
+}
+
+#[test]
+fn every_case_resolves_to_the_numbers_it_promises() {
+    for path in cases() {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let setup = case::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(setup.warnings, Vec::<String>::new(), "{name}");
+        assert_eq!(setup.output.directory, Path::new("out").join(&name), "{name}");
+        let text = std::fs::read_to_string(path.with_extension("expect.toml")).unwrap();
+        let expected: Expectations = toml::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(!expected.setup.is_empty(), "{name} promises nothing");
+        for expectation in &expected.setup {
+            expectation.check(&name, quantity(&setup, &expectation.quantity));
+        }
+        let updates = expected.after_steps * setup.domain.cell_count() as u64;
+        assert!(
+            expected.after_steps > 0 && updates <= AFFORDABLE,
+            "{name}: {updates} cell updates"
+        );
+    }
+}
+
+#[test]
+fn every_case_begins_with_its_schema_and_says_what_it_shows_how_long_it_takes_and_what_to_look_at() {
+    for path in cases() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            text.starts_with("#:schema ./case.schema.json\n# "),
+            "{}",
+            path.display()
+        );
+        for word in ["# Shows", "# Takes", "# Look at"] {
+            assert!(text.contains(word), "{} lacks `{word}`", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_schema_for_editors_is_that_of_the_program() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/case.schema.json");
+    let stored = std::fs::read_to_string(path).unwrap();
+    assert!(
+        stored == case::schema(),
+        "out of date; run: cargo run -- check --schema > cases/case.schema.json"
+    );
+}
+
+#[test]
+fn every_key_of_the_schema_is_described() {
+    let schema: serde_json::Value = serde_json::from_str(&case::schema()).unwrap();
+    let mut keys = 0;
+    let mut open = vec![&schema];
+    while let Some(value) = open.pop() {
+        if let Some(properties) = value.get("properties").and_then(|p| p.as_object()) {
+            for (key, property) in properties {
+                // The one key of a choice is described by the choice.
+                let described = if properties.len() == 1 {
+                    [property, value]
+                } else {
+                    [property; 2]
+                };
+                assert!(
+                    described.iter().any(|d| d.get("description").is_some()),
+                    "`{key}` has no description"
+                );
+                keys += 1;
+            }
+        }
+        match value {
+            serde_json::Value::Object(object) => open.extend(object.values()),
+            serde_json::Value::Array(array) => open.extend(array),
+            _ => {}
+        }
+    }
+    assert!(keys > 50, "{keys}");
+}
