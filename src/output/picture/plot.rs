@@ -32,8 +32,10 @@ const TITLE: f32 = 30.0;
 const LABEL: f32 = 30.0;
 const NUMBER: f32 = 24.0;
 const TICK: f32 = 9.0;
-/// Smallest distance of two labels at the right.
+/// Height of a line of the labels at the right.
 const LABEL_STEP: f32 = 32.0;
+/// Space between two of these labels.
+const LABEL_GAP: f32 = 10.0;
 
 /// Draws settling velocity over time, the mean with its standard error as a band, and reference lines.
 ///
@@ -66,6 +68,8 @@ impl Frame {
             .chain(plot.references.iter().map(|r| r.1))
             .filter(finite);
         let (lo, hi) = values.fold((0.0, 0.0), |(lo, hi): (f64, f64), v| (lo.min(v), hi.max(v)));
+        // A start that trembles about zero does not deserve a range of its own.
+        let lo = if lo > -0.03 * hi { 0.0 } else { lo };
         Self {
             x: (0.0, if end > 0.0 { end } else { 1.0 }),
             y: if hi > lo {
@@ -183,13 +187,14 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
             Pencil::new(GREY, 1.5),
         );
     }
-    let time: [Span; 6] = [
+    let time: [Span; 7] = [
         italic("t"),
         above("*"),
         roman(" = "),
         italic("t u"),
         below("Stokes"),
-        roman(" / D"),
+        roman(" / "),
+        italic("D"),
     ];
     let middle = 0.5 * (LEFT + frame.right);
     canvas.text(&time, LABEL, (middle, BOTTOM + 94.0), Align::Middle, INK);
@@ -238,20 +243,11 @@ fn draw_series(canvas: &mut Canvas, frame: &Frame, plot: &SettlingPlot) {
 /// Labels beside their lines, pushed apart where they would overlap, each with a leader to its line.
 fn draw_labels(canvas: &mut Canvas, frame: &Frame, labels: &[SideLabel]) {
     let height = |label: &SideLabel| label.lines.len() as f32 * LABEL_STEP;
-    let mut places: Vec<f32> = Vec::new();
-    let mut free = TOP - 20.0;
-    for label in labels {
-        let (_, y) = frame.at(0.0, label.value);
-        let top = (y - 0.5 * height(label)).max(free);
-        places.push(top);
-        free = top + height(label) + 8.0;
-    }
-    // What was pushed beyond the lower end moves up again.
-    let mut limit = BOTTOM + 40.0;
-    for (place, label) in places.iter_mut().zip(labels).rev() {
-        *place = place.min(limit - height(label));
-        limit = *place - 8.0;
-    }
+    let wanted: Vec<(f32, f32)> = labels
+        .iter()
+        .map(|label| (frame.at(0.0, label.value).1 - 0.5 * height(label), height(label)))
+        .collect();
+    let places = spread(&wanted, LABEL_GAP, (TOP - 20.0, BOTTOM + 60.0));
     for (top, label) in places.into_iter().zip(labels) {
         let (_, y) = frame.at(0.0, label.value);
         let middle = top + 0.5 * height(label);
@@ -265,6 +261,103 @@ fn draw_labels(canvas: &mut Canvas, frame: &Frame, labels: &[SideLabel]) {
             let baseline = top + (i as f32 + 0.72) * LABEL_STEP;
             let place = (frame.right + 36.0, baseline);
             canvas.text(&[roman(line)], NUMBER, place, Align::Start, label.colour);
+        }
+    }
+}
+
+/// Moves intervals of given first places and lengths, in ascending order, as little as possible so that none
+/// overlap: least squares under an order, solved by pooling neighbours that are in conflict.
+fn spread(wanted: &[(f32, f32)], gap: f32, (lo, hi): (f32, f32)) -> Vec<f32> {
+    // Without their lengths the intervals are points that may coincide but not change order.
+    let mut used = 0.0;
+    let mut offsets = Vec::new();
+    let mut pools: Vec<(f32, usize)> = Vec::new();
+    for &(place, length) in wanted {
+        offsets.push(used);
+        let mut pool = (place - used, 1);
+        used += length + gap;
+        while let Some(&(mean, count)) = pools.last().filter(|last| last.0 > pool.0) {
+            pools.pop();
+            let total = count + pool.1;
+            pool = (
+                (mean * count as f32 + pool.0 * pool.1 as f32) / total as f32,
+                total,
+            );
+        }
+        pools.push(pool);
+    }
+    pools
+        .iter()
+        .flat_map(|&(place, count)| std::iter::repeat_n(place.min(hi - used + gap).max(lo), count))
+        .zip(offsets)
+        .map(|(place, offset)| place + offset)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn colour_at(canvas: &Canvas, (x, y): (f32, f32)) -> [u8; 3] {
+        let first = 3 * (y as usize * canvas.width() as usize + x as usize);
+        canvas.rgb()[first..first + 3].try_into().unwrap()
+    }
+
+    #[test]
+    fn labels_that_would_overlap_move_apart_evenly_and_others_stay() {
+        assert_eq!(
+            spread(&[(10.0, 20.0), (100.0, 20.0)], 5.0, (0.0, 200.0)),
+            [10.0, 100.0]
+        );
+        assert_eq!(
+            spread(&[(50.0, 20.0), (55.0, 20.0), (150.0, 20.0)], 5.0, (0.0, 200.0)),
+            [40.0, 65.0, 150.0]
+        );
+        assert_eq!(
+            spread(&[(190.0, 20.0), (195.0, 20.0)], 0.0, (0.0, 200.0)),
+            [160.0, 180.0]
+        );
+        assert!(spread(&[], 5.0, (0.0, 1.0)).is_empty());
+    }
+
+    #[test]
+    fn series_mean_and_reference_are_drawn_where_their_values_are() {
+        let t_star: Vec<f64> = (0..=100).map(f64::from).collect();
+        let plot = SettlingPlot {
+            case: "test",
+            velocity: &vec![0.2; t_star.len()],
+            t_star: &t_star,
+            mean: Some((
+                [50.0, 100.0],
+                Estimate {
+                    mean: 0.3,
+                    standard_error: Some(0.02),
+                },
+            )),
+            references: &[("reference", 0.5)],
+        };
+        let canvas = draw(&plot);
+        let label_width = width(&[roman("0.300 \u{b1} 0.020")], NUMBER);
+        let frame = Frame::new(&plot, PAGE.0 as f32 - 60.0 - label_width);
+        assert_eq!(colour_at(&canvas, frame.at(30.0, 0.2)), BLUE);
+        assert_eq!(colour_at(&canvas, frame.at(75.0, 0.3)), VERMILION);
+        assert_eq!(colour_at(&canvas, frame.at(0.5, 0.5)), REFERENCES[0]);
+        let [r, g, b] = colour_at(&canvas, frame.at(75.0, 0.315));
+        assert!(r > g && g > b, "the band is a light vermilion");
+        assert_eq!(colour_at(&canvas, frame.at(25.0, 0.33)), [255, 255, 255]);
+    }
+
+    #[test]
+    fn nothing_to_show_still_makes_a_plot() {
+        for velocity in [&[][..], &[f64::NAN], &[0.0]] {
+            let canvas = draw(&SettlingPlot {
+                case: "",
+                t_star: &[0.0][..velocity.len()],
+                velocity,
+                mean: None,
+                references: &[("unknown", f64::NAN)],
+            });
+            assert_eq!((canvas.width(), canvas.height()), PAGE);
         }
     }
 }

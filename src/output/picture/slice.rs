@@ -2,7 +2,7 @@
 
 use super::axis::{Ticks, rounded_range};
 use super::canvas::{Align, Canvas, Pencil};
-use super::colour::{GREY, INK, viridis};
+use super::colour::{INK, viridis};
 use super::outline;
 use super::text::{above, italic, roman, width};
 use super::write_png;
@@ -282,7 +282,7 @@ fn draw_bar(canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), top: f64, p
     let bar = Canvas::from_pixels(BAR.1 as u32, rows, &colours);
     canvas.paste(&bar, left as u32, t as u32);
     canvas.frame((left, t, right, b), Pencil::new(INK, 2.0));
-    let ticks = Ticks::new(0.0, top, 6.0);
+    let ticks = Ticks::new(0.0, top, 9.0);
     let mut widest: f32 = 0.0;
     for &value in &ticks.values {
         let y = b - (value / top) as f32 * (b - t);
@@ -300,7 +300,7 @@ fn draw_bar(canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), top: f64, p
     let unit = format!("| ({prefix}m/s)");
     let label = [roman("speed |"), italic("u"), roman(&unit)];
     let place = (right + 18.0 + widest + 40.0, 0.5 * (t + b));
-    canvas.text_upwards(&label, LABEL, place, GREY);
+    canvas.text_upwards(&label, LABEL, place, INK);
 }
 
 /// Prefix of the unit that makes the numbers of order one to a thousand, and the factor to it.
@@ -309,5 +309,112 @@ fn unit_prefix(largest: f64) -> (&'static str, f64) {
         x if x >= 1.0 || x <= 0.0 || x.is_nan() => ("", 1.0),
         x if x >= 1e-3 => ("m", 1e3),
         _ => ("\u{b5}", 1e6),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Sphere;
+    use std::sync::Arc;
+
+    const BOX: Domain = Domain {
+        cells: [20, 11, 40],
+        dx: 0.1,
+    };
+
+    /// Speed grows with z from 0 at the bottom to 1 at the top; y velocity outside of the middle layer.
+    fn velocity() -> Vec<[f32; 3]> {
+        (0..BOX.cell_count())
+            .map(|index| {
+                let (y, z) = (index / 20 % 11, index / 220);
+                let u = z as f32 / 39.0;
+                if y == 5 { [u, 0.0, 0.0] } else { [0.0, 100.0, 0.0] }
+            })
+            .collect()
+    }
+
+    fn draw_with(gravity: Vec3, particles: &[Particle]) -> Canvas {
+        let templates = [Template {
+            shape: Arc::new(Sphere { radius: 0.3 }),
+            density: 1.0,
+        }];
+        draw(&VelocitySlice {
+            case: "a rather long name of a case",
+            t_star: 12.3,
+            domain: BOX,
+            velocity: &velocity(),
+            templates: &templates,
+            particles,
+            gravity,
+            largest_speed: Some(1.0),
+        })
+    }
+
+    /// Colour at a place of the box; the panel is 500 by 1000 pixels and centred.
+    fn colour_at(canvas: &Canvas, x: f64, down: f64) -> [u8; 3] {
+        let left = LEFT + (canvas.width() - LEFT - RIGHT - 500) / 2;
+        let (px, py) = (f64::from(left) + 250.0 * x, f64::from(TOP) + 250.0 * down);
+        let first = 3 * (py as usize * canvas.width() as usize + px as usize);
+        canvas.rgb()[first..first + 3].try_into().unwrap()
+    }
+
+    fn close(a: [u8; 3], b: [u8; 3]) -> bool {
+        a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 3)
+    }
+
+    #[test]
+    fn colours_are_those_of_the_middle_layer_with_gravity_pointing_down() {
+        for (gravity, flipped) in [(-9.81, false), (0.0, false), (9.81, true)] {
+            let canvas = draw_with(Vec3::new(0.0, 0.0, gravity), &[]);
+            for z in [0.5, 1.0, 2.0, 3.5] {
+                let down = if flipped { z } else { 4.0 - z };
+                let speed = (z / 0.1 - 0.5) / 39.0;
+                let (got, expected) = (colour_at(&canvas, 1.3, down), viridis(speed));
+                assert!(close(got, expected), "{gravity} {z}: {got:?} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_particle_across_a_corner_is_outlined_on_all_four_corners_of_the_slice() {
+        let corner = Particle::at(0, 0, Vec3::new(0.1, 0.55, 3.9));
+        let with = draw_with(Vec3::zeros(), &[corner]);
+        let without = draw_with(Vec3::zeros(), &[]);
+        let differs = |x: f64, z: f64| colour_at(&with, x, 4.0 - z) != colour_at(&without, x, 4.0 - z);
+        for (x, z) in [(0.05, 3.95), (1.95, 3.95), (0.05, 0.05), (1.95, 0.05)] {
+            assert!(differs(x, z), "image at {x} {z}");
+        }
+        assert!(!differs(1.0, 2.0) && !differs(0.6, 3.9));
+        // The outline itself is dark, one radius from the centre.
+        let edge = colour_at(&with, 0.4, 0.1);
+        assert!(edge.iter().all(|&c| c < 90), "{edge:?}");
+    }
+
+    #[test]
+    fn gravity_along_another_axis_turns_the_plane() {
+        let plane = Plane::new(&BOX, Vec3::new(-1.0, 0.0, 0.1));
+        assert_eq!((plane.across, plane.up, plane.normal), (1, 0, 2));
+        let plane = Plane::new(&BOX, Vec3::new(0.0, 2.0, 0.0));
+        assert_eq!((plane.across, plane.up, plane.normal), (0, 1, 2));
+        assert!(plane.flipped);
+    }
+
+    #[test]
+    fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures_at_least_900_pixels_high() {
+        for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
+            let domain = Domain { cells, dx: 1e-3 };
+            let canvas = draw(&VelocitySlice {
+                case: "rest",
+                t_star: 0.0,
+                domain,
+                velocity: &vec![[0.0; 3]; domain.cell_count()],
+                templates: &[],
+                particles: &[],
+                gravity: Vec3::zeros(),
+                largest_speed: None,
+            });
+            assert!(canvas.height() >= 900 && canvas.width() < 2600);
+        }
     }
 }
