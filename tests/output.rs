@@ -193,7 +193,10 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
     }
     expected.sort();
     assert_eq!(found, expected);
-    for picture in found.iter().filter(|name| name.ends_with(".png")) {
+    for picture in found
+        .iter()
+        .filter(|name| Path::new(name).extension().is_some_and(|e| e == "png"))
+    {
         let file = std::io::BufReader::new(std::fs::File::open(root.join(picture)).unwrap());
         let info = png::Decoder::new(file).read_info().unwrap();
         assert!(info.info().width >= 900 && info.info().height >= 900, "{picture}");

@@ -2,7 +2,7 @@
 //!
 //! Every particle is drawn once, at its wrapped position: one that crosses a periodic face sticks out of the box
 //! and its images are not drawn, so that counting connected surfaces counts particles. All data are point data,
-//! the same on all points of one particle, so ParaView colours by any of them: `id`, `velocity` (m/s), `speed`
+//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `velocity` (m/s), `speed`
 //! (m/s), `angular_velocity` (1/s), `contact_force` (N). If all particles are spheres, exact `Normals` make the
 //! coarse mesh look round. Time is in the `.pvd`: vtkio cannot write it here.
 

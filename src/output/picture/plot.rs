@@ -25,7 +25,8 @@ pub struct SettlingPlot<'a> {
 }
 
 const PAGE: (u32, u32) = (1600, 1000);
-const LEFT: f32 = 150.0;
+/// Space left of the frame for the name of the axis, beside the numbers.
+const NAME_SPACE: f32 = 90.0;
 const TOP: f32 = 90.0;
 const BOTTOM: f32 = 880.0;
 const TITLE: f32 = 30.0;
@@ -54,6 +55,7 @@ pub fn write_settling(path: &Path, plot: &SettlingPlot) -> Result<()> {
 struct Frame {
     x: (f64, f64),
     y: (f64, f64),
+    left: f32,
     right: f32,
 }
 
@@ -70,13 +72,15 @@ impl Frame {
         let (lo, hi) = values.fold((0.0, 0.0), |(lo, hi): (f64, f64), v| (lo.min(v), hi.max(v)));
         // A start that trembles about zero does not deserve a range of its own.
         let lo = if lo > -0.03 * hi { 0.0 } else { lo };
+        let y = if hi > lo {
+            rounded_range(lo, hi + 0.02 * (hi - lo), 12.0)
+        } else {
+            (0.0, 1.0)
+        };
         Self {
             x: (0.0, if end > 0.0 { end } else { 1.0 }),
-            y: if hi > lo {
-                rounded_range(lo, hi + 0.02 * (hi - lo), 12.0)
-            } else {
-                (0.0, 1.0)
-            },
+            y,
+            left: NAME_SPACE + Ticks::new(y.0, y.1, 8.0).widest(NUMBER),
             right,
         }
     }
@@ -84,7 +88,7 @@ impl Frame {
     fn at(&self, x: f64, y: f64) -> (f32, f32) {
         let part = |v: f64, (lo, hi): (f64, f64)| ((v - lo) / (hi - lo)) as f32;
         (
-            LEFT + part(x, self.x) * (self.right - LEFT),
+            self.left + part(x, self.x) * (self.right - self.left),
             BOTTOM - part(y, self.y) * (BOTTOM - TOP),
         )
     }
@@ -120,9 +124,15 @@ fn draw(plot: &SettlingPlot) -> Canvas {
         }
     }
     draw_series(&mut canvas, &frame, plot);
-    canvas.frame((LEFT, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
+    canvas.frame((frame.left, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
     draw_labels(&mut canvas, &frame, &labels);
-    canvas.text(&[roman(plot.case)], TITLE, (LEFT, TOP - 28.0), Align::Start, INK);
+    canvas.text(
+        &[roman(plot.case)],
+        TITLE,
+        (frame.left, TOP - 28.0),
+        Align::Start,
+        INK,
+    );
     canvas
 }
 
@@ -134,7 +144,7 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
         .filter(|(reference, _)| reference.1.is_finite())
         .map(|(&(name, value), &colour)| SideLabel {
             value,
-            lines: vec![name.to_string(), format!("{value:.3}")],
+            lines: vec![name.to_string(), significant(value)],
             colour,
         })
         .collect();
@@ -145,7 +155,7 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
                 let decimals = (1.0 - error.log10().floor()).clamp(2.0, 6.0) as usize;
                 format!("{:.decimals$} \u{b1} {error:.decimals$}", estimate.mean)
             }
-            None => format!("{:.3}", estimate.mean),
+            None => significant(estimate.mean),
         };
         labels.push(SideLabel {
             value: estimate.mean,
@@ -156,6 +166,12 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
     labels.retain(|label| label.value.is_finite());
     labels.sort_by(|a, b| b.value.total_cmp(&a.value));
     labels
+}
+
+/// A number with three significant digits.
+fn significant(value: f64) -> String {
+    let decimals = (2.0 - value.abs().max(1e-6).log10().floor()).clamp(0.0, 8.0) as usize;
+    format!("{value:.decimals$}")
 }
 
 fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
@@ -170,14 +186,12 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         canvas.text(&[roman(&text)], NUMBER, (x, BOTTOM + 40.0), Align::Middle, INK);
     }
     let vertical = Ticks::new(frame.y.0, frame.y.1, 8.0);
-    let mut widest: f32 = 0.0;
     for &value in &vertical.values {
         let (_, y) = frame.at(0.0, value);
-        canvas.line((LEFT, y), (frame.right, y), grid);
-        canvas.line((LEFT - 2.0, y), (LEFT - 2.0 - TICK, y), ink);
+        canvas.line((frame.left, y), (frame.right, y), grid);
+        canvas.line((frame.left - 2.0, y), (frame.left - 2.0 - TICK, y), ink);
         let text = vertical.label(value);
-        widest = widest.max(width(&[roman(&text)], NUMBER));
-        let place = (LEFT - 20.0, y + 0.36 * NUMBER);
+        let place = (frame.left - 20.0, y + 0.36 * NUMBER);
         canvas.text(&[roman(&text)], NUMBER, place, Align::End, INK);
     }
     if frame.y.0 < 0.0 {
@@ -196,7 +210,7 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         roman(" / "),
         italic("D"),
     ];
-    let middle = 0.5 * (LEFT + frame.right);
+    let middle = 0.5 * (frame.left + frame.right);
     canvas.text(&time, LABEL, (middle, BOTTOM + 94.0), Align::Middle, INK);
     let velocity = [
         roman("settling velocity  "),
@@ -205,7 +219,7 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         italic("u"),
         below("Stokes"),
     ];
-    let place = (LEFT - 44.0 - widest, 0.5 * (TOP + BOTTOM));
+    let place = (NAME_SPACE - 44.0, 0.5 * (TOP + BOTTOM));
     canvas.text_upwards(&velocity, LABEL, place, INK);
 }
 

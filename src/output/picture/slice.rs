@@ -4,7 +4,7 @@ use super::axis::{Ticks, rounded_range};
 use super::canvas::{Align, Canvas, Pencil};
 use super::colour::{INK, viridis};
 use super::outline;
-use super::text::{above, italic, roman, width};
+use super::text::{Span, above, italic, roman, width};
 use super::write_png;
 use crate::domain::Domain;
 use crate::error::Result;
@@ -38,8 +38,10 @@ pub struct VelocitySlice<'a> {
 const PANEL: f64 = 1000.0;
 /// Largest width of the slice in pixels.
 const WIDEST: f64 = 2200.0;
-const LEFT: u32 = 120;
-const RIGHT: u32 = 200;
+/// Space left of the slice for the name of the axis, beside the numbers.
+const NAME_SPACE: f32 = 80.0;
+/// Space right of the slice for the colour bar and its name, beside the numbers.
+const BAR_SPACE: f32 = BAR.0 + BAR.1 + 84.0;
 const TOP: u32 = 90;
 const BOTTOM: u32 = 110;
 /// Smallest height of a picture in pixels.
@@ -48,6 +50,8 @@ const TITLE: f32 = 30.0;
 const LABEL: f32 = 28.0;
 const NUMBER: f32 = 24.0;
 const TICK: f32 = 9.0;
+/// Cuts smaller than this many pixels look like dirt and are left out.
+const SMALLEST_OUTLINE: f32 = 5.0;
 /// Left edge and width of the colour bar, from the right edge of the slice.
 const BAR: (f32, f32) = (36.0, 30.0);
 
@@ -77,7 +81,8 @@ fn draw(picture: &VelocitySlice) -> Canvas {
         .largest_speed
         .unwrap_or_else(|| f64::from(field.iter().copied().fold(0.0, f32::max)));
     let (prefix, factor) = unit_prefix(largest);
-    let top = if largest > 0.0 && largest.is_finite() {
+    // A fluid at rest but for rounding gets a scale on which that vanishes.
+    let top = if largest > 1e-9 && largest.is_finite() {
         rounded_range(0.0, largest * factor, 10.0).1
     } else {
         1.0
@@ -90,17 +95,19 @@ fn draw(picture: &VelocitySlice) -> Canvas {
     let mut panel = Canvas::from_pixels(pixels.0, pixels.1, &colours);
     draw_particles(&mut panel, picture, &plane, scale);
 
+    let axes = Axes::new(picture, &plane, pixels, top);
     let time = format!(" = {:.1}", picture.t_star);
     let time = [italic("t"), above("*"), roman(&time)];
     let title = [roman(picture.case)];
     let title_width = width(&title, TITLE) + width(&time, TITLE) + 2.0 * TITLE;
+    let (left, right) = axes.margins();
     let page = (
-        (LEFT + pixels.0 + RIGHT).max(title_width as u32 + LEFT + RIGHT),
+        left + right + pixels.0.max(title_width as u32),
         (TOP + pixels.1 + BOTTOM).max(LOWEST),
     );
     let mut canvas = Canvas::new(page.0, page.1);
     let corner = (
-        LEFT + (page.0 - LEFT - RIGHT - pixels.0) / 2,
+        left + (page.0 - left - right - pixels.0) / 2,
         TOP + (page.1 - TOP - BOTTOM - pixels.1) / 2,
     );
     canvas.paste(&panel, corner.0, corner.1);
@@ -111,8 +118,8 @@ fn draw(picture: &VelocitySlice) -> Canvas {
     let inset = 0.5 * (title_width - pixels.0 as f32).max(0.0);
     canvas.text(&title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
     canvas.text(&time, TITLE, (area.2 + inset, t - 26.0), Align::End, INK);
-    draw_axes(&mut canvas, picture, &plane, area);
-    draw_bar(&mut canvas, area, top, prefix);
+    axes.draw_axes(&mut canvas, &plane, area);
+    axes.draw_bar(&mut canvas, area, prefix);
     canvas
 }
 
@@ -219,88 +226,122 @@ fn draw_particles(panel: &mut Canvas, picture: &VelocitySlice, plane: &Plane, sc
                 .iter()
                 .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
                 .collect();
+            if extent(&points) < SMALLEST_OUTLINE {
+                continue;
+            }
             panel.fill(&points, [255, 255, 255], 0.22);
             panel.polygon(&points, Pencil::new([20, 20, 20], 2.0));
         }
     }
 }
 
-fn draw_axes(canvas: &mut Canvas, picture: &VelocitySlice, plane: &Plane, area: (f32, f32, f32, f32)) {
-    let (l, t, r, b) = area;
-    let diameter = picture.templates.first().map(|t| t.shape.equivalent_diameter());
-    let unit = diameter.unwrap_or(1.0);
-    let length = (plane.size.0 / unit, plane.size.1 / unit);
-    let pixels_per_unit = f64::from(b - t) / length.1;
-    let ticks = |length: f64| Ticks::new(0.0, length, (length * pixels_per_unit / 110.0).max(1.0));
-    let pencil = Pencil::new(INK, 2.0);
-
-    let horizontal = ticks(length.0);
-    for &value in &horizontal.values {
-        let x = l + (value * pixels_per_unit) as f32;
-        canvas.line((x, b + 2.0), (x, b + 2.0 + TICK), pencil);
-        let text = horizontal.label(value);
-        canvas.text(&[roman(&text)], NUMBER, (x, b + 38.0), Align::Middle, INK);
-    }
-    let vertical = ticks(length.1);
-    let mut widest: f32 = 0.0;
-    for &value in &vertical.values {
-        let y = t + (plane.down(value * unit) / unit * pixels_per_unit) as f32;
-        canvas.line((l - 2.0, y), (l - 2.0 - TICK, y), pencil);
-        let text = vertical.label(value);
-        widest = widest.max(width(&[roman(&text)], NUMBER));
-        canvas.text(
-            &[roman(&text)],
-            NUMBER,
-            (l - 18.0, y + 0.36 * NUMBER),
-            Align::End,
-            INK,
-        );
-    }
-    let name = |axis: usize| {
-        let mut spans = vec![italic(["x", "y", "z"][axis])];
-        match diameter {
-            Some(_) => spans.extend([roman(" / "), italic("D")]),
-            None => spans.push(roman(" (m)")),
-        }
-        spans
+/// Larger of width and height.
+fn extent(points: &[(f32, f32)]) -> f32 {
+    let range = |of: fn(&(f32, f32)) -> f32| {
+        let (lo, hi) = points
+            .iter()
+            .map(of)
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), x| {
+                (lo.min(x), hi.max(x))
+            });
+        hi - lo
     };
-    let below = (0.5 * (l + r), b + 82.0);
-    canvas.text(&name(plane.across), LABEL, below, Align::Middle, INK);
-    let beside = (l - 34.0 - widest, 0.5 * (t + b));
-    canvas.text_upwards(&name(plane.up), LABEL, beside, INK);
+    range(|p| p.0).max(range(|p| p.1))
 }
 
-fn draw_bar(canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), top: f64, prefix: &str) {
-    let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
-    let rows = (b - t).round() as u32;
-    let colours: Vec<[u8; 3]> = (0..rows)
-        .flat_map(|y| {
-            let colour = viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
-            std::iter::repeat_n(colour, BAR.1 as usize)
-        })
-        .collect();
-    let bar = Canvas::from_pixels(BAR.1 as u32, rows, &colours);
-    canvas.paste(&bar, left as u32, t as u32);
-    canvas.frame((left, t, right, b), Pencil::new(INK, 2.0));
-    let ticks = Ticks::new(0.0, top, 9.0);
-    let mut widest: f32 = 0.0;
-    for &value in &ticks.values {
-        let y = b - (value / top) as f32 * (b - t);
-        canvas.line((right + 2.0, y), (right + 2.0 + TICK, y), Pencil::new(INK, 2.0));
-        let text = ticks.label(value);
-        widest = widest.max(width(&[roman(&text)], NUMBER));
-        canvas.text(
-            &[roman(&text)],
-            NUMBER,
-            (right + 18.0, y + 0.36 * NUMBER),
-            Align::Start,
-            INK,
-        );
+/// The numbers around the slice.
+struct Axes {
+    across: Ticks,
+    up: Ticks,
+    bar: Ticks,
+    /// Value at the upper end of the colour bar.
+    top: f64,
+    /// Unit of length of the axes (m), and what it is called if it is not the diameter.
+    unit: (f64, Option<&'static str>),
+}
+
+impl Axes {
+    fn new(picture: &VelocitySlice, plane: &Plane, (width, height): (u32, u32), top: f64) -> Self {
+        let unit = match picture.templates.first() {
+            Some(template) => (template.shape.equivalent_diameter(), None),
+            None => match unit_prefix(plane.size.0.max(plane.size.1)) {
+                ("m", factor) => (1.0 / factor, Some("mm")),
+                ("", factor) => (1.0 / factor, Some("m")),
+                (_, factor) => (1.0 / factor, Some("\u{b5}m")),
+            },
+        };
+        let ticks =
+            |length: f64, pixels: u32| Ticks::new(0.0, length / unit.0, (f64::from(pixels) / 110.0).max(2.0));
+        Self {
+            across: ticks(plane.size.0, width),
+            up: ticks(plane.size.1, height),
+            bar: Ticks::new(0.0, top, (f64::from(height) / 60.0).clamp(2.0, 9.0)),
+            top,
+            unit,
+        }
     }
-    let unit = format!("| ({prefix}m/s)");
-    let label = [roman("speed |"), italic("u"), roman(&unit)];
-    let place = (right + 18.0 + widest + 40.0, 0.5 * (t + b));
-    canvas.text_upwards(&label, LABEL, place, INK);
+
+    /// Space that numbers and names take left and right of the slice.
+    fn margins(&self) -> (u32, u32) {
+        let left = NAME_SPACE + self.up.widest(NUMBER);
+        let right = BAR_SPACE + self.bar.widest(NUMBER);
+        (left.ceil() as u32, right.ceil() as u32)
+    }
+
+    fn axis_name(&self, axis: usize) -> Vec<Span<'static>> {
+        let name = italic(["x", "y", "z"][axis]);
+        match self.unit.1 {
+            None => vec![name, roman(" / "), italic("D")],
+            Some(unit) => vec![name, roman(" ("), roman(unit), roman(")")],
+        }
+    }
+
+    fn draw_axes(&self, canvas: &mut Canvas, plane: &Plane, (l, t, r, b): (f32, f32, f32, f32)) {
+        let pencil = Pencil::new(INK, 2.0);
+        let pixels_per_metre = f64::from(b - t) / plane.size.1;
+        for &value in &self.across.values {
+            let x = l + (value * self.unit.0 * pixels_per_metre) as f32;
+            canvas.line((x, b + 2.0), (x, b + 2.0 + TICK), pencil);
+            let text = self.across.label(value);
+            canvas.text(&[roman(&text)], NUMBER, (x, b + 38.0), Align::Middle, INK);
+        }
+        for &value in &self.up.values {
+            let y = t + (plane.down(value * self.unit.0) * pixels_per_metre) as f32;
+            canvas.line((l - 2.0, y), (l - 2.0 - TICK, y), pencil);
+            let text = self.up.label(value);
+            let place = (l - 18.0, y + 0.36 * NUMBER);
+            canvas.text(&[roman(&text)], NUMBER, place, Align::End, INK);
+        }
+        let below = (0.5 * (l + r), b + 82.0);
+        canvas.text(&self.axis_name(plane.across), LABEL, below, Align::Middle, INK);
+        let beside = (l - 36.0 - self.up.widest(NUMBER), 0.5 * (t + b));
+        canvas.text_upwards(&self.axis_name(plane.up), LABEL, beside, INK);
+    }
+
+    fn draw_bar(&self, canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), prefix: &str) {
+        let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
+        let rows = (b - t).round() as u32;
+        let colours: Vec<[u8; 3]> = (0..rows)
+            .flat_map(|y| {
+                let colour = viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
+                std::iter::repeat_n(colour, BAR.1 as usize)
+            })
+            .collect();
+        let bar = Canvas::from_pixels(BAR.1 as u32, rows, &colours);
+        canvas.paste(&bar, left as u32, t as u32);
+        canvas.frame((left, t, right, b), Pencil::new(INK, 2.0));
+        for &value in &self.bar.values {
+            let y = b - (value / self.top) as f32 * (b - t);
+            canvas.line((right + 2.0, y), (right + 2.0 + TICK, y), Pencil::new(INK, 2.0));
+            let text = self.bar.label(value);
+            let place = (right + 18.0, y + 0.36 * NUMBER);
+            canvas.text(&[roman(&text)], NUMBER, place, Align::Start, INK);
+        }
+        let unit = format!("| ({prefix}m/s)");
+        let label = [roman("speed |"), italic("u"), roman(&unit)];
+        let place = (right + 60.0 + self.bar.widest(NUMBER), 0.5 * (t + b));
+        canvas.text_upwards(&label, LABEL, place, INK);
+    }
 }
 
 /// Prefix of the unit that makes the numbers of order one to a thousand, and the factor to it.
@@ -334,17 +375,20 @@ mod tests {
             .collect()
     }
 
-    fn draw_with(gravity: Vec3, particles: &[Particle]) -> Canvas {
-        let templates = [Template {
+    fn templates() -> [Template; 1] {
+        [Template {
             shape: Arc::new(Sphere { radius: 0.3 }),
             density: 1.0,
-        }];
+        }]
+    }
+
+    fn draw_with(gravity: Vec3, particles: &[Particle]) -> Canvas {
         draw(&VelocitySlice {
             case: "a rather long name of a case",
             t_star: 12.3,
             domain: BOX,
             velocity: &velocity(),
-            templates: &templates,
+            templates: &templates(),
             particles,
             gravity,
             largest_speed: Some(1.0),
@@ -353,7 +397,19 @@ mod tests {
 
     /// Colour at a place of the box; the panel is 500 by 1000 pixels and centred.
     fn colour_at(canvas: &Canvas, x: f64, down: f64) -> [u8; 3] {
-        let left = LEFT + (canvas.width() - LEFT - RIGHT - 500) / 2;
+        let plane = Plane::new(&BOX, Vec3::zeros());
+        let picture = VelocitySlice {
+            case: "",
+            t_star: 0.0,
+            domain: BOX,
+            velocity: &[],
+            templates: &templates(),
+            particles: &[],
+            gravity: Vec3::zeros(),
+            largest_speed: None,
+        };
+        let (before, after) = Axes::new(&picture, &plane, (500, 1000), 1.0).margins();
+        let left = before + (canvas.width() - before - after - 500) / 2;
         let (px, py) = (f64::from(left) + 250.0 * x, f64::from(TOP) + 250.0 * down);
         let first = 3 * (py as usize * canvas.width() as usize + px as usize);
         canvas.rgb()[first..first + 3].try_into().unwrap()
