@@ -3,6 +3,7 @@
 use super::axis::{Ticks, rounded_range};
 use super::canvas::{Align, Canvas, Pencil};
 use super::colour::{BLUE, GREY, GRID, INK, REFERENCES, VERMILION};
+use super::labels::{SideLabel, draw_labels};
 use super::text::{Span, above, below, italic, roman, width};
 use super::write_png;
 use crate::error::Result;
@@ -33,10 +34,6 @@ const TITLE: f32 = 30.0;
 const LABEL: f32 = 30.0;
 const NUMBER: f32 = 24.0;
 const TICK: f32 = 9.0;
-/// Height of a line of the labels at the right.
-const LABEL_STEP: f32 = 32.0;
-/// Space between two of these labels.
-const LABEL_GAP: f32 = 10.0;
 
 /// Draws settling velocity over time, the mean with its standard error as a band, and reference lines.
 ///
@@ -94,13 +91,6 @@ impl Frame {
     }
 }
 
-/// A label at the right of the frame.
-struct SideLabel {
-    value: f64,
-    lines: Vec<String>,
-    colour: [u8; 3],
-}
-
 fn draw(plot: &SettlingPlot) -> Canvas {
     let labels = side_labels(plot);
     let widest = labels
@@ -125,7 +115,10 @@ fn draw(plot: &SettlingPlot) -> Canvas {
     }
     draw_series(&mut canvas, &frame, plot);
     canvas.frame((frame.left, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
-    draw_labels(&mut canvas, &frame, &labels);
+    let within = (TOP - 20.0, BOTTOM + 60.0);
+    draw_labels(&mut canvas, &labels, (frame.right, NUMBER), within, |v| {
+        frame.at(0.0, v).1
+    });
     canvas.text(
         &[roman(plot.case)],
         TITLE,
@@ -254,60 +247,6 @@ fn draw_series(canvas: &mut Canvas, frame: &Frame, plot: &SettlingPlot) {
     }
 }
 
-/// Labels beside their lines, pushed apart where they would overlap, each with a leader to its line.
-fn draw_labels(canvas: &mut Canvas, frame: &Frame, labels: &[SideLabel]) {
-    let height = |label: &SideLabel| label.lines.len() as f32 * LABEL_STEP;
-    let wanted: Vec<(f32, f32)> = labels
-        .iter()
-        .map(|label| (frame.at(0.0, label.value).1 - 0.5 * height(label), height(label)))
-        .collect();
-    let places = spread(&wanted, LABEL_GAP, (TOP - 20.0, BOTTOM + 60.0));
-    for (top, label) in places.into_iter().zip(labels) {
-        let (_, y) = frame.at(0.0, label.value);
-        let middle = top + 0.5 * height(label);
-        let leader = [
-            (frame.right + 3.0, y),
-            (frame.right + 12.0, y),
-            (frame.right + 28.0, middle),
-        ];
-        canvas.polyline(&leader, Pencil::new(label.colour, 2.0));
-        for (i, line) in label.lines.iter().enumerate() {
-            let baseline = top + (i as f32 + 0.72) * LABEL_STEP;
-            let place = (frame.right + 36.0, baseline);
-            canvas.text(&[roman(line)], NUMBER, place, Align::Start, label.colour);
-        }
-    }
-}
-
-/// Moves intervals of given first places and lengths, in ascending order, as little as possible so that none
-/// overlap: least squares under an order, solved by pooling neighbours that are in conflict.
-fn spread(wanted: &[(f32, f32)], gap: f32, (lo, hi): (f32, f32)) -> Vec<f32> {
-    // Without their lengths the intervals are points that may coincide but not change order.
-    let mut used = 0.0;
-    let mut offsets = Vec::new();
-    let mut pools: Vec<(f32, usize)> = Vec::new();
-    for &(place, length) in wanted {
-        offsets.push(used);
-        let mut pool = (place - used, 1);
-        used += length + gap;
-        while let Some(&(mean, count)) = pools.last().filter(|last| last.0 > pool.0) {
-            pools.pop();
-            let total = count + pool.1;
-            pool = (
-                (mean * count as f32 + pool.0 * pool.1 as f32) / total as f32,
-                total,
-            );
-        }
-        pools.push(pool);
-    }
-    pools
-        .iter()
-        .flat_map(|&(place, count)| std::iter::repeat_n(place.min(hi - used + gap).max(lo), count))
-        .zip(offsets)
-        .map(|(place, offset)| place + offset)
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -315,23 +254,6 @@ mod tests {
     fn colour_at(canvas: &Canvas, (x, y): (f32, f32)) -> [u8; 3] {
         let first = 3 * (y as usize * canvas.width() as usize + x as usize);
         canvas.rgb()[first..first + 3].try_into().unwrap()
-    }
-
-    #[test]
-    fn labels_that_would_overlap_move_apart_evenly_and_others_stay() {
-        assert_eq!(
-            spread(&[(10.0, 20.0), (100.0, 20.0)], 5.0, (0.0, 200.0)),
-            [10.0, 100.0]
-        );
-        assert_eq!(
-            spread(&[(50.0, 20.0), (55.0, 20.0), (150.0, 20.0)], 5.0, (0.0, 200.0)),
-            [40.0, 65.0, 150.0]
-        );
-        assert_eq!(
-            spread(&[(190.0, 20.0), (195.0, 20.0)], 0.0, (0.0, 200.0)),
-            [160.0, 180.0]
-        );
-        assert!(spread(&[], 5.0, (0.0, 1.0)).is_empty());
     }
 
     #[test]
