@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// What is appended to the name of a file that is being written.
 pub(super) const PARTIAL_SUFFIX: &str = ".tmp";
 
-/// Writes a file under another name, syncs it to disk, and renames it to `path`.
+/// Writes a file under another name, syncs it to disk, and renames it to `path`, whose directory may be missing.
 ///
 /// After an error neither `path` has changed nor is anything left beside it.
 pub(super) fn write_atomically(
@@ -17,6 +17,9 @@ pub(super) fn write_atomically(
 ) -> Result<()> {
     let partial = partial_name(path);
     let attempt = || {
+        if let Some(directory) = path.parent() {
+            fs::create_dir_all(directory)?;
+        }
         let mut file = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
         write(&mut file)?;
         file.flush()?;

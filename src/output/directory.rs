@@ -8,7 +8,7 @@
 //!   pictures/velocity_0000001000.png ...
 //! ```
 //!
-//! A run owns these names and no others. [`prepare`] removes what an earlier run left under them, so that frames
+//! The three folders appear with their first file. A run owns these names and no others. [`prepare`] removes what an earlier run left under them, so that frames
 //! of two runs never mix; files with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
@@ -101,18 +101,20 @@ impl OutputFiles {
 /// Called before anything is computed, so that a run cannot fail at its first output after hours.
 pub fn prepare(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        for folder in [FIELDS, PARTICLES, PICTURES] {
-            fs::create_dir_all(directory.join(folder.0))?;
-        }
+        fs::create_dir_all(directory)?;
         remove_matching(directory, |name| TOP.contains(&name))?;
         for (folder, prefix, extension) in [FIELDS, PARTICLES, PICTURES] {
+            let folder = directory.join(folder);
+            if !folder.is_dir() {
+                continue;
+            }
             let is_frame = |name: &str| {
                 name.strip_prefix(prefix)
                     .and_then(|rest| rest.strip_suffix(extension))
                     .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
             };
-            remove_matching(&directory.join(folder), is_frame)?;
-            probe(&directory.join(folder))?;
+            remove_matching(&folder, is_frame)?;
+            probe(&folder)?;
         }
         probe(directory)
     };
@@ -180,6 +182,7 @@ mod tests {
             directory.join("summary.json.bak"),
         ];
         for path in own.iter().chain(&foreign) {
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "x").unwrap();
         }
         prepare(&directory).unwrap();

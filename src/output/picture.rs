@@ -3,8 +3,11 @@
 mod axis;
 mod canvas;
 mod colour;
+mod labels;
 mod outline;
+mod plane;
 mod plot;
+mod scales;
 mod slice;
 mod text;
 

@@ -47,10 +47,7 @@ impl Progress {
             (Target::Quiet, LINE_INTERVAL)
         } else if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(Some(work.steps), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{bar:32.cyan/black.bright} {percent:>3}%  {msg}")
-                .expect("the template is a constant");
-            bar.set_style(style.progress_chars("\u{2501}\u{2578}\u{2501}"));
-            (Target::Bar(bar), BAR_INTERVAL)
+            (Target::Bar(bar.with_style(bar_style())), BAR_INTERVAL)
         } else {
             (Target::Lines(Box::new(std::io::stderr())), LINE_INTERVAL)
         };
@@ -158,6 +155,12 @@ impl Progress {
     }
 }
 
+fn bar_style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:32.cyan/black.bright} {percent:>3}%  {msg}")
+        .expect("the template is a constant")
+        .progress_chars("\u{2501}\u{2578}\u{2501}")
+}
+
 /// `h:mm:ss`, or `m:ss` below an hour.
 fn clock(seconds: f64) -> String {
     let s = seconds.round() as u64;
@@ -216,6 +219,19 @@ mod tests {
                 "110 steps in 0:11, t* 5.5, 20.0 MLUPS",
             ]
         );
+    }
+
+    #[test]
+    fn a_bar_shows_the_same_words_as_the_lines_and_ends() {
+        let bar = ProgressBar::with_draw_target(Some(WORK.steps), ProgressDrawTarget::hidden());
+        let target = Target::Bar(bar.clone().with_style(bar_style()));
+        let start = Instant::now();
+        let mut progress = Progress::with_target(WORK, target, BAR_INTERVAL, start);
+        progress.update_at(50, start + Duration::from_secs(5));
+        assert_eq!(bar.message(), "t* 2.5 of 50.0  20.0 MLUPS  ETA 1:35");
+        assert_eq!(bar.position(), 50);
+        progress.finish_at(1000, start + Duration::from_secs(100));
+        assert!(bar.is_finished());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Series of VTK files with their physical times (`.pvd`), what one opens in ParaView.
+//! Series of VTK files with their physical times (`.pvd`), what one opens in `ParaView`.
 
 use super::atomic::write_bytes;
 use crate::error::Result;

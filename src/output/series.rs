@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// "settling velocity" is the mean velocity of the particles relative to the mean velocity of the mixture
 /// (fluid and solid by volume), along gravity, over the Stokes velocity. Net flux is that mean velocity of the
 /// mixture. Overlap is the depth of a contact over the diameter.
-pub const COLUMNS: [&str; 21] = [
+pub const COLUMNS: [&str; 20] = [
     "step (-)",
     "t (s)",
     "t_star (-)",
@@ -31,7 +31,6 @@ pub const COLUMNS: [&str; 21] = [
     "momentum_x (kg m/s)",
     "momentum_y (kg m/s)",
     "momentum_z (kg m/s)",
-    "max_lattice_speed (-)",
 ];
 
 /// One row of `series.csv`; units in [`COLUMNS`].
@@ -65,8 +64,6 @@ pub struct SeriesRow {
     pub kinetic_energy_rotation: f64,
     /// Momentum of fluid and particles (kg m/s).
     pub momentum: [f64; 3],
-    /// Largest fluid speed in lattice units (-), which must stay well below 0.3.
-    pub max_lattice_speed: f64,
 }
 
 /// Writes `series.csv` row by row.
@@ -119,7 +116,6 @@ mod tests {
                 net_flux: [1e-9, 0.0, -2.5],
                 contacts: 17,
                 momentum: [0.0, 0.0, 1e-30],
-                max_lattice_speed: 0.05,
                 ..SeriesRow::default()
             };
             series.write(&row).unwrap();
@@ -140,7 +136,6 @@ mod tests {
                 ("net_flux_z", -2.5),
                 ("contacts", 17.0),
                 ("momentum_z", 1e-30),
-                ("max_lattice_speed", 0.05),
             ] {
                 assert_eq!(value(name).to_bits(), expected.to_bits(), "{name}");
             }

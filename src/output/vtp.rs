@@ -2,7 +2,7 @@
 //!
 //! Every particle is drawn once, at its wrapped position: one that crosses a periodic face sticks out of the box
 //! and its images are not drawn, so that counting connected surfaces counts particles. All data are point data,
-//! the same on all points of one particle, so ParaView colours by any of them: `id`, `velocity` (m/s), `speed`
+//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `velocity` (m/s), `speed`
 //! (m/s), `angular_velocity` (1/s), `contact_force` (N). If all particles are spheres, exact `Normals` make the
 //! coarse mesh look round. Time is in the `.pvd`: vtkio cannot write it here.
 
@@ -38,9 +38,21 @@ pub fn write_particles(
     };
     // vtkio drops errors of files (a full disk is `Ok`), but not of memory.
     let mut bytes = Vec::new();
-    vtk.try_into_xml_format(Compressor::LZ4, 1)
+    let compressor = if particles.is_empty() {
+        Compressor::None
+    } else {
+        Compressor::LZ4
+    };
+    vtk.try_into_xml_format(compressor, 1)
         .and_then(|file| file.write(&mut bytes))
         .map_err(|error| Error::io("encode", path, io::Error::other(error.to_string())))?;
+    if particles.is_empty() {
+        // vtkio leaves out counts that are zero, but VTK refuses a piece without them.
+        let text = String::from_utf8_lossy(&bytes);
+        bytes = text
+            .replace("<Piece>", "<Piece NumberOfPoints=\"0\" NumberOfPolys=\"0\">")
+            .into_bytes();
+    }
     write_bytes(path, &bytes)
 }
 
@@ -205,6 +217,11 @@ mod tests {
         let path = directory.path().join("particles.vtp");
         write_particles(&path, &BOX, &[], &[]).unwrap();
         assert_eq!(read(&path).num_points(), 0);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            text.contains("NumberOfPoints=\"0\""),
+            "VTK's own reader needs the count"
+        );
     }
 
     #[test]

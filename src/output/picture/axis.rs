@@ -1,5 +1,7 @@
 //! Ticks at round numbers.
 
+use super::text::{roman, width};
+
 /// Round numbers along an axis, and how to print them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Ticks {
@@ -29,6 +31,14 @@ impl Ticks {
             values: (first..=last).map(|i| i as f64 * step).collect(),
             decimals: (-(step.log10() + 1e-9).floor()).max(0.0) as usize,
         }
+    }
+
+    /// Width of the widest label in pixels.
+    pub(super) fn widest(&self, size: f32) -> f32 {
+        self.values
+            .iter()
+            .map(|&value| width(&[roman(&self.label(value))], size))
+            .fold(0.0, f32::max)
     }
 
     /// The number at a tick, with as many decimals as the step needs.

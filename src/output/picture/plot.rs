@@ -3,6 +3,7 @@
 use super::axis::{Ticks, rounded_range};
 use super::canvas::{Align, Canvas, Pencil};
 use super::colour::{BLUE, GREY, GRID, INK, REFERENCES, VERMILION};
+use super::labels::{SideLabel, draw_labels};
 use super::text::{Span, above, below, italic, roman, width};
 use super::write_png;
 use crate::error::Result;
@@ -25,15 +26,14 @@ pub struct SettlingPlot<'a> {
 }
 
 const PAGE: (u32, u32) = (1600, 1000);
-const LEFT: f32 = 150.0;
+/// Space left of the frame for the name of the axis, beside the numbers.
+const NAME_SPACE: f32 = 90.0;
 const TOP: f32 = 90.0;
 const BOTTOM: f32 = 880.0;
 const TITLE: f32 = 30.0;
 const LABEL: f32 = 30.0;
 const NUMBER: f32 = 24.0;
 const TICK: f32 = 9.0;
-/// Smallest distance of two labels at the right.
-const LABEL_STEP: f32 = 32.0;
 
 /// Draws settling velocity over time, the mean with its standard error as a band, and reference lines.
 ///
@@ -52,6 +52,7 @@ pub fn write_settling(path: &Path, plot: &SettlingPlot) -> Result<()> {
 struct Frame {
     x: (f64, f64),
     y: (f64, f64),
+    left: f32,
     right: f32,
 }
 
@@ -66,13 +67,17 @@ impl Frame {
             .chain(plot.references.iter().map(|r| r.1))
             .filter(finite);
         let (lo, hi) = values.fold((0.0, 0.0), |(lo, hi): (f64, f64), v| (lo.min(v), hi.max(v)));
+        // A start that trembles about zero does not deserve a range of its own.
+        let lo = if lo > -0.03 * hi { 0.0 } else { lo };
+        let y = if hi > lo {
+            rounded_range(lo, hi + 0.02 * (hi - lo), 12.0)
+        } else {
+            (0.0, 1.0)
+        };
         Self {
             x: (0.0, if end > 0.0 { end } else { 1.0 }),
-            y: if hi > lo {
-                rounded_range(lo, hi + 0.02 * (hi - lo), 12.0)
-            } else {
-                (0.0, 1.0)
-            },
+            y,
+            left: NAME_SPACE + Ticks::new(y.0, y.1, 8.0).widest(NUMBER),
             right,
         }
     }
@@ -80,17 +85,10 @@ impl Frame {
     fn at(&self, x: f64, y: f64) -> (f32, f32) {
         let part = |v: f64, (lo, hi): (f64, f64)| ((v - lo) / (hi - lo)) as f32;
         (
-            LEFT + part(x, self.x) * (self.right - LEFT),
+            self.left + part(x, self.x) * (self.right - self.left),
             BOTTOM - part(y, self.y) * (BOTTOM - TOP),
         )
     }
-}
-
-/// A label at the right of the frame.
-struct SideLabel {
-    value: f64,
-    lines: Vec<String>,
-    colour: [u8; 3],
 }
 
 fn draw(plot: &SettlingPlot) -> Canvas {
@@ -116,9 +114,18 @@ fn draw(plot: &SettlingPlot) -> Canvas {
         }
     }
     draw_series(&mut canvas, &frame, plot);
-    canvas.frame((LEFT, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
-    draw_labels(&mut canvas, &frame, &labels);
-    canvas.text(&[roman(plot.case)], TITLE, (LEFT, TOP - 28.0), Align::Start, INK);
+    canvas.frame((frame.left, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
+    let within = (TOP - 20.0, BOTTOM + 60.0);
+    draw_labels(&mut canvas, &labels, (frame.right, NUMBER), within, |v| {
+        frame.at(0.0, v).1
+    });
+    canvas.text(
+        &[roman(plot.case)],
+        TITLE,
+        (frame.left, TOP - 28.0),
+        Align::Start,
+        INK,
+    );
     canvas
 }
 
@@ -130,7 +137,7 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
         .filter(|(reference, _)| reference.1.is_finite())
         .map(|(&(name, value), &colour)| SideLabel {
             value,
-            lines: vec![name.to_string(), format!("{value:.3}")],
+            lines: vec![name.to_string(), significant(value)],
             colour,
         })
         .collect();
@@ -141,7 +148,7 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
                 let decimals = (1.0 - error.log10().floor()).clamp(2.0, 6.0) as usize;
                 format!("{:.decimals$} \u{b1} {error:.decimals$}", estimate.mean)
             }
-            None => format!("{:.3}", estimate.mean),
+            None => significant(estimate.mean),
         };
         labels.push(SideLabel {
             value: estimate.mean,
@@ -152,6 +159,12 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
     labels.retain(|label| label.value.is_finite());
     labels.sort_by(|a, b| b.value.total_cmp(&a.value));
     labels
+}
+
+/// A number with three significant digits.
+fn significant(value: f64) -> String {
+    let decimals = (2.0 - value.abs().max(1e-6).log10().floor()).clamp(0.0, 8.0) as usize;
+    format!("{value:.decimals$}")
 }
 
 fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
@@ -166,14 +179,12 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         canvas.text(&[roman(&text)], NUMBER, (x, BOTTOM + 40.0), Align::Middle, INK);
     }
     let vertical = Ticks::new(frame.y.0, frame.y.1, 8.0);
-    let mut widest: f32 = 0.0;
     for &value in &vertical.values {
         let (_, y) = frame.at(0.0, value);
-        canvas.line((LEFT, y), (frame.right, y), grid);
-        canvas.line((LEFT - 2.0, y), (LEFT - 2.0 - TICK, y), ink);
+        canvas.line((frame.left, y), (frame.right, y), grid);
+        canvas.line((frame.left - 2.0, y), (frame.left - 2.0 - TICK, y), ink);
         let text = vertical.label(value);
-        widest = widest.max(width(&[roman(&text)], NUMBER));
-        let place = (LEFT - 20.0, y + 0.36 * NUMBER);
+        let place = (frame.left - 20.0, y + 0.36 * NUMBER);
         canvas.text(&[roman(&text)], NUMBER, place, Align::End, INK);
     }
     if frame.y.0 < 0.0 {
@@ -183,15 +194,16 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
             Pencil::new(GREY, 1.5),
         );
     }
-    let time: [Span; 6] = [
+    let time: [Span; 7] = [
         italic("t"),
         above("*"),
         roman(" = "),
         italic("t u"),
         below("Stokes"),
-        roman(" / D"),
+        roman(" / "),
+        italic("D"),
     ];
-    let middle = 0.5 * (LEFT + frame.right);
+    let middle = 0.5 * (frame.left + frame.right);
     canvas.text(&time, LABEL, (middle, BOTTOM + 94.0), Align::Middle, INK);
     let velocity = [
         roman("settling velocity  "),
@@ -200,7 +212,7 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         italic("u"),
         below("Stokes"),
     ];
-    let place = (LEFT - 44.0 - widest, 0.5 * (TOP + BOTTOM));
+    let place = (NAME_SPACE - 44.0, 0.5 * (TOP + BOTTOM));
     canvas.text_upwards(&velocity, LABEL, place, INK);
 }
 
@@ -235,36 +247,53 @@ fn draw_series(canvas: &mut Canvas, frame: &Frame, plot: &SettlingPlot) {
     }
 }
 
-/// Labels beside their lines, pushed apart where they would overlap, each with a leader to its line.
-fn draw_labels(canvas: &mut Canvas, frame: &Frame, labels: &[SideLabel]) {
-    let height = |label: &SideLabel| label.lines.len() as f32 * LABEL_STEP;
-    let mut places: Vec<f32> = Vec::new();
-    let mut free = TOP - 20.0;
-    for label in labels {
-        let (_, y) = frame.at(0.0, label.value);
-        let top = (y - 0.5 * height(label)).max(free);
-        places.push(top);
-        free = top + height(label) + 8.0;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn colour_at(canvas: &Canvas, (x, y): (f32, f32)) -> [u8; 3] {
+        let first = 3 * (y as usize * canvas.width() as usize + x as usize);
+        canvas.rgb()[first..first + 3].try_into().unwrap()
     }
-    // What was pushed beyond the lower end moves up again.
-    let mut limit = BOTTOM + 40.0;
-    for (place, label) in places.iter_mut().zip(labels).rev() {
-        *place = place.min(limit - height(label));
-        limit = *place - 8.0;
+
+    #[test]
+    fn series_mean_and_reference_are_drawn_where_their_values_are() {
+        let t_star: Vec<f64> = (0..=100).map(f64::from).collect();
+        let plot = SettlingPlot {
+            case: "test",
+            velocity: &vec![0.2; t_star.len()],
+            t_star: &t_star,
+            mean: Some((
+                [50.0, 100.0],
+                Estimate {
+                    mean: 0.3,
+                    standard_error: Some(0.02),
+                },
+            )),
+            references: &[("reference", 0.5)],
+        };
+        let canvas = draw(&plot);
+        let label_width = width(&[roman("0.300 \u{b1} 0.020")], NUMBER);
+        let frame = Frame::new(&plot, PAGE.0 as f32 - 60.0 - label_width);
+        assert_eq!(colour_at(&canvas, frame.at(30.0, 0.2)), BLUE);
+        assert_eq!(colour_at(&canvas, frame.at(75.0, 0.3)), VERMILION);
+        assert_eq!(colour_at(&canvas, frame.at(0.5, 0.5)), REFERENCES[0]);
+        let [r, g, b] = colour_at(&canvas, frame.at(75.0, 0.315));
+        assert!(r > g && g > b, "the band is a light vermilion");
+        assert_eq!(colour_at(&canvas, frame.at(25.0, 0.33)), [255, 255, 255]);
     }
-    for (top, label) in places.into_iter().zip(labels) {
-        let (_, y) = frame.at(0.0, label.value);
-        let middle = top + 0.5 * height(label);
-        let leader = [
-            (frame.right + 3.0, y),
-            (frame.right + 12.0, y),
-            (frame.right + 28.0, middle),
-        ];
-        canvas.polyline(&leader, Pencil::new(label.colour, 2.0));
-        for (i, line) in label.lines.iter().enumerate() {
-            let baseline = top + (i as f32 + 0.72) * LABEL_STEP;
-            let place = (frame.right + 36.0, baseline);
-            canvas.text(&[roman(line)], NUMBER, place, Align::Start, label.colour);
+
+    #[test]
+    fn nothing_to_show_still_makes_a_plot() {
+        for velocity in [&[][..], &[f64::NAN], &[0.0]] {
+            let canvas = draw(&SettlingPlot {
+                case: "",
+                t_star: &[0.0][..velocity.len()],
+                velocity,
+                mean: None,
+                references: &[("unknown", f64::NAN)],
+            });
+            assert_eq!((canvas.width(), canvas.height()), PAGE);
         }
     }
 }

@@ -1,9 +1,11 @@
 //! A slice through the middle of the box: velocity magnitude in colour, particles as outlines.
 
-use super::axis::{Ticks, rounded_range};
+use super::axis::rounded_range;
 use super::canvas::{Align, Canvas, Pencil};
-use super::colour::{GREY, INK, viridis};
+use super::colour::{INK, viridis};
 use super::outline;
+use super::plane::Plane;
+use super::scales::{Axes, unit_prefix};
 use super::text::{above, italic, roman, width};
 use super::write_png;
 use crate::domain::Domain;
@@ -38,18 +40,13 @@ pub struct VelocitySlice<'a> {
 const PANEL: f64 = 1000.0;
 /// Largest width of the slice in pixels.
 const WIDEST: f64 = 2200.0;
-const LEFT: u32 = 120;
-const RIGHT: u32 = 200;
 const TOP: u32 = 90;
 const BOTTOM: u32 = 110;
 /// Smallest height of a picture in pixels.
 const LOWEST: u32 = 900;
 const TITLE: f32 = 30.0;
-const LABEL: f32 = 28.0;
-const NUMBER: f32 = 24.0;
-const TICK: f32 = 9.0;
-/// Left edge and width of the colour bar, from the right edge of the slice.
-const BAR: (f32, f32) = (36.0, 30.0);
+/// Cuts smaller than this many pixels look like dirt and are left out.
+const SMALLEST_OUTLINE: f32 = 5.0;
 
 /// Draws the plane through the middle of the box that holds the direction of gravity and, if it can, x: the x-z
 /// plane for gravity along z. Lengths are in diameters of the first kind of particle, in metres without particles.
@@ -77,7 +74,8 @@ fn draw(picture: &VelocitySlice) -> Canvas {
         .largest_speed
         .unwrap_or_else(|| f64::from(field.iter().copied().fold(0.0, f32::max)));
     let (prefix, factor) = unit_prefix(largest);
-    let top = if largest > 0.0 && largest.is_finite() {
+    // A fluid at rest but for rounding gets a scale on which that vanishes.
+    let top = if largest > 1e-9 && largest.is_finite() {
         rounded_range(0.0, largest * factor, 10.0).1
     } else {
         1.0
@@ -90,17 +88,20 @@ fn draw(picture: &VelocitySlice) -> Canvas {
     let mut panel = Canvas::from_pixels(pixels.0, pixels.1, &colours);
     draw_particles(&mut panel, picture, &plane, scale);
 
+    let diameter = picture.templates.first().map(|t| t.shape.equivalent_diameter());
+    let axes = Axes::new(diameter, &plane, pixels, top);
     let time = format!(" = {:.1}", picture.t_star);
     let time = [italic("t"), above("*"), roman(&time)];
     let title = [roman(picture.case)];
     let title_width = width(&title, TITLE) + width(&time, TITLE) + 2.0 * TITLE;
+    let (left, right) = axes.margins();
     let page = (
-        (LEFT + pixels.0 + RIGHT).max(title_width as u32 + LEFT + RIGHT),
+        left + right + pixels.0.max(title_width as u32),
         (TOP + pixels.1 + BOTTOM).max(LOWEST),
     );
     let mut canvas = Canvas::new(page.0, page.1);
     let corner = (
-        LEFT + (page.0 - LEFT - RIGHT - pixels.0) / 2,
+        left + (page.0 - left - right - pixels.0) / 2,
         TOP + (page.1 - TOP - BOTTOM - pixels.1) / 2,
     );
     canvas.paste(&panel, corner.0, corner.1);
@@ -111,86 +112,9 @@ fn draw(picture: &VelocitySlice) -> Canvas {
     let inset = 0.5 * (title_width - pixels.0 as f32).max(0.0);
     canvas.text(&title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
     canvas.text(&time, TITLE, (area.2 + inset, t - 26.0), Align::End, INK);
-    draw_axes(&mut canvas, picture, &plane, area);
-    draw_bar(&mut canvas, area, top, prefix);
+    axes.draw_axes(&mut canvas, &plane, area);
+    axes.draw_bar(&mut canvas, area, prefix);
     canvas
-}
-
-/// The plane of a slice: which axes of the box run across and up.
-struct Plane {
-    domain: Domain,
-    across: usize,
-    up: usize,
-    normal: usize,
-    /// Whether the coordinate grows downwards in the picture, because gravity points along it.
-    flipped: bool,
-    /// Width and height (m).
-    size: (f64, f64),
-}
-
-impl Plane {
-    fn new(domain: &Domain, gravity: Vec3) -> Self {
-        let up = if gravity.norm() > 0.0 { gravity.iamax() } else { 2 };
-        let across = usize::from(up == 0);
-        let normal = 3 - up - across;
-        let size = domain.size();
-        Self {
-            domain: *domain,
-            across,
-            up,
-            normal,
-            flipped: gravity[up] > 0.0,
-            size: (size[across], size[up]),
-        }
-    }
-
-    /// Distance from the top of the picture of a coordinate along `up`, both in metres.
-    fn down(&self, up: f64) -> f64 {
-        if self.flipped { up } else { self.size.1 - up }
-    }
-
-    /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres.
-    fn speeds(&self, velocity: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
-        let n = self.domain.cells;
-        // The middle lies between two layers of cells if their number is even.
-        let layers = [(n[self.normal] - 1) / 2, n[self.normal] / 2];
-        let cell = |a: usize, b: usize| -> [f32; 3] {
-            let mut sum = [0.0; 3];
-            for layer in layers {
-                let mut at = [0; 3];
-                (at[self.across], at[self.up], at[self.normal]) = (a, b, layer);
-                let u = velocity[at[0] + n[0] * (at[1] + n[1] * at[2])];
-                for i in 0..3 {
-                    sum[i] += 0.5 * u[i];
-                }
-            }
-            sum
-        };
-        let (na, nb) = (n[self.across], n[self.up]);
-        let layer: Vec<[f32; 3]> = (0..na * nb).map(|i| cell(i % na, i / na)).collect();
-        // Cells on both sides of a pixel, and how far it is from the first to the second.
-        let neighbours = |pixel: u32, pixels: u32, cells: usize| {
-            let place = (f64::from(pixel) + 0.5) / f64::from(pixels) * cells as f64 - 0.5;
-            let first = place.floor();
-            let index = (first as isize).rem_euclid(cells as isize) as usize;
-            (index, (index + 1) % cells, (place - first) as f32)
-        };
-        let columns: Vec<_> = (0..width).map(|x| neighbours(x, width, na)).collect();
-        let mut speeds = Vec::with_capacity((width * height) as usize);
-        for y in 0..height {
-            let row = if self.flipped { y } else { height - 1 - y };
-            let (b0, b1, t) = neighbours(row, height, nb);
-            for &(a0, a1, s) in &columns {
-                let corners = [(a0, b0), (a1, b0), (a0, b1), (a1, b1)].map(|(a, b)| layer[a + na * b]);
-                let u: [f32; 3] = std::array::from_fn(|i| {
-                    let [p, q, r, w] = corners.map(|u| u[i]);
-                    (1.0 - t) * ((1.0 - s) * p + s * q) + t * ((1.0 - s) * r + s * w)
-                });
-                speeds.push(u.iter().map(|x| x * x).sum::<f32>().sqrt());
-            }
-        }
-        speeds
-    }
 }
 
 /// Outlines of all particles and their periodic images that the plane cuts, under a light veil.
@@ -219,95 +143,128 @@ fn draw_particles(panel: &mut Canvas, picture: &VelocitySlice, plane: &Plane, sc
                 .iter()
                 .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
                 .collect();
+            if extent(&points) < SMALLEST_OUTLINE {
+                continue;
+            }
             panel.fill(&points, [255, 255, 255], 0.22);
             panel.polygon(&points, Pencil::new([20, 20, 20], 2.0));
         }
     }
 }
 
-fn draw_axes(canvas: &mut Canvas, picture: &VelocitySlice, plane: &Plane, area: (f32, f32, f32, f32)) {
-    let (l, t, r, b) = area;
-    let diameter = picture.templates.first().map(|t| t.shape.equivalent_diameter());
-    let unit = diameter.unwrap_or(1.0);
-    let length = (plane.size.0 / unit, plane.size.1 / unit);
-    let pixels_per_unit = f64::from(b - t) / length.1;
-    let ticks = |length: f64| Ticks::new(0.0, length, (length * pixels_per_unit / 110.0).max(1.0));
-    let pencil = Pencil::new(INK, 2.0);
-
-    let horizontal = ticks(length.0);
-    for &value in &horizontal.values {
-        let x = l + (value * pixels_per_unit) as f32;
-        canvas.line((x, b + 2.0), (x, b + 2.0 + TICK), pencil);
-        let text = horizontal.label(value);
-        canvas.text(&[roman(&text)], NUMBER, (x, b + 38.0), Align::Middle, INK);
-    }
-    let vertical = ticks(length.1);
-    let mut widest: f32 = 0.0;
-    for &value in &vertical.values {
-        let y = t + (plane.down(value * unit) / unit * pixels_per_unit) as f32;
-        canvas.line((l - 2.0, y), (l - 2.0 - TICK, y), pencil);
-        let text = vertical.label(value);
-        widest = widest.max(width(&[roman(&text)], NUMBER));
-        canvas.text(
-            &[roman(&text)],
-            NUMBER,
-            (l - 18.0, y + 0.36 * NUMBER),
-            Align::End,
-            INK,
-        );
-    }
-    let name = |axis: usize| {
-        let mut spans = vec![italic(["x", "y", "z"][axis])];
-        match diameter {
-            Some(_) => spans.extend([roman(" / "), italic("D")]),
-            None => spans.push(roman(" (m)")),
-        }
-        spans
+/// Larger of width and height.
+fn extent(points: &[(f32, f32)]) -> f32 {
+    let range = |of: fn(&(f32, f32)) -> f32| {
+        let (lo, hi) = points
+            .iter()
+            .map(of)
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), x| {
+                (lo.min(x), hi.max(x))
+            });
+        hi - lo
     };
-    let below = (0.5 * (l + r), b + 82.0);
-    canvas.text(&name(plane.across), LABEL, below, Align::Middle, INK);
-    let beside = (l - 34.0 - widest, 0.5 * (t + b));
-    canvas.text_upwards(&name(plane.up), LABEL, beside, INK);
+    range(|p| p.0).max(range(|p| p.1))
 }
 
-fn draw_bar(canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), top: f64, prefix: &str) {
-    let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
-    let rows = (b - t).round() as u32;
-    let colours: Vec<[u8; 3]> = (0..rows)
-        .flat_map(|y| {
-            let colour = viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
-            std::iter::repeat_n(colour, BAR.1 as usize)
-        })
-        .collect();
-    let bar = Canvas::from_pixels(BAR.1 as u32, rows, &colours);
-    canvas.paste(&bar, left as u32, t as u32);
-    canvas.frame((left, t, right, b), Pencil::new(INK, 2.0));
-    let ticks = Ticks::new(0.0, top, 6.0);
-    let mut widest: f32 = 0.0;
-    for &value in &ticks.values {
-        let y = b - (value / top) as f32 * (b - t);
-        canvas.line((right + 2.0, y), (right + 2.0 + TICK, y), Pencil::new(INK, 2.0));
-        let text = ticks.label(value);
-        widest = widest.max(width(&[roman(&text)], NUMBER));
-        canvas.text(
-            &[roman(&text)],
-            NUMBER,
-            (right + 18.0, y + 0.36 * NUMBER),
-            Align::Start,
-            INK,
-        );
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Sphere;
+    use std::sync::Arc;
+
+    const BOX: Domain = Domain {
+        cells: [20, 11, 40],
+        dx: 0.1,
+    };
+
+    /// Speed grows with z from 0 at the bottom to 1 at the top; y velocity outside of the middle layer.
+    fn velocity() -> Vec<[f32; 3]> {
+        (0..BOX.cell_count())
+            .map(|index| {
+                let (y, z) = (index / 20 % 11, index / 220);
+                let u = z as f32 / 39.0;
+                if y == 5 { [u, 0.0, 0.0] } else { [0.0, 100.0, 0.0] }
+            })
+            .collect()
     }
-    let unit = format!("| ({prefix}m/s)");
-    let label = [roman("speed |"), italic("u"), roman(&unit)];
-    let place = (right + 18.0 + widest + 40.0, 0.5 * (t + b));
-    canvas.text_upwards(&label, LABEL, place, GREY);
-}
 
-/// Prefix of the unit that makes the numbers of order one to a thousand, and the factor to it.
-fn unit_prefix(largest: f64) -> (&'static str, f64) {
-    match largest {
-        x if x >= 1.0 || x <= 0.0 || x.is_nan() => ("", 1.0),
-        x if x >= 1e-3 => ("m", 1e3),
-        _ => ("\u{b5}", 1e6),
+    fn templates() -> [Template; 1] {
+        [Template {
+            shape: Arc::new(Sphere { radius: 0.3 }),
+            density: 1.0,
+        }]
+    }
+
+    fn draw_with(gravity: Vec3, particles: &[Particle]) -> Canvas {
+        draw(&VelocitySlice {
+            case: "a rather long name of a case",
+            t_star: 12.3,
+            domain: BOX,
+            velocity: &velocity(),
+            templates: &templates(),
+            particles,
+            gravity,
+            largest_speed: Some(1.0),
+        })
+    }
+
+    /// Colour at a place of the box; the panel is 500 by 1000 pixels and centred.
+    fn colour_at(canvas: &Canvas, x: f64, down: f64) -> [u8; 3] {
+        let plane = Plane::new(&BOX, Vec3::zeros());
+        let (before, after) = Axes::new(Some(0.6), &plane, (500, 1000), 1.0).margins();
+        let left = before + (canvas.width() - before - after - 500) / 2;
+        let (px, py) = (f64::from(left) + 250.0 * x, f64::from(TOP) + 250.0 * down);
+        let first = 3 * (py as usize * canvas.width() as usize + px as usize);
+        canvas.rgb()[first..first + 3].try_into().unwrap()
+    }
+
+    fn close(a: [u8; 3], b: [u8; 3]) -> bool {
+        a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 3)
+    }
+
+    #[test]
+    fn colours_are_those_of_the_middle_layer_with_gravity_pointing_down() {
+        for (gravity, flipped) in [(-9.81, false), (0.0, false), (9.81, true)] {
+            let canvas = draw_with(Vec3::new(0.0, 0.0, gravity), &[]);
+            for z in [0.5, 1.0, 2.0, 3.5] {
+                let down = if flipped { z } else { 4.0 - z };
+                let speed = (z / 0.1 - 0.5) / 39.0;
+                let (got, expected) = (colour_at(&canvas, 1.3, down), viridis(speed));
+                assert!(close(got, expected), "{gravity} {z}: {got:?} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_particle_across_a_corner_is_outlined_on_all_four_corners_of_the_slice() {
+        let corner = Particle::at(0, 0, Vec3::new(0.1, 0.55, 3.9));
+        let with = draw_with(Vec3::zeros(), &[corner]);
+        let without = draw_with(Vec3::zeros(), &[]);
+        let differs = |x: f64, z: f64| colour_at(&with, x, 4.0 - z) != colour_at(&without, x, 4.0 - z);
+        for (x, z) in [(0.05, 3.95), (1.95, 3.95), (0.05, 0.05), (1.95, 0.05)] {
+            assert!(differs(x, z), "image at {x} {z}");
+        }
+        assert!(!differs(1.0, 2.0) && !differs(0.6, 3.9));
+        // The outline itself is dark, one radius from the centre.
+        let edge = colour_at(&with, 0.4, 0.1);
+        assert!(edge.iter().all(|&c| c < 90), "{edge:?}");
+    }
+
+    #[test]
+    fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures_at_least_900_pixels_high() {
+        for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
+            let domain = Domain { cells, dx: 1e-3 };
+            let canvas = draw(&VelocitySlice {
+                case: "rest",
+                t_star: 0.0,
+                domain,
+                velocity: &vec![[0.0; 3]; domain.cell_count()],
+                templates: &[],
+                particles: &[],
+                gravity: Vec3::zeros(),
+                largest_speed: None,
+            });
+            assert!(canvas.height() >= 900 && canvas.width() < 2600);
+        }
     }
 }

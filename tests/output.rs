@@ -1,0 +1,204 @@
+//! A made-up run written to disk through the public interface, as a program would do it.
+//!
+//! With `TURBID_SAMPLE_OUTPUT=DIR` it is kept, for `validation/check_vtk.py DIR` and for looking at the pictures.
+
+use rand::{RngCore, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::path::Path;
+use std::sync::Arc;
+use turbid::domain::Domain;
+use turbid::math::Vec3;
+use turbid::output::picture::{SettlingPlot, VelocitySlice, write_settling, write_slice};
+use turbid::output::{
+    Collection, FieldSnapshot, OutputFiles, SeriesRow, SeriesWriter, directory, estimate_mean, write_fields,
+    write_particles,
+};
+use turbid::particle::{Particle, Template};
+use turbid::shape::Sphere;
+
+const DIAMETER: f64 = 1.5e-3;
+const STOKES_VELOCITY: f64 = 0.32;
+const FRAMES: u64 = 3;
+const DOMAIN: Domain = Domain {
+    cells: [64, 64, 80],
+    dx: DIAMETER / 12.0,
+};
+
+/// Non-overlapping spheres of random velocities, some across periodic faces.
+fn particles(frame: u64) -> Vec<Particle> {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut unit = || random.next_u64() as f64 / u64::MAX as f64;
+    let size = DOMAIN.size();
+    let mut particles: Vec<Particle> = Vec::new();
+    while particles.len() < 70 {
+        let position = size.map(|length| length * unit());
+        let free =
+            |other: &Particle| DOMAIN.nearest_image(position - other.position()).norm() > 1.02 * DIAMETER;
+        if particles.iter().all(free) {
+            let mut particle = Particle::at(particles.len() as u64, 0, position);
+            let scale = 0.02 * (frame as f64 + 1.0);
+            particle.velocity = [
+                scale * (unit() - 0.5),
+                scale * (unit() - 0.5),
+                -scale * (1.0 + unit()),
+            ];
+            particle.angular_velocity = [10.0 * unit(), 0.0, -5.0 * unit()];
+            particle.contact_force = [1e-6 * unit(), 0.0, 0.0];
+            particles.push(particle);
+        }
+    }
+    particles
+}
+
+/// Rigid motion in spheres, decaying around them.
+fn fields(particles: &[Particle]) -> (Vec<[f32; 3]>, Vec<f32>, Vec<f32>) {
+    let cells = DOMAIN.cells;
+    let mut velocity = Vec::new();
+    let (mut pressure, mut solid_fraction) = (Vec::new(), Vec::new());
+    for index in 0..DOMAIN.cell_count() {
+        let cell = [
+            index % cells[0],
+            index / cells[0] % cells[1],
+            index / cells[0] / cells[1],
+        ];
+        let centre = Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * DOMAIN.dx);
+        let mut u = Vec3::new(0.0, 0.0, 0.008);
+        let mut solid: f64 = 0.0;
+        for particle in particles {
+            let arm = DOMAIN.nearest_image(centre - particle.position());
+            let distance = arm.norm() / (0.5 * DIAMETER);
+            u += (particle.velocity() + particle.angular_velocity().cross(&arm))
+                * (2.0 * (1.0 - distance)).exp().min(1.0);
+            solid = solid.max((0.5 - 6.0 * (distance - 1.0)).clamp(0.0, 1.0));
+        }
+        velocity.push([u.x as f32, u.y as f32, u.z as f32]);
+        pressure.push((centre.z * 1e3) as f32);
+        solid_fraction.push(solid as f32);
+    }
+    (velocity, pressure, solid_fraction)
+}
+
+fn write_run(root: &Path) {
+    let templates = [Template {
+        shape: Arc::new(Sphere {
+            radius: 0.5 * DIAMETER,
+        }),
+        density: 3250.0,
+    }];
+    directory::prepare(root).unwrap();
+    let files = OutputFiles::new(root);
+    let mut series = SeriesWriter::create(&files.series()).unwrap();
+    let mut all_fields = Collection::new(files.fields_collection());
+    let mut all_particles = Collection::new(files.particles_collection());
+    for frame in 0..FRAMES {
+        let (step, time) = (100 * frame, 1.3e-3 * frame as f64);
+        let particles = particles(frame);
+        let (velocity, pressure, solid_fraction) = fields(&particles);
+        let snapshot = FieldSnapshot {
+            domain: DOMAIN,
+            time,
+            velocity: &velocity,
+            pressure: &pressure,
+            solid_fraction: &solid_fraction,
+        };
+        write_fields(&files.fields(step), &snapshot).unwrap();
+        all_fields.add(time, &files.fields(step)).unwrap();
+        write_particles(&files.particles(step), &DOMAIN, &templates, &particles).unwrap();
+        all_particles.add(time, &files.particles(step)).unwrap();
+
+        let count = particles.len() as f64;
+        let speeds = || particles.iter().map(|p| p.velocity().norm());
+        series
+            .write(&SeriesRow {
+                step,
+                time,
+                t_star: time * STOKES_VELOCITY / DIAMETER,
+                mean_particle_velocity: (particles.iter().map(Particle::velocity).sum::<Vec3>() / count)
+                    .into(),
+                mean_particle_speed: speeds().sum::<f64>() / count,
+                max_particle_speed: speeds().fold(0.0, f64::max),
+                ..SeriesRow::default()
+            })
+            .unwrap();
+        let slice = VelocitySlice {
+            case: "hindered_settling",
+            t_star: time * STOKES_VELOCITY / DIAMETER,
+            domain: DOMAIN,
+            velocity: &velocity,
+            templates: &templates,
+            particles: &particles,
+            gravity: Vec3::new(0.0, 0.0, -9.81),
+            largest_speed: None,
+        };
+        write_slice(&files.picture(step), &slice).unwrap();
+    }
+
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    let mut wander = 0.0;
+    let t_star: Vec<f64> = (0..1500).map(|i| 0.1 * f64::from(i)).collect();
+    let velocity: Vec<f64> = t_star
+        .iter()
+        .map(|t| {
+            wander = 0.97 * wander + 0.003 * (random.next_u64() as f64 / u64::MAX as f64 - 0.5);
+            0.243 * (1.0 - (-t / 2.0).exp()) + 0.03 * (-t / 12.0).exp() * (t / 3.0).sin() + wander
+        })
+        .collect();
+    let mean = estimate_mean(&velocity[500..]).unwrap();
+    let plot = SettlingPlot {
+        case: "hindered_settling",
+        t_star: &t_star,
+        velocity: &velocity,
+        mean: Some(([50.0, 149.9], mean)),
+        references: &[
+            ("Garside and Al-Dibouni", 0.252),
+            ("Richardson and Zaki", 0.262),
+            ("one particle", 0.523),
+        ],
+    };
+    write_settling(&files.settling_plot(), &plot).unwrap();
+}
+
+#[test]
+fn a_run_leaves_every_file_it_promises_under_its_final_name() {
+    let kept = std::env::var_os("TURBID_SAMPLE_OUTPUT");
+    let temporary = tempfile::tempdir().unwrap();
+    let root = kept.as_ref().map_or(temporary.path(), Path::new);
+    write_run(root);
+
+    let mut found = Vec::new();
+    let mut folders = vec![root.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                found.push(path.strip_prefix(root).unwrap().to_str().unwrap().to_owned());
+            }
+        }
+    }
+    found.sort();
+    let mut expected: Vec<String> = [
+        "fields.pvd",
+        "particles.pvd",
+        "series.csv",
+        "settling_velocity.png",
+    ]
+    .map(String::from)
+    .into();
+    for step in ["0000000000", "0000000100", "0000000200"] {
+        expected.push(format!("fields/fields_{step}.vti"));
+        expected.push(format!("particles/particles_{step}.vtp"));
+        expected.push(format!("pictures/velocity_{step}.png"));
+    }
+    expected.sort();
+    assert_eq!(found, expected);
+    for picture in found
+        .iter()
+        .filter(|name| Path::new(name).extension().is_some_and(|e| e == "png"))
+    {
+        let file = std::io::BufReader::new(std::fs::File::open(root.join(picture)).unwrap());
+        let info = png::Decoder::new(file).read_info().unwrap();
+        assert!(info.info().width >= 900 && info.info().height >= 900, "{picture}");
+    }
+}

@@ -1,0 +1,232 @@
+#!/usr/bin/env python3
+"""Opens every .vti, .vtp and .pvd of an output directory with VTK's own readers and checks what is in them.
+
+    python3 -m venv /tmp/vtkenv && /tmp/vtkenv/bin/pip install vtk
+    /tmp/vtkenv/bin/python validation/check_vtk.py OUTPUT_DIRECTORY
+
+Checks: arrays, components and sizes; all values finite; solid fraction within 0..1, solid where the particles of
+the same step are, and of their volume; particle speeds and mean velocity equal to the row of series.csv with the
+same step; files and times of a .pvd agree with the files themselves and with series.csv (through pyvista's reader
+too if it is installed). Prints a table; exit status 1 if anything is wrong.
+"""
+
+import csv
+import re
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+
+try:
+    import pyvista
+except ImportError:
+    pyvista = None
+
+FIELDS = {"velocity": 3, "pressure": 1, "solid_fraction": 1}
+PARTICLES = {"id": 1, "speed": 1, "velocity": 3, "angular_velocity": 3, "contact_force": 3}
+SINGLE = 1e-5  # relative error that single precision is allowed
+
+problems = []
+
+
+def check(condition, path, text):
+    if not condition:
+        problems.append(f"{path}: {text}")
+    return condition
+
+
+def read(reader, path):
+    """Output of a VTK reader; what VTK has to complain about is a problem."""
+    window = vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(window)
+    reader.SetFileName(str(path))
+    reader.Update()
+    said = window.GetOutput().strip()
+    check(not said, path, f"VTK says {said!r}")
+    return reader.GetOutput()
+
+
+def arrays(path, data, tuples, expected):
+    """Arrays of point or cell data by name, checked for size and for values that are not finite."""
+    found = {}
+    for name, components in expected.items():
+        array = data.GetArray(name)
+        if not check(array is not None, path, f"no array {name}"):
+            continue
+        check(array.GetNumberOfComponents() == components, path, f"{name} has the wrong number of components")
+        check(array.GetNumberOfTuples() == tuples, path, f"{name} has {array.GetNumberOfTuples()} of {tuples} values")
+        values = vtk_to_numpy(array)
+        check(np.isfinite(values).all(), path, f"{name} is not finite everywhere")
+        found[name] = values
+    return found
+
+
+def step_of(path):
+    return int(re.search(r"(\d+)\.\w+$", path.name).group(1))
+
+
+def read_series(directory):
+    """Rows of series.csv by step, columns by name without unit."""
+    path = directory / "series.csv"
+    if not path.exists():
+        return {}
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file))
+    names = [name.split(" (")[0] for name in rows[0]]
+    check(all(len(row) == len(names) for row in rows), path, "rows of different length")
+    return {int(row[0]): dict(zip(names, map(float, row))) for row in rows[1:] if len(row) == len(names)}
+
+
+def check_fields(path, series):
+    image = read(vtkXMLImageDataReader(), path)
+    cells = image.GetNumberOfCells()
+    check(cells > 0, path, "no cells")
+    values = arrays(path, image.GetCellData(), cells, FIELDS)
+    if set(values) != set(FIELDS) or cells == 0:
+        return None, "unreadable"
+    spacing = np.array(image.GetSpacing())
+    check((spacing == spacing[0]).all() and spacing[0] > 0, path, f"cells are not cubes: {spacing}")
+    solid = values["solid_fraction"]
+    check(solid.min() >= 0 and solid.max() <= 1, path, f"solid fraction in {solid.min()}..{solid.max()}")
+    time = image.GetFieldData().GetArray("TimeValue")
+    if check(time is not None and time.GetNumberOfTuples() == 1, path, "no TimeValue"):
+        time = time.GetValue(0)
+        row = series.get(step_of(path))
+        check(row is None or row["t"] == time, path, f"TimeValue {time} but series.csv says {row and row['t']}")
+    speed = np.linalg.norm(values["velocity"], axis=1)
+    size = " x ".join(str(n - 1) for n in image.GetDimensions())
+    summary = (
+        f"{size} cells, |u| <= {speed.max():.4g} m/s, "
+        f"p {values['pressure'].min():.4g}..{values['pressure'].max():.4g} Pa, solid {solid.mean():.5f}"
+    )
+    return (image, values, time), summary
+
+
+def check_particles(path, series):
+    """Bodies of a particle file as (mean point, velocity, angular velocity, volume), and a summary."""
+    surface = read(vtkXMLPolyDataReader(), path)
+    points = surface.GetNumberOfPoints()
+    values = arrays(path, surface.GetPointData(), points, PARTICLES)
+    if points == 0:
+        return [], "0 particles"
+    if set(values) != set(PARTICLES):
+        return None, "unreadable"
+    places = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+    check(np.isfinite(places).all(), path, "points are not finite")
+    triangles = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    check(len(triangles) == surface.GetNumberOfPolys(), path, "not only triangles")
+    ids, first, owner = np.unique(values["id"], return_index=True, return_inverse=True)
+    for name in PARTICLES:
+        check((values[name] == values[name][first][owner]).all(), path, f"{name} varies on one particle")
+    check((owner[triangles] == owner[triangles[:, :1]]).all(), path, "a triangle joins two particles")
+    velocity = values["velocity"][first].astype(float)
+    speed = np.linalg.norm(velocity, axis=1)
+    check(np.allclose(speed, values["speed"][first], rtol=SINGLE, atol=0), path, "speed is not |velocity|")
+    centres = np.array([places[owner == i].mean(axis=0) for i in range(len(ids))])
+    a, b, c = (places[triangles[:, i]] - centres[owner[triangles[:, 0]]] for i in range(3))
+    volumes = np.bincount(owner[triangles[:, 0]], weights=np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)
+    check((volumes > 0).all(), path, "a surface is inside out")
+    row = series.get(step_of(path))
+    if row is not None:
+        tolerance = SINGLE * speed.max() + 1e-300
+        check(abs(speed.max() - row["max_particle_speed"]) <= tolerance, path,
+              f"largest speed {speed.max()} but series.csv says {row['max_particle_speed']}")
+        check(abs(speed.mean() - row["mean_particle_speed"]) <= tolerance, path,
+              f"mean speed {speed.mean()} but series.csv says {row['mean_particle_speed']}")
+        for i, axis in enumerate("xyz"):
+            expected = row[f"mean_particle_velocity_{axis}"]
+            check(abs(velocity[:, i].mean() - expected) <= tolerance, path,
+                  f"mean velocity {axis} {velocity[:, i].mean()} but series.csv says {expected}")
+    bodies = list(zip(centres, velocity, values["angular_velocity"][first].astype(float), volumes))
+    compared = "as in series.csv" if row is not None else "no such step in series.csv"
+    return bodies, f"{len(ids)} particles, speed <= {speed.max():.4g} m/s ({compared})"
+
+
+def check_together(path, fields, bodies):
+    """Fluid and particles of one step: solid volume, and where the particles are."""
+    image, values, _ = fields
+    if not bodies:
+        check(values["solid_fraction"].max() == 0, path, "solid without particles")
+        return "no solid"
+    dx = image.GetSpacing()[0]
+    cells = np.array(image.GetDimensions()) - 1
+    size = cells * dx
+    # Inscribed polyhedra are up to a few per cent smaller than the bodies, ramps on a coarse grid a little larger.
+    ratio = values["solid_fraction"].sum(dtype=float) * dx**3 / sum(body[3] for body in bodies)
+    check(0.85 < ratio < 1.25, path, f"solid volume is {ratio:.3f} times that of the surfaces")
+    solid = values["solid_fraction"].reshape(cells[::-1])
+    index = [np.floor(np.mod(body[0], size) / dx).astype(int) % cells for body in bodies]
+    missing = sum(solid[tuple(i[::-1])] < 1 for i in index)
+    check(missing == 0, path, f"{missing} particles have no solid at their centre")
+    velocity = values["velocity"].reshape(*cells[::-1], 3)
+    own = np.array([body[1] for body in bodies])
+    there = np.array([velocity[tuple(i[::-1])] for i in index])
+    # Only told: a centre lies up to half a cell from the centre of its cell, and coupling is not exact.
+    slip = np.abs(there - own).max() / max(np.abs(own).max(), 1e-300)
+    return f"solid volume / surfaces' volume {ratio:.4f}, |u - u_particle| <= {slip:.2g} of the fastest at centres"
+
+
+def check_collection(path, times, series):
+    entries = ElementTree.parse(path).getroot().findall("./Collection/DataSet")
+    last = -np.inf
+    for entry in entries:
+        file, time = path.parent / entry.get("file"), float(entry.get("timestep"))
+        check(time > last, path, f"time {time} does not grow")
+        last = time
+        if not check(file.exists(), path, f"{file} does not exist"):
+            continue
+        known = times.get(file.resolve())
+        check(known is None or known == time, path, f"{file.name} says time {known}, the collection {time}")
+        row = series.get(step_of(file))
+        check(row is None or row["t"] == time, path, f"{file.name} is at {time} but series.csv says {row and row['t']}")
+    if pyvista is not None and entries:
+        reader = pyvista.PVDReader(str(path))
+        check(reader.time_values == [float(entry.get("timestep")) for entry in entries], path,
+              f"pyvista reads the times {reader.time_values}")
+        reader.set_active_time_value(reader.time_values[-1])
+        check(reader.read().n_blocks == 1, path, "pyvista reads no data")
+    suffix = {"fields.pvd": "vti", "particles.pvd": "vtp"}.get(path.name)
+    if suffix:
+        on_disk = len(list((path.parent / path.stem).glob(f"*.{suffix}")))
+        check(on_disk == len(entries), path, f"lists {len(entries)} of {on_disk} files")
+    return f"{len(entries)} files, t {entries[0].get('timestep')} .. {last} s" if entries else "empty"
+
+
+def main(directory):
+    series = read_series(directory)
+    table, times = [], {}
+    for path in sorted(directory.rglob("*.vti")):
+        result, text = check_fields(path, series)
+        table.append((path, text))
+        if result is None:
+            continue
+        times[path.resolve()] = result[2]
+        particles = directory / "particles" / path.name.replace("fields_", "particles_").replace(".vti", ".vtp")
+        bodies = check_particles(particles, {})[0] if particles.exists() else None
+        if bodies is not None:
+            table.append((path, check_together(path, result, bodies)))
+    for path in sorted(directory.rglob("*.vtp")):
+        table.append((path, check_particles(path, series)[1]))
+    for path in sorted(directory.rglob("*.pvd")):
+        table.append((path, check_collection(path, times, series)))
+    check(table, directory, "no .vti, .vtp or .pvd here")
+    left = [str(path) for path in directory.rglob("*.tmp")]
+    check(not left, directory, f"half-written files: {left}")
+
+    width = max((len(str(path.relative_to(directory))) for path, _ in table), default=0)
+    for path, text in table:
+        print(f"{str(path.relative_to(directory)):{width}}  {text}")
+    for problem in problems:
+        print(f"WRONG  {problem}")
+    print(f"{len(table)} checks of files, {len(problems)} problems, {len(series)} rows in series.csv")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    sys.exit(main(Path(sys.argv[1])))
