@@ -34,7 +34,11 @@ pub struct PairLaw {
 impl PairLaw {
     /// Law between two bodies of one material each; restitution and friction are those of the first (one material
     /// serves all particles today).
+    ///
+    /// # Panics
+    /// If the coefficient of restitution is not in `(0, 1]`.
     pub fn new(first: &ContactParams, second: &ContactParams) -> Self {
+        assert!(first.restitution > 0.0 && first.restitution <= 1.0);
         let ratio = first.friction_kinetic / first.friction_static;
         let ratio_squared = ratio * ratio;
         Self {

@@ -29,7 +29,11 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
         return None;
     }
     let coincident = distance <= COINCIDENT * sum;
-    let normal = if coincident { Vec3::x() } else { offset / distance };
+    let normal = if coincident {
+        Vec3::x()
+    } else {
+        offset * (1.0 / distance)
+    };
     if coincident || distance <= (radius_a - radius_b).abs() {
         let radius = radius_a.min(radius_b);
         return Some(Overlap {

@@ -85,9 +85,13 @@ pub fn step(particle: &mut Particle, inertia: &Inertia, force: Vec3, torque: Vec
 
     let orientation = particle.orientation();
     let before = Vec3::from(particle.angular_momentum) - Vec3::from(particle.last_torque) * half;
-    let now = inertia.angular_velocity(&orientation, before + torque * half);
     let between = before + torque * dt;
-    let middle = turned(&orientation, now, half);
+    let middle = if inertia.is_isotropic() {
+        orientation // does not matter
+    } else {
+        let now = inertia.angular_velocity(&orientation, before + torque * half);
+        turned(&orientation, now, half)
+    };
     let next = turned(&orientation, inertia.angular_velocity(&middle, between), dt);
     let predicted = between + torque * half;
     particle.set_orientation(&next);
@@ -111,8 +115,8 @@ pub fn turned(orientation: &Quat, angular_velocity: Vec3, dt: f64) -> Quat {
     let tangent = half * (1.0 + half.norm_squared() / 3.0);
     let product = Quaternion::from_parts(1.0, tangent) * orientation.quaternion();
     let [i, j, k, w] = product.coords.into();
-    let norm = (i * i + j * j + k * k + w * w).sqrt();
-    Quat::new_unchecked(Quaternion::new(w / norm, i / norm, j / norm, k / norm))
+    let scale = 1.0 / (i * i + j * j + k * k + w * w).sqrt();
+    Quat::new_unchecked(Quaternion::new(w * scale, i * scale, j * scale, k * scale))
 }
 
 #[cfg(test)]

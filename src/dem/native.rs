@@ -90,6 +90,17 @@ struct Share {
     torque: [f64; 3],
 }
 
+impl Share {
+    fn new([to, partner]: [u64; 2], force: Vec3, lever: Vec3) -> Self {
+        Self {
+            to,
+            partner,
+            force: force.into(),
+            torque: lever.cross(&force).into(),
+        }
+    }
+}
+
 impl Native {
     /// The part of `all` that `rank` owns or knows; `all` and the rest are the same on every rank.
     ///
@@ -240,8 +251,10 @@ impl Native {
             if overlap.depth > DEEPEST * radius && failure.is_ok() {
                 failure = Err(too_deep(self.substep, a, b, &overlap, radius));
             }
-            scratch.share(i, a.id, b.id, force, levers[0], near, store);
-            scratch.share(j, b.id, a.id, -force, levers[1], near, store);
+            let of_a = Share::new([a.id, b.id], force, levers[0]);
+            let of_b = Share::new([b.id, a.id], -force, levers[1]);
+            scratch.book(i, of_a, near, store);
+            scratch.book(j, of_b, near, store);
         }
         history.turn();
         failure
@@ -327,24 +340,8 @@ impl Scratch {
             .extend(particles().map(|p| bounds[p.template as usize]));
     }
 
-    /// Books a force on particle `index`, here or for its owner.
-    #[allow(clippy::too_many_arguments)]
-    fn share(
-        &mut self,
-        index: usize,
-        to: u64,
-        partner: u64,
-        force: Vec3,
-        lever: Vec3,
-        near: &Neighbourhood,
-        store: &ParticleStore,
-    ) {
-        let share = Share {
-            to,
-            partner,
-            force: force.into(),
-            torque: lever.cross(&force).into(),
-        };
+    /// Books a share of known particle `index`: here, or in the message to its owner.
+    fn book(&mut self, index: usize, share: Share, near: &Neighbourhood, store: &ParticleStore) {
         if index < store.owned {
             self.shares.push((index as u32, share));
         } else if let Ok(link) = near.peers.binary_search(&(store.owners[index] as usize)) {
