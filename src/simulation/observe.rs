@@ -184,7 +184,6 @@ impl<'a> Observer<'a> {
                 .map(|p| 0.5 * Vec3::from(p.angular_momentum).dot(&p.angular_velocity()))
                 .sum(),
             momentum: momentum.into(),
-            max_lattice_speed: mean.max_lattice_speed,
         })
     }
 
