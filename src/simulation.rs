@@ -120,12 +120,13 @@ impl<T: Real> Simulation<T> {
         let lattice = acceleration / units.acceleration();
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
 
-        t.stage("map", || coupling.map(dem.particles(), fluid));
-        let flow = t.stage("fluid", || fluid.sweep(lattice.into(), measure));
-        t.stage("halo", || fluid.exchange());
-        let loads = t.stage("loads", || {
-            coupling.loads(dem.particles(), fluid, acceleration, comm)
+        t.stage("map", || coupling.map(dem.particles()));
+        t.stage("map", || coupling.begin_exchange(fluid));
+        let flow = t.stage("fluid", || {
+            fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
         });
+        t.stage("halo", || fluid.exchange());
+        let loads = t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm));
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
 
         if let Err(error) = moved {
@@ -149,8 +150,14 @@ impl<T: Real> Simulation<T> {
             });
         }
         let [x, y, z] = flow.momentum;
-        let solid = self.fluid.solid().fraction_total();
-        let mut sums = [x, y, z, flow.square, solid, i64::from(self.failure.is_some())];
+        let mut sums = [
+            x,
+            y,
+            z,
+            flow.square,
+            flow.solid,
+            i64::from(self.failure.is_some()),
+        ];
         self.comm.sum(&mut sums);
         if sums[5] > 0 {
             return Err(self.agree_on_failure());

@@ -371,15 +371,13 @@ fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomp
         dem,
         ..
     } = simulation;
-    coupling.map(dem.particles(), fluid);
-    let [nx, ny, nz] = fluid.block().size();
-    let mut own: Vec<[f32; 5]> = Vec::with_capacity(nx * ny * nz);
-    for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
-        let state = fluid.cell_state([x, y, z], lattice);
+    coupling.map(dem.particles());
+    let mut own: Vec<[f32; 5]> = Vec::with_capacity(fluid.block().cell_count());
+    fluid.each_cell(lattice, &mut coupling.solids(dem.particles()), |state| {
         let [u, v, w] = state.velocity.map(|u| (u * units.velocity()) as f32);
         let pressure = (state.density_deviation * units.pressure()) as f32;
         own.push([u, v, w, pressure, state.solid_fraction as f32]);
-    }
+    });
     let blocks = comm.gather(bytemuck::cast_slice(&own).to_vec());
     if comm.rank() > 0 {
         return Fields::default();
