@@ -17,6 +17,7 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 pub use run::{RunOptions, run};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
 pub struct Simulation<T: Real> {
@@ -218,6 +219,17 @@ impl<T: Real> Simulation<T> {
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
         self.driving.acceleration()
+    }
+
+    /// Hash over all populations and particle states, the same for any number of ranks. Collective.
+    pub fn state_hash(&self) -> u64 {
+        let particles = self.dem.particles().owned().iter();
+        let particles = particles
+            .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
+            .fold(0, u64::wrapping_add);
+        let mut sum = [self.fluid.state_hash().wrapping_add(particles) as i64];
+        self.comm.sum(&mut sum);
+        sum[0] as u64
     }
 
     /// Seconds spent by stage on this rank.
