@@ -38,6 +38,13 @@ const MAY_USE: &[(&str, &str)] = &[
 /// What `lib.rs` re-exports, and from where.
 const ROOT_NAMES: &[(&str, &str)] = &[("Error", "error"), ("Result", "error")];
 
+/// Modules whose numbers become part of the state of a run.
+const STATE: &str = "case packing coupling fluid dem contact particle shape lattice domain units math";
+
+/// Methods of numbers that the system or the processor rounds as it likes.
+const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh exp exp2 exp_m1 ln ln_1p log log2 log10 \
+                       powf cbrt hypot mul_add";
+
 /// Who may write to the terminal.
 const MAY_PRINT: &[&str] = &["cli", "output/progress.rs"];
 
@@ -133,6 +140,33 @@ fn only_the_command_line_and_the_progress_write_to_the_terminal() {
                 && matches!(&tokens.get(at + 1), Some(TokenTree::Group(_)));
             if prints || opens {
                 let _ = writeln!(wrong, "src/{}: {}", file.path, tokens[at]);
+            }
+        });
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+}
+
+#[test]
+fn what_feeds_the_state_is_rounded_alike_on_every_machine() {
+    let state: BTreeSet<&str> = STATE.split_whitespace().collect();
+    let inexact: BTreeSet<&str> = INEXACT.split_whitespace().collect();
+    let mut wrong = String::new();
+    for file in sources() {
+        if !state.contains(file.module.as_str()) || file.path.ends_with("tests.rs") {
+            continue;
+        }
+        visit(file.tokens.clone(), &mut |tokens, at| {
+            let TokenTree::Ident(name) = &tokens[at] else {
+                return;
+            };
+            let called = matches!(tokens.get(at + 1), Some(TokenTree::Group(_)));
+            let method = at > 0 && is_mark(tokens, at - 1, '.');
+            if called && method && inexact.contains(name.to_string().as_str()) {
+                let _ = writeln!(
+                    wrong,
+                    "src/{}: `{name}`; the crate libm has one for all machines",
+                    file.path
+                );
             }
         });
     }
@@ -317,10 +351,13 @@ fn follow(
     at + 1
 }
 
-/// Calls `look(tokens, at)` at every token, however deep.
+/// Calls `look(tokens, at)` at every token, however deep, but for the modules `tests`.
 fn visit(tokens: TokenStream, look: &mut impl FnMut(&[TokenTree], usize)) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
     for at in 0..tokens.len() {
+        if at >= 2 && is(&tokens, at - 2, "mod") && is(&tokens, at - 1, "tests") {
+            continue;
+        }
         look(&tokens, at);
         if let TokenTree::Group(group) = &tokens[at] {
             visit(group.stream(), look);
