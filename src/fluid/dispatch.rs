@@ -2,7 +2,7 @@
 
 use super::kernel::{LANE, Measured, Number, Places, Row, RowVelocity, exchange_chunk, sweep_row};
 use super::layout::{Layout, Phase};
-use super::simd::Lanes;
+use super::simd::{Lanes, prefetch};
 use super::solid::CHUNK;
 use super::{ExchangeSum, Flow, Fluid, RigidMotion, SPEED_LIMIT, Simd, SolidRow};
 use crate::lattice::{C, Q};
@@ -120,6 +120,9 @@ fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: 
     }
 }
 
+/// How many rows ahead of its use the memory of a row is asked for: rows of a body are short and far apart.
+const ROWS_AHEAD: usize = 3;
+
 /// Sums of one body, lane by lane: force, then moment about the reference cell.
 type LaneSums = [[i64; CHUNK]; 6];
 
@@ -140,6 +143,17 @@ fn exchange_rows<T: Real, R: Lanes<T>>(
     for (i, row) in rows.iter().enumerate() {
         let [x, y, z] = row.cell.map(|c| c as isize);
         debug_assert!(x as u32 + row.count <= layout.size[0] as u32);
+        if let Some(coming) = rows.get(i + ROWS_AHEAD) {
+            let cell = layout.cell(
+                coming.cell[0] as isize,
+                coming.cell[1] as isize,
+                coming.cell[2] as isize,
+            );
+            for i in 0..Q {
+                prefetch(base.wrapping_add(i * layout.stride + cell));
+                prefetch(base.wrapping_offset(steps[i] + cell as isize));
+            }
+        }
         let motion = &motions[row.body as usize];
         let n = row.offset.map(f64::from);
         let [ry, rz] = [n[1] - motion.centre[1], n[2] - motion.centre[2]];

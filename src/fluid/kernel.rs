@@ -18,7 +18,7 @@
 //! doi:10.1016/j.partic.2016.11.001 (homogenised cells); Marquardt et al. (2024), doi:10.1016/j.cpc.2024.109321, whose
 //! Eq. (15) has the wrong sign: `u* - u = (1 - B)(u_s - u)` is meant and used.
 
-use super::simd::Lanes;
+use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidField};
 use crate::lattice::Q;
 use std::ops::{Add, Mul, Sub};
@@ -99,6 +99,12 @@ pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
 }
 
+/// Bytes of a cache line.
+const LINE: usize = 64;
+/// How far ahead of its use a population is asked for (bytes). Measured: half as far and twice as far are a few per cent
+/// slower, none at all by a third.
+const AHEAD: usize = 768;
+
 /// Collides and streams one row in place.
 ///
 /// # Safety
@@ -115,6 +121,11 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
         let slot = row.solid_index[chunk] as usize;
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
+            if x.is_multiple_of(LINE / size_of::<T>()) {
+                for place in places {
+                    prefetch(place.wrapping_add(x).wrapping_byte_add(AHEAD));
+                }
+            }
             // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
             let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
             let (deviation, rho, u) = moments(&g);

@@ -72,15 +72,18 @@ impl<T: Number> SolidField<T> {
         velocity: &[[T; CHUNK]; 3],
     ) {
         let place = (z * self.rows + y) * self.chunks_per_row + chunk;
-        let entry = match self.index[place] {
-            0 => {
-                self.index[place] = self.chunks.len() as u32;
-                self.used.push(place as u32);
-                self.chunks.push(Self::EMPTY);
-                self.chunks.len() - 1
-            }
-            entry => entry as usize,
-        };
+        let entry = self.index[place] as usize;
+        if entry == 0 {
+            // The usual case of one particle in a chunk, written as the general one below would.
+            self.index[place] = self.chunks.len() as u32;
+            self.used.push(place as u32);
+            self.chunks.push(SolidChunk {
+                permeability: fraction.map(|phi| T::ONE - phi),
+                fraction_sum: *fraction,
+                velocity_sum: velocity.map(|u| std::array::from_fn(|k| fraction[k] * u[k])),
+            });
+            return;
+        }
         let cells = &mut self.chunks[entry];
         for k in 0..CHUNK {
             cells.permeability[k] = cells.permeability[k] * (T::ONE - fraction[k]);
