@@ -50,6 +50,7 @@ pub trait Shape: Send + Sync + Debug {
 
     /// Diameter of the sphere of equal volume (m).
     fn equivalent_diameter(&self) -> f64 {
-        (6.0 * self.volume() / std::f64::consts::PI).cbrt()
+        // The cell size follows from it: the system's own root may differ from machine to machine.
+        libm::cbrt(6.0 * self.volume() / std::f64::consts::PI)
     }
 }

@@ -13,12 +13,15 @@ use std::time::Duration;
 const POLLS: u32 = 2000;
 const YIELDS: u32 = 200;
 
+/// A [`Mailbox`] of any type.
+type AnyMailbox = Arc<dyn Any + Send + Sync>;
+
 /// What all ranks of one run share.
 struct Shared {
     size: usize,
     failed: AtomicBool,
     /// Mailboxes by (plan, from, to); plans are counted alike on every rank.
-    mailboxes: Mutex<HashMap<(usize, usize, usize), Arc<dyn Any + Send + Sync>>>,
+    mailboxes: Mutex<HashMap<(usize, usize, usize), AnyMailbox>>,
     arrived: AtomicUsize,
     generation: AtomicUsize,
     /// One slot a rank for the collective that is going on.
@@ -32,7 +35,7 @@ pub struct ThreadComm {
     shared: Arc<Shared>,
     plans: AtomicUsize,
     /// Mailboxes of [`Comm::exchange`], by peer.
-    post: Mutex<HashMap<usize, (Arc<Mailbox<u8>>, Arc<Mailbox<u8>>)>>,
+    post: Mutex<HashMap<usize, [Arc<Mailbox<u8>>; 2]>>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -185,21 +188,21 @@ impl ThreadComm {
             let mut of = |peer| {
                 post.entry(peer)
                     .or_insert_with(|| {
-                        (
+                        [
                             self.mailbox(PLAN, self.rank, peer),
                             self.mailbox(PLAN, peer, self.rank),
-                        )
+                        ]
                     })
                     .clone()
             };
             peers.iter().map(|&peer| of(peer)).collect()
         };
-        for ((out, _), message) in boxes.iter().zip(messages) {
+        for ([out, _], message) in boxes.iter().zip(messages) {
             out.put(message, &self.shared);
         }
         boxes
             .iter()
-            .map(|(_, incoming)| incoming.take(&self.shared))
+            .map(|[_, incoming]| incoming.take(&self.shared))
             .collect()
     }
 

@@ -46,7 +46,7 @@ impl Shape for Sphere {
 
     /// Icosahedron, each triangle split in four `refinement` times.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
+        let golden = 0.5 + 0.5 * 5.0_f64.sqrt();
         let mut points = Vec::new();
         for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
             points.push(Vec3::new(a, b, 0.0));

@@ -1,0 +1,24 @@
+#!/bin/sh
+# Builds turbid and runs the main case, or passes its arguments on:
+#
+#   ./run.sh                       the main case, cases/hindered_settling.toml
+#   ./run.sh check cases/x.toml    turbid check cases/x.toml
+#
+# Files in the arguments and output directories are relative to where you are.
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+. "$here/scripts/setup.sh"
+need_cargo
+need_linker
+
+start=$(date +%s)
+cargo build --release --locked --manifest-path "$here/Cargo.toml"
+seconds=$(($(date +%s) - start))
+if [ "$seconds" -gt 2 ]; then
+    echo "the build took $seconds s" >&2
+fi
+
+if [ $# -eq 0 ]; then
+    set -- run "$here/cases/hindered_settling.toml"
+fi
+exec cargo run --release --locked --quiet --manifest-path "$here/Cargo.toml" -- "$@"

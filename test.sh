@@ -1,0 +1,26 @@
+#!/bin/sh
+# Everything that must hold: format, lints, documentation, and every test. Installs what it misses.
+set -eu
+cd "$(dirname "$0")"
+. ./scripts/setup.sh
+need_cargo
+need_linker
+cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
+cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
+
+stage() {
+    name=$1
+    shift
+    echo "== $name" >&2
+    start=$(date +%s)
+    "$@"
+    echo "   $name took $(($(date +%s) - start)) s" >&2
+}
+
+stage format cargo fmt --all --check
+stage lints cargo clippy --locked --all-targets --all-features --quiet -- -D warnings
+stage documentation env RUSTDOCFLAGS="-D warnings" \
+    cargo doc --locked --no-deps --all-features --document-private-items --quiet
+# One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks.
+echo "== tests" >&2
+exec cargo test --locked --all-features
