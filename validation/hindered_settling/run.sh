@@ -66,7 +66,10 @@ rm -f "$out"/*/wanted.key
     done
 } > "$out/result.csv"
 
-awk -F, '
+{
+    echo "Made by \`run.sh\` on $(date -u +%Y-%m-%d) with $version; $end t*, averages from $from t*."
+    echo
+    awk -F, '
     /^#/ || /^phi/ { next }
     !head++ {
         print "| phi | balance | u / u_Stokes | standard error | Table 1 | over Table 1 | Garside, Yao | over it | mixture / fluid_only | expected | exponent m |"
@@ -82,7 +85,8 @@ awk -F, '
         }
         printf "| %s | `%s` | %.4f | %s | %.3f | %+.1f %% | %.3f | %+.1f %% | %s | %s | %s |\n",
             $1, $2, $3, $4 == "" ? "-" : sprintf("%.4f", $4), $5, 100 * ($7 - 1), $6, 100 * ($8 - 1), ratio, expected, m
-    }' "$out/result.csv" > "$out/result.md"
+    }' "$out/result.csv"
+} > "$out/result.md"
 
 if [ "$end $from" = "150 50" ]; then
     cp "$out/result.csv" "$out/result.md" "$here"
