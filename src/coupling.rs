@@ -1,6 +1,7 @@
 //! Fluid and particles meet here, and only here: the border between SI units and lattice units at run time.
 //!
-//! - [`map`](Coupling::map): particles -> solid fractions and velocities of the cells they cover ([`solid_fraction`]);
+//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep asks for row
+//!   by row ([`solids`](Coupling::solids));
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
@@ -8,17 +9,21 @@
 //! on every rank, for every periodic image, and for a particle moved by whole cells.
 
 mod driving;
-pub mod solid_fraction;
+mod lines;
+mod momentum_exchange;
+mod solid_fraction;
 
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition};
-use crate::fluid::{CHUNK, ExchangeSum, Fluid, Real, RigidMotion, SolidRow};
+use crate::fluid::{Fluid, Real, SolidRow, Solids};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore};
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
-use solid_fraction::Mapper;
+use lines::{Lines, Segment, each_cell_outside};
+use momentum_exchange::{ExchangeSum, add_segment};
+use solid_fraction::{Mapper, RigidMotion};
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]
@@ -40,10 +45,31 @@ pub struct Coupling {
     block: Block,
     /// Ranks that may know a particle that touches this block.
     peers: Vec<usize>,
-    rows: Vec<SolidRow>,
-    motions: Vec<RigidMotion>,
-    sums: Vec<ExchangeSum>,
+    /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
+    bodies: Vec<Body>,
+    lines: Lines,
+    /// The same at the last sweep.
+    swept_bodies: Vec<Body>,
+    swept_lines: Lines,
+    /// Scratch of [`map`](Self::map).
+    added: Vec<(u32, Segment)>,
 }
+
+/// A particle on the lattice.
+#[derive(Clone, Copy, Debug)]
+struct Body {
+    id: u64,
+    /// The cell that offsets count from.
+    reference: [i64; 3],
+    motion: RigidMotion,
+    /// Momentum exchange of this step: came in now, less what left in the step before.
+    exchange: ExchangeSum,
+    /// What left in this step's sweep.
+    departed: ExchangeSum,
+}
+
+/// Index of a particle that is not in a list.
+const NOWHERE: u32 = u32::MAX;
 
 /// A partial sum on its way to the owner.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -67,88 +93,139 @@ impl Coupling {
             decomposition: decomposition.clone(),
             block: decomposition.block(rank),
             peers: decomposition.neighbours(rank, reach),
-            rows: Vec::new(),
-            motions: Vec::new(),
-            sums: Vec::new(),
+            bodies: Vec::new(),
+            lines: Lines::default(),
+            swept_bodies: Vec::new(),
+            swept_lines: Lines::default(),
+            added: Vec::new(),
         }
     }
 
-    /// Rows of cells covered by the particles at the last [`map`](Self::map).
-    pub fn rows(&self) -> &[SolidRow] {
-        &self.rows
-    }
-
-    /// Writes the solid fraction and velocity of every particle (all its periodic images) to the cells of the block.
-    pub fn map<T: Real>(&mut self, particles: &ParticleStore, fluid: &mut Fluid<T>) {
-        let solid = fluid.solid_mut();
-        solid.clear();
-        self.rows.clear();
-        self.motions.clear();
-        self.motions
-            .resize(particles.particles.len(), RigidMotion::default());
+    /// Finds the cells of the block that every particle covers, with all its periodic images.
+    pub fn map(&mut self, particles: &ParticleStore) {
+        let [_, ny, nz] = self.block.size();
+        self.bodies.clear();
+        self.bodies.extend(
+            particles
+                .particles
+                .iter()
+                .map(|particle| lattice_body(particle, &self.params.units)),
+        );
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
-        let mut order: Vec<u32> = (0..particles.particles.len() as u32).collect();
-        order.sort_unstable_by_key(|&i| particles.particles[i as usize].id);
-        for body in order {
-            let particle = &particles.particles[body as usize];
-            let (reference, motion) = self.lattice_motion(particle);
-            self.motions[body as usize] = motion;
-            let shape = &*particles.template(particle).shape;
-            let mapper = Mapper::new(
-                shape,
-                particle,
-                motion,
-                self.params.units.dx,
-                self.params.solid_ramp_width,
-            );
+        let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
+        order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
+        self.added.clear();
+        for i in order {
+            let body = &self.bodies[i as usize];
+            let mapper = self.mapper(particles, i as usize);
+            let added = &mut self.added;
             mapper.each_image(
                 &self.decomposition.domain,
                 self.block,
-                reference,
+                body.reference,
                 |offsets, base| {
-                    for nz in offsets[2].clone() {
-                        for ny in offsets[1].clone() {
-                            let Some(covered) = mapper.row(&offsets[0], ny, nz) else {
+                    for z in offsets[2].clone() {
+                        for y in offsets[1].clone() {
+                            let Some((all, full)) = mapper.row(&offsets[0], y, z) else {
                                 continue;
                             };
-                            let [y, z] = [ny + base[1], nz + base[2]].map(|c| c as usize);
-                            let (first, last) = (*covered.all.start(), *covered.all.end());
-                            let [x, end] = [first + base[0], last + base[0]].map(|c| c as usize);
-                            for chunk in x / CHUNK..=end / CHUNK {
-                                let (fraction, velocity) =
-                                    mapper.chunk::<T>(&covered, (chunk * CHUNK) as i64 - base[0]);
-                                solid.add(y, z, chunk, &fraction, &velocity);
-                            }
-                            self.rows.push(SolidRow {
-                                body,
-                                cell: [x, y, z].map(|c| c as u32),
-                                count: (last - first + 1) as u32,
-                                offset: [first, ny, nz].map(|n| n as i32),
-                            });
+                            let line = (y + base[1]) + ny as i64 * (z + base[2]);
+                            let segment = Segment {
+                                body: i,
+                                x: (all[0] + base[0]) as u32,
+                                count: (all[1] - all[0] + 1) as u32,
+                                offset: [all[0], y, z].map(|n| n as i32),
+                                full: full.map(|n| n as i32),
+                            };
+                            added.push((line as u32, segment));
                         }
                     }
                 },
             );
         }
+        self.lines.sort(ny * nz, &self.added);
     }
 
-    /// Reference cell of a particle, and its motion in lattice units relative to that cell.
-    ///
-    /// Cell `n` has its centre at `(n + 1/2) dx`.
-    fn lattice_motion(&self, particle: &Particle) -> ([i64; 3], RigidMotion) {
-        let Units { dx, dt, .. } = self.params.units;
-        let place = particle.position.map(|x| x / dx - 0.5);
-        let reference = place.map(|s| s.round_ties_even());
-        let motion = RigidMotion {
-            velocity: particle.velocity.map(|v| v * (dt / dx)),
-            angular: particle.angular_velocity.map(|w| w * dt),
-            centre: std::array::from_fn(|a| place[a] - reference[a]),
-        };
-        (reference.map(|n| n as i64), motion)
+    /// The geometry of particle `i` of the last [`map`](Self::map).
+    fn mapper<'a>(&self, particles: &'a ParticleStore, i: usize) -> Mapper<'a> {
+        let particle = &particles.particles[i];
+        let shape = &*particles.template(particle).shape;
+        Mapper::new(
+            shape,
+            particle,
+            self.bodies[i].motion,
+            self.params.units.dx,
+            self.params.solid_ramp_width,
+        )
     }
 
-    /// Force and torque of the fluid on every owned particle, after the sweep that followed [`map`](Self::map) of the
-    /// same particles; `acceleration` (m/s^2) is that of the fluid in this sweep. Collective.
+    /// The mapped particles as the sweep sees them; `particles` as at [`map`](Self::map).
+    pub fn solids<'a>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a> {
+        let mappers = (0..self.bodies.len())
+            .map(|i| self.mapper(particles, i))
+            .collect();
+        MappedSolids {
+            rows: self.block.size()[1],
+            mappers,
+            lines: &self.lines,
+            bodies: &mut self.bodies,
+        }
+    }
+
+    /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells that
+    /// were covered only then or only now.
+    pub fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
+        let [_, ny, nz] = self.block.size();
+        // Where each particle of one list is in the other.
+        let mut before: Vec<(u64, u32)> = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
+        before.sort_unstable();
+        let mut old_of = vec![NOWHERE; self.bodies.len()];
+        let mut new_of = vec![NOWHERE; self.swept_bodies.len()];
+        let cells = self.decomposition.domain.cells.map(|n| n as i64);
+        for (new, body) in self.bodies.iter_mut().enumerate() {
+            (body.exchange, body.departed) = Default::default();
+            if let Ok(at) = before.binary_search_by_key(&body.id, |&(id, _)| id) {
+                let old = before[at].1;
+                (old_of[new], new_of[old as usize]) = (old, new as u32);
+                let old = &self.swept_bodies[old as usize];
+                body.exchange
+                    .add(&old.departed.shifted(shift_of_reference(old, body, cells)), -1);
+            }
+        }
+        for line in 0..ny * nz {
+            let (new, old) = (self.lines.line(line), self.swept_lines.line(line));
+            let cell = |x: u32| [x as usize, line % ny, line / ny];
+            for segment in new {
+                let was = old_of[segment.body as usize];
+                each_cell_outside(segment, old.iter().filter(|s| s.body == was), |x| {
+                    let body = &mut self.bodies[segment.body as usize];
+                    let n = offset_of(segment, x);
+                    let departed = ExchangeSum::of_cell(fluid.departed(cell(x)), body.motion.at(n), n);
+                    body.exchange.add(&departed, -1);
+                });
+            }
+            for segment in old {
+                let is = new_of[segment.body as usize];
+                // A particle that this rank no longer knows covers no cell of it, nor did it a step ago.
+                if is == NOWHERE {
+                    continue;
+                }
+                each_cell_outside(segment, new.iter().filter(|s| s.body == is), |x| {
+                    let (old_body, body) = (
+                        &self.swept_bodies[segment.body as usize],
+                        &mut self.bodies[is as usize],
+                    );
+                    let n = offset_of(segment, x);
+                    let departed = ExchangeSum::of_cell(fluid.departed(cell(x)), old_body.motion.at(n), n);
+                    body.exchange
+                        .add(&departed.shifted(shift_of_reference(old_body, body, cells)), 1);
+                });
+            }
+        }
+    }
+
+    /// Force and torque of the fluid on every owned particle, after the sweep; `acceleration` (m/s^2) is that of the
+    /// fluid in this sweep. Collective.
     ///
     /// ```text
     /// F = momentum exchange - rho V g + (mixture balance) rho V a
@@ -156,27 +233,22 @@ impl Coupling {
     ///
     /// The lattice holds no hydrostatic pressure, so the buoyancy is added here; so is the mean pressure gradient
     /// `-rho a` that drives the fluid, if it acts on the particles as well.
-    pub fn loads<T: Real>(
-        &mut self,
-        particles: &ParticleStore,
-        fluid: &Fluid<T>,
-        acceleration: Vec3,
-        comm: &Comm,
-    ) -> Vec<Load> {
-        self.sums.clear();
-        self.sums
-            .resize(particles.particles.len(), ExchangeSum::default());
-        fluid.momentum_exchange(&self.rows, &self.motions, &mut self.sums);
+    pub fn loads(&mut self, particles: &ParticleStore, acceleration: Vec3, comm: &Comm) -> Vec<Load> {
+        assert_eq!(
+            particles.particles.len(),
+            self.bodies.len(),
+            "the particles that were mapped"
+        );
         self.collect(particles, comm);
         let units = &self.params.units;
-        particles
+        let loads = particles
             .owned()
             .iter()
-            .enumerate()
-            .map(|(i, particle)| {
-                let force = Vec3::from(self.sums[i].force.map(from_fixed));
-                let moment = Vec3::from(self.sums[i].moment.map(from_fixed));
-                let torque = moment - Vec3::from(self.motions[i].centre).cross(&force);
+            .zip(&self.bodies)
+            .map(|(particle, body)| {
+                let force = Vec3::from(body.exchange.force.map(from_fixed));
+                let moment = Vec3::from(body.exchange.moment.map(from_fixed));
+                let torque = moment - Vec3::from(body.motion.centre).cross(&force);
                 let displaced = units.density * particles.template(particle).shape.volume();
                 let gradient = match self.params.force_balance {
                     ForceBalance::Mixture => acceleration,
@@ -186,8 +258,11 @@ impl Coupling {
                     force: force * units.force() + displaced * (gradient - self.params.gravity),
                     torque: torque * units.torque(),
                 }
-            })
-            .collect()
+            });
+        let loads = loads.collect();
+        std::mem::swap(&mut self.bodies, &mut self.swept_bodies);
+        std::mem::swap(&mut self.lines, &mut self.swept_lines);
+        loads
     }
 
     /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order.
@@ -197,7 +272,10 @@ impl Coupling {
         }
         let mut messages: Vec<Vec<u8>> = vec![Vec::new(); self.peers.len()];
         for i in particles.owned..particles.particles.len() {
-            if self.sums[i] == ExchangeSum::default() {
+            let Body {
+                id, exchange: sum, ..
+            } = self.bodies[i];
+            if sum == ExchangeSum::default() {
                 continue;
             }
             let owner = particles.owners[i] as usize;
@@ -205,11 +283,7 @@ impl Coupling {
                 .peers
                 .binary_search(&owner)
                 .expect("the owner of a particle that reaches here is a peer");
-            let partial = Partial {
-                id: particles.particles[i].id,
-                sum: self.sums[i],
-            };
-            messages[link].extend_from_slice(bytemuck::bytes_of(&partial));
+            messages[link].extend_from_slice(bytemuck::bytes_of(&Partial { id, sum }));
         }
         for message in comm.exchange(&self.peers, messages) {
             for partial in bytemuck::pod_collect_to_vec::<u8, Partial>(&message) {
@@ -217,11 +291,71 @@ impl Coupling {
                     .owned()
                     .binary_search_by_key(&partial.id, |p| p.id)
                     .expect("sent to the owner");
-                for a in 0..3 {
-                    self.sums[i].force[a] = self.sums[i].force[a].wrapping_add(partial.sum.force[a]);
-                    self.sums[i].moment[a] = self.sums[i].moment[a].wrapping_add(partial.sum.moment[a]);
-                }
+                self.bodies[i].exchange.add(&partial.sum, 1);
             }
+        }
+    }
+}
+
+/// A particle in lattice units, relative to its reference cell; cell `n` has its centre at `(n + 1/2) dx`.
+fn lattice_body(particle: &Particle, units: &Units) -> Body {
+    let Units { dx, dt, .. } = *units;
+    let place = particle.position.map(|x| x / dx - 0.5);
+    let reference = place.map(f64::round_ties_even);
+    Body {
+        id: particle.id,
+        reference: reference.map(|n| n as i64),
+        motion: RigidMotion {
+            velocity: particle.velocity.map(|v| v * (dt / dx)),
+            angular: particle.angular_velocity.map(|w| w * dt),
+            centre: std::array::from_fn(|a| place[a] - reference[a]),
+        },
+        exchange: ExchangeSum::default(),
+        departed: ExchangeSum::default(),
+    }
+}
+
+/// What offsets grow by when they are counted from the reference cell of `new` instead of that of `old`, across the
+/// periodic faces.
+fn shift_of_reference(old: &Body, new: &Body, cells: [i64; 3]) -> [i64; 3] {
+    std::array::from_fn(|a| {
+        let shift = old.reference[a] - new.reference[a];
+        shift - cells[a] * (shift as f64 / cells[a] as f64).round_ties_even() as i64
+    })
+}
+
+/// Offset of cell `x` of a segment.
+fn offset_of(segment: &Segment, x: u32) -> [f64; 3] {
+    let [nx, ny, nz] = segment.offset.map(f64::from);
+    [nx + f64::from(x - segment.x), ny, nz]
+}
+
+/// The mapped particles of a block, row by row.
+pub struct MappedSolids<'a> {
+    rows: usize,
+    mappers: Vec<Mapper<'a>>,
+    lines: &'a Lines,
+    bodies: &'a mut [Body],
+}
+
+impl<T: Real> Solids<T> for MappedSolids<'_> {
+    #[inline(always)]
+    fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>) {
+        for segment in self.lines.line(z * self.rows + y) {
+            self.mappers[segment.body as usize].fill(segment, row);
+        }
+    }
+
+    #[inline(always)]
+    fn collect(&mut self, y: usize, z: usize, row: &SolidRow<T>) {
+        for segment in self.lines.line(z * self.rows + y) {
+            let Body {
+                motion,
+                exchange,
+                departed,
+                ..
+            } = &mut self.bodies[segment.body as usize];
+            add_segment(segment, motion, row, exchange, departed);
         }
     }
 }

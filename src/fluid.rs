@@ -16,7 +16,7 @@ mod solid;
 
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition};
-use crate::lattice::{Q, shifted_equilibrium};
+use crate::lattice::{C, Q, opposite, shifted_equilibrium};
 use buffer::Buffer;
 pub use dispatch::Real;
 use halo::FluidHalo;
@@ -25,7 +25,7 @@ use layout::Layout;
 pub use layout::Phase;
 pub use observe::stream_bandwidth;
 use serde::{Deserialize, Serialize};
-pub use solid::{CHUNK, SolidField};
+pub use solid::{CHUNK, NoSolids, SolidRow, Solids};
 
 /// Storage type of the populations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -55,41 +55,6 @@ pub enum Simd {
 /// Speed (cells per time step) above which a run has diverged: Mach number 0.7.
 pub const SPEED_LIMIT: f64 = 0.4;
 
-/// Rigid motion of a body about its centre, lattice units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RigidMotion {
-    /// Velocity of the centre.
-    pub velocity: [f64; 3],
-    /// Angular velocity (1 / time step).
-    pub angular: [f64; 3],
-    /// Where the centre lies, relative to the reference cell of the body (cells).
-    pub centre: [f64; 3],
-}
-
-/// Cells `x .. x + count` of a row of the block that belong to a body.
-#[derive(Clone, Copy, Debug)]
-pub struct SolidRow {
-    /// Which body, an index into the list of motions.
-    pub body: u32,
-    /// First cell, in the coordinates of the block.
-    pub cell: [u32; 3],
-    /// Number of cells.
-    pub count: u32,
-    /// First cell relative to the reference cell of the body (of its image that lies here).
-    pub offset: [i32; 3],
-}
-
-/// Momentum and angular momentum about the reference cell that a body receives in one time step, as exact sums of
-/// fixed-point numbers: add them up in any order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct ExchangeSum {
-    /// `sum F`.
-    pub force: [i64; 3],
-    /// `sum n x F`, `n` the integer offset from the reference cell.
-    pub moment: [i64; 3],
-}
-
 /// What a measuring sweep saw before it collided, as exact sums of fixed-point numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flow {
@@ -97,6 +62,8 @@ pub struct Flow {
     pub momentum: [i64; 3],
     /// Sum of the squared momentum of all cells.
     pub square: i64,
+    /// Sum of the solid fractions of all cells.
+    pub solid: i64,
     /// Largest speed.
     pub max_speed: f64,
     /// First cell (of the whole box) whose speed is above [`SPEED_LIMIT`] or not a number.
@@ -109,7 +76,7 @@ pub struct Fluid<T: Real> {
     layout: Layout,
     populations: Buffer<T>,
     phase: Phase,
-    solid: SolidField<T>,
+    solid_row: SolidRow<T>,
     halo: FluidHalo<T>,
     measured: Measured<T>,
     relaxation_time: f64,
@@ -129,7 +96,7 @@ impl<T: Real> Fluid<T> {
             block,
             populations: Buffer::zeroed(layout.len()),
             phase: Phase::Home,
-            solid: SolidField::new(layout.size, layout.chunks_per_row()),
+            solid_row: SolidRow::new(layout.chunks_per_row()),
             halo: FluidHalo::new(&layout, decomposition, comm),
             measured: Measured {
                 momentum: std::array::from_fn(|_| vec![T::ZERO; row]),
@@ -144,16 +111,6 @@ impl<T: Real> Fluid<T> {
     /// The block of cells.
     pub fn block(&self) -> Block {
         self.block
-    }
-
-    /// Solid fractions and velocities, to be set before a sweep.
-    pub fn solid_mut(&mut self) -> &mut SolidField<T> {
-        &mut self.solid
-    }
-
-    /// Solid fractions and velocities.
-    pub fn solid(&self) -> &SolidField<T> {
-        &self.solid
     }
 
     /// Sets every cell to equilibrium at the density and velocity given for its place in the whole box. Collective
@@ -172,10 +129,16 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// The ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns what the cells held before.
-    pub fn sweep(&mut self, acceleration: [f64; 3], measure: bool) -> Option<Flow> {
+    /// `solids` says row by row what is solid, and sees what each row exchanged. The ghosts are stale until
+    /// [`exchange`](Self::exchange). With `measure`, also returns what the cells held before.
+    pub fn sweep(
+        &mut self,
+        acceleration: [f64; 3],
+        solids: &mut impl Solids<T>,
+        measure: bool,
+    ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
-        T::sweep(self, acceleration, flow.as_mut());
+        T::sweep(self, acceleration, solids, flow.as_mut());
         self.phase = self.phase.next();
         flow
     }
@@ -185,10 +148,22 @@ impl<T: Real> Fluid<T> {
         self.halo.exchange(&mut self.populations, self.phase);
     }
 
-    /// Adds the momentum that each row receives to the sum of its body. `sums.len() == motions.len()`.
-    pub fn momentum_exchange(&self, rows: &[SolidRow], motions: &[RigidMotion], sums: &mut [ExchangeSum]) {
-        assert_eq!(motions.len(), sums.len());
-        T::momentum_exchange(self, rows, motions, sums);
+    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`.
+    pub fn departed(&self, [x, y, z]: [usize; 3]) -> [f64; 4] {
+        let cell = self.layout.cell(x as isize, y as isize, z as isize);
+        let mut sum = [0.0; 4];
+        for i in 1..Q {
+            let place = match self.phase {
+                Phase::Home => (i * self.layout.stride + cell).wrapping_add_signed(self.layout.step(i)),
+                Phase::Away => opposite(i) * self.layout.stride + cell,
+            };
+            let g: f64 = self.populations[place].into();
+            for axis in 0..3 {
+                sum[axis] += C[i][axis] as f64 * g;
+            }
+            sum[3] += g;
+        }
+        sum
     }
 
     /// Populations of a cell of the block after streaming, less their weights.

@@ -17,6 +17,7 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 pub use run::{RunOptions, run};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
 pub struct Simulation<T: Real> {
@@ -120,12 +121,13 @@ impl<T: Real> Simulation<T> {
         let lattice = acceleration / units.acceleration();
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
 
-        t.stage("map", || coupling.map(dem.particles(), fluid));
-        let flow = t.stage("fluid", || fluid.sweep(lattice.into(), measure));
-        t.stage("halo", || fluid.exchange());
-        let loads = t.stage("loads", || {
-            coupling.loads(dem.particles(), fluid, acceleration, comm)
+        t.stage("map", || coupling.map(dem.particles()));
+        t.stage("map", || coupling.begin_exchange(fluid));
+        let flow = t.stage("fluid", || {
+            fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
         });
+        t.stage("halo", || fluid.exchange());
+        let loads = t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm));
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
 
         if let Err(error) = moved {
@@ -149,8 +151,14 @@ impl<T: Real> Simulation<T> {
             });
         }
         let [x, y, z] = flow.momentum;
-        let solid = self.fluid.solid().fraction_total();
-        let mut sums = [x, y, z, flow.square, solid, i64::from(self.failure.is_some())];
+        let mut sums = [
+            x,
+            y,
+            z,
+            flow.square,
+            flow.solid,
+            i64::from(self.failure.is_some()),
+        ];
         self.comm.sum(&mut sums);
         if sums[5] > 0 {
             return Err(self.agree_on_failure());
@@ -211,6 +219,17 @@ impl<T: Real> Simulation<T> {
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
         self.driving.acceleration()
+    }
+
+    /// Hash over all populations and particle states, the same for any number of ranks. Collective.
+    pub fn state_hash(&self) -> u64 {
+        let particles = self.dem.particles().owned().iter();
+        let particles = particles
+            .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
+            .fold(0, u64::wrapping_add);
+        let mut sum = [self.fluid.state_hash().wrapping_add(particles) as i64];
+        self.comm.sum(&mut sum);
+        sum[0] as u64
     }
 
     /// Seconds spent by stage on this rank.

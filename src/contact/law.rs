@@ -16,6 +16,9 @@ pub const UNSET: f64 = -1.0;
 /// Slowest impact that is told from rest (m/s): keeps the damping finite.
 const SLOWEST: f64 = 1e-290;
 
+/// Sliding speed over transition speed beyond which friction is kinetic to the last bit.
+const GROSS: f64 = 1e30;
+
 /// Material constants of one pair, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
@@ -101,10 +104,12 @@ impl PairLaw {
         if speed <= 0.0 || self.friction_static <= 0.0 {
             return 0.0;
         }
-        let a = speed / self.transition_velocity;
-        let (square, inverse) = (a * a, 1.0 / (a * a));
-        (2.0 * self.friction_static - self.friction_kinetic) / (square + inverse)
-            + self.friction_kinetic / (1.0 + inverse)
+        let a = (speed / self.transition_velocity).min(GROSS);
+        let s = a * a;
+        // The sum as one fraction: divisions are what this costs.
+        let rising = (2.0 * self.friction_static - self.friction_kinetic) * (s + 1.0);
+        let kinetic = self.friction_kinetic * (s * s + 1.0);
+        s * (rising + kinetic) / ((s * s + 1.0) * (s + 1.0))
     }
 
     /// Force on the first body (N); the second gets the opposite.

@@ -20,7 +20,6 @@ pub struct PairFinder {
     /// Start of each cell in `sorted`, x fastest.
     starts: Vec<u32>,
     sorted: Vec<Entry>,
-    /// Pairs of the last call, and room for more.
     pairs: Vec<[u32; 2]>,
 }
 
@@ -68,34 +67,33 @@ impl PairFinder {
     /// `positions.len() == radii.len()`; positions are wrapped.
     pub fn find(&mut self, positions: &[Vec3], radii: &[f64]) -> &[[u32; 2]] {
         assert_eq!(positions.len(), radii.len());
+        self.pairs.clear();
         let reach = 2.0 * radii.iter().copied().fold(0.0, f64::max);
         let axes = self.axes(reach, positions.len());
         self.sort_into_cells(&axes, positions, radii);
         let size = self.domain.size();
-        let mut count = 0;
         for (i, (&position, &radius)) in positions.iter().zip(radii).enumerate() {
-            let first = count;
+            let first = self.pairs.len();
             let [x, y, z] = self.cell_of[i].map(|c| c as usize);
+            let runs = axes[0].runs(x);
             for &z in axes[2].near(z).iter().flatten() {
                 for &y in axes[1].near(y).iter().flatten() {
                     let row = axes[0].cells * (y + axes[1].cells * z);
-                    for &(lo, hi) in axes[0].runs(x).iter().flatten() {
-                        let run = self.starts[row + lo] as usize..self.starts[row + hi] as usize;
-                        if self.pairs.len() < count + run.len() {
-                            self.pairs.resize(2 * (count + run.len()), [0; 2]);
-                        }
-                        // Every candidate is written, and stays if it is a pair: no branch to guess wrong.
-                        for other in &self.sorted[run] {
-                            self.pairs[count] = [i as u32, other.index];
-                            let near = meet(other.position - position, radius + other.radius, &size);
-                            count += usize::from((other.index as usize > i) & near);
+                    for &(lo, hi) in runs.iter().flatten() {
+                        let (from, to) = (self.starts[row + lo], self.starts[row + hi]);
+                        for other in &self.sorted[from as usize..to as usize] {
+                            if other.index as usize > i
+                                && meet(other.position - position, radius + other.radius, &size)
+                            {
+                                self.pairs.push([i as u32, other.index]);
+                            }
                         }
                     }
                 }
             }
-            self.pairs[first..count].sort_unstable();
+            self.pairs[first..].sort_unstable();
         }
-        &self.pairs[..count]
+        &self.pairs
     }
 
     fn axes(&self, reach: f64, bodies: usize) -> [Axis; 3] {

@@ -29,6 +29,7 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
         return None;
     }
     let coincident = distance <= COINCIDENT * sum;
+    let inverse = 1.0 / distance;
     let normal = if coincident {
         Vec3::x()
     } else {
@@ -48,9 +49,12 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
         });
     }
     let difference = radius_a - radius_b;
-    let volume = PI * depth * depth * (distance * (distance + 2.0 * sum) - 3.0 * difference * difference)
-        / (12.0 * distance);
-    let height = depth * (2.0 * radius_a - depth) / (2.0 * distance);
+    let volume = PI
+        * depth
+        * depth
+        * (distance * (distance + 2.0 * sum) - 3.0 * difference * difference)
+        * (inverse / 12.0);
+    let height = depth * (2.0 * radius_a - depth) * (0.5 * inverse);
     let cap = PI * height * height * (3.0 * radius_b - height) / 3.0;
     Some(Overlap {
         volume,

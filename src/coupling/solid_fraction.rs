@@ -8,8 +8,9 @@
 //!
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 
+use super::lines::Segment;
 use crate::domain::{Block, Domain};
-use crate::fluid::{CHUNK, Real, RigidMotion};
+use crate::fluid::{CHUNK, Real, SolidRow};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -47,13 +48,34 @@ const SINE: [f64; 8] = {
     coefficients
 };
 
-/// Cells of a row that a particle covers, as offsets from its reference cell: all, and those that are fully solid (a
-/// subset, maybe empty).
-pub(super) struct Covered {
-    pub(super) all: RangeInclusive<i64>,
-    full: RangeInclusive<i64>,
-    /// Distance of the row from the centre of the particle along y and z (cells).
-    r: [f64; 2],
+/// Rigid motion of a particle about its centre, lattice units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct RigidMotion {
+    /// Velocity of the centre.
+    pub(super) velocity: [f64; 3],
+    /// Angular velocity (1 / time step).
+    pub(super) angular: [f64; 3],
+    /// Where the centre lies, relative to the reference cell of the particle (cells).
+    pub(super) centre: [f64; 3],
+}
+
+impl RigidMotion {
+    /// Velocity along the row at offsets `ny, nz`: constant and slope over the x distance from the centre.
+    #[inline(always)]
+    pub(super) fn along_row(&self, ny: f64, nz: f64) -> ([f64; 3], [f64; 3]) {
+        let (v, w) = (self.velocity, self.angular);
+        let [ry, rz] = [ny - self.centre[1], nz - self.centre[2]];
+        (
+            [v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry],
+            [0.0, w[2], -w[1]],
+        )
+    }
+
+    /// Velocity in the cell at offset `n`.
+    pub(super) fn at(&self, n: [f64; 3]) -> [f64; 3] {
+        let (constant, slope) = self.along_row(n[1], n[2]);
+        std::array::from_fn(|a| constant[a] + slope[a] * (n[0] - self.centre[0]))
+    }
 }
 
 /// One particle on the lattice.
@@ -66,6 +88,7 @@ pub(super) struct Mapper<'a> {
     per_dx: f64,
     /// Width of the ramp (m).
     ramp: f64,
+    per_ramp: f64,
 }
 
 impl<'a> Mapper<'a> {
@@ -86,6 +109,7 @@ impl<'a> Mapper<'a> {
             dx,
             per_dx: 1.0 / dx,
             ramp: ramp_cells * dx,
+            per_ramp: 1.0 / (ramp_cells * dx),
         }
     }
 
@@ -114,16 +138,19 @@ impl<'a> Mapper<'a> {
         }
     }
 
-    /// Which cells of the row at offsets `(xs, ny, nz)` are covered, or `None` if none is.
+    /// Offsets of the covered cells of the row at offsets `(xs, ny, nz)`, and of those fully solid (maybe none, then
+    /// crossing), or `None` if none is covered.
     #[inline]
-    pub(super) fn row(&self, xs: &RangeInclusive<i64>, ny: i64, nz: i64) -> Option<Covered> {
+    pub(super) fn row(&self, xs: &RangeInclusive<i64>, ny: i64, nz: i64) -> Option<([i64; 2], [i64; 2])> {
         let centre = self.motion.centre;
-        let r = [ny as f64 - centre[1], nz as f64 - centre[2]];
-        let [y, z] = r.map(|r| r * self.dx);
+        let [y, z] = [
+            (ny as f64 - centre[1]) * self.dx,
+            (nz as f64 - centre[2]) * self.dx,
+        ];
         let clip = |(lo, hi): (f64, f64)| {
             let first = (lo * self.per_dx + centre[0]).ceil() as i64;
             let last = (hi * self.per_dx + centre[0]).floor() as i64;
-            first.max(*xs.start())..=last.min(*xs.end())
+            [first.max(*xs.start()), last.min(*xs.end())]
         };
         let all = clip(
             self.shape
@@ -132,45 +159,56 @@ impl<'a> Mapper<'a> {
         let full = self
             .shape
             .row_interval(&self.orientation, y, z, -0.5 * self.ramp)
-            .map_or(1..=0, clip);
-        (!all.is_empty()).then_some(Covered { all, full, r })
+            .map_or([1, 0], clip);
+        (all[0] <= all[1]).then_some((all, full))
     }
 
-    /// Solid fractions and velocities (lattice units) of the chunk of cells whose first has offset `first` in x.
+    /// Writes the solid fractions and velocities of a segment to the row that is being swept.
+    #[inline(always)]
+    pub(super) fn fill<T: Real>(&self, segment: &Segment, row: &mut SolidRow<T>) {
+        let [ny, nz] = [f64::from(segment.offset[1]), f64::from(segment.offset[2])];
+        let (constant, slope) = self.motion.along_row(ny, nz);
+        let [ry, rz] = [ny - self.motion.centre[1], nz - self.motion.centre[2]];
+        let (first, end) = (segment.x as usize, segment.end() as usize);
+        for chunk in first / CHUNK..=(end - 1) / CHUNK {
+            let begin = chunk * CHUNK;
+            // Offset in x of the first cell of the chunk.
+            let n0 = i64::from(segment.offset[0]) + begin as i64 - first as i64;
+            let along = n0 as f64 - self.motion.centre[0];
+            let mut fraction = [T::ZERO; CHUNK];
+            let lane = |n: i64| (n - n0).clamp(0, CHUNK as i64) as usize;
+            let all = first.max(begin) - begin..end.min(begin + CHUNK) - begin;
+            let full = lane(i64::from(segment.full[0]))..lane(i64::from(segment.full[1]) + 1);
+            if full.is_empty() {
+                self.ramp(&mut fraction, all, [along, ry, rz]);
+            } else {
+                for (k, fraction) in fraction.iter_mut().enumerate() {
+                    *fraction = if k >= full.start && k < full.end {
+                        T::ONE
+                    } else {
+                        T::ZERO
+                    };
+                }
+                self.ramp(&mut fraction, all.start..full.start, [along, ry, rz]);
+                self.ramp(&mut fraction, full.end..all.end, [along, ry, rz]);
+            }
+            let mut velocity = [[T::ZERO; CHUNK]; 3];
+            for axis in 0..3 {
+                for k in 0..CHUNK {
+                    velocity[axis][k] = T::from_f64(constant[axis] + slope[axis] * (along + k as f64));
+                }
+            }
+            row.add(chunk, &fraction, &velocity);
+        }
+    }
+
+    /// Solid fractions of cells on the surface; `r` points from the centre to the first cell of the chunk (cells).
     #[inline]
-    pub(super) fn chunk<T: Real>(&self, covered: &Covered, first: i64) -> ([T; CHUNK], [[T; CHUNK]; 3]) {
-        let (v, w, centre) = (self.motion.velocity, self.motion.angular, self.motion.centre);
-        let [ry, rz] = covered.r;
-        let mut fraction = [T::ZERO; CHUNK];
-        let inside = |range: &RangeInclusive<i64>| {
-            let lane = |n: i64| (n - first).clamp(0, CHUNK as i64) as usize;
-            lane(*range.start())..lane(*range.end() + 1)
-        };
-        let (all, full) = (inside(&covered.all), inside(&covered.full));
-        let ramp = |fraction: &mut [T; CHUNK], lanes: Range<usize>| {
-            for k in lanes {
-                let x = (first + k as i64) as f64 - centre[0];
-                let point = self.to_body * (Vec3::new(x, ry, rz) * self.dx);
-                fraction[k] = T::from_f64(cosine_ramp(self.shape.signed_distance(point) / self.ramp));
-            }
-        };
-        if full.is_empty() {
-            ramp(&mut fraction, all);
-        } else {
-            fraction[full.clone()].fill(T::ONE);
-            ramp(&mut fraction, all.start..full.start);
-            ramp(&mut fraction, full.end..all.end);
+    fn ramp<T: Real>(&self, fraction: &mut [T; CHUNK], lanes: Range<usize>, r: [f64; 3]) {
+        for k in lanes {
+            let point = self.to_body * (Vec3::new(r[0] + k as f64, r[1], r[2]) * self.dx);
+            fraction[k] = T::from_f64(cosine_ramp(self.shape.signed_distance(point) * self.per_ramp));
         }
-        let along = first as f64 - centre[0];
-        let u = T::from_f64(v[0] + (w[1] * rz - w[2] * ry));
-        let (constant, slope) = ([v[1] - w[0] * rz, v[2] + w[0] * ry], [w[2], -w[1]]);
-        let mut velocity = [[u; CHUNK]; 3];
-        for axis in 0..2 {
-            for k in 0..CHUNK {
-                velocity[axis + 1][k] = T::from_f64(constant[axis] + slope[axis] * (along + k as f64));
-            }
-        }
-        (fraction, velocity)
     }
 }
 

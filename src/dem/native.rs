@@ -14,6 +14,8 @@
 //! Walls, and bodies that touch through two images at once, are left out.
 
 #[cfg(test)]
+mod bricks;
+#[cfg(test)]
 mod tests;
 
 use super::assign::{Neighbourhood, responsible};

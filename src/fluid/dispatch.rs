@@ -1,59 +1,61 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
-use super::kernel::{LANE, Measured, Number, Places, Row, RowVelocity, exchange_chunk, sweep_row};
+use super::kernel::{Measured, Number, Places, Row, sweep_row};
 use super::layout::{Layout, Phase};
 use super::simd::Lanes;
-use super::solid::CHUNK;
-use super::{ExchangeSum, Flow, Fluid, RigidMotion, SPEED_LIMIT, Simd, SolidRow};
+use super::solid::Solids;
+use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
 
 /// Storage type of populations: `f32` or `f64`.
-pub trait Real: Number + Pod + Send + Sync + Into<f64> {
+pub trait Real: Number + Pod + Send + Sync {
     #[doc(hidden)]
-    fn sweep(fluid: &mut Fluid<Self>, acceleration: [f64; 3], flow: Option<&mut Flow>);
-    #[doc(hidden)]
-    fn momentum_exchange(
-        fluid: &Fluid<Self>,
-        rows: &[SolidRow],
-        motions: &[RigidMotion],
-        sums: &mut [ExchangeSum],
+    fn sweep<S: Solids<Self>>(
+        fluid: &mut Fluid<Self>,
+        acceleration: [f64; 3],
+        solids: &mut S,
+        flow: Option<&mut Flow>,
     );
 }
 
 /// Sweeps all rows of a block.
 #[inline(always)]
-fn sweep_block<T: Real, R: Lanes<T>>(
+fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>>(
     fluid: &mut Fluid<T>,
     acceleration: [f64; 3],
+    solids: &mut S,
     mut flow: Option<&mut Flow>,
 ) {
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
     let base = fluid.populations.as_mut_ptr();
+    let row = Row {
+        chunks: layout.chunks_per_row(),
+        keep: T::from_f64(1.0 - 1.0 / fluid.relaxation_time),
+        acceleration: acceleration.map(T::from_f64),
+    };
     for z in 0..nz {
         for y in 0..ny {
+            fluid.solid_row.clear();
+            solids.fill(y, z, &mut fluid.solid_row);
             let places = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
             // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
             let places: Places<T> = places.map(|place| unsafe { base.add(place) });
-            let row = Row {
-                chunks: layout.chunks_per_row(),
-                solid_index: fluid.solid.row(y, z),
-                solid: &fluid.solid,
-                keep: T::from_f64(1.0 - 1.0 / fluid.relaxation_time),
-                acceleration: acceleration.map(T::from_f64),
-            };
+            let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
             // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if let Some(flow) = flow.as_deref_mut() {
-                    sweep_row::<T, R, true>(&places, &row, &mut fluid.measured);
-                    observe_row(&fluid.measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
+                    sweep_row::<T, R, true>(&places, &row, solid, measured);
+                    observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
+                    flow.solid = flow.solid.wrapping_add(solid.fraction_total());
                 } else {
-                    sweep_row::<T, R, false>(&places, &row, &mut fluid.measured);
+                    sweep_row::<T, R, false>(&places, &row, solid, measured);
                 }
             }
+            solids.collect(y, z, solid);
             if fluid.wrap_x {
                 wrap_row_x(
                     &layout,
@@ -120,150 +122,46 @@ fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: 
     }
 }
 
-/// Sums of one body, lane by lane: force, then moment about the reference cell.
-type LaneSums = [[i64; CHUNK]; 6];
-
-/// Momentum exchange over all rows.
-#[inline(always)]
-fn exchange_rows<T: Real, R: Lanes<T>>(
-    fluid: &Fluid<T>,
-    rows: &[SolidRow],
-    motions: &[RigidMotion],
-    sums: &mut [ExchangeSum],
-) {
-    let layout = &fluid.layout;
-    let base = fluid.populations.as_ptr();
-    let sign = T::from_f64(if fluid.phase == Phase::Home { 1.0 } else { -1.0 });
-    let steps: [isize; Q] = std::array::from_fn(|i| (i * layout.stride) as isize + layout.step(i));
-    // Rows of a body come together, so its sums stay in lanes until the next body begins.
-    let mut lanes: LaneSums = [[0; CHUNK]; 6];
-    for (i, row) in rows.iter().enumerate() {
-        let [x, y, z] = row.cell.map(|c| c as isize);
-        debug_assert!(x as u32 + row.count <= layout.size[0] as u32);
-        let motion = &motions[row.body as usize];
-        let n = row.offset.map(f64::from);
-        let [ry, rz] = [n[1] - motion.centre[1], n[2] - motion.centre[2]];
-        let (v, w) = (motion.velocity, motion.angular);
-        // Velocity along the row: constant, plus slope times x.
-        let constant = [v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry].map(T::from_f64);
-        let slope = [0.0, w[2], -w[1]].map(T::from_f64);
-        let first = layout.cell(x, y, z);
-        for done in (0..row.count as usize).step_by(CHUNK) {
-            let (cell, count) = (first + done, (row.count as usize - done).min(CHUNK));
-            // SAFETY: the places of a real cell and of its neighbours lie inside the buffer, and so do the up to CHUNK
-            // numbers after them: rows are padded by a chunk and the buffer by another.
-            let (near, far) = unsafe {
-                (
-                    std::array::from_fn(|i| base.add(i * layout.stride + cell)),
-                    std::array::from_fn(|i| base.offset(steps[i] + cell as isize)),
-                )
-            };
-            let along = T::from_f64(n[0] + done as f64 - motion.centre[0]);
-            let velocity = RowVelocity {
-                constant,
-                slope,
-                along,
-            };
-            let mut force = [[T::ZERO; CHUNK]; 3];
-            // SAFETY: the pointers can be read as shown above.
-            unsafe { exchange_chunk::<T, R>(&near, &far, count, &velocity, sign, &mut force) };
-            add_lanes(&force, count, [n[0] + done as f64, n[1], n[2]], &mut lanes);
-        }
-        if rows.get(i + 1).is_none_or(|next| next.body != row.body) {
-            let sum = &mut sums[row.body as usize];
-            for (total, lanes) in sum.force.iter_mut().chain(&mut sum.moment).zip(&mut lanes) {
-                *total = lanes.iter().fold(*total, |sum, &lane| sum.wrapping_add(lane));
-                *lanes = [0; CHUNK];
-            }
-        }
-    }
-}
-
-/// Adds force and moment of the first `count` cells; the first lies at offset `n` from the reference cell.
-#[inline(always)]
-fn add_lanes<T: Real>(force: &[[T; CHUNK]; 3], count: usize, n: [f64; 3], lanes: &mut LaneSums) {
-    for k in 0..CHUNK {
-        // The lanes after the end of the row hold anything, even what is not a number.
-        let f = force.map(|f| if k < count { f[k].into() } else { 0.0 });
-        let nx = n[0] + LANE[k];
-        let terms = [
-            f[0],
-            f[1],
-            f[2],
-            n[1] * f[2] - n[2] * f[1],
-            n[2] * f[0] - nx * f[2],
-            nx * f[1] - n[1] * f[0],
-        ];
-        for (sum, term) in lanes.iter_mut().zip(terms) {
-            sum[k] = sum[k].wrapping_add(to_fixed(term));
-        }
-    }
-}
-
 macro_rules! real {
     ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
-            fn sweep(fluid: &mut Fluid<Self>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
-                #[cfg(target_arch = "x86_64")]
-                {
-                    use super::simd::{$avx2, $avx512, $sse2};
-                    #[target_feature(enable = "avx2")]
-                    fn avx2(fluid: &mut Fluid<$t>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
-                        sweep_block::<$t, $avx2>(fluid, acceleration, flow);
-                    }
-                    #[target_feature(enable = "avx512f")]
-                    fn avx512(fluid: &mut Fluid<$t>, acceleration: [f64; 3], flow: Option<&mut Flow>) {
-                        sweep_block::<$t, $avx512>(fluid, acceleration, flow);
-                    }
-                    match fluid.simd {
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => return unsafe { avx512(fluid, acceleration, flow) },
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => return unsafe { avx2(fluid, acceleration, flow) },
-                        Simd::Sse2 => return sweep_block::<$t, $sse2>(fluid, acceleration, flow),
-                        Simd::Scalar => {}
-                    }
-                }
-                sweep_block::<$t, $t>(fluid, acceleration, flow);
-            }
-
-            fn momentum_exchange(
-                fluid: &Fluid<Self>,
-                rows: &[SolidRow],
-                motions: &[RigidMotion],
-                sums: &mut [ExchangeSum],
+            fn sweep<S: Solids<Self>>(
+                fluid: &mut Fluid<Self>,
+                acceleration: [f64; 3],
+                solids: &mut S,
+                flow: Option<&mut Flow>,
             ) {
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{$avx2, $avx512, $sse2};
                     #[target_feature(enable = "avx2")]
-                    fn avx2(
-                        fluid: &Fluid<$t>,
-                        rows: &[SolidRow],
-                        motions: &[RigidMotion],
-                        sums: &mut [ExchangeSum],
+                    fn avx2<S: Solids<$t>>(
+                        f: &mut Fluid<$t>,
+                        a: [f64; 3],
+                        s: &mut S,
+                        flow: Option<&mut Flow>,
                     ) {
-                        exchange_rows::<$t, $avx2>(fluid, rows, motions, sums);
+                        sweep_block::<$t, $avx2, S>(f, a, s, flow);
                     }
                     #[target_feature(enable = "avx512f")]
-                    fn avx512(
-                        fluid: &Fluid<$t>,
-                        rows: &[SolidRow],
-                        motions: &[RigidMotion],
-                        sums: &mut [ExchangeSum],
+                    fn avx512<S: Solids<$t>>(
+                        f: &mut Fluid<$t>,
+                        a: [f64; 3],
+                        s: &mut S,
+                        flow: Option<&mut Flow>,
                     ) {
-                        exchange_rows::<$t, $avx512>(fluid, rows, motions, sums);
+                        sweep_block::<$t, $avx512, S>(f, a, s, flow);
                     }
                     match fluid.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => return unsafe { avx512(fluid, rows, motions, sums) },
+                        Simd::Avx512 => return unsafe { avx512(fluid, acceleration, solids, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => return unsafe { avx2(fluid, rows, motions, sums) },
-                        Simd::Sse2 => return exchange_rows::<$t, $sse2>(fluid, rows, motions, sums),
+                        Simd::Avx2 => return unsafe { avx2(fluid, acceleration, solids, flow) },
+                        Simd::Sse2 => return sweep_block::<$t, $sse2, S>(fluid, acceleration, solids, flow),
                         Simd::Scalar => {}
                     }
                 }
-                exchange_rows::<$t, $t>(fluid, rows, motions, sums);
+                sweep_block::<$t, $t, S>(fluid, acceleration, solids, flow);
             }
         }
     };

@@ -1,7 +1,7 @@
 //! Looking at the fluid: fields, the hash of its state, and the bandwidth of the machine it runs on.
 
 use super::buffer::Buffer;
-use super::{Fluid, Real};
+use super::{Fluid, Real, SolidRow, Solids};
 use crate::lattice::{C, Q};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -25,22 +25,36 @@ impl<T: Real> Fluid<T> {
         (rho, u)
     }
 
-    /// State of a cell of the block, under the solids and the acceleration of the coming sweep.
+    /// Calls `visit` for all cells of the block, x fastest, with their state under the given solids and the acceleration of
+    /// the coming sweep.
     ///
     /// With exact-difference forcing the velocity lies midway between before and after the collision,
     /// `u + (B a + (1 - B)(u_s - u)) / 2`.
-    pub fn cell_state(&self, cell: [usize; 3], acceleration: [f64; 3]) -> CellState {
-        let (rho, u) = self.moments(cell);
-        let (solid_fraction, solid_velocity) = self.solid.cell(cell[0], cell[1], cell[2]);
-        let velocity = std::array::from_fn(|a| {
-            let change =
-                (1.0 - solid_fraction) * acceleration[a] + solid_fraction * (solid_velocity[a] - u[a]);
-            u[a] + 0.5 * change
-        });
-        CellState {
-            density_deviation: rho - 1.0,
-            velocity,
-            solid_fraction,
+    pub fn each_cell(
+        &self,
+        acceleration: [f64; 3],
+        solids: &mut impl Solids<T>,
+        mut visit: impl FnMut(CellState),
+    ) {
+        let [nx, ny, nz] = self.layout.size;
+        let mut row = SolidRow::new(self.layout.chunks_per_row());
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            row.clear();
+            solids.fill(y, z, &mut row);
+            for x in 0..nx {
+                let (rho, u) = self.moments([x, y, z]);
+                let (solid_fraction, solid_velocity) = row.cell(x);
+                let velocity = std::array::from_fn(|a| {
+                    let change = (1.0 - solid_fraction) * acceleration[a]
+                        + solid_fraction * (solid_velocity[a] - u[a]);
+                    u[a] + 0.5 * change
+                });
+                visit(CellState {
+                    density_deviation: rho - 1.0,
+                    velocity,
+                    solid_fraction,
+                });
+            }
         }
     }
 

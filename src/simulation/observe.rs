@@ -19,7 +19,6 @@ use crate::output::{
 use crate::particle::Particle;
 use std::collections::BTreeMap;
 use std::time::Instant;
-use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// Gathers and writes what the output plan asks for.
 pub(super) struct Observer<'a> {
@@ -193,7 +192,7 @@ impl<'a> Observer<'a> {
         simulation: &mut Simulation<T>,
         interrupted: bool,
     ) -> Result<Option<Summary>> {
-        let hash = state_hash(simulation);
+        let hash = simulation.state_hash();
         let Some(writer) = self.writer.take() else {
             return Ok(None);
         };
@@ -371,15 +370,13 @@ fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomp
         dem,
         ..
     } = simulation;
-    coupling.map(dem.particles(), fluid);
-    let [nx, ny, nz] = fluid.block().size();
-    let mut own: Vec<[f32; 5]> = Vec::with_capacity(nx * ny * nz);
-    for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
-        let state = fluid.cell_state([x, y, z], lattice);
+    coupling.map(dem.particles());
+    let mut own: Vec<[f32; 5]> = Vec::with_capacity(fluid.block().cell_count());
+    fluid.each_cell(lattice, &mut coupling.solids(dem.particles()), |state| {
         let [u, v, w] = state.velocity.map(|u| (u * units.velocity()) as f32);
         let pressure = (state.density_deviation * units.pressure()) as f32;
         own.push([u, v, w, pressure, state.solid_fraction as f32]);
-    }
+    });
     let blocks = comm.gather(bytemuck::cast_slice(&own).to_vec());
     if comm.rank() > 0 {
         return Fields::default();
@@ -405,15 +402,4 @@ fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomp
         }
     }
     all
-}
-
-/// Hash over all populations and particle states, the same for any number of ranks. Collective.
-pub(super) fn state_hash<T: Real>(simulation: &Simulation<T>) -> u64 {
-    let particles = simulation.dem.particles().owned().iter();
-    let particles = particles
-        .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
-        .fold(0, u64::wrapping_add);
-    let mut sum = [simulation.fluid.state_hash().wrapping_add(particles) as i64];
-    simulation.comm.sum(&mut sum);
-    sum[0] as u64
 }
