@@ -3,6 +3,8 @@
 use crate::support::{Held, compare, note, reference, setup};
 use std::f64::consts::PI;
 use turbid::comm::Comm;
+use turbid::math::Vec3;
+use turbid::particle::Particle;
 use turbid::simulation::Simulation;
 
 const CASE: &str = "sphere_array";
@@ -79,10 +81,13 @@ fn check(volume_fraction: f64, edge: usize, copies: usize, shift: [f64; 3]) {
     compare(&format!("{name}: K"), drag_factor, expected, TOLERANCE);
 
     // Independent of the flow: in the steady state the sphere takes up all momentum that is fed in where it is not.
+    let reach = radius + 0.5 * setup.solid_ramp_width * CELL;
     let free = (0..side.pow(3))
         .filter(|n| {
             let cell = [n % side, n / side % side, n / (side * side)];
-            simulation.fluid().solid().cell(cell[0], cell[1], cell[2]).0 <= 0.0
+            let place = Vec3::from(cell.map(|c| (c as f64 + 0.5) * CELL));
+            let distance = |p: &Particle| setup.domain.nearest_image(place - p.position()).norm();
+            setup.particles.iter().all(|p| distance(p) >= reach)
         })
         .count();
     let fed = setup.units.density * acceleration * free as f64 * CELL.powi(3) / copies.pow(3) as f64;
