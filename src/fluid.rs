@@ -21,6 +21,7 @@ use buffer::Buffer;
 pub use dispatch::Real;
 use halo::FluidHalo;
 use kernel::Measured;
+pub use kernel::Number;
 use layout::Layout;
 pub use layout::Phase;
 pub use observe::stream_bandwidth;

@@ -18,7 +18,7 @@
 
 use super::lines::Segment;
 use super::solid_fraction::RigidMotion;
-use crate::fluid::{CHUNK, Real, SolidRow};
+use crate::fluid::{CHUNK, Number, Real, SolidRow};
 use crate::math::to_fixed;
 
 /// Momentum and angular momentum about the reference cell that a body receives in one time step, as exact sums of
@@ -81,49 +81,60 @@ pub(super) fn add_segment<T: Real>(
     let [ny, nz] = [f64::from(segment.offset[1]), f64::from(segment.offset[2])];
     let (constant, slope) = motion.along_row(ny, nz);
     let (constant, slope) = (constant.map(T::from_f64), slope.map(T::from_f64));
-    let (first, last) = (segment.x as usize, segment.end() as usize - 1);
-    for chunk in first / CHUNK..=last / CHUNK {
-        let begin = chunk * CHUNK;
-        let lanes = first.max(begin) - begin..(last - begin).min(CHUNK - 1) + 1;
-        // Offset in x of the first cell of the chunk.
-        let n0 = f64::from(segment.offset[0]) + (begin as f64 - first as f64);
-        let along = n0 - motion.centre[0];
+    for done in (0..segment.count as usize).step_by(CHUNK) {
+        let count = (segment.count as usize - done).min(CHUNK);
+        // Offset in x of the first cell of the window.
+        let n0 = f64::from(segment.offset[0]) + done as f64;
+        let along = T::from_f64(n0 - motion.centre[0]);
         let mut u = [[T::ZERO; CHUNK]; 3];
         for axis in 0..3 {
             for k in 0..CHUNK {
-                u[axis][k] = constant[axis] + slope[axis] * T::from_f64(along + LANE[k]);
+                u[axis][k] = constant[axis] + slope[axis] * (along + T::LANE[k]);
             }
         }
-        let (came, left) = row.exchanged(chunk);
-        add_cells(came, &u, lanes.clone(), [n0, ny, nz], incoming);
-        add_cells(left, &u, lanes, [n0, ny, nz], outgoing);
+        let [came, left] = row.exchanged(segment.x as usize + done);
+        add_cells(came, &u, count, [n0, ny, nz], incoming);
+        add_cells(left, &u, count, [n0, ny, nz], outgoing);
     }
 }
 
-/// Adds the cells `lanes` of a chunk whose first cell has offset `n`.
+/// [`CHUNK`] times all bits, then [`CHUNK`] times none.
+const FIRST: [u64; 2 * CHUNK] = {
+    let mut mask = [0; 2 * CHUNK];
+    let mut k = 0;
+    while k < CHUNK {
+        mask[k] = !0;
+        k += 1;
+    }
+    mask
+};
+
+/// Adds the first `count` cells of a window whose first cell has offset `n`.
 #[inline(always)]
 fn add_cells<T: Real>(
-    exchanged: &[[T; CHUNK]; 4],
+    exchanged: [&[T]; 4],
     u: &[[T; CHUNK]; 3],
-    lanes: std::ops::Range<usize>,
+    count: usize,
     n: [f64; 3],
     sum: &mut ExchangeSum,
 ) {
     let mut f = [[0.0_f64; CHUNK]; 3];
+    // The other cells belong to somebody else, or lie beyond the row and hold anything: masked without a branch.
+    let mask = &FIRST[CHUNK - count..];
     for axis in 0..3 {
+        let (p, m, u) = (&exchanged[axis][..CHUNK], &exchanged[3][..CHUNK], &u[axis]);
+        let mut force = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
-            let force = exchanged[axis][k] - u[axis][k] * exchanged[3][k];
-            // The other lanes belong to somebody else, or lie beyond the row and hold anything.
-            f[axis][k] = if k >= lanes.start && k < lanes.end {
-                force.into()
-            } else {
-                0.0
-            };
+            force[k] = p[k] - u[k] * m[k];
+        }
+        for k in 0..CHUNK {
+            let wide: f64 = force[k].into();
+            f[axis][k] = f64::from_bits(wide.to_bits() & mask[k]);
         }
     }
     let mut total = [0_i64; 6];
     for k in 0..CHUNK {
-        let nx = n[0] + LANE[k];
+        let nx = n[0] + f64::LANE[k];
         total[0] = total[0].wrapping_add(to_fixed(f[0][k]));
         total[1] = total[1].wrapping_add(to_fixed(f[1][k]));
         total[2] = total[2].wrapping_add(to_fixed(f[2][k]));
@@ -136,17 +147,6 @@ fn add_cells<T: Real>(
         sum.moment[axis] = sum.moment[axis].wrapping_add(total[3 + axis]);
     }
 }
-
-/// The numbers 0, 1, 2, ... of a chunk's cells.
-const LANE: [f64; CHUNK] = {
-    let mut lane = [0.0; CHUNK];
-    let mut k = 0;
-    while k < CHUNK {
-        lane[k] = k as f64;
-        k += 1;
-    }
-    lane
-};
 
 #[cfg(test)]
 mod tests {

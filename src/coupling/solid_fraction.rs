@@ -29,12 +29,14 @@ pub fn cosine_ramp(s: f64) -> f64 {
         return 0.0;
     }
     let x = std::f64::consts::PI * s;
-    let xx = x * x;
-    let series = SINE
-        .iter()
-        .rev()
-        .fold(0.0, |sum, coefficient| sum * xx + coefficient);
-    0.5 * (1.0 - x * series)
+    let x2 = x * x;
+    // In pairs of pairs: shorter chains of dependent operations than term by term.
+    let (x4, c) = (x2 * x2, &SINE);
+    let (low, high) = (
+        (c[0] + c[1] * x2) + (c[2] + c[3] * x2) * x4,
+        (c[4] + c[5] * x2) + (c[6] + c[7] * x2) * x4,
+    );
+    0.5 * (1.0 - x * (low + high * (x4 * x4)))
 }
 
 /// `(-1)^k / (2 k + 1)!`
@@ -47,6 +49,13 @@ const SINE: [f64; 8] = {
     }
     coefficients
 };
+
+/// `x.floor()`, which is a library call on processors without the instruction.
+#[inline]
+fn floor(x: f64) -> i64 {
+    let towards_zero = x as i64;
+    towards_zero - i64::from(x < towards_zero as f64)
+}
 
 /// Rigid motion of a particle about its centre, lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,6 +90,8 @@ impl RigidMotion {
 /// One particle on the lattice.
 pub(super) struct Mapper<'a> {
     shape: &'a dyn Shape,
+    /// Of a sphere, whose distance is not worth a call.
+    radius: Option<f64>,
     orientation: Quat,
     to_body: Mat3,
     motion: RigidMotion,
@@ -103,6 +114,7 @@ impl<'a> Mapper<'a> {
         let to_body = orientation.to_rotation_matrix().matrix().transpose();
         Self {
             shape,
+            radius: shape.as_sphere(),
             orientation,
             to_body,
             motion,
@@ -148,8 +160,8 @@ impl<'a> Mapper<'a> {
             (nz as f64 - centre[2]) * self.dx,
         ];
         let clip = |(lo, hi): (f64, f64)| {
-            let first = (lo * self.per_dx + centre[0]).ceil() as i64;
-            let last = (hi * self.per_dx + centre[0]).floor() as i64;
+            let first = -floor(-(lo * self.per_dx + centre[0]));
+            let last = floor(hi * self.per_dx + centre[0]);
             [first.max(*xs.start()), last.min(*xs.end())]
         };
         let all = clip(
@@ -166,48 +178,47 @@ impl<'a> Mapper<'a> {
     /// Writes the solid fractions and velocities of a segment to the row that is being swept.
     #[inline(always)]
     pub(super) fn fill<T: Real>(&self, segment: &Segment, row: &mut SolidRow<T>) {
-        let [ny, nz] = [f64::from(segment.offset[1]), f64::from(segment.offset[2])];
+        let [nx, ny, nz] = segment.offset.map(f64::from);
         let (constant, slope) = self.motion.along_row(ny, nz);
+        let (constant, slope) = (constant.map(T::from_f64), slope.map(T::from_f64));
         let [ry, rz] = [ny - self.motion.centre[1], nz - self.motion.centre[2]];
-        let (first, end) = (segment.x as usize, segment.end() as usize);
-        for chunk in first / CHUNK..=(end - 1) / CHUNK {
-            let begin = chunk * CHUNK;
-            // Offset in x of the first cell of the chunk.
-            let n0 = i64::from(segment.offset[0]) + begin as i64 - first as i64;
-            let along = n0 as f64 - self.motion.centre[0];
+        for done in (0..segment.count as usize).step_by(CHUNK) {
+            let count = (segment.count as usize - done).min(CHUNK);
+            let along = nx + done as f64 - self.motion.centre[0];
+            let lane = |n: i32| (n - segment.offset[0] - done as i32).clamp(0, count as i32) as usize;
+            let full = lane(segment.full[0])..lane(segment.full[1] + 1);
             let mut fraction = [T::ZERO; CHUNK];
-            let lane = |n: i64| (n - n0).clamp(0, CHUNK as i64) as usize;
-            let all = first.max(begin) - begin..end.min(begin + CHUNK) - begin;
-            let full = lane(i64::from(segment.full[0]))..lane(i64::from(segment.full[1]) + 1);
             if full.is_empty() {
-                self.ramp(&mut fraction, all, [along, ry, rz]);
+                self.ramp(&mut fraction, 0..count, [along, ry, rz]);
             } else {
-                for (k, fraction) in fraction.iter_mut().enumerate() {
-                    *fraction = if k >= full.start && k < full.end {
-                        T::ONE
-                    } else {
-                        T::ZERO
-                    };
+                // One on `full`, zero elsewhere.
+                let (rise, fall) = (&T::STEP[CHUNK - full.start..], &T::STEP[CHUNK - full.end..]);
+                for k in 0..CHUNK {
+                    fraction[k] = rise[k] - fall[k];
                 }
-                self.ramp(&mut fraction, all.start..full.start, [along, ry, rz]);
-                self.ramp(&mut fraction, full.end..all.end, [along, ry, rz]);
+                self.ramp(&mut fraction, 0..full.start, [along, ry, rz]);
+                self.ramp(&mut fraction, full.end..count, [along, ry, rz]);
             }
             let mut velocity = [[T::ZERO; CHUNK]; 3];
             for axis in 0..3 {
                 for k in 0..CHUNK {
-                    velocity[axis][k] = T::from_f64(constant[axis] + slope[axis] * (along + k as f64));
+                    velocity[axis][k] = constant[axis] + slope[axis] * (T::from_f64(along) + T::LANE[k]);
                 }
             }
-            row.add(chunk, &fraction, &velocity);
+            row.add(segment.x as usize + done, count, &fraction, &velocity);
         }
     }
 
-    /// Solid fractions of cells on the surface; `r` points from the centre to the first cell of the chunk (cells).
+    /// Solid fractions of cells on the surface; `r` points from the centre to the first cell (cells).
     #[inline]
     fn ramp<T: Real>(&self, fraction: &mut [T; CHUNK], lanes: Range<usize>, r: [f64; 3]) {
         for k in lanes {
-            let point = self.to_body * (Vec3::new(r[0] + k as f64, r[1], r[2]) * self.dx);
-            fraction[k] = T::from_f64(cosine_ramp(self.shape.signed_distance(point) * self.per_ramp));
+            let point = Vec3::new(r[0] + k as f64, r[1], r[2]) * self.dx;
+            let distance = match self.radius {
+                Some(radius) => point.norm() - radius,
+                None => self.shape.signed_distance(self.to_body * point),
+            };
+            fraction[k] = T::from_f64(cosine_ramp(distance * self.per_ramp));
         }
     }
 }
@@ -215,6 +226,13 @@ impl<'a> Mapper<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_floor_is_the_floor() {
+        for x in [-2.0, -1.5, -0.1, 0.0, 0.1, 0.999, 1.0, 7.5] {
+            assert_eq!(floor(x), f64::floor(x) as i64);
+        }
+    }
 
     #[test]
     fn the_ramp_is_the_squared_cosine() {

@@ -115,7 +115,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
     let a = row.acceleration.map(R::splat);
     let one = R::splat(T::ONE);
     for chunk in 0..row.chunks {
-        let mut solid = solids.chunk_mut(chunk);
+        let is_solid = solids.is_used(chunk);
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
             if x.is_multiple_of(LINE / size_of::<T>()) {
@@ -127,19 +127,19 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
             let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
             let (deviation, momentum, rho, u) = moments(&g);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
-            if let Some(cells) = &mut solid {
-                // SAFETY: first + WIDTH <= CHUNK, the length of each array, here and below.
-                let at = |values: &[T; CHUNK]| unsafe { R::load(values.as_ptr().add(first)) };
-                let put = |values: &mut [T; CHUNK], x: R| unsafe { x.store(values.as_mut_ptr().add(first)) };
-                let solid = one - at(&cells.permeability);
-                let weight = at(&cells.fraction_sum).max(R::splat(T::TINY)).recip();
+            if is_solid {
+                // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
+                let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
+                let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };
+                let solid = one - at(&solids.permeability);
+                let weight = at(&solids.fraction_sum).max(R::splat(T::TINY)).recip();
                 for axis in 0..3 {
-                    let velocity = at(&cells.velocity_sum[axis]) * weight;
+                    let velocity = at(&solids.velocity_sum[axis]) * weight;
                     target[axis] = target[axis] + solid * (velocity - target[axis]);
-                    put(&mut cells.incoming[axis], momentum[axis]);
-                    put(&mut cells.outgoing[axis], rho * target[axis]);
+                    put(&mut solids.incoming[axis], momentum[axis]);
+                    put(&mut solids.outgoing[axis], rho * target[axis]);
                 }
-                put(&mut cells.incoming[3], deviation - g[0]);
+                put(&mut solids.incoming[3], deviation - g[0]);
             }
             if MEASURE {
                 for axis in 0..3 {
@@ -149,9 +149,9 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
                 }
             }
             relax(&mut g, deviation, rho, u, target, row.keep);
-            if let Some(cells) = &mut solid {
-                // SAFETY: first + WIDTH <= CHUNK, the length of the array.
-                unsafe { (deviation - g[0]).store(cells.outgoing[3].as_mut_ptr().add(first)) };
+            if is_solid {
+                // SAFETY: as above.
+                unsafe { (deviation - g[0]).store(solids.outgoing[3].as_mut_ptr().add(x)) };
             }
             // SAFETY: as for the loads.
             unsafe {
@@ -175,11 +175,33 @@ pub trait Number:
     const ONE: Self;
     /// Smaller than any solid fraction that matters, larger than zero.
     const TINY: Self;
+    /// 0, 1, 2, ...
+    const LANE: [Self; CHUNK];
+    /// [`CHUNK`] zeros, then [`CHUNK`] ones.
+    const STEP: [Self; 2 * CHUNK];
     /// Rounds.
     fn from_f64(x: f64) -> Self;
 }
 
 impl Number for f32 {
+    const LANE: [Self; CHUNK] = {
+        let mut lane = [0.0; CHUNK];
+        let mut k = 0;
+        while k < CHUNK {
+            lane[k] = k as Self;
+            k += 1;
+        }
+        lane
+    };
+    const STEP: [Self; 2 * CHUNK] = {
+        let mut step = [0.0; 2 * CHUNK];
+        let mut k = CHUNK;
+        while k < 2 * CHUNK {
+            step[k] = 1.0;
+            k += 1;
+        }
+        step
+    };
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;
@@ -190,6 +212,24 @@ impl Number for f32 {
 }
 
 impl Number for f64 {
+    const LANE: [Self; CHUNK] = {
+        let mut lane = [0.0; CHUNK];
+        let mut k = 0;
+        while k < CHUNK {
+            lane[k] = k as Self;
+            k += 1;
+        }
+        lane
+    };
+    const STEP: [Self; 2 * CHUNK] = {
+        let mut step = [0.0; 2 * CHUNK];
+        let mut k = CHUNK;
+        while k < 2 * CHUNK {
+            step[k] = 1.0;
+            k += 1;
+        }
+        step
+    };
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;

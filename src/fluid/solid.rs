@@ -9,29 +9,23 @@ use crate::math::to_fixed;
 /// Cells that share one entry of solid data: the widest register of single precision.
 pub const CHUNK: usize = 16;
 
-/// What solids do to [`CHUNK`] neighbouring cells and what these exchanged with their neighbours, lattice units.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(crate) struct SolidChunk<T> {
-    /// `B = prod (1 - phi_k)`.
-    pub(crate) permeability: [T; CHUNK],
-    /// `sum phi_k`.
-    pub(crate) fraction_sum: [T; CHUNK],
-    /// `sum phi_k u_k`.
-    pub(crate) velocity_sum: [[T; CHUNK]; 3],
-    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells.
-    pub(crate) incoming: [[T; CHUNK]; 4],
-    /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells.
-    pub(crate) outgoing: [[T; CHUNK]; 4],
-}
-
-/// Solid data of the row that is being swept.
+/// Solid data of the row that is being swept, lattice units.
 ///
 /// Several particles in one cell combine as `B = prod (1 - phi_k)` and `u_s = sum phi_k u_k / sum phi_k`
 /// (Marquardt et al. 2024); call [`add`](Self::add) in ascending order of particle number, so that the products and
 /// sums are the same bits on every decomposition.
 pub struct SolidRow<T> {
-    chunks: Vec<SolidChunk<T>>,
+    /// `B = prod (1 - phi_k)`. All arrays hold whole chunks and one more, so that windows may reach over the end.
+    pub(crate) permeability: Vec<T>,
+    /// `sum phi_k`.
+    pub(crate) fraction_sum: Vec<T>,
+    /// `sum phi_k u_k`.
+    pub(crate) velocity_sum: [Vec<T>; 3],
+    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells.
+    pub(crate) incoming: [Vec<T>; 4],
+    /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells.
+    pub(crate) outgoing: [Vec<T>; 4],
+    /// Chunks with solids; only there the other arrays mean anything.
     used: Vec<bool>,
 }
 
@@ -54,90 +48,84 @@ impl<T> Solids<T> for NoSolids {
 }
 
 impl<T: Number> SolidRow<T> {
-    const EMPTY: SolidChunk<T> = SolidChunk {
-        permeability: [T::ONE; CHUNK],
-        fraction_sum: [T::ZERO; CHUNK],
-        velocity_sum: [[T::ZERO; CHUNK]; 3],
-        incoming: [[T::ZERO; CHUNK]; 4],
-        outgoing: [[T::ZERO; CHUNK]; 4],
-    };
-
     pub(crate) fn new(chunks: usize) -> Self {
+        let cells = (chunks + 1) * CHUNK;
+        let zeros = || vec![T::ZERO; cells];
         Self {
-            chunks: vec![Self::EMPTY; chunks],
+            permeability: vec![T::ONE; cells],
+            fraction_sum: zeros(),
+            velocity_sum: std::array::from_fn(|_| zeros()),
+            incoming: std::array::from_fn(|_| zeros()),
+            outgoing: std::array::from_fn(|_| zeros()),
             used: vec![false; chunks],
         }
     }
 
+    #[inline(always)]
     pub(crate) fn clear(&mut self) {
-        self.used.fill(false);
+        for (chunk, used) in self.used.iter_mut().enumerate().filter(|(_, used)| **used) {
+            let cells = chunk * CHUNK..(chunk + 1) * CHUNK;
+            self.permeability[cells.clone()].fill(T::ONE);
+            self.fraction_sum[cells.clone()].fill(T::ZERO);
+            for sum in &mut self.velocity_sum {
+                sum[cells.clone()].fill(T::ZERO);
+            }
+            *used = false;
+        }
     }
 
-    /// Adds a particle to the cells of a chunk: its solid fractions and velocities (lattice units), zero fraction where it
-    /// is not.
+    /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice units);
+    /// the fractions after the first `count` are zero.
     #[inline(always)]
-    pub fn add(&mut self, chunk: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
-        let cells = &mut self.chunks[chunk];
-        if !self.used[chunk] {
-            // The usual case of one particle in a chunk, written as the general one below would.
-            self.used[chunk] = true;
-            for k in 0..CHUNK {
-                cells.permeability[k] = T::ONE - fraction[k];
-            }
-            cells.fraction_sum = *fraction;
-            for (sum, velocity) in cells.velocity_sum.iter_mut().zip(velocity) {
-                for k in 0..CHUNK {
-                    sum[k] = fraction[k] * velocity[k];
-                }
-            }
-            return;
-        }
+    pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
+        self.used[x / CHUNK] = true;
+        self.used[(x + count - 1) / CHUNK] = true;
+        let window = x..x + CHUNK;
+        let permeability = &mut self.permeability[window.clone()];
         for k in 0..CHUNK {
-            cells.permeability[k] = cells.permeability[k] * (T::ONE - fraction[k]);
-            cells.fraction_sum[k] = cells.fraction_sum[k] + fraction[k];
+            permeability[k] = permeability[k] * (T::ONE - fraction[k]);
         }
-        for (sum, velocity) in cells.velocity_sum.iter_mut().zip(velocity) {
+        let sum = &mut self.fraction_sum[window.clone()];
+        for k in 0..CHUNK {
+            sum[k] = sum[k] + fraction[k];
+        }
+        for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
+            let sum = &mut sum[window.clone()];
             for k in 0..CHUNK {
                 sum[k] = sum[k] + fraction[k] * velocity[k];
             }
         }
     }
 
-    /// The chunk if it holds solids.
+    /// Whether a chunk holds solids.
     #[inline(always)]
-    pub(crate) fn chunk_mut(&mut self, chunk: usize) -> Option<&mut SolidChunk<T>> {
-        if self.used[chunk] {
-            Some(&mut self.chunks[chunk])
-        } else {
-            None
-        }
+    pub(crate) fn is_used(&self, chunk: usize) -> bool {
+        self.used[chunk]
     }
 
-    /// Momentum and mass that came into and left the cells of a chunk with solids: `[p_x, p_y, p_z, m]` each.
+    /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without solids
+    /// hold anything.
     #[inline(always)]
-    pub fn exchanged(&self, chunk: usize) -> (&[[T; CHUNK]; 4], &[[T; CHUNK]; 4]) {
-        debug_assert!(self.used[chunk]);
-        (&self.chunks[chunk].incoming, &self.chunks[chunk].outgoing)
+    pub fn exchanged(&self, x: usize) -> [[&[T]; 4]; 2] {
+        let window = x..x + CHUNK;
+        [&self.incoming, &self.outgoing].map(|all| std::array::from_fn(|i| &all[i][window.clone()]))
     }
 
     /// Solid fraction `1 - B` and velocity `u_s` of a cell.
     pub fn cell(&self, x: usize) -> (f64, [f64; 3]) {
-        if !self.used[x / CHUNK] {
-            return (0.0, [0.0; 3]);
-        }
-        let (cells, k) = (&self.chunks[x / CHUNK], x % CHUNK);
-        let sum: f64 = cells.fraction_sum[k].into();
-        let velocity = cells
-            .velocity_sum
-            .map(|sums| if sum > 0.0 { sums[k].into() / sum } else { 0.0 });
-        (1.0 - cells.permeability[k].into(), velocity)
+        let sum: f64 = self.fraction_sum[x].into();
+        let velocity = |sums: &Vec<T>| if sum > 0.0 { sums[x].into() / sum } else { 0.0 };
+        (
+            1.0 - self.permeability[x].into(),
+            std::array::from_fn(|a| velocity(&self.velocity_sum[a])),
+        )
     }
 
     /// Sum of the solid fractions of all cells, as a fixed-point number.
     pub(crate) fn fraction_total(&self) -> i64 {
-        let used = self.chunks.iter().zip(&self.used).filter(|(_, used)| **used);
-        used.flat_map(|(chunk, _)| chunk.permeability)
-            .fold(0, |sum, b| sum.wrapping_add(to_fixed(1.0 - b.into())))
+        self.permeability
+            .iter()
+            .fold(0, |sum, &b| sum.wrapping_add(to_fixed(1.0 - b.into())))
     }
 }
 
@@ -150,13 +138,12 @@ mod tests {
     fn several_particles_in_a_cell_combine_by_product_and_weighted_mean() {
         let mut row = SolidRow::<f64>::new(2);
         let mut add = |cells: &[(usize, f64)], velocity: [f64; 3]| {
-            for chunk in 0..2 {
-                let mut fraction = [0.0; CHUNK];
-                for &(x, phi) in cells.iter().filter(|&&(x, _)| x / CHUNK == chunk) {
-                    fraction[x % CHUNK] = phi;
-                }
-                row.add(chunk, &fraction, &velocity.map(|u| [u; CHUNK]));
+            let first = cells[0].0;
+            let mut fraction = [0.0; CHUNK];
+            for &(x, phi) in cells {
+                fraction[x - first] = phi;
             }
+            row.add(first, cells.len(), &fraction, &velocity.map(|u| [u; CHUNK]));
         };
         add(&[(14, 0.25), (15, 1.0), (16, 0.5), (17, 0.5)], [1.0, 0.0, 2.0]);
         add(&[(16, 0.5)], [3.0, 0.0, 2.0]);

@@ -147,9 +147,9 @@ impl<T: Real> Solids<T> for Cubes {
                 if x && at[1] == self.block.lo[1] + y && at[2] == self.block.lo[2] + z {
                     let x = at[0] - self.block.lo[0];
                     let mut fraction = [T::ZERO; CHUNK];
-                    fraction[x % CHUNK] = T::from_f64(if i % 5 == 0 || j % 5 == 0 { 0.3 } else { 1.0 });
+                    fraction[0] = T::from_f64(if i % 5 == 0 || j % 5 == 0 { 0.3 } else { 1.0 });
                     let u = [0.02, -0.01 * j as f64, 0.01 * body as f64].map(T::from_f64);
-                    row.add(x / CHUNK, &fraction, &u.map(|u| [u; CHUNK]));
+                    row.add(x, 1, &fraction, &u.map(|u| [u; CHUNK]));
                 }
             }
         }
