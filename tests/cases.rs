@@ -1,8 +1,11 @@
-//! Every case under `cases/` reads, resolves to the numbers of its `.expect.toml`, and carries a current schema.
+//! Every case under `cases/` reads, resolves to the numbers of its `.expect.toml`, has the state it promises there after
+//! some steps, and carries a current schema.
 
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use turbid::case::{self, Setup};
+use turbid::output::OutputFiles;
+use turbid::simulation::{self, RunOptions};
 
 /// Cell updates that a test can afford.
 const AFFORDABLE: u64 = 200_000_000;
@@ -14,20 +17,25 @@ struct Expectations {
     after_steps: u64,
     /// Numbers known before the first step.
     setup: Vec<Expectation>,
+    /// Columns of the last row of `series.csv` after these steps.
+    expect: Vec<Expectation>,
 }
 
-/// A labelled number with its tolerance.
+/// A labelled number with its tolerance, which is the sum of both kinds.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Expectation {
     quantity: String,
     value: f64,
+    #[serde(default)]
     relative: f64,
+    #[serde(default)]
+    absolute: f64,
 }
 
 impl Expectation {
     fn check(&self, case: &str, actual: f64) {
-        let allowed = self.relative * self.value.abs();
+        let allowed = self.relative * self.value.abs() + self.absolute;
         assert!(
             (actual - self.value).abs() <= allowed,
             "{case}: {} is {actual}, expected {} +- {allowed}",
@@ -50,6 +58,31 @@ fn cases() -> Vec<PathBuf> {
     paths
 }
 
+fn expectations(case: &Path) -> Expectations {
+    let path = case.with_extension("expect.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let expected: Expectations = toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    assert!(
+        !expected.setup.is_empty() && !expected.expect.is_empty(),
+        "{} promises nothing",
+        path.display()
+    );
+    expected
+}
+
+/// The last row of a time series: names without units, and values.
+fn last_row(series: &Path) -> Vec<(String, f64)> {
+    let mut reader = csv::Reader::from_path(series).unwrap();
+    let names = reader.headers().unwrap().clone();
+    let last = reader.records().last().unwrap().unwrap();
+    let name = |heading: &str| heading.split(' ').next().unwrap().to_owned();
+    names
+        .iter()
+        .zip(&last)
+        .map(|(heading, value)| (name(heading), value.parse().unwrap()))
+        .collect()
+}
+
 fn quantity(setup: &Setup, name: &str) -> f64 {
     let scales = &setup.scales;
     match name {
@@ -70,9 +103,7 @@ fn every_case_resolves_to_the_numbers_it_promises() {
         let setup = case::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(setup.warnings, Vec::<String>::new(), "{name}");
         assert_eq!(setup.output.directory, Path::new("out").join(&name), "{name}");
-        let text = std::fs::read_to_string(path.with_extension("expect.toml")).unwrap();
-        let expected: Expectations = toml::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
-        assert!(!expected.setup.is_empty(), "{name} promises nothing");
+        let expected = expectations(&path);
         for expectation in &expected.setup {
             expectation.check(&name, quantity(&setup, &expectation.quantity));
         }
@@ -81,6 +112,39 @@ fn every_case_resolves_to_the_numbers_it_promises() {
             expected.after_steps > 0 && updates <= AFFORDABLE,
             "{name}: {updates} cell updates"
         );
+    }
+}
+
+#[test]
+fn every_case_is_after_some_steps_in_the_state_it_promises() {
+    for path in cases() {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let expected = expectations(&path);
+        let mut setup = case::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let directory = tempfile::tempdir().unwrap();
+        setup.end_step = expected.after_steps;
+        let output = &mut setup.output;
+        output.directory = directory.path().to_path_buf();
+        output.series_every = expected.after_steps;
+        (output.fields_every, output.particles_every, output.picture_every) = (0, 0, 0);
+        let options = RunOptions {
+            quiet: true,
+            ..RunOptions::default()
+        };
+        let summary = simulation::run(&setup, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(
+            (summary.steps, summary.interrupted),
+            (expected.after_steps, false)
+        );
+
+        let row = last_row(&OutputFiles::new(directory.path()).series());
+        for expectation in &expected.expect {
+            let (_, actual) = row
+                .iter()
+                .find(|(column, _)| *column == expectation.quantity)
+                .unwrap_or_else(|| panic!("{name}: no column {}", expectation.quantity));
+            expectation.check(&name, *actual);
+        }
     }
 }
 

@@ -91,6 +91,7 @@ fn a_resting_sphere_in_resting_fluid_feels_exactly_nothing() {
             loads_after::<f32>(&[sphere], 0.6, ranks, 20, rest),
             loads_after::<f64>(&[sphere], 0.6, ranks, 20, rest),
         ] {
+            println!("{ranks} ranks: {:?}", load[0]);
             assert_eq!(load[0], Load::default());
         }
     }
@@ -150,6 +151,11 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
             let (force, torque) = (
                 (moved.force - reference.force).norm(),
                 (moved.torque - reference.torque).norm(),
+            );
+            println!(
+                "{shift:?} on {ranks} ranks: force off by {:.1e}, torque by {:.1e}",
+                force / reference.force.norm(),
+                torque / reference.torque.norm()
             );
             assert!(
                 force < 1e-10 * reference.force.norm(),

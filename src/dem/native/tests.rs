@@ -105,6 +105,7 @@ fn a_dry_head_on_impact_gives_the_set_restitution() {
         assert_eq!(engine.contacts().count, 0, "they have parted");
         let [a, b] = [0, 1].map(|i| engine.particles().particles[i].velocity[0]);
         let measured = (b - a) / 0.1;
+        println!("restitution set {set}, expected {expected}, measured {measured:.5}");
         assert!(
             (measured - expected).abs() < 0.002,
             "set {set}, measured {measured}"
@@ -127,6 +128,11 @@ fn an_impact_lasts_as_long_and_goes_as_deep_as_hertz_says() {
         contact += engine.contacts().count;
         deepest = deepest.max(engine.contacts().max_depth);
     }
+    println!(
+        "duration over Hertz {:.4}, depth over Hertz {:.4}",
+        contact as f64 / 400.0,
+        deepest / (duration * 0.01 / 2.943)
+    );
     assert!(
         (contact as f64 / 400.0 - 1.0).abs() < 0.01,
         "{contact} of 400 steps"
@@ -161,6 +167,11 @@ fn an_oblique_frictional_impact_conserves_momentum_and_angular_momentum_inside_a
         let engine = run(DRY, &pair, 600, duration / 200.0);
         assert_eq!((engine.contacts().begun, engine.contacts().count), (1, 0));
         let (linear_after, angular_after) = momenta(&engine, origin);
+        println!(
+            "momentum off by {:.1e}, angular momentum by {:.1e}",
+            (linear_after - linear).norm() / linear.norm(),
+            (angular_after - angular).norm() / angular.norm()
+        );
         assert!(
             (linear_after - linear).norm() < 1e-12 * linear.norm(),
             "{middle:?}"
@@ -199,6 +210,10 @@ fn a_pressed_pair_repels_with_the_lens_law_of_its_depth() {
         let volume = std::f64::consts::PI * d * d * (distance + 4.0 * RADIUS) / 12.0;
         let modulus = 5e6 / (2.0 * (1.0 - 0.0625));
         let lens = 4.0 / (3.0 * std::f64::consts::PI.sqrt()) * modulus * (volume * d).sqrt();
+        println!(
+            "depth {depth:e} m: off the lens law by {:.1e}",
+            b.contact_force[0] / lens - 1.0
+        );
         assert!((b.contact_force[0] / lens - 1.0).abs() < 1e-12);
         assert!((a.contact_force[0] / -lens - 1.0).abs() < 1e-12);
     }
