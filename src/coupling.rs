@@ -197,7 +197,7 @@ impl Coupling {
             let cell = |x: u32| [x as usize, line % ny, line / ny];
             for segment in new {
                 let was = old_of[segment.body as usize];
-                each_cell_outside(segment, old.iter().filter(|s| s.body == was), |x| {
+                each_cell_outside(segment, &old.iter().filter(|s| s.body == was), |x| {
                     let body = &mut self.bodies[segment.body as usize];
                     let n = offset_of(segment, x);
                     let departed = ExchangeSum::of_cell(fluid.departed(cell(x)), body.motion.at(n), n);
@@ -210,7 +210,7 @@ impl Coupling {
                 if is == NOWHERE {
                     continue;
                 }
-                each_cell_outside(segment, new.iter().filter(|s| s.body == is), |x| {
+                each_cell_outside(segment, &new.iter().filter(|s| s.body == is), |x| {
                     let (old_body, body) = (
                         &self.swept_bodies[segment.body as usize],
                         &mut self.bodies[is as usize],

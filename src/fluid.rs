@@ -60,11 +60,11 @@ pub const SPEED_LIMIT: f64 = 0.4;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flow {
     /// Sum of the momentum of all cells.
-    pub momentum: [i64; 3],
+    pub momentum: [i128; 3],
     /// Sum of the squared momentum of all cells.
-    pub square: i64,
+    pub square: i128,
     /// Sum of the solid fractions of all cells.
-    pub solid: i64,
+    pub solid: i128,
     /// Largest speed.
     pub max_speed: f64,
     /// First cell (of the whole box) whose speed is above [`SPEED_LIMIT`] or not a number.

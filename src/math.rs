@@ -31,6 +31,22 @@ pub fn from_fixed(n: i64) -> f64 {
     n as f64 / FIXED_ONE
 }
 
+/// The same for a sum in two words: large boxes hold more than a single one can.
+#[inline]
+pub fn from_fixed_wide(n: i128) -> f64 {
+    n as f64 / FIXED_ONE
+}
+
+/// A wide sum as two words that can be added up separately, over up to 2^23 ranks.
+pub fn split_wide(n: i128) -> [i64; 2] {
+    [(n & 0xff_ffff_ffff) as i64, (n >> 40) as i64]
+}
+
+/// The wide sum that two added-up words stand for.
+pub fn join_wide([low, high]: [i64; 2]) -> i128 {
+    i128::from(low) + (i128::from(high) << 40)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,5 +65,23 @@ mod tests {
         let forward = xs.iter().fold(0_i64, |s, &x| s.wrapping_add(to_fixed(x)));
         let backward = xs.iter().rev().fold(0_i64, |s, &x| s.wrapping_add(to_fixed(x)));
         assert_eq!(forward, backward);
+    }
+
+    #[test]
+    fn wide_sums_survive_being_added_up_in_two_words() {
+        // Ten million solid cells, more than one word holds, and negative sums.
+        let parts = [
+            i128::from(to_fixed(1.0)) * 7_000_000,
+            i128::from(to_fixed(-0.3)) * 10_000_001,
+            -1,
+            0,
+            12345,
+        ];
+        let words = parts
+            .map(split_wide)
+            .iter()
+            .fold([0, 0], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+        assert_eq!(join_wide(words), parts.iter().sum::<i128>());
+        assert!((from_fixed_wide(i128::from(to_fixed(0.3)) * 10_000_000) - 3e6).abs() < 1e-5);
     }
 }

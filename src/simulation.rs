@@ -12,7 +12,7 @@ use crate::dem::{DemEngine, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Flow, Fluid, Real, Simd};
-use crate::math::{Vec3, from_fixed};
+use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
@@ -151,28 +151,26 @@ impl<T: Real> Simulation<T> {
             });
         }
         let [x, y, z] = flow.momentum;
-        let mut sums = [
-            x,
-            y,
-            z,
-            flow.square,
-            flow.solid,
-            i64::from(self.failure.is_some()),
-        ];
-        self.comm.sum(&mut sums);
-        if sums[5] > 0 {
+        let mut words: Vec<i64> = [x, y, z, flow.square, flow.solid]
+            .into_iter()
+            .flat_map(split_wide)
+            .collect();
+        words.push(i64::from(self.failure.is_some()));
+        self.comm.sum(&mut words);
+        if words[10] > 0 {
             return Err(self.agree_on_failure());
         }
+        let sums: [f64; 5] =
+            std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
         let mut most = [flow.max_speed];
         self.comm.max(&mut most);
         let cells = self.decomposition.domain.cell_count() as f64;
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
         self.driving.observe(MeanFlow {
-            velocity: Vec3::new(from_fixed(sums[0]), from_fixed(sums[1]), from_fixed(sums[2])) / cells
-                * velocity,
-            solid_fraction: from_fixed(sums[4]) / cells,
-            kinetic_energy: 0.5 * density * dx.powi(3) * from_fixed(sums[3]) * velocity * velocity,
+            velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
+            solid_fraction: sums[4] / cells,
+            kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
             max_lattice_speed: most[0],
         });
         Ok(())

@@ -9,7 +9,7 @@ use turbid::fluid::{Real, Simd};
 use turbid::simulation::Simulation;
 
 const STEPS: u64 = 500;
-const CASE: &str = r#"
+const CASE: &str = r"
 [domain]
 size = { diameters = [6, 7, 8] }
 [fluid]
@@ -27,7 +27,7 @@ seed = 7
 gravity = [2.0, -3.0, -9.0]
 [run]
 end = { steps = 500 }
-"#;
+";
 
 /// The case with random velocities up to half the Stokes velocity, so that contacts begin and blocks are left at once.
 fn setup() -> Setup {

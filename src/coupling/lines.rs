@@ -67,17 +67,16 @@ impl Lines {
 /// Calls `visit(x)` for every cell of `segment` that is in none of `others`.
 pub(super) fn each_cell_outside<'a>(
     segment: &Segment,
-    others: impl Iterator<Item = &'a Segment> + Clone,
+    others: &(impl Iterator<Item = &'a Segment> + Clone),
     mut visit: impl FnMut(u32),
 ) {
     let mut x = segment.x;
     while x < segment.end() {
-        match others.clone().find(|other| (other.x..other.end()).contains(&x)) {
-            Some(other) => x = other.end(),
-            None => {
-                visit(x);
-                x += 1;
-            }
+        if let Some(other) = others.clone().find(|other| (other.x..other.end()).contains(&x)) {
+            x = other.end();
+        } else {
+            visit(x);
+            x += 1;
         }
     }
 }
@@ -119,7 +118,7 @@ mod tests {
     fn the_difference_of_a_segment_and_others_is_visited_cell_by_cell() {
         let outside = |others: &[Segment]| {
             let mut cells = Vec::new();
-            each_cell_outside(&segment(0, 10, 6), others.iter(), |x| cells.push(x));
+            each_cell_outside(&segment(0, 10, 6), &others.iter(), |x| cells.push(x));
             cells
         };
         assert_eq!(outside(&[]), [10, 11, 12, 13, 14, 15]);

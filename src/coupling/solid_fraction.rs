@@ -21,7 +21,7 @@ use std::ops::{Range, RangeInclusive};
 /// `cos^2(pi/2 (s + 1/2)) = (1 - sin(pi s)) / 2` with the Taylor series of the sine, accurate to 1e-11: the system's
 /// trigonometric functions differ between machines, and these numbers feed the state.
 #[inline]
-pub fn cosine_ramp(s: f64) -> f64 {
+pub(super) fn cosine_ramp(s: f64) -> f64 {
     if s <= -0.5 {
         return 1.0;
     }

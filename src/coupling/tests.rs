@@ -5,6 +5,7 @@ use crate::comm::on_threads;
 use crate::domain::Domain;
 use crate::fluid::Simd;
 use crate::lattice::{C, Q, opposite};
+use crate::math::from_fixed_wide;
 use crate::particle::Template;
 use crate::shape::Sphere;
 use std::sync::Arc;
@@ -190,7 +191,7 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     coupling.map(&store);
     let flow = fluid.sweep([0.0; 3], &mut coupling.solids(&store), true).unwrap();
-    let mapped = from_fixed(flow.solid) * UNITS.dx.powi(3);
+    let mapped = from_fixed_wide(flow.solid) * UNITS.dx.powi(3);
     let exact = 2.0 * store.templates[0].shape.volume();
     assert!((mapped / exact - 1.0).abs() < 0.02, "{mapped} for {exact}");
 }

@@ -9,7 +9,7 @@ use std::ptr::NonNull;
 const HUGE_PAGE: usize = 2 << 20;
 
 /// A zeroed array on huge pages, first touched by the thread that makes it.
-pub struct Buffer<T> {
+pub(crate) struct Buffer<T> {
     start: NonNull<T>,
     len: usize,
 }
@@ -19,7 +19,7 @@ unsafe impl<T: Send> Send for Buffer<T> {}
 
 impl<T: Pod> Buffer<T> {
     /// `len` zeros.
-    pub fn zeroed(len: usize) -> Self {
+    pub(crate) fn zeroed(len: usize) -> Self {
         let layout = Self::layout(len);
         // SAFETY: the layout has a size that is not zero.
         let Some(start) = NonNull::new(unsafe { alloc(layout) }) else {

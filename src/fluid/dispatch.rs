@@ -50,7 +50,7 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>>(
                 if let Some(flow) = flow.as_deref_mut() {
                     sweep_row::<T, R, true>(&places, &row, solid, measured);
                     observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
-                    flow.solid = flow.solid.wrapping_add(solid.fraction_total());
+                    flow.solid += i128::from(solid.fraction_total());
                 } else {
                     sweep_row::<T, R, false>(&places, &row, solid, measured);
                 }
@@ -85,9 +85,9 @@ fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow:
         good &= pp < SPEED_LIMIT * SPEED_LIMIT;
     }
     for axis in 0..3 {
-        flow.momentum[axis] = flow.momentum[axis].wrapping_add(total[axis]);
+        flow.momentum[axis] += i128::from(total[axis]);
     }
-    flow.square = flow.square.wrapping_add(square);
+    flow.square += i128::from(square);
     flow.max_speed = flow.max_speed.max(most.sqrt());
     if !good && flow.fault.is_none() {
         let speed = |x: usize| -> f64 {
@@ -95,7 +95,7 @@ fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow:
             (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt()
         };
         flow.fault = (0..nx)
-            .find(|&x| !(speed(x) < SPEED_LIMIT))
+            .find(|&x| speed(x) >= SPEED_LIMIT || speed(x).is_nan())
             .map(|x| ([at[0] + x, at[1], at[2]], speed(x)));
     }
 }

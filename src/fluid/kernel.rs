@@ -130,6 +130,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
             if is_solid {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
                 let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
+                // SAFETY: as above.
                 let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };
                 let solid = one - at(&solids.permeability);
                 let weight = at(&solids.fraction_sum).max(R::splat(T::TINY)).recip();

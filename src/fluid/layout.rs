@@ -14,6 +14,7 @@ pub enum Phase {
 
 impl Phase {
     /// The other one; a sweep changes the phase.
+    #[must_use]
     pub fn next(self) -> Self {
         match self {
             Self::Home => Self::Away,
@@ -28,18 +29,18 @@ impl Phase {
 /// places such a garbage cell touches belong to no real cell of the block (the sets of places of different cells are
 /// disjoint), and ghost places are refreshed by the halo exchange before they are read.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub(crate) struct Layout {
     /// Real cells in each direction.
-    pub size: [usize; 3],
+    pub(crate) size: [usize; 3],
     /// Distance between rows (numbers).
-    pub pitch: usize,
+    pub(crate) pitch: usize,
     /// Distance between populations (numbers).
-    pub stride: usize,
+    pub(crate) stride: usize,
 }
 
 impl Layout {
     /// Layout of a block of `size` cells for numbers of `bytes` bytes.
-    pub fn new(size: [usize; 3], bytes: usize) -> Self {
+    pub(crate) fn new(size: [usize; 3], bytes: usize) -> Self {
         let pitch = size[0].next_multiple_of(CHUNK) + CHUNK;
         let rows = (size[1] + 2) * (size[2] + 2);
         // A stride of 5 cache lines modulo the page puts the 19 arrays into different sets of the caches; a power of
@@ -50,18 +51,18 @@ impl Layout {
     }
 
     /// Numbers in all.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         Q * self.stride
     }
 
     /// Chunks that cover a row.
-    pub fn chunks_per_row(&self) -> usize {
+    pub(crate) fn chunks_per_row(&self) -> usize {
         self.size[0].div_ceil(CHUNK)
     }
 
     /// Place of a cell within each population; ghosts have coordinate -1 or `size`.
     #[inline(always)]
-    pub fn cell(&self, x: isize, y: isize, z: isize) -> usize {
+    pub(crate) fn cell(&self, x: isize, y: isize, z: isize) -> usize {
         debug_assert!(y >= -1 && z >= -1 && x >= -1);
         let row = (z + 1) as usize * (self.size[1] + 2) + (y + 1) as usize;
         (row * self.pitch + CHUNK).wrapping_add_signed(x)
@@ -69,14 +70,14 @@ impl Layout {
 
     /// Distance from a cell to its neighbour along direction `i`.
     #[inline(always)]
-    pub fn step(&self, i: usize) -> isize {
+    pub(crate) fn step(&self, i: usize) -> isize {
         let [x, y, z] = C[i];
         x + self.pitch as isize * (y + z * (self.size[1] + 2) as isize)
     }
 
     /// Indices at which the cell at `cell` finds `f_i` after streaming, for each `i`.
     #[inline(always)]
-    pub fn places(&self, phase: Phase, cell: usize) -> [usize; Q] {
+    pub(crate) fn places(&self, phase: Phase, cell: usize) -> [usize; Q] {
         std::array::from_fn(|i| match phase {
             Phase::Home => i * self.stride + cell,
             Phase::Away => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),

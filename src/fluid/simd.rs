@@ -130,6 +130,7 @@ pub(crate) use x86::*;
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::{Add, Lanes, Mul, Sub};
+    #[allow(clippy::wildcard_imports)] // every name in there says where it is from
     use std::arch::x86_64::*;
 
     vector_lanes!(

@@ -130,6 +130,7 @@ impl<T: Number> SolidRow<T> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // these numbers are exact
 mod tests {
     use super::*;
     use crate::math::from_fixed;

@@ -3,7 +3,7 @@
 use super::*;
 use crate::comm::on_threads;
 use crate::domain::Domain;
-use crate::math::from_fixed;
+use crate::math::from_fixed_wide;
 use std::f64::consts::TAU;
 
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
@@ -274,7 +274,7 @@ fn a_measuring_sweep_sees_the_momentum_before_the_collision_and_changes_nothing(
         .sum();
     let flow = fluid.sweep([0.0; 3], &mut NoSolids, true).unwrap();
     twin.sweep([0.0; 3], &mut NoSolids, false);
-    assert!((from_fixed(flow.momentum[1]) - expected).abs() < 1e-5);
+    assert!((from_fixed_wide(flow.momentum[1]) - expected).abs() < 1e-5);
     assert!(flow.max_speed > 0.03 && flow.fault.is_none());
     fluid.exchange();
     twin.exchange();
