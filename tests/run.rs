@@ -347,7 +347,7 @@ fn a_run_that_is_told_to_stop_ends_cleanly_with_readable_files() {
         // The last row, field, particles and picture are those of the last step.
         let last = summary["steps"].as_u64().unwrap();
         assert!(series.len() >= 20 && last < 100_000_000);
-        assert_eq!(series.last().unwrap()[0], last as f64);
+        assert_eq!(series.last().unwrap()[0] as u64, last);
         for (folder, prefix) in [
             ("fields", "fields"),
             ("particles", "particles"),
