@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Opens every .vti, .vtp and .pvd of an output directory with VTK's own readers and checks what is in them.
 
-    python3 -m venv /tmp/vtkenv && /tmp/vtkenv/bin/pip install vtk
-    /tmp/vtkenv/bin/python validation/check_vtk.py OUTPUT_DIRECTORY
+    python3 -m venv vtkenv && vtkenv/bin/pip install vtk pyvista
+    vtkenv/bin/python validation/check_vtk.py OUTPUT_DIRECTORY
 
 Checks: arrays, components and sizes; all values finite; solid fraction within 0..1, solid where the particles of
 the same step are, and of their volume; particle speeds and mean velocity equal to the row of series.csv with the
