@@ -241,7 +241,7 @@ pub struct RunSection {
     #[serde(default)]
     pub threads: usize,
     /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
-    pub simd: Option<Simd>,
+    pub simd: Option<Located<Simd>>,
 }
 
 /// A length of time.

@@ -10,6 +10,7 @@ use super::source::Source;
 use super::space::domain;
 use super::{OutputPlan, Setup};
 use crate::error::{Error, Result};
+use crate::fluid::Simd;
 use crate::particle::Template;
 use crate::shape::Sphere;
 use std::path::{Path, PathBuf};
@@ -86,7 +87,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         domain,
         units,
         precision: case.fluid.value.precision,
-        simd: case.run.simd,
+        simd: simd(source, &case)?,
         relaxation_time,
         solid_ramp_width,
         templates: templates.into(),
@@ -175,6 +176,27 @@ fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str)
         particles_every: every("particles_every", &output.particles_every, 50)?,
         picture_every: every("picture_every", &output.picture_every, 10)?,
     })
+}
+
+/// The instruction set asked for, if this processor has it.
+fn simd(source: &Source, case: &Case) -> Result<Option<Simd>> {
+    let Some(asked) = &case.run.simd else {
+        return Ok(None);
+    };
+    if asked.value.is_available() {
+        return Ok(Some(asked.value));
+    }
+    let remedy = format!(
+        "leave the key out; the best here is {}, and results do not depend on it",
+        Simd::best().name()
+    );
+    Err(source.out_of_range(
+        "run.simd",
+        &asked.span,
+        asked.value.name(),
+        "one this processor has",
+        &remedy,
+    ))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::machine;
 use super::terminal::table;
-use crate::fluid::Precision;
+use crate::fluid::{Precision, Simd};
 
 /// The report.
 pub(super) fn report() -> String {
@@ -12,8 +12,8 @@ pub(super) fn report() -> String {
         row("threads", machine::cores().to_string(), threads_remark()),
         row(
             "instructions",
-            machine::simd().to_string(),
-            simd_remark(machine::simd()),
+            Simd::best().name().to_string(),
+            simd_remark(Simd::best()),
         ),
     ];
     let pages = machine::huge_pages();
@@ -54,9 +54,9 @@ fn threads_remark() -> String {
     "one per core is the default; --threads changes it, results stay the same".to_string()
 }
 
-fn simd_remark(simd: &str) -> String {
+fn simd_remark(simd: Simd) -> String {
     match simd {
-        "avx2" => "the fastest there is here: fine".to_string(),
+        Simd::Avx2 | Simd::Avx512 => "the fastest there is here: fine".to_string(),
         _ => "no AVX2 on this processor; results are the same, only slower".to_string(),
     }
 }
@@ -79,6 +79,6 @@ mod tests {
     fn a_setting_that_costs_speed_comes_with_the_command_that_changes_it() {
         assert!(huge_pages_remark(Some("never")).contains("echo madvise"));
         assert_eq!(huge_pages_remark(Some("madvise")), "fine");
-        assert!(simd_remark("sse2").contains("slower"));
+        assert!(simd_remark(Simd::Sse2).contains("slower"));
     }
 }

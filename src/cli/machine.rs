@@ -29,22 +29,6 @@ pub(super) fn threads(wanted: usize) -> usize {
     if wanted == 0 { cores() } else { wanted }
 }
 
-/// Best instruction set of the kernels here.
-pub(super) fn simd() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::is_x86_feature_detected!("avx2") {
-            "avx2"
-        } else {
-            "sse2"
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        "scalar"
-    }
-}
-
 /// The system's setting for transparent huge pages: `always`, `madvise` or `never`.
 pub(super) fn huge_pages() -> Option<String> {
     let text = std::fs::read_to_string("/sys/kernel/mm/transparent_hugepage/enabled").ok()?;

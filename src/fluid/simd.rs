@@ -228,6 +228,16 @@ impl Simd {
             .unwrap_or(Self::Scalar)
     }
 
+    /// Its name in case files and summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Sse2 => "sse2",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        }
+    }
+
     /// Whether this processor has it.
     pub fn is_available(self) -> bool {
         match self {

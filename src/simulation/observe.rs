@@ -327,7 +327,7 @@ impl Writer<'_> {
             wall_seconds,
             stages,
             precision: precision_name(setup.precision).to_owned(),
-            simd: format!("{:?}", setup.simd.unwrap_or_else(Simd::best)).to_lowercase(),
+            simd: setup.simd.unwrap_or_else(Simd::best).name().to_owned(),
             ranks: simulation.comm.size(),
             threads: simulation.comm.size(),
             state_hash: format!("{hash:016x}"),
