@@ -325,9 +325,9 @@ fn shift_of_reference(old: &Body, new: &Body, cells: [i64; 3]) -> [i64; 3] {
 }
 
 /// Offset of cell `x` of a segment.
-fn offset_of(segment: &Segment, x: u32) -> [f64; 3] {
-    let [nx, ny, nz] = segment.offset.map(f64::from);
-    [nx + f64::from(x - segment.x), ny, nz]
+fn offset_of(segment: &Segment, x: u32) -> [i64; 3] {
+    let [nx, ny, nz] = segment.offset.map(i64::from);
+    [nx + i64::from(x - segment.x), ny, nz]
 }
 
 /// The mapped particles of a block, row by row.

@@ -19,7 +19,7 @@
 use super::lines::Segment;
 use super::solid_fraction::RigidMotion;
 use crate::fluid::{CHUNK, Number, Real, SolidRow};
-use crate::math::to_fixed;
+use crate::math::{sum_fixed, to_fixed};
 
 /// Momentum and angular momentum about the reference cell that a body receives in one time step, as exact sums of
 /// fixed-point numbers: add them up in any order.
@@ -55,16 +55,23 @@ impl ExchangeSum {
     }
 
     /// What one cell at offset `n` contributes with `exchanged = [p, m]` and solid velocity `u`.
-    pub(super) fn of_cell(exchanged: [f64; 4], u: [f64; 3], n: [f64; 3]) -> Self {
+    pub(super) fn of_cell(exchanged: [f64; 4], u: [f64; 3], n: [i64; 3]) -> Self {
         let f: [f64; 3] = std::array::from_fn(|a| exchanged[a] - u[a] * exchanged[3]);
+        let [xy, xz] = [f[1], f[2]].map(|f| to_fixed(n[0] as f64 * f));
+        Self::of_row(f.map(to_fixed), xy, xz, n[1], n[2])
+    }
+
+    /// From the sums along a row of `F`, `n_x F_y` and `n_x F_z`.
+    #[inline(always)]
+    fn of_row([fx, fy, fz]: [i64; 3], xy: i64, xz: i64, ny: i64, nz: i64) -> Self {
         let moment = [
-            n[1] * f[2] - n[2] * f[1],
-            n[2] * f[0] - n[0] * f[2],
-            n[0] * f[1] - n[1] * f[0],
+            ny.wrapping_mul(fz).wrapping_sub(nz.wrapping_mul(fy)),
+            nz.wrapping_mul(fx).wrapping_sub(xz),
+            xy.wrapping_sub(ny.wrapping_mul(fx)),
         ];
         Self {
-            force: f.map(to_fixed),
-            moment: moment.map(to_fixed),
+            force: [fx, fy, fz],
+            moment,
         }
     }
 }
@@ -84,8 +91,12 @@ pub(super) fn add_segment<T: Real>(
     for done in (0..segment.count as usize).step_by(CHUNK) {
         let count = (segment.count as usize - done).min(CHUNK);
         // Offset in x of the first cell of the window.
-        let n0 = f64::from(segment.offset[0]) + done as f64;
-        let along = T::from_f64(n0 - motion.centre[0]);
+        let n = [
+            i64::from(segment.offset[0]) + done as i64,
+            segment.offset[1].into(),
+            segment.offset[2].into(),
+        ];
+        let along = T::from_f64(n[0] as f64 - motion.centre[0]);
         let mut u = [[T::ZERO; CHUNK]; 3];
         for axis in 0..3 {
             for k in 0..CHUNK {
@@ -93,8 +104,8 @@ pub(super) fn add_segment<T: Real>(
             }
         }
         let [came, left] = row.exchanged(segment.x as usize + done);
-        add_cells(came, &u, count, [n0, ny, nz], incoming);
-        add_cells(left, &u, count, [n0, ny, nz], outgoing);
+        add_cells(came, &u, count, n, incoming);
+        add_cells(left, &u, count, n, outgoing);
     }
 }
 
@@ -115,7 +126,7 @@ fn add_cells<T: Real>(
     exchanged: [&[T]; 4],
     u: &[[T; CHUNK]; 3],
     count: usize,
-    n: [f64; 3],
+    n: [i64; 3],
     sum: &mut ExchangeSum,
 ) {
     let mut f = [[0.0_f64; CHUNK]; 3];
@@ -132,20 +143,18 @@ fn add_cells<T: Real>(
             f[axis][k] = f64::from_bits(wide.to_bits() & mask[k]);
         }
     }
-    let mut total = [0_i64; 6];
+    let (mut levered_y, mut levered_z) = ([0.0; CHUNK], [0.0; CHUNK]);
     for k in 0..CHUNK {
-        let nx = n[0] + f64::LANE[k];
-        total[0] = total[0].wrapping_add(to_fixed(f[0][k]));
-        total[1] = total[1].wrapping_add(to_fixed(f[1][k]));
-        total[2] = total[2].wrapping_add(to_fixed(f[2][k]));
-        total[3] = total[3].wrapping_add(to_fixed(n[1] * f[2][k] - n[2] * f[1][k]));
-        total[4] = total[4].wrapping_add(to_fixed(n[2] * f[0][k] - nx * f[2][k]));
-        total[5] = total[5].wrapping_add(to_fixed(nx * f[1][k] - n[1] * f[0][k]));
+        let nx = n[0] as f64 + f64::LANE[k];
+        levered_y[k] = nx * f[1][k];
+        levered_z[k] = nx * f[2][k];
     }
-    for axis in 0..3 {
-        sum.force[axis] = sum.force[axis].wrapping_add(total[axis]);
-        sum.moment[axis] = sum.moment[axis].wrapping_add(total[3 + axis]);
-    }
+    // Along the row only the lever in x changes; the other two multiply sums, which is exact in integers.
+    let f = [sum_fixed(&f[0]), sum_fixed(&f[1]), sum_fixed(&f[2])];
+    sum.add(
+        &ExchangeSum::of_row(f, sum_fixed(&levered_y), sum_fixed(&levered_z), n[1], n[2]),
+        1,
+    );
 }
 
 #[cfg(test)]
@@ -156,8 +165,8 @@ mod tests {
     #[test]
     fn a_sum_about_another_reference_cell_gains_the_moment_of_its_force() {
         let (exchanged, u) = ([0.3, -0.2, 0.1, 0.05], [0.01, 0.02, -0.03]);
-        let near = ExchangeSum::of_cell(exchanged, u, [1.0, -2.0, 3.0]);
-        let far = ExchangeSum::of_cell(exchanged, u, [5.0, -4.0, 9.0]);
+        let near = ExchangeSum::of_cell(exchanged, u, [1, -2, 3]);
+        let far = ExchangeSum::of_cell(exchanged, u, [5, -4, 9]);
         let shifted = near.shifted([4, -2, 6]);
         for a in 0..3 {
             assert_eq!(shifted.force[a], far.force[a]);

@@ -13,7 +13,7 @@ use crate::domain::{Block, Domain};
 use crate::fluid::{CHUNK, Real, SolidRow};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::particle::Particle;
-use crate::shape::Shape;
+use crate::shape::{Shape, Sphere};
 use std::ops::{Range, RangeInclusive};
 
 /// The ramp as a function of the signed distance over the width of the ramp; any argument.
@@ -81,7 +81,8 @@ impl RigidMotion {
     }
 
     /// Velocity in the cell at offset `n`.
-    pub(super) fn at(&self, n: [f64; 3]) -> [f64; 3] {
+    pub(super) fn at(&self, n: [i64; 3]) -> [f64; 3] {
+        let n = n.map(|n| n as f64);
         let (constant, slope) = self.along_row(n[1], n[2]);
         std::array::from_fn(|a| constant[a] + slope[a] * (n[0] - self.centre[0]))
     }
@@ -90,7 +91,7 @@ impl RigidMotion {
 /// One particle on the lattice.
 pub(super) struct Mapper<'a> {
     shape: &'a dyn Shape,
-    /// Of a sphere, whose distance is not worth a call.
+    /// Of a sphere, whose geometry is not worth a call.
     radius: Option<f64>,
     orientation: Quat,
     to_body: Mat3,
@@ -164,14 +165,12 @@ impl<'a> Mapper<'a> {
             let last = floor(hi * self.per_dx + centre[0]);
             [first.max(*xs.start()), last.min(*xs.end())]
         };
-        let all = clip(
-            self.shape
-                .row_interval(&self.orientation, y, z, 0.5 * self.ramp)?,
-        );
-        let full = self
-            .shape
-            .row_interval(&self.orientation, y, z, -0.5 * self.ramp)
-            .map_or([1, 0], clip);
+        let interval = |growth: f64| match self.radius {
+            Some(radius) => Sphere { radius }.row_interval(&self.orientation, y, z, growth),
+            None => self.shape.row_interval(&self.orientation, y, z, growth),
+        };
+        let all = clip(interval(0.5 * self.ramp)?);
+        let full = interval(-0.5 * self.ramp).map_or([1, 0], clip);
         (all[0] <= all[1]).then_some((all, full))
     }
 
