@@ -20,7 +20,7 @@ use std::ops::{Range, RangeInclusive};
 ///
 /// `cos^2(pi/2 (s + 1/2)) = (1 - sin(pi s)) / 2` with the Taylor series of the sine, accurate to 1e-11: the system's
 /// trigonometric functions differ between machines, and these numbers feed the state.
-#[inline]
+#[inline(always)]
 pub(super) fn cosine_ramp(s: f64) -> f64 {
     if s <= -0.5 {
         return 1.0;
@@ -209,13 +209,15 @@ impl<'a> Mapper<'a> {
     }
 
     /// Solid fractions of cells on the surface; `r` points from the centre to the first cell (cells).
-    #[inline]
+    #[inline(always)]
     fn ramp<T: Real>(&self, fraction: &mut [T; CHUNK], lanes: Range<usize>, r: [f64; 3]) {
         for k in lanes {
-            let point = Vec3::new(r[0] + k as f64, r[1], r[2]) * self.dx;
+            let x = r[0] + k as f64;
             let distance = match self.radius {
-                Some(radius) => point.norm() - radius,
-                None => self.shape.signed_distance(self.to_body * point),
+                Some(radius) => (x * x + (r[1] * r[1] + r[2] * r[2])).sqrt() * self.dx - radius,
+                None => self
+                    .shape
+                    .signed_distance(self.to_body * (Vec3::new(x, r[1], r[2]) * self.dx)),
             };
             fraction[k] = T::from_f64(cosine_ramp(distance * self.per_ramp));
         }
