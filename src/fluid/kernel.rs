@@ -184,58 +184,36 @@ pub trait Number:
     fn from_f64(x: f64) -> Self;
 }
 
-impl Number for f32 {
-    const LANE: [Self; CHUNK] = {
-        let mut lane = [0.0; CHUNK];
-        let mut k = 0;
-        while k < CHUNK {
-            lane[k] = k as Self;
-            k += 1;
+macro_rules! number {
+    ($t:ty) => {
+        impl Number for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const TINY: Self = 1e-30;
+            const LANE: [Self; CHUNK] = {
+                let mut lane = [0.0; CHUNK];
+                let mut k = 0;
+                while k < CHUNK {
+                    lane[k] = k as Self;
+                    k += 1;
+                }
+                lane
+            };
+            const STEP: [Self; 2 * CHUNK] = {
+                let mut step = [0.0; 2 * CHUNK];
+                let mut k = CHUNK;
+                while k < 2 * CHUNK {
+                    step[k] = 1.0;
+                    k += 1;
+                }
+                step
+            };
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as Self
+            }
         }
-        lane
     };
-    const STEP: [Self; 2 * CHUNK] = {
-        let mut step = [0.0; 2 * CHUNK];
-        let mut k = CHUNK;
-        while k < 2 * CHUNK {
-            step[k] = 1.0;
-            k += 1;
-        }
-        step
-    };
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const TINY: Self = 1e-30;
-    #[inline(always)]
-    fn from_f64(x: f64) -> Self {
-        x as f32
-    }
 }
-
-impl Number for f64 {
-    const LANE: [Self; CHUNK] = {
-        let mut lane = [0.0; CHUNK];
-        let mut k = 0;
-        while k < CHUNK {
-            lane[k] = k as Self;
-            k += 1;
-        }
-        lane
-    };
-    const STEP: [Self; 2 * CHUNK] = {
-        let mut step = [0.0; 2 * CHUNK];
-        let mut k = CHUNK;
-        while k < 2 * CHUNK {
-            step[k] = 1.0;
-            k += 1;
-        }
-        step
-    };
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const TINY: Self = 1e-30;
-    #[inline(always)]
-    fn from_f64(x: f64) -> Self {
-        x
-    }
-}
+number!(f32);
+number!(f64);
