@@ -16,7 +16,7 @@ use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
-pub use run::{RunOptions, run};
+pub use run::{RunOptions, decompose, run};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.

@@ -1,10 +1,11 @@
 //! What a run will be like: derived numbers, cost, and what lies outside the usual range.
 
-use super::machine::{bytes_per_cell, in_bytes, in_time, memory, mlups_per_thread, threads};
+use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
 use crate::case::Setup;
 use crate::contact::ContactParams;
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
+use crate::simulation::decompose;
 
 /// Largest usual speed on the lattice (cells per step): compressibility errors grow with its square.
 const USUAL_LATTICE_SPEED: f64 = 0.1;
@@ -64,6 +65,7 @@ pub(super) fn memory_needed(setup: &Setup) -> f64 {
 
 /// Refuses a run that this machine cannot hold.
 pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
+    decompose(setup)?;
     let needed = memory_needed(setup);
     match memory() {
         Some(memory) if needed > memory => {
@@ -94,7 +96,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<[String; 3]> {
     let per_stokes_time = scales.stokes_time / units.dt;
     let stokes_times = setup.end_step as f64 / per_stokes_time;
     let threads = threads(setup.threads);
-    let rate = mlups_per_thread(setup.precision) * threads as f64;
+    let rate = mlups_per_thread(setup.precision) * threads.min(cores()) as f64;
     let seconds = cells as f64 * setup.end_step as f64 / (rate * 1e6);
     let precision = match setup.precision {
         Precision::F32 => "f32",
@@ -163,7 +165,12 @@ pub(super) fn rows(setup: &Setup) -> Vec<[String; 3]> {
     let remark =
         format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it");
     rows.push(row("estimated time", in_time(seconds), &remark));
-    let fields = setup.end_step.checked_div(setup.output.fields_every).unwrap_or(0);
+    // Those due, the first state included, and the last state.
+    let every = setup.output.fields_every;
+    let fields = setup
+        .end_step
+        .checked_div(every)
+        .map_or(0, |n| n + 1 + u64::from(!setup.end_step.is_multiple_of(every)));
     let remark = format!(
         "{fields} files before compression, in {}",
         setup.output.directory.display()
@@ -269,6 +276,13 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
                 100.0 * USUAL_DEPTH
             ));
         }
+    }
+    if setup.threads > cores() {
+        advice.push(format!(
+            "{} threads on {} cores only get in each other's way; leave --threads and run.threads out for one per core",
+            setup.threads,
+            cores()
+        ));
     }
     if let Err(e) = refuse_what_does_not_fit(setup) {
         advice.push(e.to_string());

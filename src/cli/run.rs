@@ -11,6 +11,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+/// Drift of the settling velocity over the averages (relative) from which it is not called steady.
+const DRIFT_LIMIT: f64 = 0.05;
+
 /// Exit code after a second signal, as shells have it for an interrupt.
 const INTERRUPTED: i32 = 130;
 
@@ -55,6 +58,8 @@ struct Headline {
     settling_velocity_over_stokes: Option<f64>,
     settling_velocity_over_schiller_naumann: Option<f64>,
     standard_error: Option<f64>,
+    drift: Option<f64>,
+    interrupted: bool,
     mlups: Option<f64>,
     state_hash: Option<String>,
     particles: Option<usize>,
@@ -81,6 +86,16 @@ impl Headline {
             lines.push(format!(
                 "mean settling velocity  {velocity:.4}{error} u_Stokes{other}"
             ));
+        }
+        if let Some(drift) = self.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
+            lines.push(format!(
+                "not steady              the second half of the averages is {:+.1} % off the first: run longer, or raise \
+                 run.average_from",
+                100.0 * drift
+            ));
+        }
+        if self.interrupted {
+            lines.push("interrupted             by a signal, before the end of the case".to_string());
         }
         if let (Some(particles), Some(steps)) = (self.particles, self.steps) {
             lines.push(format!("particles, steps        {particles}, {steps}"));
@@ -110,12 +125,18 @@ mod tests {
         let headline = Headline {
             settling_velocity_over_stokes: Some(0.2741),
             standard_error: Some(0.0012),
+            drift: Some(-0.2),
+            interrupted: true,
             state_hash: Some("0123".to_string()),
             ..Headline::default()
         };
         let text = headline.text(Path::new("out/x"));
         assert!(
             text.starts_with("mean settling velocity  0.2741 +- 0.0012 u_Stokes\n"),
+            "{text}"
+        );
+        assert!(
+            text.contains("not steady") && text.contains("-20.0 %") && text.contains("interrupted"),
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));

@@ -10,12 +10,19 @@
 //! ```
 //!
 //! which balances what is left of the correlation against the scatter, `e_b` being the error at block length `b`.
-//! If no level satisfies it the series is short for its correlation time and the largest error found is taken.
-//! Levels with fewer than [`MIN_BLOCKS`] blocks are not looked at.
+//! Levels with fewer than [`MIN_BLOCKS`] blocks are not looked at. If no level satisfies it the series is short for its
+//! correlation time; then the error follows from the integrated correlation time `tau`,
+//!
+//! ```text
+//! e = s sqrt(2 tau / n),   tau = 1/2 + sum_{k=1}^{m} rho_k,   m = 5 tau
+//! ```
+//!
+//! unless the largest of the levels is larger still.
 //!
 //! # Reference
 //! Flyvbjerg and Petersen (1989), doi:10.1063/1.457480, for blocking; Lee et al. (2011),
-//! doi:10.1103/PhysRevE.83.066706, for the choice of the level.
+//! doi:10.1103/PhysRevE.83.066706, for the choice of the level; Sokal (1997), doi:10.1007/978-1-4899-0319-8_6, for the
+//! window `m`.
 
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +70,29 @@ fn blocking_error(series: &[f64]) -> Option<f64> {
             .collect();
         length *= 2.0;
     }
-    largest
+    largest.map(|largest| largest.max(correlation_error(series)))
+}
+
+/// `s sqrt(2 tau / n)` with the self-consistent window.
+fn correlation_error(series: &[f64]) -> f64 {
+    let n = series.len();
+    let mean = series.iter().sum::<f64>() / n as f64;
+    let covariance = |lag: usize| -> f64 {
+        let pairs = series.iter().zip(&series[lag..]);
+        pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / (n - lag) as f64
+    };
+    let variance = covariance(0);
+    if variance <= 0.0 {
+        return 0.0;
+    }
+    let mut tau = 0.5;
+    for lag in 1..n / 2 {
+        tau += covariance(lag) / variance;
+        if lag as f64 >= 5.0 * tau {
+            break;
+        }
+    }
+    (variance * 2.0 * tau.max(0.5) / n as f64).sqrt()
 }
 
 /// `sqrt(sum (x - mean)^2 / (n (n - 1)))`

@@ -23,6 +23,9 @@ pub struct Summary {
     pub settling_velocity_over_schiller_naumann: Option<f64>,
     /// Standard error of `settling_velocity_over_stokes` (-), by [`blocking`](super::statistics).
     pub standard_error: Option<f64>,
+    /// Difference of the means over the second and the first half of the averages, over the mean (-): large while the
+    /// settling velocity still drifts.
+    pub drift: Option<f64>,
     /// Interval of `t*` that the averages are taken over.
     pub averaged_over: Option<[f64; 2]>,
     /// Number of particles.
@@ -108,6 +111,7 @@ mod tests {
             settling_velocity_over_stokes: Some(0.1 + 0.2),
             settling_velocity_over_schiller_naumann: None,
             standard_error: None,
+            drift: None,
             averaged_over: Some([50.0, 150.0]),
             particles: 3,
             volume_fraction: 0.2,

@@ -102,7 +102,9 @@ impl<'a> Observer<'a> {
             plan.picture_every,
         ];
         let due: [bool; 4] = std::array::from_fn(|i| {
-            every[i] > 0 && (last || step.is_multiple_of(every[i])) && self.done[i] != Some(step)
+            // There is nothing to see of a fluid at rest.
+            let shows = i != PICTURES || step > 0;
+            every[i] > 0 && (last || step.is_multiple_of(every[i])) && self.done[i] != Some(step) && shows
         });
         if due == [false; 4] {
             return Ok(());
@@ -273,6 +275,7 @@ impl Writer<'_> {
         let first = self.steps.partition_point(|&step| step < setup.average_from_step);
         let settles = setup.scales.stokes_velocity > 0.0 && !setup.particles.is_empty();
         let estimate = settles.then(|| estimate_mean(&self.settling[first..])).flatten();
+        let drift = estimate.and_then(|e| drift(&self.settling[first..], e.mean));
         let averaged_over = estimate.map(|_| [self.t_star[first], self.t_star[self.t_star.len() - 1]]);
         if settles && !self.settling.is_empty() {
             let references = references(&setup.scales);
@@ -304,6 +307,7 @@ impl Writer<'_> {
             settling_velocity_over_stokes: estimate.map(|e| e.mean),
             settling_velocity_over_schiller_naumann: estimate.map(|e| e.mean * over_schiller_naumann),
             standard_error: estimate.and_then(|e| e.standard_error),
+            drift,
             averaged_over,
             particles: setup.particles.len(),
             volume_fraction: scales.volume_fraction,
@@ -337,6 +341,13 @@ impl Writer<'_> {
         self.progress.finish(steps);
         Ok(summary)
     }
+}
+
+/// Difference of the means of the second and the first half of a series, over its mean; `None` for too few values.
+fn drift(series: &[f64], mean: f64) -> Option<f64> {
+    let (early, late) = series.split_at(series.len() / 2);
+    let of = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
+    (series.len() >= 4 && mean != 0.0).then(|| (of(late) - of(early)) / mean)
 }
 
 pub(super) fn precision_name(precision: Precision) -> &'static str {

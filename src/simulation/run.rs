@@ -58,7 +58,10 @@ pub(super) fn on_ranks<R: Send>(
 }
 
 /// One rank per thread the case asks for; if it asks for none, one per core or as many as fit.
-pub(super) fn decompose(setup: &Setup) -> Result<Decomposition> {
+///
+/// # Errors
+/// [`Error::Input`] with the largest admissible number if the case asks for more threads than fit.
+pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let ranks = match setup.threads {
         0 => Decomposition::max_ranks(setup.domain, cores),
