@@ -176,6 +176,17 @@ impl<T: Real> Simulation<T> {
         Ok(())
     }
 
+    /// Makes a failure since the last control known to all; for the end of a run. Collective.
+    pub fn check(&mut self) -> Result<()> {
+        let mut failures = [i64::from(self.failure.is_some())];
+        self.comm.sum(&mut failures);
+        if failures[0] > 0 {
+            Err(self.agree_on_failure())
+        } else {
+            Ok(())
+        }
+    }
+
     /// The failure of the lowest rank that has one; the same on every rank. Collective.
     fn agree_on_failure(&mut self) -> Error {
         let mine = match self.failure.take() {

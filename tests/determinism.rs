@@ -50,14 +50,13 @@ fn setup() -> Setup {
 }
 
 /// What a run ended with: hash, contacts begun, and particles that changed their rank.
-fn outcome<T: Real>(setup: &Setup, ranks: usize, simd: Simd) -> (u64, u64, usize) {
+fn outcome<T: Real>(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) {
     let setup = Setup {
         simd: Some(simd),
         ..setup.clone()
     };
-    let decomposition = Decomposition::new(setup.domain, ranks).unwrap();
-    let results = on_threads(ranks, |comm| {
-        let mut simulation = Simulation::<T>::new(&setup, &decomposition, comm).unwrap();
+    let results = on_threads(cut.ranks(), |comm| {
+        let mut simulation = Simulation::<T>::new(&setup, cut, comm).unwrap();
         let owned = |s: &Simulation<T>| {
             s.dem()
                 .particles()
@@ -92,19 +91,26 @@ fn same_bits<T: Real>() {
     let setup = Arc::new(setup());
     assert_eq!(setup.particles.len(), 200);
     assert!(setup.templates[0].shape.as_sphere().is_some());
-    let (hash, contacts, _) = outcome::<T>(&setup, 1, Simd::best());
+    let domain = setup.domain;
+    let cut = |ranks| Decomposition::new(domain, ranks).unwrap();
+    let (hash, contacts, _) = outcome::<T>(&setup, &cut(1), Simd::best());
     assert!(contacts > 100, "only {contacts} contacts begun");
-    for ranks in [2, 3, 4, 6, 8] {
-        let (other, begun, moved) = outcome::<T>(&setup, ranks, Simd::best());
-        println!("{ranks} ranks: {other:016x}, {begun} contacts begun, {moved} particles changed rank");
-        assert_eq!((other, begun), (hash, contacts), "{ranks} ranks");
+    // The blocks a run would take, which leave rows whole, and blocks that meet in corners and cut rows.
+    let grids = [[3, 1, 1], [2, 2, 2]].map(|grid| Decomposition { domain, grid });
+    for cut in [2, 3, 4, 6, 8].map(cut).into_iter().chain(grids) {
+        let (other, begun, moved) = outcome::<T>(&setup, &cut, Simd::best());
+        println!(
+            "{:?}: {other:016x}, {begun} contacts begun, {moved} particles changed rank",
+            cut.grid
+        );
+        assert_eq!((other, begun), (hash, contacts), "{:?}", cut.grid);
         assert!(moved > 10, "only {moved} particles changed rank");
     }
     for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512]
         .into_iter()
         .filter(|simd| simd.is_available())
     {
-        let (other, ..) = outcome::<T>(&setup, 2, simd);
+        let (other, ..) = outcome::<T>(&setup, &cut(2), simd);
         println!("{simd:?}: {other:016x}");
         assert_eq!(other, hash, "{simd:?}");
     }

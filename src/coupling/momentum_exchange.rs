@@ -96,11 +96,12 @@ pub(super) fn add_segment<T: Real>(
             segment.offset[1].into(),
             segment.offset[2].into(),
         ];
-        let along = T::from_f64(n[0] as f64 - motion.centre[0]);
+        // The integer offset first, the centre last: rounded alike wherever a window begins.
+        let (n0, centre) = (T::from_f64(n[0] as f64), T::from_f64(motion.centre[0]));
         let mut u = [[T::ZERO; CHUNK]; 3];
         for axis in 0..3 {
             for k in 0..CHUNK {
-                u[axis][k] = constant[axis] + slope[axis] * (along + T::LANE[k]);
+                u[axis][k] = constant[axis] + slope[axis] * (n0 + T::LANE[k] - centre);
             }
         }
         let [came, left] = row.exchanged(segment.x as usize + done);

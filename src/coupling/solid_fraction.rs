@@ -183,36 +183,39 @@ impl<'a> Mapper<'a> {
         let [ry, rz] = [ny - self.motion.centre[1], nz - self.motion.centre[2]];
         for done in (0..segment.count as usize).step_by(CHUNK) {
             let count = (segment.count as usize - done).min(CHUNK);
-            let along = nx + done as f64 - self.motion.centre[0];
+            // The integer offset first, the centre last: rounded alike wherever a window begins.
+            let (n0, centre) = (nx + done as f64, self.motion.centre[0]);
             let lane = |n: i32| (n - segment.offset[0] - done as i32).clamp(0, count as i32) as usize;
             let full = lane(segment.full[0])..lane(segment.full[1] + 1);
             let mut fraction = [T::ZERO; CHUNK];
             if full.is_empty() {
-                self.ramp(&mut fraction, 0..count, [along, ry, rz]);
+                self.ramp(&mut fraction, 0..count, [n0, ry, rz]);
             } else {
                 // One on `full`, zero elsewhere.
                 let (rise, fall) = (&T::STEP[CHUNK - full.start..], &T::STEP[CHUNK - full.end..]);
                 for k in 0..CHUNK {
                     fraction[k] = rise[k] - fall[k];
                 }
-                self.ramp(&mut fraction, 0..full.start, [along, ry, rz]);
-                self.ramp(&mut fraction, full.end..count, [along, ry, rz]);
+                self.ramp(&mut fraction, 0..full.start, [n0, ry, rz]);
+                self.ramp(&mut fraction, full.end..count, [n0, ry, rz]);
             }
             let mut velocity = [[T::ZERO; CHUNK]; 3];
             for axis in 0..3 {
                 for k in 0..CHUNK {
-                    velocity[axis][k] = constant[axis] + slope[axis] * (T::from_f64(along) + T::LANE[k]);
+                    velocity[axis][k] =
+                        constant[axis] + slope[axis] * (T::from_f64(n0) + T::LANE[k] - T::from_f64(centre));
                 }
             }
             row.add(segment.x as usize + done, count, &fraction, &velocity);
         }
     }
 
-    /// Solid fractions of cells on the surface; `r` points from the centre to the first cell (cells).
+    /// Solid fractions of cells on the surface; `r` is the offset of the first cell in x and the
+    /// distances of the row from the centre in y and z (cells).
     #[inline(always)]
     fn ramp<T: Real>(&self, fraction: &mut [T; CHUNK], lanes: Range<usize>, r: [f64; 3]) {
         for k in lanes {
-            let x = r[0] + k as f64;
+            let x = (r[0] + k as f64) - self.motion.centre[0];
             let distance = match self.radius {
                 Some(radius) => (x * x + (r[1] * r[1] + r[2] * r[2])).sqrt() * self.dx - radius,
                 None => self

@@ -39,6 +39,11 @@ impl<T: Pod> Buffer<T> {
         }
     }
 
+    /// The start of the memory, from which every slice of it derives.
+    pub(crate) fn root(&self) -> *mut T {
+        self.start.as_ptr()
+    }
+
     fn layout(len: usize) -> Layout {
         let bytes = (len.max(1) * size_of::<T>()).next_multiple_of(4096);
         // Small boxes (tests, many ranks) need no huge page.

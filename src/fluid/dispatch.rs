@@ -30,7 +30,7 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>>(
 ) {
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
-    let base = fluid.populations.as_mut_ptr();
+    let base = fluid.populations.root();
     let row = Row {
         chunks: layout.chunks_per_row(),
         keep: T::from_f64(1.0 - 1.0 / fluid.relaxation_time),

@@ -99,6 +99,7 @@ fn run_rank<T: Real>(
         simulation.step()?;
         observer.observe(&mut simulation, false)?;
     }
+    simulation.check()?;
     observer.observe(&mut simulation, true)?;
     observer.finish(&mut simulation, interrupted)
 }
