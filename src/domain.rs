@@ -98,8 +98,10 @@ impl Decomposition {
     /// `None` if no grid of `ranks` blocks leaves every block at least four cells wide; see [`max_ranks`](Self::max_ranks).
     pub fn new(domain: Domain, ranks: usize) -> Option<Self> {
         let mut best: Option<([usize; 3], f64)> = None;
-        for px in (1..=ranks).filter(|p| ranks.is_multiple_of(*p)) {
-            for py in (1..=ranks / px).filter(|p| (ranks / px).is_multiple_of(*p)) {
+        for px in (1..=ranks.min(domain.cells[0] / MIN_BLOCK)).filter(|p| ranks.is_multiple_of(*p)) {
+            for py in (1..=(ranks / px).min(domain.cells[1] / MIN_BLOCK))
+                .filter(|p| (ranks / px).is_multiple_of(*p))
+            {
                 let grid = [px, py, ranks / px / py];
                 if (0..3).any(|i| domain.cells[i] / grid[i] < MIN_BLOCK) {
                     continue;
@@ -118,7 +120,8 @@ impl Decomposition {
 
     /// The largest rank count not above `wanted` that [`new`](Self::new) accepts.
     pub fn max_ranks(domain: Domain, wanted: usize) -> usize {
-        (1..=wanted)
+        let most = domain.cells.iter().map(|n| n / MIN_BLOCK).product();
+        (1..=wanted.min(most))
             .rev()
             .find(|&n| Self::new(domain, n).is_some())
             .unwrap_or(1)

@@ -46,9 +46,11 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
     let viscosity = viscosity(source, &case, &reference)?;
     let (units, relaxation_time) = time_step(source, &case, domain.dx, viscosity, density)?;
     let ramp = "in cells; 0.5 is usual";
-    let solid_ramp_width = source.positive(
+    let solid_ramp_width = source.satisfies(
         "lattice.solid_ramp_width",
         &case.lattice.value.solid_ramp_width,
+        |width| width > 0.0 && width <= 2.0,
+        "above 0 and at most 2 cells",
         ramp,
     )?;
     let particles = Placer {
