@@ -29,9 +29,4 @@ impl Timings {
     pub fn stages(&self) -> &[(&'static str, f64)] {
         &self.stages
     }
-
-    /// Forgets everything measured so far.
-    pub fn clear(&mut self) {
-        self.stages.clear();
-    }
 }

@@ -20,7 +20,7 @@ unsafe impl<T: Send> Send for Buffer<T> {}
 impl<T: Pod> Buffer<T> {
     /// `len` zeros.
     pub(crate) fn zeroed(len: usize) -> Self {
-        let layout = Self::layout(len);
+        let layout = layout::<T>(len);
         // SAFETY: the layout has a size that is not zero.
         let Some(start) = NonNull::new(unsafe { alloc(layout) }) else {
             handle_alloc_error(layout)
@@ -43,13 +43,14 @@ impl<T: Pod> Buffer<T> {
     pub(crate) fn root(&self) -> *mut T {
         self.start.as_ptr()
     }
+}
 
-    fn layout(len: usize) -> Layout {
-        let bytes = (len.max(1) * size_of::<T>()).next_multiple_of(4096);
-        // Small boxes (tests, many ranks) need no huge page.
-        let align = if bytes >= HUGE_PAGE { HUGE_PAGE } else { 4096 };
-        Layout::from_size_align(bytes, align).expect("a size below 2^63")
-    }
+/// How `len` numbers are allocated and freed.
+fn layout<T>(len: usize) -> Layout {
+    let bytes = (len.max(1) * size_of::<T>()).next_multiple_of(4096);
+    // Small boxes (tests, many ranks) need no huge page.
+    let align = if bytes >= HUGE_PAGE { HUGE_PAGE } else { 4096 };
+    Layout::from_size_align(bytes, align).expect("a size below 2^63")
 }
 
 impl<T> Deref for Buffer<T> {
@@ -69,10 +70,7 @@ impl<T> DerefMut for Buffer<T> {
 
 impl<T> Drop for Buffer<T> {
     fn drop(&mut self) {
-        let bytes = (self.len.max(1) * size_of::<T>()).next_multiple_of(4096);
-        let align = if bytes >= HUGE_PAGE { HUGE_PAGE } else { 4096 };
-        let layout = Layout::from_size_align(bytes, align).expect("as when it was allocated");
         // SAFETY: allocated by `zeroed` with this very layout.
-        unsafe { dealloc(self.start.as_ptr().cast(), layout) };
+        unsafe { dealloc(self.start.as_ptr().cast(), layout::<T>(self.len)) };
     }
 }

@@ -63,11 +63,6 @@ impl Shape for Sphere {
             [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10],
             [8, 6, 7], [9, 8, 1],
         ];
-        // The index table above numbers the third group (golden, 0, -1), (golden, 0, 1), (-golden, 0, -1), (-golden, 0, 1).
-        points[8] = Vec3::new(golden, 0.0, -1.0);
-        points[9] = Vec3::new(golden, 0.0, 1.0);
-        points[10] = Vec3::new(-golden, 0.0, -1.0);
-        points[11] = Vec3::new(-golden, 0.0, 1.0);
         for _ in 0..refinement {
             let mut middles = std::collections::HashMap::new();
             let mut finer = Vec::with_capacity(4 * triangles.len());
