@@ -15,13 +15,14 @@ mod scales;
 mod source;
 mod space;
 
-use crate::contact::ContactParams;
+use crate::contact::ContactModel;
 use crate::coupling::ForceBalance;
 use crate::domain::Domain;
-use crate::fluid::{Precision, Simd};
+use crate::fluid::{Collision, Precision, Simd};
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
 use crate::units::Units;
+use crate::wall::Wall;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -45,16 +46,23 @@ pub struct Setup {
     pub precision: Precision,
     /// Instruction set; `None` takes the best this processor has.
     pub simd: Option<Simd>,
+    /// Whether there is no fluid: particles, contacts and walls only. Then `units` says how long a step is and how wide
+    /// the cells of the decomposition are, and what belongs to the fluid means nothing.
+    pub dry: bool,
     /// Relaxation time (time steps).
     pub relaxation_time: f64,
+    /// Collision operator.
+    pub collision: Collision,
     /// Width of the cosine ramp of the solid fraction (cells).
     pub solid_ramp_width: f64,
     /// Geometries and materials.
     pub templates: Arc<[Template]>,
     /// Initial state of all particles, ascending ids.
     pub particles: Vec<Particle>,
+    /// Walls: the closed faces of the box, and those the case lists.
+    pub walls: Vec<Wall>,
     /// Contact model; `None` if contacts are off.
-    pub contact: Option<ContactParams>,
+    pub contact: Option<ContactModel>,
     /// DEM sub-steps per fluid step.
     pub substeps: u32,
     /// Gravity (m/s^2).

@@ -1,8 +1,8 @@
-//! Discrete contacts of convex bodies: overlap geometry, force law, material.
+//! Discrete contacts of convex bodies and walls: overlap geometry, force law, material.
 //!
-//! A contact is measured by the volume, depth, centre and normal of the overlap of the two (enlarged) bodies
+//! A contact is measured by the volume, depth, centre, normal and area of the overlap of the two (enlarged) bodies
 //! ([`overlap`]): in closed form for spheres ([`sphere_sphere`]), by samples for any other pair ([`sampled`]). The
-//! force follows from these four and from the relative velocity at the centre ([`law`]). [`pairs`] says which pairs
+//! force follows from these and from the relative velocity at the centre ([`law`]). [`pairs`] says which pairs
 //! are near enough to be measured. Nothing here has a memory; the engine keeps the damping of each contact.
 
 pub mod law;
@@ -12,17 +12,71 @@ pub mod sampled;
 pub mod sphere_sphere;
 
 pub use law::PairLaw;
-pub use overlap::{Body, Overlap, measure};
+pub use overlap::{Body, Contour, Overlap, measure, measure_wall};
 pub use pairs::PairFinder;
 use serde::{Deserialize, Serialize};
 
-/// Material and model of all particle contacts, SI units.
+/// Materials and model of all contacts, SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactModel {
+    /// Materials; templates and walls name theirs by its index.
+    pub materials: Vec<Material>,
+    /// What two materials do to each other: entry `a * materials.len() + b`, symmetric.
+    pub pairs: Vec<PairParams>,
+    /// By how much the surface of every particle is grown for contacts (m).
+    pub enlargement: f64,
+    /// How overlaps are measured.
+    pub geometry: Geometry,
+    /// How the elastic force follows from the overlap.
+    pub law: ElasticLaw,
+}
+
+impl ContactModel {
+    /// What two materials, by their indices, do to each other.
+    pub fn pair(&self, a: usize, b: usize) -> &PairParams {
+        &self.pairs[a * self.materials.len() + b]
+    }
+}
+
+/// The same for everything that touches, SI units: a [`ContactModel`] of one material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactParams {
+    /// Elasticity.
+    pub material: Material,
+    /// Restitution and friction.
+    pub pair: PairParams,
+    /// By how much the surface of every particle is grown for contacts (m).
+    pub enlargement: f64,
+    /// How overlaps are measured.
+    pub geometry: Geometry,
+    /// How the elastic force follows from the overlap.
+    pub law: ElasticLaw,
+}
+
+impl From<ContactParams> for ContactModel {
+    fn from(params: ContactParams) -> Self {
+        Self {
+            materials: vec![params.material],
+            pairs: vec![params.pair],
+            enlargement: params.enlargement,
+            geometry: params.geometry,
+            law: params.law,
+        }
+    }
+}
+
+/// Elasticity of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
     /// Young's modulus (Pa).
     pub youngs_modulus: f64,
     /// Poisson's ratio (-).
     pub poisson_ratio: f64,
+}
+
+/// Dissipation between two materials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairParams {
     /// Coefficient of restitution (-), `0 < e <= 1`.
     pub restitution: f64,
     /// Static friction coefficient (-).
@@ -31,10 +85,17 @@ pub struct ContactParams {
     pub friction_kinetic: f64,
     /// Speed of transition from static to kinetic friction (m/s).
     pub transition_velocity: f64,
-    /// By how much every surface is grown for contacts (m).
-    pub enlargement: f64,
-    /// How overlaps are measured.
-    pub geometry: Geometry,
+}
+
+/// How the elastic part of the normal force follows from the overlap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ElasticLaw {
+    /// From volume and depth, `k E* sqrt(V d)`, as in Marquardt et al. (2024).
+    #[default]
+    Paper,
+    /// Minus the gradient of an energy of the overlap volume: elastic impacts of edges and corners conserve energy.
+    OverlapEnergy,
 }
 
 /// How overlaps are measured.

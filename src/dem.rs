@@ -13,6 +13,7 @@ use crate::math::Vec3;
 use crate::particle::ParticleStore;
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
+use bytemuck::{Pod, Zeroable};
 pub use history::Record;
 pub use native::{Native, NativeParams};
 
@@ -34,6 +35,39 @@ pub struct ContactSummary {
     pub max_depth: f64,
     /// Number of contacts that began since the start.
     pub begun: u64,
+}
+
+/// One contact that exerted a force at the last sub-step.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ContactState {
+    /// Id of the first particle.
+    pub first: u64,
+    /// Id of the second particle, or [`of_wall`](Self::of_wall) of the index of a wall.
+    pub second: u64,
+    /// Where the force acts (m), wrapped into the domain.
+    pub point: [f64; 3],
+    /// Unit normal, from the first body to the second.
+    pub normal: [f64; 3],
+    /// Force on the first body (N); the second gets the opposite.
+    pub force: [f64; 3],
+    /// Depth of the overlap (m).
+    pub depth: f64,
+    /// Volume of the overlap (m^3).
+    pub volume: f64,
+}
+
+impl ContactState {
+    /// What stands for the wall with this index in place of the id of a particle; above all ids.
+    pub fn of_wall(index: usize) -> u64 {
+        u64::MAX - index as u64
+    }
+
+    /// The index of the wall, if the second body is one.
+    pub fn wall(&self) -> Option<usize> {
+        let index = u64::MAX - self.second;
+        (index < 1 << 32).then_some(index as usize)
+    }
 }
 
 /// Moves the particles; knows contacts, knows nothing of the fluid. All quantities are SI.
@@ -58,4 +92,8 @@ pub trait DemEngine: Send {
 
     /// Contacts at the last sub-step.
     fn contacts(&self) -> ContactSummary;
+
+    /// The contacts at the last sub-step that this rank is responsible for, ascending by the ids of the pair. Asked for only
+    /// when they are written, so that an engine may gather them when asked.
+    fn contact_states(&self) -> Vec<ContactState>;
 }

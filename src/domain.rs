@@ -1,16 +1,18 @@
-//! The periodic box, its cells, and the blocks that ranks own.
+//! The box, its periodic directions, its cells, and the blocks that ranks own.
 //!
 //! Cell `(i, j, k)` covers `[i, i+1) dx` and has its centre at `(i + 1/2) dx`; the box starts at the origin.
 
 use crate::math::Vec3;
 
-/// A periodic box of cubic cells.
+/// A box of cubic cells, periodic in some directions and closed by walls in the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain {
     /// Number of cells in each direction.
     pub cells: [usize; 3],
     /// Edge of a cell (m).
     pub dx: f64,
+    /// Which directions are periodic; in the others positions stay as they are and have no images.
+    pub periodic: [bool; 3],
 }
 
 impl Domain {
@@ -29,10 +31,14 @@ impl Domain {
         self.size().product()
     }
 
-    /// The image of `position` inside the box, `0 <= x < size` in each direction.
+    /// The image of `position` inside the box, `0 <= x < size` in each periodic direction.
     pub fn wrap(&self, position: Vec3) -> Vec3 {
         let size = self.size();
-        position.zip_map(&size, |x, length| {
+        Vec3::from_fn(|i, _| {
+            let (x, length) = (position[i], size[i]);
+            if !self.periodic[i] {
+                return x;
+            }
             let wrapped = x - length * (x / length).floor();
             // Rounding can give `length` itself for a tiny negative `x`.
             if wrapped >= length || wrapped < 0.0 {
@@ -45,10 +51,12 @@ impl Domain {
 
     /// The shortest periodic image of a difference of two wrapped positions.
     pub fn nearest_image(&self, difference: Vec3) -> Vec3 {
-        difference.zip_map(&self.size(), |d, length| {
-            if d > 0.5 * length {
+        let size = self.size();
+        Vec3::from_fn(|i, _| {
+            let (d, length) = (difference[i], size[i]);
+            if self.periodic[i] && d > 0.5 * length {
                 d - length
-            } else if d < -0.5 * length {
+            } else if self.periodic[i] && d < -0.5 * length {
                 d + length
             } else {
                 d
@@ -56,7 +64,17 @@ impl Domain {
         })
     }
 
-    /// The cell that holds a wrapped position.
+    /// The shorter of a distance (not negative) along axis `i` and its way round the back, where there is one.
+    #[inline]
+    pub fn shorter_way(&self, i: usize, distance: f64) -> f64 {
+        if self.periodic[i] {
+            distance.min(self.cells[i] as f64 * self.dx - distance)
+        } else {
+            distance
+        }
+    }
+
+    /// The cell that holds a wrapped position; the nearest one for a position beyond a wall.
     pub fn cell_of(&self, position: Vec3) -> [usize; 3] {
         std::array::from_fn(|i| ((position[i] / self.dx) as usize).min(self.cells[i] - 1))
     }
@@ -173,14 +191,13 @@ impl Decomposition {
     pub fn is_within(&self, rank: usize, position: Vec3, reach: f64) -> bool {
         let block = self.block(rank);
         (0..3).all(|i| {
-            let length = self.domain.cells[i] as f64 * self.domain.dx;
             let (lo, hi) = (
                 block.lo[i] as f64 * self.domain.dx,
                 block.hi[i] as f64 * self.domain.dx,
             );
             // Nearest image of the position to the middle of the block.
             let offset = (position[i] - 0.5 * (lo + hi)).abs();
-            offset.min(length - offset) <= 0.5 * (hi - lo) + reach
+            self.domain.shorter_way(i, offset) <= 0.5 * (hi - lo) + reach
         })
     }
 
@@ -188,11 +205,10 @@ impl Decomposition {
     pub fn neighbours(&self, rank: usize, reach: f64) -> Vec<usize> {
         let own = self.block(rank);
         let near = |a: &Block, b: &Block, i: usize| {
-            let length = self.domain.cells[i] as f64;
             let centre = |b: &Block| 0.5 * (b.lo[i] + b.hi[i]) as f64;
             let offset = (centre(a) - centre(b)).abs();
-            let gap = offset.min(length - offset) - 0.5 * ((a.hi[i] - a.lo[i]) + (b.hi[i] - b.lo[i])) as f64;
-            gap * self.domain.dx <= reach
+            let distance = self.domain.shorter_way(i, offset * self.domain.dx);
+            distance - 0.5 * ((a.hi[i] - a.lo[i]) + (b.hi[i] - b.lo[i])) as f64 * self.domain.dx <= reach
         };
         (0..self.ranks())
             .filter(|&other| other != rank && (0..3).all(|i| near(&own, &self.block(other), i)))
@@ -208,6 +224,7 @@ mod tests {
     use super::*;
 
     const BOX: Domain = Domain {
+        periodic: [true; 3],
         cells: [21, 34, 47],
         dx: 0.5,
     };
@@ -263,6 +280,7 @@ mod tests {
     #[test]
     fn a_count_that_would_make_blocks_too_thin_is_refused_and_the_next_smaller_named() {
         let small = Domain {
+            periodic: [true; 3],
             cells: [8, 8, 8],
             dx: 1.0,
         };

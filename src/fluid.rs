@@ -39,6 +39,20 @@ pub enum Precision {
     F64,
 }
 
+/// Collision operator.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Collision {
+    /// Bhatnagar, Gross and Krook: one relaxation time.
+    #[default]
+    Bgk,
+    /// Two relaxation times: that of the even part sets the viscosity, that of the odd part follows from the magic
+    /// parameter `(tau_even - 1/2) (tau_odd - 1/2)`.
+    Trt {
+        /// The magic parameter (-); 3/16 puts half-way walls exactly half-way.
+        magic: f64,
+    },
+}
+
 /// Instruction set of the kernels; all give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -12,7 +12,7 @@
 //! whole     simulation   case   output   packing
 //! border    coupling                the only place where lattice units meet SI at run time
 //! physics   fluid             |     dem
-//! parts     lattice           |     contact -> particle -> shape
+//! parts     lattice           |     contact -> particle -> shape   wall
 //! space     domain            comm
 //! words     math   units   error   timing
 //! ```
@@ -35,5 +35,6 @@ pub mod shape;
 pub mod simulation;
 pub mod timing;
 pub mod units;
+pub mod wall;
 
 pub use error::{Error, Result};

@@ -108,6 +108,7 @@ mod tests {
 
     fn cube(diameters: usize) -> Domain {
         Domain {
+            periodic: [true; 3],
             cells: [diameters * 9; 3],
             dx: 1.0 / 9.0,
         }

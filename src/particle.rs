@@ -12,6 +12,8 @@ pub struct Template {
     pub shape: Arc<dyn Shape>,
     /// Density (kg/m^3).
     pub density: f64,
+    /// Index of its material in the contact model.
+    pub material: usize,
 }
 
 impl Template {

@@ -1,9 +1,11 @@
 //! Rigid convex bodies: geometry in the body frame, which is centred at the centre of mass and aligned with the
 //! principal axes.
 
+pub mod polyhedron;
 pub mod sphere;
 
 use crate::math::{Quat, Vec3};
+pub use polyhedron::{Face, Polyhedron};
 pub use sphere::Sphere;
 use std::fmt::Debug;
 
@@ -30,18 +32,46 @@ pub trait Shape: Send + Sync + Debug {
     /// Radius of the smallest sphere about the centre of mass that holds the body (m).
     fn circumradius(&self) -> f64;
 
-    /// Signed distance of a body-frame point to the surface (m), negative inside.
+    /// Smallest distance between two parallel planes that hold the body between them (m).
+    fn thickness(&self) -> f64;
+
+    /// Signed distance of a body-frame point to the surface (m), negative inside; exact, also outside.
     fn signed_distance(&self, point: Vec3) -> f64;
+
+    /// Gradient of [`signed_distance`](Self::signed_distance): the unit vector from the nearest point of the surface to
+    /// `point` outside, the opposite inside. Where several points are nearest (centre, inside of an edge), one of them.
+    fn gradient(&self, point: Vec3) -> Vec3;
+
+    /// The point of the body that lies furthest along `direction` (body frame, any length but 0).
+    fn support(&self, direction: Vec3) -> Vec3;
+
+    /// Half edges of the box along the world axes that holds the body turned by `orientation`, each way: the low
+    /// corner relative to the centre of mass, then the high one.
+    fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {
+        let reach = |axis: usize, sign: f64| {
+            let direction = orientation.inverse_transform_vector(&Vec3::ith(axis, sign));
+            orientation.transform_vector(&self.support(direction))[axis]
+        };
+        (
+            Vec3::from_fn(|axis, _| reach(axis, -1.0)),
+            Vec3::from_fn(|axis, _| reach(axis, 1.0)),
+        )
+    }
 
     /// Where the line `(x, y, z), x in R` meets the body grown by `growth` (m, may be negative).
     ///
-    /// World axes, relative to the centre of mass of a body turned by `orientation`: returns `x_min <= x_max` such
-    /// that the signed distance is at most `growth` exactly on `[x_min, x_max]`, or `None` where it never is.
-    /// Convexity makes the set one interval.
+    /// World axes, relative to the centre of mass of a body turned by `orientation`. The set where the signed distance is
+    /// at most `growth` is one interval, as the body is convex. For `growth >= 0` the result holds that interval and may
+    /// be a little longer; for `growth < 0` it is the interval or a little shorter. `None` where there is none.
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)>;
 
     /// The radius if the body is a sphere: pairs of spheres have closed-form contacts.
     fn as_sphere(&self) -> Option<f64> {
+        None
+    }
+
+    /// Vertices and faces if the body has only flat faces: pairs of these have exact contacts.
+    fn as_polyhedron(&self) -> Option<&Polyhedron> {
         None
     }
 

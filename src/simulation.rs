@@ -38,7 +38,8 @@ impl<T: Real> Simulation<T> {
     /// The case at rest, with the native engine. Collective.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
         let params = NativeParams {
-            contact: setup.contact,
+            contact: setup.contact.clone(),
+            walls: setup.walls.clone(),
             gravity: setup.gravity,
             substeps: setup.substeps,
         };

@@ -12,23 +12,24 @@ const MAY_USE: &[(&str, &str)] = &[
     ("cli", "simulation case output packing fluid contact error"),
     (
         "simulation",
-        "case output coupling fluid dem particle lattice domain comm units math timing error",
+        "case output coupling fluid dem contact particle shape wall lattice domain comm units math timing error",
     ),
     (
         "case",
-        "packing coupling fluid contact particle shape domain units math error",
+        "packing coupling fluid contact particle shape wall domain units math error",
     ),
-    ("output", "particle shape domain math error"),
-    ("packing", "particle domain math"),
+    ("output", "particle shape wall domain math error"),
+    ("packing", "contact particle shape wall domain math"),
     (
         "coupling",
-        "fluid dem particle shape lattice domain comm units math",
+        "fluid dem particle shape wall lattice domain comm units math",
     ),
     ("fluid", "lattice domain comm math"),
-    ("dem", "contact particle shape domain comm math error"),
-    ("contact", "shape domain math"),
+    ("dem", "contact particle shape wall domain comm math error"),
+    ("contact", "shape wall domain math"),
     ("particle", "shape math"),
     ("shape", "math"),
+    ("wall", "math"),
     ("lattice", ""),
     ("domain", "math"),
     ("comm", ""),
@@ -42,7 +43,7 @@ const MAY_USE: &[(&str, &str)] = &[
 const ROOT_NAMES: &[(&str, &str)] = &[("Error", "error"), ("Result", "error")];
 
 /// Modules whose numbers become part of the state of a run.
-const STATE: &str = "case packing coupling fluid dem contact particle shape lattice domain units math";
+const STATE: &str = "case packing coupling fluid dem contact particle shape wall lattice domain units math";
 
 /// Methods of numbers that the system or the processor rounds as it likes.
 const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh exp exp2 exp_m1 ln ln_1p log log2 log10 \

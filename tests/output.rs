@@ -20,6 +20,7 @@ const DIAMETER: f64 = 1.5e-3;
 const STOKES_VELOCITY: f64 = 0.32;
 const FRAMES: u64 = 3;
 const DOMAIN: Domain = Domain {
+    periodic: [true; 3],
     cells: [64, 64, 80],
     dx: DIAMETER / 12.0,
 };
@@ -83,6 +84,7 @@ fn write_run(root: &Path) {
         shape: Arc::new(Sphere {
             radius: 0.5 * DIAMETER,
         }),
+        material: 0,
         density: 3250.0,
     }];
     directory::prepare(root).unwrap();

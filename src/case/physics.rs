@@ -5,7 +5,7 @@ use super::file::{Case, GeometryKind};
 use super::forms::Gravity;
 use super::scales::Reference;
 use super::source::Source;
-use crate::contact::{ContactParams, Geometry};
+use crate::contact::{ContactModel, ContactParams, ElasticLaw, Geometry, Material, PairParams};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::units::Units;
@@ -90,7 +90,7 @@ pub(super) fn time_step(
 }
 
 /// The contact model in SI units, if contacts are on.
-pub(super) fn contact(source: &Source, case: &Case, dx: f64) -> Result<Option<ContactParams>> {
+pub(super) fn contact(source: &Source, case: &Case, dx: f64) -> Result<Option<ContactModel>> {
     let contact = &case.contact;
     let range = "above 0 and at most 1";
     let within = |x: f64| x > 0.0 && x <= 1.0;
@@ -107,7 +107,7 @@ pub(super) fn contact(source: &Source, case: &Case, dx: f64) -> Result<Option<Co
         ));
     }
     // Checked even where contacts are off: a wrong number is wrong.
-    let params = ContactParams {
+    let material = Material {
         youngs_modulus: source.positive("contact.youngs_modulus", &contact.youngs_modulus, "in Pa")?,
         poisson_ratio: source.satisfies(
             "contact.poisson_ratio",
@@ -116,6 +116,8 @@ pub(super) fn contact(source: &Source, case: &Case, dx: f64) -> Result<Option<Co
             poisson,
             "0.2 to 0.3 is usual",
         )?,
+    };
+    let pair = PairParams {
         restitution: source.satisfies(
             "contact.restitution",
             &contact.restitution,
@@ -138,6 +140,11 @@ pub(super) fn contact(source: &Source, case: &Case, dx: f64) -> Result<Option<Co
             &contact.transition_velocity,
             "in m/s",
         )?,
+    };
+    let params = ContactParams {
+        material,
+        pair,
+        law: ElasticLaw::Paper,
         enlargement: dx * source.non_negative("contact.enlargement", &contact.enlargement, "in cells")?,
         geometry: match contact.geometry {
             GeometryKind::Exact => Geometry::Exact,
@@ -146,5 +153,5 @@ pub(super) fn contact(source: &Source, case: &Case, dx: f64) -> Result<Option<Co
             },
         },
     };
-    Ok(contact.enabled.then_some(params))
+    Ok(contact.enabled.then(|| params.into()))
 }

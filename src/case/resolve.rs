@@ -10,7 +10,7 @@ use super::source::Source;
 use super::space::domain;
 use super::{OutputPlan, Setup};
 use crate::error::{Error, Result};
-use crate::fluid::Simd;
+use crate::fluid::{Collision, Simd};
 use crate::particle::Template;
 use crate::shape::Sphere;
 use std::path::{Path, PathBuf};
@@ -90,8 +90,11 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         units,
         precision: case.fluid.value.precision,
         simd: simd(source, &case)?,
+        dry: false,
         relaxation_time,
+        collision: Collision::Bgk,
         solid_ramp_width,
+        walls: Vec::new(),
         templates: templates.into(),
         particles,
         contact: contact(source, &case, domain.dx)?,
@@ -131,6 +134,7 @@ fn templates(source: &Source, case: &Case) -> Result<Vec<Template>> {
             shape: Arc::new(Sphere {
                 radius: 0.5 * diameter,
             }),
+            material: 0,
             density: source.positive(&key, &section.value.density, "in kg/m^3; glass has 2500")?,
         })
     };

@@ -59,7 +59,11 @@ pub(super) fn domain(
         cells[i] = exact.round().max(1.0) as usize;
         rounded |= (exact - cells[i] as f64).abs() > 1e-9 * exact;
     }
-    let domain = Domain { cells, dx };
+    let domain = Domain {
+        periodic: [true; 3],
+        cells,
+        dx,
+    };
     let used = domain.size();
     if rounded {
         let (x, y, z) = (used.x, used.y, used.z);

@@ -2,7 +2,7 @@
 
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
 use crate::case::Setup;
-use crate::contact::ContactParams;
+use crate::contact::ContactModel;
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
 use crate::simulation::decompose;
@@ -26,9 +26,11 @@ struct Hertz {
 }
 
 impl Hertz {
-    fn new(setup: &Setup, contact: &ContactParams) -> Self {
+    fn new(setup: &Setup, contact: &ContactModel) -> Self {
+        let material = &contact.materials[setup.templates[0].material];
         Self {
-            modulus: contact.youngs_modulus / (2.0 * (1.0 - contact.poisson_ratio * contact.poisson_ratio)),
+            modulus: material.youngs_modulus
+                / (2.0 * (1.0 - material.poisson_ratio * material.poisson_ratio)),
             radius: 0.25 * setup.scales.diameter,
             mass: 0.5 * setup.templates[0].mass(),
         }
@@ -260,7 +262,8 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
         let resolved = steps * f64::from(setup.substeps);
         if resolved < USUAL_CONTACT_STEPS {
             let substeps = (USUAL_CONTACT_STEPS / steps).ceil();
-            let modulus = contact.youngs_modulus * libm::pow(resolved / USUAL_CONTACT_STEPS, 2.5);
+            let modulus = contact.materials[setup.templates[0].material].youngs_modulus
+                * libm::pow(resolved / USUAL_CONTACT_STEPS, 2.5);
             advice.push(format!(
                 "an impact at u* lasts {resolved:.1} steps of the particles, below {USUAL_CONTACT_STEPS}; take \
                  contact.substeps = {substeps:.0} or contact.youngs_modulus = {modulus:.3e}"
@@ -268,7 +271,8 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
         }
         let depth = hertz.static_depth(submerged_weight(setup)) / setup.scales.diameter;
         if depth > USUAL_DEPTH {
-            let modulus = contact.youngs_modulus * libm::pow(depth / USUAL_DEPTH, 1.5);
+            let modulus = contact.materials[setup.templates[0].material].youngs_modulus
+                * libm::pow(depth / USUAL_DEPTH, 1.5);
             advice.push(format!(
                 "a resting particle sinks {:.1} % of a diameter into its neighbour, above {:.0} %; take \
                  contact.youngs_modulus = {modulus:.3e} or more",

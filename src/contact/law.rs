@@ -1,6 +1,6 @@
 //! The contact force: elastic and damped along the normal, friction across it.
 
-use super::{ContactParams, Overlap};
+use super::{ContactModel, Material, Overlap};
 use crate::math::Vec3;
 use std::f64::consts::FRAC_2_SQRT_PI;
 
@@ -35,25 +35,25 @@ pub struct PairLaw {
 }
 
 impl PairLaw {
-    /// Law between two bodies of one material each; restitution and friction are those of the first (one material
-    /// serves all particles today).
+    /// Law between two materials, by their indices.
     ///
     /// # Panics
     /// If the coefficient of restitution is not in `(0, 1]`.
-    pub fn new(first: &ContactParams, second: &ContactParams) -> Self {
-        assert!(first.restitution > 0.0 && first.restitution <= 1.0);
-        let ratio = first.friction_kinetic / first.friction_static;
+    pub fn new(model: &ContactModel, a: usize, b: usize) -> Self {
+        let pair = model.pair(a, b);
+        assert!(pair.restitution > 0.0 && pair.restitution <= 1.0);
+        let ratio = pair.friction_kinetic / pair.friction_static;
         let ratio_squared = ratio * ratio;
         Self {
-            modulus: effective_modulus(first, second),
-            damping_number: damping_number(first.restitution),
-            friction_static: if first.friction_static > 0.0 {
-                first.friction_static * (1.0 - 0.09 * ratio_squared * ratio_squared)
+            modulus: effective_modulus(&model.materials[a], &model.materials[b]),
+            damping_number: damping_number(pair.restitution),
+            friction_static: if pair.friction_static > 0.0 {
+                pair.friction_static * (1.0 - 0.09 * ratio_squared * ratio_squared)
             } else {
                 0.0
             },
-            friction_kinetic: first.friction_kinetic,
-            transition_velocity: first.transition_velocity,
+            friction_kinetic: pair.friction_kinetic,
+            transition_velocity: pair.transition_velocity,
         }
     }
 
@@ -129,8 +129,8 @@ impl PairLaw {
 }
 
 /// `E* = [(1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b]^-1` (Pa).
-pub fn effective_modulus(first: &ContactParams, second: &ContactParams) -> f64 {
-    let compliance = |p: &ContactParams| (1.0 - p.poisson_ratio * p.poisson_ratio) / p.youngs_modulus;
+pub fn effective_modulus(first: &Material, second: &Material) -> f64 {
+    let compliance = |p: &Material| (1.0 - p.poisson_ratio * p.poisson_ratio) / p.youngs_modulus;
     1.0 / (compliance(first) + compliance(second))
 }
 
@@ -146,21 +146,26 @@ pub fn damping_number(restitution: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Geometry, sphere_sphere};
+    use crate::contact::{ContactParams, ElasticLaw, Geometry, PairParams, sphere_sphere};
 
     const GLASS: ContactParams = ContactParams {
-        youngs_modulus: 5e6,
-        poisson_ratio: 0.25,
-        restitution: 0.5,
-        friction_static: 0.32,
-        friction_kinetic: 0.16,
-        transition_velocity: 1e-3,
+        material: Material {
+            youngs_modulus: 5e6,
+            poisson_ratio: 0.25,
+        },
+        pair: PairParams {
+            restitution: 0.5,
+            friction_static: 0.32,
+            friction_kinetic: 0.16,
+            transition_velocity: 1e-3,
+        },
         enlargement: 0.0,
         geometry: Geometry::Exact,
+        law: ElasticLaw::Paper,
     };
 
     fn law() -> PairLaw {
-        PairLaw::new(&GLASS, &GLASS)
+        PairLaw::new(&GLASS.into(), 0, 0)
     }
 
     fn lens(depth: f64) -> Overlap {
@@ -257,11 +262,12 @@ mod tests {
 
     #[test]
     fn bodies_of_unlike_stiffness_compress_like_springs_in_series() {
-        let soft = ContactParams {
+        let glass = GLASS.material;
+        let soft = Material {
             youngs_modulus: 1e3,
-            ..GLASS
+            ..glass
         };
-        let (a, b) = (effective_modulus(&GLASS, &soft), effective_modulus(&soft, &GLASS));
+        let (a, b) = (effective_modulus(&glass, &soft), effective_modulus(&soft, &glass));
         assert!((a / b - 1.0).abs() < 1e-15);
         assert!((a / (1e3 / (1.0 - 0.0625)) - 1.0).abs() < 1e-3);
     }

@@ -71,7 +71,6 @@ impl PairFinder {
         let reach = 2.0 * radii.iter().copied().fold(0.0, f64::max);
         let axes = self.axes(reach, positions.len());
         self.sort_into_cells(&axes, positions, radii);
-        let size = self.domain.size();
         for (i, (&position, &radius)) in positions.iter().zip(radii).enumerate() {
             let first = self.pairs.len();
             let [x, y, z] = self.cell_of[i].map(|c| c as usize);
@@ -83,7 +82,7 @@ impl PairFinder {
                         let (from, to) = (self.starts[row + lo], self.starts[row + hi]);
                         for other in &self.sorted[from as usize..to as usize] {
                             if other.index as usize > i
-                                && meet(other.position - position, radius + other.radius, &size)
+                                && meet(&self.domain, other.position - position, radius + other.radius)
                             {
                                 self.pairs.push([i as u32, other.index]);
                             }
@@ -209,22 +208,18 @@ impl Axis {
 
 /// Whether the nearest image of a difference of wrapped positions is at most `reach` long.
 #[inline]
-fn meet(difference: Vec3, reach: f64, size: &Vec3) -> bool {
-    let along = |i: usize| {
-        let d = difference[i].abs();
-        d.min(size[i] - d)
-    };
+fn meet(domain: &Domain, difference: Vec3, reach: f64) -> bool {
+    let along = |i: usize| domain.shorter_way(i, difference[i].abs());
     let (x, y, z) = (along(0), along(1), along(2));
     x * x + y * y + z * z <= reach * reach * (1.0 + SLACK)
 }
 
 /// What [`PairFinder::find`] finds, by looking at every pair.
 pub fn brute_force(domain: Domain, positions: &[Vec3], radii: &[f64]) -> Vec<[u32; 2]> {
-    let size = domain.size();
     let mut pairs = Vec::new();
     for i in 0..positions.len() {
         for j in i + 1..positions.len() {
-            if meet(positions[j] - positions[i], radii[i] + radii[j], &size) {
+            if meet(&domain, positions[j] - positions[i], radii[i] + radii[j]) {
                 pairs.push([i as u32, j as u32]);
             }
         }
@@ -244,7 +239,7 @@ mod tests {
             cells in [1_usize..12, 1..12, 1..12],
             bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.05..1.5_f64), 0..80),
         ) {
-            let domain = Domain { cells, dx: 1.0 };
+            let domain = Domain { periodic: [true; 3], cells, dx: 1.0 };
             let size = domain.size();
             let positions: Vec<Vec3> = bodies.iter().map(|(x, _)| domain.wrap(Vec3::from(*x).component_mul(&size))).collect();
             let radii: Vec<f64> = bodies.iter().map(|&(_, r)| r).collect();
@@ -260,7 +255,7 @@ mod tests {
             extent in [1.0..25.0_f64, 1.0..25.0, 1.0..25.0],
             bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.2..1.5_f64), 0..80),
         ) {
-            let domain = Domain { cells: [20, 21, 22], dx: 1.0 };
+            let domain = Domain { periodic: [true; 3], cells: [20, 21, 22], dx: 1.0 };
             let (lo, extent) = (Vec3::from(lo), Vec3::from(extent));
             let positions: Vec<Vec3> =
                 bodies.iter().map(|(x, _)| domain.wrap(lo + Vec3::from(*x).component_mul(&extent))).collect();
@@ -274,6 +269,7 @@ mod tests {
     fn bodies_on_a_lattice_of_spacing_equal_to_the_reach_all_find_each_other() {
         // Rounding decides which cell holds a body that lies on an edge between cells; no pair may be lost.
         let domain = Domain {
+            periodic: [true; 3],
             cells: [7, 5, 3],
             dx: 0.1,
         };

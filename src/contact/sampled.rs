@@ -32,20 +32,17 @@ const GRADIENT_STEP: f64 = 1e-4;
 /// The thinnest box, in parts of its longest edge.
 const THINNEST: f64 = 1e-3;
 
-/// Overlap of two bodies, each grown by `enlargement` (m), by `samples` points per direction.
+/// Overlap of two bodies by `samples` points per direction.
 ///
 /// `offset` (m) is the centre of the second body relative to the first.
-pub fn overlap(first: &Body, second: &Body, offset: Vec3, enlargement: f64, samples: u32) -> Option<Overlap> {
+pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Option<Overlap> {
+    let enlargement = first.contour.enlargement;
     let pair = Pair {
         first: Placed::new(first, Vec3::zeros(), enlargement),
         second: Placed::new(second, offset, enlargement),
         enlargement,
     };
-    let start = lens_box(
-        first.shape.circumradius() + enlargement,
-        second.shape.circumradius() + enlargement,
-        offset,
-    )?;
+    let start = lens_box(first.contour.reach(), second.contour.reach(), offset)?;
     let tight = tightened(&pair, &Grid::new(&start, samples, 0)?)?;
     integrate(&pair, &Grid::new(&tight, samples, 1)?)
 }
@@ -72,6 +69,7 @@ impl<'a> Placed<'a> {
     /// Distance to the enlarged surface (m), negative inside.
     fn distance(&self, point: Vec3) -> f64 {
         self.body
+            .contour
             .shape
             .signed_distance(self.to_body * (point - self.centre))
             - self.enlargement
@@ -272,6 +270,8 @@ fn integrate(pair: &Pair, grid: &Grid) -> Option<Overlap> {
         depth,
         point: centre,
         normal,
+        area: 0.0,
+        moment: Vec3::zeros(),
     })
 }
 
@@ -285,7 +285,7 @@ fn depth(pair: &Pair, centre: Vec3, normal: Vec3, spacing: Vec3) -> f64 {
             let along = normal * sign;
             let from = centre - along * pair.enlargement;
             let true_surface = |x| body.distance(x) + body.enlargement;
-            let limit = 3.0 * body.body.shape.circumradius();
+            let limit = 3.0 * body.body.contour.shape.circumradius();
             trace(true_surface, from, along, precision, limit).unwrap_or(0.0)
         })
         .sum()
@@ -294,18 +294,20 @@ fn depth(pair: &Pair, centre: Vec3, normal: Vec3, spacing: Vec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::Contour;
     use crate::math::Quat;
     use crate::shape::Sphere;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use std::sync::Arc;
 
     /// Mean and standard deviation of sampled over exact: volume, depth, and `sqrt(V d)` (the force), and the mean
     /// angle between the normals (degrees), over random directions, and the share of contacts not seen. Lengths in cells.
     fn compare(radius: f64, deep: f64, enlargement: f64) -> ([f64; 3], [f64; 3], f64, f64) {
         let mut random = ChaCha8Rng::seed_from_u64(7);
-        let sphere = Sphere { radius };
+        let contour = Contour::new(Arc::new(Sphere { radius }), enlargement);
         let body = Body {
-            shape: &sphere,
+            contour: &contour,
             orientation: Quat::identity(),
         };
         let (mut sum, mut squares, mut angle, mut seen) = ([0.0; 3], [0.0; 3], 0.0, 0.0);
@@ -319,7 +321,7 @@ mod tests {
             };
             let offset = direction * (2.0 * (radius + enlargement) - deep);
             let exact = sphere_sphere::overlap(radius + enlargement, radius + enlargement, offset).unwrap();
-            let Some(sampled) = overlap(&body, &body, offset, enlargement, 8) else {
+            let Some(sampled) = overlap(&body, &body, offset, 8) else {
                 continue;
             };
             seen += 1.0;
@@ -388,15 +390,15 @@ mod tests {
 
     #[test]
     fn more_samples_come_closer_to_the_lens() {
-        let (a, b) = (Sphere { radius: 1.0 }, Sphere { radius: 0.6 });
-        let [first, second] = [&a, &b].map(|shape| Body {
-            shape,
+        let contours = [1.0, 0.6].map(|radius| Contour::new(Arc::new(Sphere { radius }), 0.0));
+        let [first, second] = contours.each_ref().map(|contour| Body {
+            contour,
             orientation: Quat::identity(),
         });
         let offset = Vec3::new(0.7, 0.9, -0.5);
         let exact = sphere_sphere::overlap(1.0, 0.6, offset).unwrap();
         let error = |samples| {
-            let sampled = overlap(&first, &second, offset, 0.0, samples).unwrap();
+            let sampled = overlap(&first, &second, offset, samples).unwrap();
             (sampled.volume / exact.volume - 1.0).abs()
         };
         assert!(
@@ -409,11 +411,11 @@ mod tests {
 
     #[test]
     fn bodies_apart_do_not_touch() {
-        let sphere = Sphere { radius: 1.0 };
+        let contour = Contour::new(Arc::new(Sphere { radius: 1.0 }), 0.0);
         let body = Body {
-            shape: &sphere,
+            contour: &contour,
             orientation: Quat::identity(),
         };
-        assert!(overlap(&body, &body, Vec3::new(1.5, 1.5, 0.0), 0.0, 8).is_none());
+        assert!(overlap(&body, &body, Vec3::new(1.5, 1.5, 0.0), 8).is_none());
     }
 }

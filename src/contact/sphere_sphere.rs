@@ -20,7 +20,7 @@ const COINCIDENT: f64 = 1e-12;
 ///
 /// A sphere inside the other is the overlap itself; its diameter is the depth, so that volume, depth and point are
 /// continuous there. The normal of (nearly) coinciding centres is arbitrary, namely x; an engine stops at overlaps
-/// far less deep.
+/// far less deep. The pressure on either cap acts through its centre, so the moment vanishes.
 pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
     let sum = radius_a + radius_b;
     let distance = offset.norm();
@@ -46,6 +46,8 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
                 offset
             },
             normal,
+            area: 0.0,
+            moment: Vec3::zeros(),
         });
     }
     let difference = radius_a - radius_b;
@@ -56,11 +58,15 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
         * (inverse / 12.0);
     let height = depth * (2.0 * radius_a - depth) * (0.5 * inverse);
     let cap = PI * height * height * (3.0 * radius_b - height) / 3.0;
+    // The disc in which the spheres meet has the same area vector as either cap.
+    let plane = 0.5 * (distance + difference * sum * inverse);
     Some(Overlap {
         volume,
         depth,
         point: offset * (cap / volume),
         normal,
+        area: PI * (radius_a * radius_a - plane * plane).max(0.0),
+        moment: Vec3::zeros(),
     })
 }
 

@@ -30,6 +30,7 @@ fn params() -> CouplingParams {
 fn store(decomposition: &Decomposition, rank: usize, particles: &[Particle], radius: f64) -> ParticleStore {
     let templates: Arc<[Template]> = Arc::new([Template {
         shape: Arc::new(Sphere { radius }),
+        material: 0,
         density: 2000.0,
     }]);
     let owner = |p: &Particle| decomposition.owner(p.position());
@@ -54,6 +55,7 @@ fn loads_after<T: Real>(
 ) -> Vec<Load> {
     let decomposition = Decomposition::new(
         Domain {
+            periodic: [true; 3],
             cells: CELLS,
             dx: UNITS.dx,
         },
@@ -127,6 +129,7 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
     let inside = Vec3::new(1.43, 1.21, 1.7);
     let load = |shift: [usize; 3], ranks: usize| {
         let domain = Domain {
+            periodic: [true; 3],
             cells: CELLS,
             dx: UNITS.dx,
         };
@@ -174,6 +177,7 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
 fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
     let decomposition = Decomposition::new(
         Domain {
+            periodic: [true; 3],
             cells: CELLS,
             dx: UNITS.dx,
         },
@@ -204,6 +208,7 @@ fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle
             for x in segment.x..segment.end() {
                 let cell = [x as usize, line % CELLS[1], line / CELLS[1]];
                 let domain = Domain {
+                    periodic: [true; 3],
                     cells: CELLS,
                     dx: UNITS.dx,
                 };
@@ -233,6 +238,7 @@ fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle
 /// corner of the box: half a cell in all, so that cells come and go.
 fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
     let domain = Domain {
+        periodic: [true; 3],
         cells: CELLS,
         dx: UNITS.dx,
     };
@@ -279,6 +285,7 @@ fn momentum_exchange_of_a_moving_sphere_agrees_with_the_sum_over_links() {
 fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
     let decomposition = Decomposition::new(
         Domain {
+            periodic: [true; 3],
             cells: CELLS,
             dx: UNITS.dx,
         },

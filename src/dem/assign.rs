@@ -37,7 +37,6 @@ struct Zone {
 #[derive(Clone, Debug)]
 pub struct Neighbourhood {
     decomposition: Decomposition,
-    size: Vec3,
     zones: Vec<Zone>,
     /// Ranks with which messages are exchanged, ascending; mutual.
     pub peers: Vec<usize>,
@@ -71,7 +70,6 @@ impl Neighbourhood {
             })
             .collect();
         Self {
-            size: decomposition.domain.size(),
             peers: decomposition.neighbours(rank, furthest),
             zones,
             reach,
@@ -103,7 +101,7 @@ impl Neighbourhood {
         let (zone, reach) = (&self.zones[rank], self.reach[template as usize]);
         (0..3).all(|i| {
             let offset = (position[i] - zone.middle[i]).abs();
-            offset.min(self.size[i] - offset) <= zone.half[i] + reach
+            self.decomposition.domain.shorter_way(i, offset) <= zone.half[i] + reach
         })
     }
 
@@ -141,6 +139,7 @@ mod tests {
     #[test]
     fn owners_know_their_particles_and_all_who_know_one_are_peers_of_its_owner() {
         let domain = Domain {
+            periodic: [true; 3],
             cells: [16, 12, 20],
             dx: 0.5,
         };

@@ -3,7 +3,7 @@
 
 use super::assign::Neighbourhood;
 use super::exchange::Population;
-use super::{ContactSummary, DemEngine, Load, integrator};
+use super::{ContactState, ContactSummary, DemEngine, Load, integrator};
 use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::Result;
@@ -68,6 +68,10 @@ impl DemEngine for Ballistic {
     fn contacts(&self) -> ContactSummary {
         ContactSummary::default()
     }
+
+    fn contact_states(&self) -> Vec<ContactState> {
+        Vec::new()
+    }
 }
 
 #[cfg(test)]
@@ -81,11 +85,13 @@ mod tests {
     #[test]
     fn a_particle_flies_straight_on_through_faces_and_ranks_and_its_load_is_remembered_on_4_ranks() {
         let domain = Domain {
+            periodic: [true; 3],
             cells: [8, 8, 8],
             dx: 1.0,
         };
         let templates: Arc<[Template]> = Arc::new([Template {
             shape: Arc::new(Sphere { radius: 1.0 }),
+            material: 0,
             density: 1.0,
         }]);
         let mut flying = Particle::at(0, 0, Vec3::new(7.5, 1.0, 2.0));

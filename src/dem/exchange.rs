@@ -162,11 +162,13 @@ mod tests {
     #[test]
     fn every_rank_knows_what_it_must_and_loads_travel_with_their_particles_on_1_to_8_ranks() {
         let domain = Domain {
+            periodic: [true; 3],
             cells: [16, 16, 16],
             dx: 0.25,
         };
         let templates: Arc<[Template]> = Arc::new([Template {
             shape: Arc::new(Sphere { radius: 0.3 }),
+            material: 0,
             density: 1.0,
         }]);
         let all: Vec<Particle> = (0..60_u32)

@@ -22,14 +22,15 @@ use super::assign::{Neighbourhood, responsible};
 use super::exchange::Population;
 use super::history::{History, Record};
 use super::integrator::{self, Inertia};
-use super::{ContactSummary, DemEngine, Load};
+use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{Body, ContactParams, Overlap, PairFinder, PairLaw, law::UNSET, measure};
+use crate::contact::{Body, ContactModel, Contour, Overlap, PairFinder, PairLaw, law::UNSET, measure};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::Shape;
+use crate::wall::Wall;
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
@@ -37,10 +38,12 @@ use std::sync::Arc;
 const DEEPEST: f64 = 0.5;
 
 /// Parameters of the native engine.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct NativeParams {
-    /// Material and model of the contacts; without, particles pass through each other.
-    pub contact: Option<ContactParams>,
+    /// Materials and model of the contacts; without, particles pass through each other and through walls.
+    pub contact: Option<ContactModel>,
+    /// Walls.
+    pub walls: Vec<Wall>,
     /// Acceleration of every particle (m/s^2); buoyancy is part of the loads.
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](DemEngine::advance), at least one.
@@ -56,9 +59,12 @@ pub struct Native {
     population: Population,
     /// By template.
     inertias: Vec<Inertia>,
+    /// By template.
+    contours: Vec<Contour>,
     /// Circumradius plus enlargement by template (m).
     bounds: Vec<f64>,
-    law: Option<PairLaw>,
+    /// By the materials of the pair, as [`ContactModel::pairs`].
+    laws: Vec<PairLaw>,
     finder: PairFinder,
     history: History,
     summary: ContactSummary,
@@ -80,6 +86,8 @@ struct Scratch {
     messages: Vec<Vec<u8>>,
     /// Contact force and torque by owned particle.
     totals: Vec<Load>,
+    /// Contacts of this sub-step, ascending by the ids of the pair.
+    states: Vec<ContactState>,
 }
 
 /// What one contact does to one particle.
@@ -118,7 +126,7 @@ impl Native {
         all: &[Particle],
     ) -> Result<Self> {
         assert!(params.substeps > 0);
-        let enlargement = params.contact.map_or(0.0, |contact| contact.enlargement);
+        let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
         let circumradii: Vec<f64> = templates.iter().map(|t| t.shape.circumradius()).collect();
         let bounds: Vec<f64> = circumradii.iter().map(|r| r + enlargement).collect();
         if params.contact.is_some() {
@@ -136,11 +144,15 @@ impl Native {
             }
             particle
         });
+        let contours = (templates.iter())
+            .map(|t| Contour::new(t.shape.clone(), enlargement))
+            .collect();
         let population = Population::new(&near, rank, templates, spun);
         let (lo, extent) = near.window(rank);
         Ok(Self {
             finder: PairFinder::in_window(near.decomposition().domain, lo, extent),
-            law: params.contact.map(|contact| PairLaw::new(&contact, &contact)),
+            contours,
+            laws: params.contact.as_ref().map_or_else(Vec::new, laws),
             scratch: Scratch {
                 messages: vec![Vec::new(); near.peers.len()],
                 ..Scratch::default()
@@ -204,12 +216,15 @@ impl Native {
             scratch,
             summary,
             bounds,
+            contours,
+            laws,
             ..
         } = self;
         scratch.shares.clear();
+        scratch.states.clear();
         scratch.messages.iter_mut().for_each(Vec::clear);
         (summary.count, summary.max_depth) = (0, 0.0);
-        let (Some(law), Some(contact)) = (&self.law, &params.contact) else {
+        let Some(contact) = &params.contact else {
             return Ok(());
         };
         let store = &population.store;
@@ -224,13 +239,14 @@ impl Native {
             let (a, b) = (&store.particles[i], &store.particles[j]);
             let offset = domain.nearest_image(b.position() - a.position());
             let [first, second] = [a, b].map(|p| Body {
-                shape: &*store.template(p).shape,
+                contour: &contours[p.template as usize],
                 orientation: p.orientation(),
             });
-            let Some(overlap) = measure(contact.geometry, &first, &second, offset, contact.enlargement)
-            else {
+            let Some(overlap) = measure(contact.geometry, &first, &second, offset) else {
                 continue;
             };
+            let [of_first, of_second] = [a, b].map(|p| store.template(p).material);
+            let law = &laws[of_first * contact.materials.len() + of_second];
             let mut record = history.recall(a.id, b.id).unwrap_or_else(|| {
                 summary.begun += 1;
                 Record {
@@ -249,10 +265,19 @@ impl Native {
             let force = law.force(&overlap, velocity, record.damping);
             summary.count += usize::from(force != Vec3::zeros());
             summary.max_depth = summary.max_depth.max(overlap.depth);
-            let radius = first.shape.circumradius().min(second.shape.circumradius());
+            let radius = (first.contour.shape.circumradius()).min(second.contour.shape.circumradius());
             if overlap.depth > DEEPEST * radius && failure.is_ok() {
                 failure = Err(too_deep(self.substep, a, b, &overlap, radius));
             }
+            scratch.states.push(ContactState {
+                first: a.id,
+                second: b.id,
+                point: domain.wrap(a.position() + overlap.point).into(),
+                normal: overlap.normal.into(),
+                force: force.into(),
+                depth: overlap.depth,
+                volume: overlap.volume,
+            });
             let of_a = Share::new([a.id, b.id], force, levers[0]);
             let of_b = Share::new([b.id, a.id], -force, levers[1]);
             scratch.book(i, of_a, near, store);
@@ -350,6 +375,12 @@ impl Scratch {
             self.messages[link].extend_from_slice(bytemuck::bytes_of(&share));
         }
     }
+}
+
+/// The laws of all pairs of materials.
+fn laws(model: &ContactModel) -> Vec<PairLaw> {
+    let n = model.materials.len();
+    (0..n * n).map(|i| PairLaw::new(model, i / n, i % n)).collect()
 }
 
 /// The rank responsible for the contact of two known particles.
@@ -451,5 +482,9 @@ impl DemEngine for Native {
 
     fn contacts(&self) -> ContactSummary {
         self.summary
+    }
+
+    fn contact_states(&self) -> Vec<ContactState> {
+        self.scratch.states.clone()
     }
 }

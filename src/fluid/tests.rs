@@ -9,7 +9,15 @@ use std::f64::consts::TAU;
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
 fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
-    let decomposition = Decomposition::new(Domain { cells, dx: 1.0 }, 1).unwrap();
+    let decomposition = Decomposition::new(
+        Domain {
+            periodic: [true; 3],
+            cells,
+            dx: 1.0,
+        },
+        1,
+    )
+    .unwrap();
     Fluid::new(&decomposition, &Comm::Solo, relaxation_time, simd)
 }
 
@@ -159,7 +167,15 @@ impl<T: Real> Solids<T> for Cubes {
 }
 
 fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize) -> u64 {
-    let decomposition = Decomposition::new(Domain { cells, dx: 1.0 }, ranks).unwrap();
+    let decomposition = Decomposition::new(
+        Domain {
+            periodic: [true; 3],
+            cells,
+            dx: 1.0,
+        },
+        ranks,
+    )
+    .unwrap();
     on_threads(ranks, |comm| {
         let mut fluid = Fluid::<T>::new(&decomposition, &comm, 0.56, simd);
         fluid.set_equilibrium(disturbed);

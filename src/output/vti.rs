@@ -187,7 +187,11 @@ mod tests {
 
     impl Fields {
         fn new(cells: [usize; 3]) -> Self {
-            let domain = Domain { cells, dx: 0.1 };
+            let domain = Domain {
+                periodic: [true; 3],
+                cells,
+                dx: 0.1,
+            };
             let wave = |i: usize, k: f32| (i as f32 * k).sin();
             let all = 0..domain.cell_count();
             Self {

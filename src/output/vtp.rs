@@ -145,6 +145,7 @@ mod tests {
     use vtkio::model::Piece;
 
     const BOX: Domain = Domain {
+        periodic: [true; 3],
         cells: [10, 10, 20],
         dx: 0.1,
     };
@@ -152,6 +153,7 @@ mod tests {
     fn templates() -> Vec<Template> {
         vec![Template {
             shape: Arc::new(Sphere { radius: 0.25 }),
+            material: 0,
             density: 2.0,
         }]
     }

@@ -62,7 +62,7 @@ mod tests {
             cells in prop::array::uniform3(8_usize..60),
             points in prop::collection::vec((0.0..1.0, 0.0..1.0, 0.0..1.0, 0.05..1.0), 0..60),
         ) {
-            let domain = Domain { cells, dx: 0.5 };
+            let domain = Domain { periodic: [true; 3], cells, dx: 0.5 };
             let positions: Vec<Vec3> =
                 points.iter().map(|&(x, y, z, _)| Vec3::new(x, y, z).component_mul(&domain.size())).collect();
             let reaches: Vec<f64> = points.iter().map(|p| p.3).collect();

@@ -28,9 +28,21 @@ impl Shape for Sphere {
         self.radius
     }
 
+    fn thickness(&self) -> f64 {
+        2.0 * self.radius
+    }
+
     #[inline]
     fn signed_distance(&self, point: Vec3) -> f64 {
         point.norm() - self.radius
+    }
+
+    fn gradient(&self, point: Vec3) -> Vec3 {
+        point.try_normalize(0.0).unwrap_or_else(Vec3::x)
+    }
+
+    fn support(&self, direction: Vec3) -> Vec3 {
+        direction.normalize() * self.radius
     }
 
     #[inline]

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use turbid::Result;
 use turbid::case::{self, Setup};
 use turbid::comm::Comm;
-use turbid::dem::{Ballistic, ContactSummary, DemEngine, Load};
+use turbid::dem::{Ballistic, ContactState, ContactSummary, DemEngine, Load};
 use turbid::domain::Decomposition;
 use turbid::particle::ParticleStore;
 use turbid::shape::Shape;
@@ -107,6 +107,10 @@ impl DemEngine for Held {
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
         *self.load.lock().unwrap() = loads[0];
         self.engine.advance(comm, loads, dt)
+    }
+
+    fn contact_states(&self) -> Vec<ContactState> {
+        Vec::new()
     }
 
     fn contacts(&self) -> ContactSummary {

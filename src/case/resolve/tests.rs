@@ -123,5 +123,5 @@ fn contacts_can_be_left_out_and_are_those_of_the_paper_otherwise() {
     let contact = setup(&["contact.geometry=sampled"]).contact.unwrap();
     assert_eq!(contact.geometry, Geometry::Sampled { samples: 8 });
     close(contact.enlargement, 0.2 * 1.5e-3 / 8.0);
-    close(contact.restitution, 0.926);
+    close(contact.pairs[0].restitution, 0.926);
 }

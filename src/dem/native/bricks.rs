@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::comm::on_threads;
-use crate::contact::Geometry;
+use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
 use crate::domain::Domain;
 use crate::math::Quat;
 use crate::shape::SurfaceMesh;
 
 const BOX: Domain = Domain {
+    periodic: [true; 3],
     cells: [12, 12, 12],
     dx: 1e-3,
 };
@@ -41,6 +42,18 @@ impl Shape for Brick {
         q.sup(&Vec3::zeros()).norm() + q.max().min(0.0)
     }
 
+    fn thickness(&self) -> f64 {
+        2.0 * self.half.min()
+    }
+
+    fn gradient(&self, point: Vec3) -> Vec3 {
+        point.normalize()
+    }
+
+    fn support(&self, direction: Vec3) -> Vec3 {
+        direction.zip_map(&self.half, |d, h| if d < 0.0 { -h } else { h })
+    }
+
     fn row_interval(&self, _: &Quat, _: f64, _: f64, _: f64) -> Option<(f64, f64)> {
         unreachable!("the engine asks for no rows")
     }
@@ -51,24 +64,31 @@ impl Shape for Brick {
 }
 
 fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
-    let params = NativeParams {
-        contact: Some(ContactParams {
+    let contact = ContactParams {
+        material: Material {
             youngs_modulus: 5e6,
             poisson_ratio: 0.25,
+        },
+        pair: PairParams {
             restitution: 0.7,
             friction_static: 0.32,
             friction_kinetic: 0.16,
             transition_velocity: 1e-3,
-            enlargement: 0.05e-3,
-            geometry: Geometry::Sampled { samples },
-        }),
-        gravity: Vec3::zeros(),
+        },
+        enlargement: 0.05e-3,
+        geometry: Geometry::Sampled { samples },
+        law: ElasticLaw::Paper,
+    };
+    let params = NativeParams {
+        contact: Some(contact.into()),
         substeps: 1,
+        ..NativeParams::default()
     };
     let templates = [Template {
         shape: Arc::new(Brick {
             half: Vec3::new(1.0e-3, 0.7e-3, 0.5e-3),
         }),
+        material: 0,
         density: 2500.0,
     }];
     let cut = Decomposition::new(BOX, ranks).unwrap();

@@ -2,28 +2,48 @@
 
 use super::*;
 use crate::comm::on_threads;
-use crate::contact::Geometry;
+use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
 use crate::domain::Domain;
 use crate::shape::Sphere;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 const MATERIAL: ContactParams = ContactParams {
-    youngs_modulus: 5e6,
-    poisson_ratio: 0.25,
-    restitution: 0.926,
-    friction_static: 0.32,
-    friction_kinetic: 0.16,
-    transition_velocity: 1e-3,
+    material: Material {
+        youngs_modulus: 5e6,
+        poisson_ratio: 0.25,
+    },
+    pair: PairParams {
+        restitution: 0.926,
+        friction_static: 0.32,
+        friction_kinetic: 0.16,
+        transition_velocity: 1e-3,
+    },
     enlargement: 0.0,
     geometry: Geometry::Exact,
+    law: ElasticLaw::Paper,
 };
-const DRY: NativeParams = NativeParams {
-    contact: Some(MATERIAL),
-    gravity: Vec3::new(0.0, 0.0, 0.0),
-    substeps: 1,
-};
+
+/// No gravity, no walls, one sub-step.
+fn dry(contact: ContactParams) -> NativeParams {
+    NativeParams {
+        contact: Some(contact.into()),
+        substeps: 1,
+        ..NativeParams::default()
+    }
+}
+
+/// [`MATERIAL`] with another coefficient of restitution.
+fn restitution(restitution: f64) -> ContactParams {
+    let pair = PairParams {
+        restitution,
+        ..MATERIAL.pair
+    };
+    ContactParams { pair, ..MATERIAL }
+}
+
 const BOX: Domain = Domain {
+    periodic: [true; 3],
     cells: [16, 16, 16],
     dx: 1e-3,
 };
@@ -33,6 +53,7 @@ fn templates() -> Arc<[Template]> {
     [RADIUS, 0.7e-3]
         .map(|radius| Template {
             shape: Arc::new(Sphere { radius }),
+            material: 0,
             density: 2500.0,
         })
         .into()
@@ -75,7 +96,7 @@ fn head_on(speed: f64, gap: f64) -> ([Particle; 2], f64) {
     ];
     // Hertz: T = 2.94 (m_e^2 / (k^2 u0))^(1/5) (15/16)^(2/5) with F = (4/3) E* sqrt(R_e) d^1.5.
     let mass = 0.5 * templates()[0].mass();
-    let stiffness = 16.0 / 15.0 * PairLaw::new(&MATERIAL, &MATERIAL).modulus * (0.5 * RADIUS).sqrt();
+    let stiffness = 16.0 / 15.0 * PairLaw::new(&MATERIAL.into(), 0, 0).modulus * (0.5 * RADIUS).sqrt();
     (pair, 2.943 * (mass / stiffness).powf(0.4) * speed.powf(-0.2))
 }
 
@@ -95,11 +116,7 @@ fn momenta(engine: &Native, origin: Vec3) -> (Vec3, Vec3) {
 #[test]
 fn a_dry_head_on_impact_gives_the_set_restitution() {
     for (set, expected) in [(0.5, 0.50017), (0.926, 0.926), (1.0, 1.0)] {
-        let mut params = DRY;
-        params.contact = Some(ContactParams {
-            restitution: set,
-            ..MATERIAL
-        });
+        let params = dry(restitution(set));
         let (pair, duration) = head_on(0.1, 1e-8);
         let engine = run(params, &pair, 200, duration / 100.0);
         assert_eq!(engine.contacts().count, 0, "they have parted");
@@ -115,11 +132,7 @@ fn a_dry_head_on_impact_gives_the_set_restitution() {
 
 #[test]
 fn an_impact_lasts_as_long_and_goes_as_deep_as_hertz_says() {
-    let mut params = DRY;
-    params.contact = Some(ContactParams {
-        restitution: 1.0,
-        ..MATERIAL
-    });
+    let params = dry(restitution(1.0));
     let (pair, duration) = head_on(0.01, 0.0);
     let mut engine = engine(params, 1, 0, &pair);
     let (mut contact, mut deepest) = (0, 0.0_f64);
@@ -160,11 +173,11 @@ fn an_oblique_frictional_impact_conserves_momentum_and_angular_momentum_inside_a
             moving(1, 1, BOX.wrap(middle + half), -velocity * 2.0),
         ];
         pair[0].angular_velocity = [10.0, -3.0, 50.0];
-        let engine = run(DRY, &pair, 0, 1.0);
+        let engine = run(dry(MATERIAL), &pair, 0, 1.0);
         let origin = BOX.wrap(middle);
         let (linear, angular) = momenta(&engine, origin);
         let (_, duration) = head_on(0.15, 0.0);
-        let engine = run(DRY, &pair, 600, duration / 200.0);
+        let engine = run(dry(MATERIAL), &pair, 600, duration / 200.0);
         assert_eq!((engine.contacts().begun, engine.contacts().count), (1, 0));
         let (linear_after, angular_after) = momenta(&engine, origin);
         println!(
@@ -192,7 +205,7 @@ fn an_impact_through_a_corner_is_the_impact_inside_the_box() {
         p.position = BOX.wrap(p.position() + Vec3::repeat(8e-3)).into();
         p
     });
-    let [inside, corner] = [pair, shifted].map(|pair| run(DRY, &pair, 300, duration / 100.0));
+    let [inside, corner] = [pair, shifted].map(|pair| run(dry(MATERIAL), &pair, 300, duration / 100.0));
     for i in 0..2 {
         let [a, b] = [&inside, &corner].map(|e| e.particles().particles[i].velocity());
         assert!((a - b).norm() < 1e-9 * a.norm());
@@ -203,7 +216,7 @@ fn an_impact_through_a_corner_is_the_impact_inside_the_box() {
 fn a_pressed_pair_repels_with_the_lens_law_of_its_depth() {
     for depth in [1e-5, 1e-4] {
         let (pair, _) = head_on(0.0, -depth);
-        let engine = run(DRY, &pair, 1, 1e-12);
+        let engine = run(dry(MATERIAL), &pair, 1, 1e-12);
         let (a, b) = (&engine.particles().particles[0], &engine.particles().particles[1]);
         let distance = pair[1].position[0] - pair[0].position[0];
         let d = 2.0 * RADIUS - distance;
@@ -224,7 +237,7 @@ fn gross_sliding_is_resisted_with_the_kinetic_coefficient_times_the_normal_force
     let (mut pair, _) = head_on(0.0, -1e-5);
     pair[0].velocity = [0.0, 0.5, 0.0];
     pair[1].velocity = [0.0, -0.5, 0.0];
-    let engine = run(DRY, &pair, 1, 1e-12);
+    let engine = run(dry(MATERIAL), &pair, 1, 1e-12);
     let [x, y, _] = engine.particles().particles[0].contact_force;
     assert!((y / x - 0.16).abs() < 1e-5, "against the motion: {y} to {x}");
 }
@@ -235,7 +248,7 @@ fn damping_is_latched_on_approach_only() {
     let (mut pair, _) = head_on(0.0, -1e-6);
     pair[0].velocity = [-1e-3, 0.0, 0.0];
     pair[1].velocity = [1e-3, 0.0, 0.0];
-    let mut engine = engine(DRY, 1, 0, &pair);
+    let mut engine = engine(dry(MATERIAL), 1, 0, &pair);
     let loads = [0.2, -0.2].map(|force| Load {
         force: Vec3::new(force, 0.0, 0.0),
         torque: Vec3::zeros(),
@@ -262,7 +275,7 @@ fn gravity_alone_gives_free_fall_from_the_first_step_on() {
     let params = NativeParams {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         substeps: 4,
-        ..DRY
+        ..dry(MATERIAL)
     };
     let all = [Particle::at(3, 0, Vec3::repeat(8e-3))];
     let engine = run(params, &all, 20, 1e-3);
@@ -273,8 +286,7 @@ fn gravity_alone_gives_free_fall_from_the_first_step_on() {
 
 #[test]
 fn sampled_contacts_bounce_much_like_exact_ones() {
-    let mut params = DRY;
-    params.contact = Some(ContactParams {
+    let params = dry(ContactParams {
         geometry: Geometry::Sampled { samples: 8 },
         ..MATERIAL
     });
@@ -288,6 +300,7 @@ fn sampled_contacts_bounce_much_like_exact_ones() {
 fn a_box_in_which_a_pair_could_touch_twice_is_refused_in_words() {
     let tiny = Decomposition::new(
         Domain {
+            periodic: [true; 3],
             cells: [16, 4, 16],
             dx: 0.9e-3,
         },
@@ -295,10 +308,10 @@ fn a_box_in_which_a_pair_could_touch_twice_is_refused_in_words() {
     )
     .unwrap();
     let at = |id| Particle::at(id, 0, Vec3::zeros());
-    let refused = Native::new(DRY, tiny.clone(), 0, templates(), &[at(0), at(1)]).unwrap_err();
+    let refused = Native::new(dry(MATERIAL), tiny.clone(), 0, templates(), &[at(0), at(1)]).unwrap_err();
     assert!(refused.to_string().contains("two periodic images"), "{refused}");
     assert!(
-        Native::new(DRY, tiny, 0, templates(), &[at(0)]).is_ok(),
+        Native::new(dry(MATERIAL), tiny, 0, templates(), &[at(0)]).is_ok(),
         "one alone may be"
     );
 }
@@ -326,7 +339,7 @@ fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs
     ];
     for (all, words) in cases {
         let outcomes = on_threads(4, |comm| {
-            let mut engine = engine(DRY, 4, comm.rank(), all);
+            let mut engine = engine(dry(MATERIAL), 4, comm.rank(), all);
             let outcome = advance(&mut engine, &comm, 1e-4);
             let finite = engine
                 .particles()
@@ -355,13 +368,14 @@ fn gathered(comm: &Comm, engine: &Native) -> Vec<u8> {
 }
 
 const CROWDED: Domain = Domain {
+    periodic: [true; 3],
     cells: [12, 12, 12],
     dx: 1e-3,
 };
 
 fn crowd(ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let cut = Decomposition::new(CROWDED, ranks).unwrap();
-    Native::new(SHAKEN, cut, rank, templates(), all).unwrap()
+    Native::new(shaken(), cut, rank, templates(), all).unwrap()
 }
 
 /// Touching spheres of two sizes on a shaken lattice that fills the box, drifting through its corners.
@@ -382,14 +396,17 @@ fn cluster() -> Vec<Particle> {
         .collect()
 }
 
-const SHAKEN: NativeParams = NativeParams {
-    contact: Some(ContactParams {
-        enlargement: 0.05e-3,
-        ..MATERIAL
-    }),
-    gravity: Vec3::new(0.0, 0.0, -9.81),
-    substeps: 3,
-};
+/// Enlarged bodies under gravity, three sub-steps.
+fn shaken() -> NativeParams {
+    NativeParams {
+        gravity: Vec3::new(0.0, 0.0, -9.81),
+        substeps: 3,
+        ..dry(ContactParams {
+            enlargement: 0.05e-3,
+            ..MATERIAL
+        })
+    }
+}
 
 /// A load that depends on the particle only.
 fn stirring(particle: &Particle) -> Load {
@@ -477,7 +494,7 @@ fn a_contact_keeps_its_damping_when_its_bodies_change_ranks_on_8_ranks() {
         "crosses blocks during the contact"
     );
     let seen = on_threads(8, |comm| {
-        let mut engine = engine(DRY, 8, comm.rank(), &pair);
+        let mut engine = engine(dry(MATERIAL), 8, comm.rank(), &pair);
         let mut seen = Vec::new();
         for _ in 0..240 {
             advance(&mut engine, &comm, dt).unwrap();

@@ -99,6 +99,15 @@ mod tests {
         fn circumradius(&self) -> f64 {
             3.0_f64.sqrt() * self.0
         }
+        fn thickness(&self) -> f64 {
+            2.0 * self.0
+        }
+        fn gradient(&self, point: Vec3) -> Vec3 {
+            point.normalize()
+        }
+        fn support(&self, direction: Vec3) -> Vec3 {
+            direction.map(|d| self.0.copysign(d))
+        }
         fn signed_distance(&self, point: Vec3) -> f64 {
             let beyond = point.abs() - Vec3::repeat(self.0);
             beyond.sup(&Vec3::zeros()).norm() + beyond.max().min(0.0)

@@ -85,6 +85,7 @@ mod tests {
     use super::*;
 
     const BOX: Domain = Domain {
+        periodic: [true; 3],
         cells: [20, 11, 40],
         dx: 0.1,
     };

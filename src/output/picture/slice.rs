@@ -173,6 +173,7 @@ mod tests {
     use std::sync::Arc;
 
     const BOX: Domain = Domain {
+        periodic: [true; 3],
         cells: [20, 11, 40],
         dx: 0.1,
     };
@@ -191,6 +192,7 @@ mod tests {
     fn templates() -> [Template; 1] {
         [Template {
             shape: Arc::new(Sphere { radius: 0.3 }),
+            material: 0,
             density: 1.0,
         }]
     }
@@ -253,7 +255,11 @@ mod tests {
     #[test]
     fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures_at_least_900_pixels_high() {
         for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
-            let domain = Domain { cells, dx: 1e-3 };
+            let domain = Domain {
+                periodic: [true; 3],
+                cells,
+                dx: 1e-3,
+            };
             let canvas = draw(&VelocitySlice {
                 case: "rest",
                 t_star: 0.0,
