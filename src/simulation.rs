@@ -246,6 +246,11 @@ impl<T: Real> Simulation<T> {
         self.wet.as_ref().map(|wet| &wet.fluid)
     }
 
+    /// The ranks.
+    pub fn comm(&self) -> &Comm {
+        &self.comm
+    }
+
     /// The engine.
     pub fn dem(&self) -> &dyn DemEngine {
         &*self.dem
