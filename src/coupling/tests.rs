@@ -3,7 +3,7 @@
 use super::*;
 use crate::comm::on_threads;
 use crate::domain::Domain;
-use crate::fluid::Simd;
+use crate::fluid::{Boundary, Collision, FluidParams, Simd};
 use crate::lattice::{C, Q, opposite};
 use crate::math::from_fixed_wide;
 use crate::particle::Template;
@@ -23,6 +23,14 @@ fn params() -> CouplingParams {
         solid_ramp_width: 0.5,
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::Mixture,
+    }
+}
+
+fn bgk(simd: Simd) -> FluidParams {
+    FluidParams {
+        relaxation_time: 0.6,
+        collision: Collision::Bgk,
+        simd,
     }
 }
 
@@ -64,7 +72,7 @@ fn loads_after<T: Real>(
     .unwrap();
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, 0.6, Simd::best());
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &bgk(Simd::best()), &Boundary::none());
         let mut coupling = Coupling::new(params(), &decomposition, comm.rank(), radius);
         fluid.set_equilibrium(&flow);
         let mut loads = Vec::new();
@@ -191,7 +199,7 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
         .map(|(i, &x)| Particle::at(i as u64, 0, x))
         .collect();
     let store = store(&decomposition, 0, &particles, 0.6);
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, 0.6, Simd::best());
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none());
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     coupling.map(&store);
     let flow = fluid.sweep([0.0; 3], &mut coupling.solids(&store), true).unwrap();
@@ -243,7 +251,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
         dx: UNITS.dx,
     };
     let decomposition = Decomposition::new(domain, 1).unwrap();
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, 0.6, simd);
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none());
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     let mut sphere = Particle::at(0, 0, Vec3::new(0.3, 2.4, 3.4));
     (sphere.velocity, sphere.angular_velocity) = ([0.5, 0.3, 0.4], angular_velocity);

@@ -8,6 +8,14 @@ use std::f64::consts::TAU;
 
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
+fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
+    FluidParams {
+        relaxation_time,
+        collision: Collision::Bgk,
+        simd,
+    }
+}
+
 fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
     let decomposition = Decomposition::new(
         Domain {
@@ -18,7 +26,12 @@ fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T
         1,
     )
     .unwrap();
-    Fluid::new(&decomposition, &Comm::Solo, relaxation_time, simd)
+    Fluid::new(
+        &decomposition,
+        &Comm::Solo,
+        &bgk(relaxation_time, simd),
+        &Boundary::none(),
+    )
 }
 
 fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
@@ -177,7 +190,7 @@ fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize
     )
     .unwrap();
     on_threads(ranks, |comm| {
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, 0.56, simd);
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &bgk(0.56, simd), &Boundary::none());
         fluid.set_equilibrium(disturbed);
         for _ in 0..steps {
             let mut cubes = Cubes {
