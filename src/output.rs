@@ -10,8 +10,10 @@
 //! leaves nothing that cannot be read.
 
 mod atomic;
+pub mod contacts;
 pub mod directory;
 pub mod picture;
+mod polydata;
 pub mod progress;
 pub mod pvd;
 pub mod series;
@@ -20,6 +22,7 @@ pub mod summary;
 pub mod vti;
 pub mod vtp;
 
+pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
 pub use directory::OutputFiles;
 pub use progress::Progress;
 pub use pvd::Collection;

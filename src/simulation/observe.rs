@@ -6,6 +6,7 @@ use super::references::references;
 use super::{Simulation, Wet};
 use crate::case::Setup;
 use crate::comm::Comm;
+use crate::dem::ContactState;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Precision, Real, Simd};
@@ -13,8 +14,8 @@ use crate::math::Vec3;
 use crate::output::picture::{SettlingPlot, VelocitySlice, write_settling, write_slice};
 use crate::output::progress::Workload;
 use crate::output::{
-    Collection, FieldSnapshot, OutputFiles, Progress, ReferenceScales, SeriesRow, SeriesWriter, Summary,
-    estimate_mean, write_fields, write_particles,
+    Collection, Contact, FieldSnapshot, OutputFiles, Partner, Progress, ReferenceScales, SeriesRow,
+    SeriesWriter, Summary, estimate_mean, write_contacts, write_fields, write_force_chains, write_particles,
 };
 use crate::particle::Particle;
 use std::collections::BTreeMap;
@@ -25,8 +26,8 @@ pub(super) struct Observer<'a> {
     setup: &'a Setup,
     decomposition: &'a Decomposition,
     start: Instant,
-    /// Steps at which rows, fields, particles and pictures were written last.
-    done: [Option<u64>; 4],
+    /// Steps at which rows, fields, particles, pictures and contacts were written last.
+    done: [Option<u64>; 5],
     /// Only on rank 0.
     writer: Option<Writer<'a>>,
 }
@@ -38,6 +39,8 @@ struct Writer<'a> {
     series: Option<SeriesWriter>,
     fields: Collection,
     particles: Collection,
+    contacts: Collection,
+    force_chains: Collection,
     progress: Progress,
     t_star: Vec<f64>,
     settling: Vec<f64>,
@@ -56,6 +59,7 @@ const ROWS: usize = 0;
 const FIELDS: usize = 1;
 const PARTICLES: usize = 2;
 const PICTURES: usize = 3;
+const CONTACTS: usize = 4;
 
 impl<'a> Observer<'a> {
     pub(super) fn new(setup: &'a Setup, decomposition: &'a Decomposition, comm: &Comm, quiet: bool) -> Self {
@@ -72,6 +76,8 @@ impl<'a> Observer<'a> {
                 series: None,
                 fields: Collection::new(files.fields_collection()),
                 particles: Collection::new(files.particles_collection()),
+                contacts: Collection::new(files.contacts_collection()),
+                force_chains: Collection::new(files.force_chains_collection()),
                 progress: Progress::new(work, quiet),
                 files,
                 t_star: Vec::new(),
@@ -83,7 +89,7 @@ impl<'a> Observer<'a> {
             setup,
             decomposition,
             start: Instant::now(),
-            done: [None; 4],
+            done: [None; 5],
             writer,
         }
     }
@@ -100,23 +106,32 @@ impl<'a> Observer<'a> {
             plan.fields_every,
             plan.particles_every,
             plan.picture_every,
+            plan.contacts_every,
         ];
-        let due: [bool; 4] = std::array::from_fn(|i| {
+        let due: [bool; 5] = std::array::from_fn(|i| {
             // There is nothing to see of a fluid at rest.
             let shows = i != PICTURES || step > 0;
             every[i] > 0 && (last || step.is_multiple_of(every[i])) && self.done[i] != Some(step) && shows
         });
-        if due == [false; 4] {
+        if due == [false; 5] {
             return Ok(());
         }
         let start = Instant::now();
         let particles = gather_particles(simulation);
         let mut row = due[ROWS].then(|| self.row(simulation, &particles));
         let fields = (due[FIELDS] || due[PICTURES]).then(|| gather_fields(simulation, self.decomposition));
+        let contacts = due[CONTACTS].then(|| gather_contacts(simulation));
         let mut failed = None;
         if let Some(writer) = &mut self.writer {
             failed = writer
-                .write(step, row.take().flatten(), fields.as_ref(), &particles, due)
+                .write(
+                    step,
+                    row.take().flatten(),
+                    fields.as_ref(),
+                    &particles,
+                    contacts.as_deref(),
+                    due,
+                )
                 .err();
         }
         for (done, _) in self.done.iter_mut().zip(due).filter(|(_, due)| *due) {
@@ -211,7 +226,8 @@ impl Writer<'_> {
         row: Option<SeriesRow>,
         fields: Option<&Fields>,
         particles: &[Particle],
-        due: [bool; 4],
+        contacts: Option<&[Contact]>,
+        due: [bool; 5],
     ) -> Result<()> {
         let setup = self.setup;
         let time = step as f64 * setup.units.dt;
@@ -244,6 +260,14 @@ impl Writer<'_> {
             let path = self.files.particles(step);
             write_particles(&path, &setup.domain, &setup.templates, particles)?;
             self.particles.add(time, &path)?;
+        }
+        if let (true, Some(contacts)) = (due[CONTACTS], contacts) {
+            let path = self.files.contacts(step);
+            write_contacts(&path, contacts)?;
+            self.contacts.add(time, &path)?;
+            let path = self.files.force_chains(step);
+            write_force_chains(&path, &setup.domain, particles, contacts)?;
+            self.force_chains.add(time, &path)?;
         }
         if let (true, Some(fields)) = (due[PICTURES], fields) {
             write_slice(
@@ -368,6 +392,31 @@ fn gather_particles<T: Real>(simulation: &Simulation<T>) -> Vec<Particle> {
         .collect();
     all.sort_unstable_by_key(|particle| particle.id);
     all
+}
+
+/// All contacts at the last sub-step in ascending order of the ids, on rank 0; none elsewhere. Collective.
+fn gather_contacts<T: Real>(simulation: &Simulation<T>) -> Vec<Contact> {
+    let own = simulation.dem.contact_states();
+    let mut all: Vec<ContactState> = simulation
+        .comm
+        .gather(bytemuck::cast_slice(&own).to_vec())
+        .iter()
+        .flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, ContactState>(bytes))
+        .collect();
+    all.sort_by_key(|contact| (contact.first, contact.second));
+    all.iter()
+        .map(|state| Contact {
+            first: state.first,
+            second: state
+                .wall()
+                .map_or(Partner::Particle(state.second), Partner::Wall),
+            point: state.point.into(),
+            normal: state.normal.into(),
+            force: state.force.into(),
+            depth: state.depth,
+            volume: state.volume,
+        })
+        .collect()
 }
 
 /// Fields of the whole box on rank 0, with the particles where they are now; empty elsewhere. Collective.
