@@ -405,4 +405,6 @@ impl<T: Real> Solids<T> for MappedSolids<'_> {
 }
 
 #[cfg(test)]
+mod shape_tests;
+#[cfg(test)]
 mod tests;
