@@ -406,3 +406,5 @@ impl<T: Real> Solids<T> for MappedSolids<'_> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;
