@@ -408,3 +408,5 @@ impl<T: Real> Solids<T> for MappedSolids<'_> {
 mod shape_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;

@@ -29,7 +29,7 @@ pub use observe::stream_bandwidth;
 use serde::{Deserialize, Serialize};
 pub use solid::{CHUNK, NoSolids, SolidRow, Solids};
 use walls::Walls;
-pub use walls::{Boundary, WallMotion};
+pub use walls::{Boundary, WallLoad, WallMotion};
 
 /// Storage type of the populations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]

@@ -293,25 +293,27 @@ impl<T: Real> Simulation<T> {
             .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
     }
 
-    /// Force of the fluid on each wall of the case in the last step (N), over the cells next to it; without the pressure
-    /// of the fluid at rest, which the lattice does not hold. Zeros in a dry run. Collective.
-    pub fn wall_forces(&self) -> Vec<Vec3> {
+    /// Force (N) of the fluid on each wall of the case in the last step, and torque (N m) about the pivot of its motion,
+    /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
+    /// dry run. Collective.
+    pub fn wall_loads(&self) -> Vec<Load> {
         let Some(wet) = &self.wet else {
-            return vec![Vec3::zeros(); self.walls];
+            return vec![Load::default(); self.walls];
         };
         let mut words: Vec<i64> = wet
             .fluid
-            .wall_forces()
-            .into_iter()
-            .flatten()
+            .wall_loads()
+            .iter()
+            .flat_map(|load| [load.force, load.torque].into_iter().flatten())
             .flat_map(split_wide)
             .collect();
         self.comm.sum(&mut words);
+        let sum = |w: &[i64]| Vec3::from_fn(|a, _| from_fixed_wide(join_wide([w[2 * a], w[2 * a + 1]])));
         words
-            .chunks_exact(6)
-            .map(|w| {
-                Vec3::from_fn(|a, _| from_fixed_wide(join_wide([w[2 * a], w[2 * a + 1]])))
-                    * self.units.force()
+            .chunks_exact(12)
+            .map(|w| Load {
+                force: sum(&w[..6]) * self.units.force(),
+                torque: sum(&w[6..]) * self.units.torque(),
             })
             .collect()
     }

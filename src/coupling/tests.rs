@@ -10,14 +10,14 @@ use crate::particle::Template;
 use crate::shape::Sphere;
 use std::sync::Arc;
 
-const UNITS: Units = Units {
+pub(super) const UNITS: Units = Units {
     dx: 0.125,
     dt: 0.01,
     density: 1000.0,
 };
-const CELLS: [usize; 3] = [24, 20, 28];
+pub(super) const CELLS: [usize; 3] = [24, 20, 28];
 
-fn params() -> CouplingParams {
+pub(super) fn params() -> CouplingParams {
     CouplingParams {
         units: UNITS,
         solid_ramp_width: 0.5,
@@ -26,7 +26,7 @@ fn params() -> CouplingParams {
     }
 }
 
-fn bgk(simd: Simd) -> FluidParams {
+pub(super) fn bgk(simd: Simd) -> FluidParams {
     FluidParams {
         relaxation_time: 0.6,
         collision: Collision::Bgk,
@@ -35,7 +35,12 @@ fn bgk(simd: Simd) -> FluidParams {
 }
 
 /// Every rank knows all; owned are those whose centre is in its block.
-fn store(decomposition: &Decomposition, rank: usize, particles: &[Particle], radius: f64) -> ParticleStore {
+pub(super) fn store(
+    decomposition: &Decomposition,
+    rank: usize,
+    particles: &[Particle],
+    radius: f64,
+) -> ParticleStore {
     let templates: Arc<[Template]> = Arc::new([Template {
         shape: Arc::new(Sphere { radius }),
         material: 0,

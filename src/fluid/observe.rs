@@ -1,7 +1,7 @@
 //! Looking at the fluid: fields, the hash of its state, and the bandwidth of the machine it runs on.
 
 use super::buffer::Buffer;
-use super::{Fluid, Real, SPEED_LIMIT, SolidRow, Solids};
+use super::{Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
 use crate::lattice::{C, Q};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -83,10 +83,10 @@ impl<T: Real> Fluid<T> {
             })
     }
 
-    /// Momentum that each wall gained in the last step over the links of this block (one time step, so also the force), as
-    /// exact sums of fixed-point numbers over which ranks add up; without that of a fluid at rest with density 1.
-    pub fn wall_forces(&self) -> Vec<[i128; 3]> {
-        self.walls.forces(&self.layout, &self.populations)
+    /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks add up;
+    /// without the pressure of a fluid at rest with density 1.
+    pub fn wall_loads(&self) -> Vec<WallLoad> {
+        self.walls.loads(&self.layout, self.block.lo, &self.populations)
     }
 
     /// Number of cells of the block in no wall.

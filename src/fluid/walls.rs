@@ -77,6 +77,16 @@ impl Boundary<'_> {
     }
 }
 
+/// What a wall received in a time step: sums of fixed-point numbers ([`from_fixed_wide`](crate::math::from_fixed_wide)),
+/// lattice units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WallLoad {
+    /// Force.
+    pub force: [i128; 3],
+    /// Torque about the pivot of its motion.
+    pub torque: [i128; 3],
+}
+
 /// Of cells in no wall.
 const NO_WALL: u16 = u16::MAX;
 
@@ -87,6 +97,8 @@ struct Run {
     near: usize,
     /// Place `(w, -i)` of the first link.
     far: usize,
+    /// Its cell `x`.
+    first: [usize; 3],
     count: usize,
     direction: usize,
     wall: u16,
@@ -266,6 +278,7 @@ impl<T: Real> Walls<T> {
                     let run = open.get_or_insert_with(|| Run {
                         near: i * layout.stride + layout.cell(x, y, z),
                         far: opposite(i) * layout.stride + layout.cell(x - cx, y - cy, z - cz),
+                        first: [x, y, z].map(|c| c as usize),
                         count: 0,
                         direction: i,
                         wall,
@@ -414,7 +427,7 @@ impl<T: Real> Walls<T> {
             }
         }
         for ends in &self.ends {
-            ends.each(layout, self.size, |link, _, near, far| {
+            ends.each(layout, self.size, |link, _, _, near, far| {
                 let correction = ends.corrections.get(link).copied().unwrap_or(T::ZERO);
                 populations[far] = populations[near] - correction;
             });
@@ -431,31 +444,37 @@ impl<T: Real> Walls<T> {
         }
     }
 
-    /// Momentum that every wall gained in the last step over the links of the block, as sums of fixed-point numbers;
-    /// without that of a fluid at rest with density 1.
-    pub(crate) fn forces(&self, layout: &Layout, populations: &[T]) -> Vec<[i128; 3]> {
-        let mut forces = vec![[0; 3]; self.motions.len()];
-        let mut add = |wall: u16, i: usize, sum: i64| {
+    /// Force on every wall in the last step over the links of the block, and torque about its pivot, as sums of
+    /// fixed-point numbers; without those of a fluid at rest with density 1.
+    pub(crate) fn loads(&self, layout: &Layout, lo: [usize; 3], populations: &[T]) -> Vec<WallLoad> {
+        let mut loads = vec![WallLoad::default(); self.motions.len()];
+        let mut add = |wall: u16, i: usize, cell: [usize; 3], near: usize, far: usize| {
+            let (near, far): (f64, f64) = (populations[near].into(), populations[far].into());
+            let load = &mut loads[usize::from(wall)];
+            let c = C[i].map(|c| c as f64);
+            let pivot = self.motions[usize::from(wall)].pivot;
+            let r: [f64; 3] =
+                std::array::from_fn(|a| (cell[a] + lo[a]) as f64 + 0.5 * (1.0 - c[a]) - pivot[a]);
             for a in 0..3 {
-                forces[usize::from(wall)][a] -= i128::from(sum) * C[i][a] as i128;
+                let (b, d) = ((a + 1) % 3, (a + 2) % 3);
+                load.force[a] -= i128::from(to_fixed((near + far) * c[a]));
+                load.torque[a] -= i128::from(to_fixed((near + far) * (r[b] * c[d] - r[d] * c[b])));
             }
         };
-        let of_link = |near: usize, far: usize| {
-            let (near, far): (f64, f64) = (populations[near].into(), populations[far].into());
-            to_fixed(near + far)
-        };
         for run in &self.runs {
-            let sum = (0..run.count).map(|k| of_link(run.near + k, run.far + k)).sum();
-            add(run.wall, run.direction, sum);
+            for k in 0..run.count {
+                let [x, y, z] = run.first;
+                add(run.wall, run.direction, [x + k, y, z], run.near + k, run.far + k);
+            }
         }
         for ends in &self.ends {
-            ends.each(layout, self.size, |link, i, near, far| {
+            ends.each(layout, self.size, |link, i, cell, near, far| {
                 if ends.walls[link] != NO_WALL {
-                    add(ends.walls[link], i, of_link(near, far));
+                    add(ends.walls[link], i, cell, near, far);
                 }
             });
         }
-        forces
+        loads
     }
 }
 
@@ -466,18 +485,26 @@ impl<T> RowEnds<T> {
         (z as usize * size[1] + y as usize) * self.directions.len() + k
     }
 
-    /// Calls `visit(link, direction, near, far)` for all links.
-    fn each(&self, layout: &Layout, size: [usize; 3], mut visit: impl FnMut(usize, usize, usize, usize)) {
+    /// Calls `visit(link, direction, cell, near, far)` for all links.
+    fn each(
+        &self,
+        layout: &Layout,
+        size: [usize; 3],
+        mut visit: impl FnMut(usize, usize, [usize; 3], usize, usize),
+    ) {
         let [_, ny, nz] = size.map(|n| n as isize);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             for (k, &i) in self.directions.iter().enumerate() {
                 let near = i * layout.stride + layout.cell(self.last, y, z);
                 let far = opposite(i) * layout.stride + layout.cell(self.ghost, y - C[i][1], z - C[i][2]);
-                visit(self.link(size, y, z, k), i, near, far);
+                let cell = [self.last, y, z].map(|c| c as usize);
+                visit(self.link(size, y, z, k), i, cell, near, far);
             }
         }
     }
 }
 
+#[cfg(test)]
+mod flow_tests;
 #[cfg(test)]
 mod tests;

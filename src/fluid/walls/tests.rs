@@ -7,9 +7,9 @@ use crate::fluid::{CHUNK, Collision, Fluid, FluidParams, NoSolids, Simd, SolidRo
 use crate::lattice::shifted_equilibrium;
 use crate::math::from_fixed_wide;
 
-const MAGIC: Collision = Collision::Trt { magic: 0.1875 };
+pub(super) const MAGIC: Collision = Collision::Trt { magic: 0.1875 };
 
-fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
+pub(super) fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
     Domain {
         cells,
         periodic,
@@ -17,7 +17,7 @@ fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
     }
 }
 
-fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
+pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
     FluidParams {
         relaxation_time,
         collision,
@@ -26,18 +26,18 @@ fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
 }
 
 /// Fluid on one rank.
-fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<T> {
+pub(super) fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<T> {
     let decomposition = Decomposition::new(domain, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, boundary)
 }
 
-fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+pub(super) fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
     fluid.sweep(acceleration, &mut NoSolids, false);
     fluid.exchange();
 }
 
 /// Numbers the closed faces that a cell lies beyond: `z-` 0, `z+` 1, `y-` 2, ... or none.
-fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
+pub(super) fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
     let side = |a: usize| match cell[a] {
         c if c < 0 => Some(0),
         c if c >= cells[a] as i64 => Some(1),
@@ -46,13 +46,13 @@ fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
     (0..3).find_map(|k| side(2 - k).map(|s| 2 * k + s))
 }
 
-const AT_REST: WallMotion = WallMotion {
+pub(super) const AT_REST: WallMotion = WallMotion {
     velocity: [0.0; 3],
     angular_velocity: [0.0; 3],
     pivot: [0.0; 3],
 };
 
-fn sliding(velocity: [f64; 3]) -> WallMotion {
+pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {
     WallMotion { velocity, ..AT_REST }
 }
 
@@ -114,7 +114,7 @@ impl Tangle {
         simd: Simd,
         collision: Collision,
         steps: usize,
-    ) -> (u64, Vec<[i128; 3]>, [i128; 4]) {
+    ) -> (u64, Vec<WallLoad>, [i128; 4]) {
         let decomposition = Decomposition {
             domain: self.domain,
             grid,
@@ -135,17 +135,18 @@ impl Tangle {
                 fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, false);
                 fluid.exchange();
             }
-            let (hash, forces) = (fluid.state_hash(), fluid.wall_forces());
+            let (hash, forces) = (fluid.state_hash(), fluid.wall_loads());
             let flow = fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, true).unwrap();
             assert!(flow.fault.is_none());
             let [px, py, pz] = flow.momentum;
             (hash, forces, [px, py, pz, flow.solid])
         });
-        let mut sum = (0, vec![[0; 3]; self.motions.len()], [0; 4]);
+        let mut sum = (0, vec![WallLoad::default(); self.motions.len()], [0; 4]);
         for (hash, forces, flow) in parts {
             sum.0 = hash.wrapping_add(sum.0);
             for (to, from) in sum.1.iter_mut().zip(&forces) {
-                (0..3).for_each(|a| to[a] += from[a]);
+                (0..3).for_each(|a| to.force[a] += from.force[a]);
+                (0..3).for_each(|a| to.torque[a] += from.torque[a]);
             }
             (0..4).for_each(|a| sum.2[a] += flow[a]);
         }
@@ -229,7 +230,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                     collided[index(c)][i] = g[i] - even / tau - odd / tau_odd + pushed[i] - eq[i];
                 }
             }
-            let mut forces = [[0.0; 3]; 7];
+            let (mut forces, mut torques) = ([[0.0; 3]; 7], [[0.0; 3]; 7]);
             for &c in &all {
                 for i in 0..Q {
                     let mut from: [i64; 3] = std::array::from_fn(|k| c[k] as i64 - C[i][k] as i64);
@@ -243,7 +244,14 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                         let u = tangle.motions[wall].at(middle);
                         let cu: f64 = (0..3).map(|k| C[i][k] as f64 * u[k]).sum();
                         let (out, back) = (collided[index(c)][opposite(i)], 6.0 * W[i] * cu);
-                        (0..3).for_each(|k| forces[wall][k] -= (2.0 * out + back) * C[i][k] as f64);
+                        let force = C[i].map(|c| -(2.0 * out + back) * c as f64);
+                        for k in 0..3 {
+                            let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+                            let r: [f64; 3] =
+                                std::array::from_fn(|k| middle[k] - tangle.motions[wall].pivot[k]);
+                            forces[wall][k] += force[k];
+                            torques[wall][k] += r[l] * force[m] - r[m] * force[l];
+                        }
                         out + back
                     } else {
                         collided[index(from.map(|c| c as usize))][i]
@@ -258,11 +266,15 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                     "cell {c:?}, periodic {periodic:?}"
                 );
             }
-            for (wall, force) in fluid.wall_forces().iter().enumerate() {
+            for (wall, load) in fluid.wall_loads().iter().enumerate() {
+                let (force, torque) = (load.force.map(from_fixed_wide), load.torque.map(from_fixed_wide));
                 for k in 0..3 {
-                    let force = from_fixed_wide(force[k]);
                     assert!(
-                        (force - forces[wall][k]).abs() < 1e-9,
+                        (force[k] - forces[wall][k]).abs() < 1e-9,
+                        "wall {wall}, periodic {periodic:?}"
+                    );
+                    assert!(
+                        (torque[k] - torques[wall][k]).abs() < 1e-8,
                         "wall {wall}, periodic {periodic:?}"
                     );
                 }
