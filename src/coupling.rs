@@ -23,7 +23,7 @@ use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
 use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment};
-use solid_fraction::{Mapper, RigidMotion};
+use solid_fraction::{FacePlane, Mapper, RigidMotion};
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +48,9 @@ pub struct Coupling {
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
     lines: Lines,
+    /// Faces of the flat-faced ones, and where those of each begin; one past the last.
+    planes: Vec<FacePlane>,
+    first_plane: Vec<u32>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_lines: Lines,
@@ -95,6 +98,8 @@ impl Coupling {
             peers: decomposition.neighbours(rank, reach),
             bodies: Vec::new(),
             lines: Lines::default(),
+            planes: Vec::new(),
+            first_plane: Vec::new(),
             swept_bodies: Vec::new(),
             swept_lines: Lines::default(),
             added: Vec::new(),
@@ -111,14 +116,23 @@ impl Coupling {
                 .iter()
                 .map(|particle| lattice_body(particle, &self.params.units)),
         );
+        self.planes.clear();
+        self.first_plane.clear();
+        for particle in &particles.particles {
+            self.first_plane.push(self.planes.len() as u32);
+            let to_world = particle.orientation().to_rotation_matrix().into_inner();
+            let shape = &*particles.template(particle).shape;
+            FacePlane::collect(shape, &to_world, self.params.units.dx, &mut self.planes);
+        }
+        self.first_plane.push(self.planes.len() as u32);
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
-        self.added.clear();
+        let mut added = std::mem::take(&mut self.added);
+        added.clear();
         for i in order {
             let body = &self.bodies[i as usize];
             let mapper = self.mapper(particles, i as usize);
-            let added = &mut self.added;
             mapper.each_image(
                 &self.decomposition.domain,
                 self.block,
@@ -143,26 +157,30 @@ impl Coupling {
                 },
             );
         }
-        self.lines.sort(ny * nz, &self.added);
+        self.lines.sort(ny * nz, &added);
+        self.added = added;
     }
 
     /// The geometry of particle `i` of the last [`map`](Self::map).
-    fn mapper<'a>(&self, particles: &'a ParticleStore, i: usize) -> Mapper<'a> {
-        let particle = &particles.particles[i];
-        let shape = &*particles.template(particle).shape;
-        Mapper::new(
-            shape,
-            particle,
+    fn mapper<'a>(&'a self, particles: &'a ParticleStore, i: usize) -> Mapper<'a> {
+        let faces = self.first_plane[i] as usize..self.first_plane[i + 1] as usize;
+        mapper(
+            &self.params,
+            &particles.particles[i],
+            particles,
             self.bodies[i].motion,
-            self.params.units.dx,
-            self.params.solid_ramp_width,
+            &self.planes[faces],
         )
     }
 
     /// The mapped particles as the sweep sees them; `particles` as at [`map`](Self::map).
     pub fn solids<'a>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a> {
-        let mappers = (0..self.bodies.len())
-            .map(|i| self.mapper(particles, i))
+        let (planes, first) = (&self.planes, &self.first_plane);
+        let mappers = (particles.particles.iter().zip(&self.bodies).enumerate())
+            .map(|(i, (particle, body))| {
+                let faces = &planes[first[i] as usize..first[i + 1] as usize];
+                mapper(&self.params, particle, particles, body.motion, faces)
+            })
             .collect();
         MappedSolids {
             rows: self.block.size()[1],
@@ -295,6 +313,25 @@ impl Coupling {
             }
         }
     }
+}
+
+/// The geometry of a particle of `particles`.
+fn mapper<'a>(
+    params: &CouplingParams,
+    particle: &Particle,
+    particles: &'a ParticleStore,
+    motion: RigidMotion,
+    faces: &'a [FacePlane],
+) -> Mapper<'a> {
+    let shape = &*particles.template(particle).shape;
+    Mapper::new(
+        shape,
+        particle,
+        motion,
+        faces,
+        params.units.dx,
+        params.solid_ramp_width,
+    )
 }
 
 /// A particle in lattice units, relative to its reference cell; cell `n` has its centre at `(n + 1/2) dx`.

@@ -8,7 +8,7 @@ mod run;
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::coupling::{CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, MeanFlow};
-use crate::dem::{DemEngine, Native, NativeParams};
+use crate::dem::{DemEngine, Load, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Flow, Fluid, Real, Simd};
@@ -24,9 +24,8 @@ pub struct Simulation<T: Real> {
     comm: Comm,
     units: Units,
     decomposition: Decomposition,
-    fluid: Fluid<T>,
-    coupling: Coupling,
-    driving: Driving,
+    /// `None` in a dry run.
+    wet: Option<Wet<T>>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
@@ -34,27 +33,16 @@ pub struct Simulation<T: Real> {
     failure: Option<Error>,
 }
 
-impl<T: Real> Simulation<T> {
-    /// The case at rest, with the native engine. Collective.
-    pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        let params = NativeParams {
-            contact: setup.contact.clone(),
-            walls: setup.walls.clone(),
-            gravity: setup.gravity,
-            substeps: setup.substeps,
-        };
-        let (rank, templates) = (comm.rank(), setup.templates.clone());
-        let dem = Native::new(params, decomposition.clone(), rank, templates, &setup.particles)?;
-        Ok(Self::with_engine(setup, decomposition, comm, Box::new(dem)))
-    }
+/// The fluid, and what couples it to the particles.
+struct Wet<T: Real> {
+    fluid: Fluid<T>,
+    coupling: Coupling,
+    driving: Driving,
+}
 
-    /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
-    pub fn with_engine(
-        setup: &Setup,
-        decomposition: &Decomposition,
-        comm: Comm,
-        dem: Box<dyn DemEngine>,
-    ) -> Self {
+impl<T: Real> Wet<T> {
+    /// Fluid at rest round the particles of a case. Collective.
+    fn new(setup: &Setup, decomposition: &Decomposition, comm: &Comm) -> Self {
         let (units, templates) = (setup.units, &setup.templates);
         let coupling = CouplingParams {
             units,
@@ -89,10 +77,37 @@ impl<T: Real> Simulation<T> {
         };
         let simd = setup.simd.unwrap_or_else(Simd::best);
         Self {
-            units,
-            fluid: Fluid::new(decomposition, &comm, setup.relaxation_time, simd),
+            fluid: Fluid::new(decomposition, comm, setup.relaxation_time, simd),
             coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
             driving: Driving::new(driving),
+        }
+    }
+}
+
+impl<T: Real> Simulation<T> {
+    /// The case at rest, with the native engine. Collective.
+    pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
+        let params = NativeParams {
+            contact: setup.contact.clone(),
+            walls: setup.walls.clone(),
+            gravity: setup.gravity,
+            substeps: setup.substeps,
+        };
+        let (rank, templates) = (comm.rank(), setup.templates.clone());
+        let dem = Native::new(params, decomposition.clone(), rank, templates, &setup.particles)?;
+        Ok(Self::with_engine(setup, decomposition, comm, Box::new(dem)))
+    }
+
+    /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
+    pub fn with_engine(
+        setup: &Setup,
+        decomposition: &Decomposition,
+        comm: Comm,
+        dem: Box<dyn DemEngine>,
+    ) -> Self {
+        Self {
+            units: setup.units,
+            wet: (!setup.dry).then(|| Wet::new(setup, decomposition, &comm)),
             decomposition: decomposition.clone(),
             dem,
             comm,
@@ -102,7 +117,7 @@ impl<T: Real> Simulation<T> {
         }
     }
 
-    /// Advances fluid and particles by one fluid time step. Collective.
+    /// Advances fluid and particles by one time step. Collective.
     ///
     /// # Errors
     /// [`Error::Diverged`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
@@ -110,32 +125,44 @@ impl<T: Real> Simulation<T> {
         let Self {
             comm,
             units,
-            fluid,
-            coupling,
-            driving,
+            wet,
             dem,
             timings: t,
             failure,
             ..
         } = self;
-        let acceleration = driving.acceleration();
-        let lattice = acceleration / units.acceleration();
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
+        let mut flow = None;
+        let loads = if let Some(Wet {
+            fluid,
+            coupling,
+            driving,
+        }) = wet
+        {
+            let acceleration = driving.acceleration();
+            let lattice = acceleration / units.acceleration();
 
-        t.stage("map", || coupling.map(dem.particles()));
-        t.stage("map", || coupling.begin_exchange(fluid));
-        let flow = t.stage("fluid", || {
-            fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
-        });
-        t.stage("halo", || fluid.exchange());
-        let loads = t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm));
+            t.stage("map", || coupling.map(dem.particles()));
+            t.stage("map", || coupling.begin_exchange(fluid));
+            flow = t.stage("fluid", || {
+                fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
+            });
+            t.stage("halo", || fluid.exchange());
+            t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
+        } else {
+            vec![Load::default(); dem.particles().owned]
+        };
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
 
         if let Err(error) = moved {
             failure.get_or_insert(error);
         }
         self.step += 1;
-        flow.map_or(Ok(()), |flow| self.control(&flow))
+        match flow {
+            Some(flow) => self.control(&flow),
+            None if measure => self.check(),
+            None => Ok(()),
+        }
     }
 
     /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
@@ -168,12 +195,15 @@ impl<T: Real> Simulation<T> {
         let cells = self.decomposition.domain.cell_count() as f64;
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
-        self.driving.observe(MeanFlow {
+        let mean = MeanFlow {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
             max_lattice_speed: most[0],
-        });
+        };
+        if let Some(wet) = &mut self.wet {
+            wet.driving.observe(mean);
+        }
         Ok(())
     }
 
@@ -211,9 +241,14 @@ impl<T: Real> Simulation<T> {
         self.step
     }
 
-    /// The fluid of this rank's block.
-    pub fn fluid(&self) -> &Fluid<T> {
-        &self.fluid
+    /// The fluid of this rank's block; none in a dry run.
+    pub fn fluid(&self) -> Option<&Fluid<T>> {
+        self.wet.as_ref().map(|wet| &wet.fluid)
+    }
+
+    /// The ranks.
+    pub fn comm(&self) -> &Comm {
+        &self.comm
     }
 
     /// The engine.
@@ -221,14 +256,18 @@ impl<T: Real> Simulation<T> {
         &*self.dem
     }
 
-    /// Mean values over the box at the last measurement.
-    pub fn mean_flow(&self) -> &MeanFlow {
-        self.driving.mean()
+    /// Mean values over the box at the last measurement; zeros in a dry run.
+    pub fn mean_flow(&self) -> MeanFlow {
+        self.wet
+            .as_ref()
+            .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
-        self.driving.acceleration()
+        self.wet
+            .as_ref()
+            .map_or_else(Vec3::zeros, |wet| wet.driving.acceleration())
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
@@ -237,7 +276,8 @@ impl<T: Real> Simulation<T> {
         let particles = particles
             .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
             .fold(0, u64::wrapping_add);
-        let mut sum = [self.fluid.state_hash().wrapping_add(particles) as i64];
+        let fluid = self.wet.as_ref().map_or(0, |wet| wet.fluid.state_hash());
+        let mut sum = [fluid.wrapping_add(particles) as i64];
         self.comm.sum(&mut sum);
         sum[0] as u64
     }

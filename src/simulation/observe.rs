@@ -2,8 +2,8 @@
 //!
 //! All ranks take part; rank 0 gathers and writes. A failure to write on rank 0 ends the run on every rank.
 
-use super::Simulation;
 use super::references::references;
+use super::{Simulation, Wet};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::domain::Decomposition;
@@ -376,11 +376,13 @@ fn gather_fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomp
     let Simulation {
         comm,
         units,
-        fluid,
-        coupling,
+        wet,
         dem,
         ..
     } = simulation;
+    let Some(Wet { fluid, coupling, .. }) = wet else {
+        return Fields::default();
+    };
     coupling.map(dem.particles());
     let mut own: Vec<[f32; 5]> = Vec::with_capacity(fluid.block().cell_count());
     fluid.each_cell(lattice, &mut coupling.solids(dem.particles()), |state| {
