@@ -140,6 +140,7 @@ impl Place {
             "fields.pvd",
             "force_chains",
             "force_chains.pvd",
+            "particle_series.csv",
             "particles",
             "particles.pvd",
             "pictures",

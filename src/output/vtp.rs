@@ -92,7 +92,7 @@ fn each<'a, V: Clone + 'a>(
 }
 
 /// Whether the surface has no edges, as far as the mesh can tell.
-fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
+pub(super) fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
     if shape.as_polyhedron().is_some() {
         return false;
     }
