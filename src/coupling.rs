@@ -3,6 +3,7 @@
 //! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep asks for row
 //!   by row ([`solids`](Coupling::solids));
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
+//! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
 //! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the same
@@ -12,10 +13,11 @@ mod driving;
 mod lines;
 mod momentum_exchange;
 mod solid_fraction;
+mod walls;
 
 use crate::comm::Comm;
 use crate::dem::Load;
-use crate::domain::{Block, Decomposition};
+use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{Fluid, Real, SolidRow, Solids};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore};
@@ -23,7 +25,8 @@ use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
 use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment};
-use solid_fraction::{Mapper, RigidMotion};
+use solid_fraction::{FacePlane, Mapper, RigidMotion};
+pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +51,9 @@ pub struct Coupling {
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
     lines: Lines,
+    /// Faces of the flat-faced ones, and where those of each begin; one past the last.
+    planes: Vec<FacePlane>,
+    first_plane: Vec<u32>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_lines: Lines,
@@ -95,6 +101,8 @@ impl Coupling {
             peers: decomposition.neighbours(rank, reach),
             bodies: Vec::new(),
             lines: Lines::default(),
+            planes: Vec::new(),
+            first_plane: Vec::new(),
             swept_bodies: Vec::new(),
             swept_lines: Lines::default(),
             added: Vec::new(),
@@ -111,14 +119,23 @@ impl Coupling {
                 .iter()
                 .map(|particle| lattice_body(particle, &self.params.units)),
         );
+        self.planes.clear();
+        self.first_plane.clear();
+        for particle in &particles.particles {
+            self.first_plane.push(self.planes.len() as u32);
+            let to_world = particle.orientation().to_rotation_matrix().into_inner();
+            let shape = &*particles.template(particle).shape;
+            FacePlane::collect(shape, &to_world, self.params.units.dx, &mut self.planes);
+        }
+        self.first_plane.push(self.planes.len() as u32);
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
-        self.added.clear();
+        let mut added = std::mem::take(&mut self.added);
+        added.clear();
         for i in order {
             let body = &self.bodies[i as usize];
             let mapper = self.mapper(particles, i as usize);
-            let added = &mut self.added;
             mapper.each_image(
                 &self.decomposition.domain,
                 self.block,
@@ -143,26 +160,30 @@ impl Coupling {
                 },
             );
         }
-        self.lines.sort(ny * nz, &self.added);
+        self.lines.sort(ny * nz, &added);
+        self.added = added;
     }
 
     /// The geometry of particle `i` of the last [`map`](Self::map).
-    fn mapper<'a>(&self, particles: &'a ParticleStore, i: usize) -> Mapper<'a> {
-        let particle = &particles.particles[i];
-        let shape = &*particles.template(particle).shape;
-        Mapper::new(
-            shape,
-            particle,
+    fn mapper<'a>(&'a self, particles: &'a ParticleStore, i: usize) -> Mapper<'a> {
+        let faces = self.first_plane[i] as usize..self.first_plane[i + 1] as usize;
+        mapper(
+            &self.params,
+            &particles.particles[i],
+            particles,
             self.bodies[i].motion,
-            self.params.units.dx,
-            self.params.solid_ramp_width,
+            &self.planes[faces],
         )
     }
 
     /// The mapped particles as the sweep sees them; `particles` as at [`map`](Self::map).
     pub fn solids<'a>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a> {
-        let mappers = (0..self.bodies.len())
-            .map(|i| self.mapper(particles, i))
+        let (planes, first) = (&self.planes, &self.first_plane);
+        let mappers = (particles.particles.iter().zip(&self.bodies).enumerate())
+            .map(|(i, (particle, body))| {
+                let faces = &planes[first[i] as usize..first[i + 1] as usize];
+                mapper(&self.params, particle, particles, body.motion, faces)
+            })
             .collect();
         MappedSolids {
             rows: self.block.size()[1],
@@ -181,7 +202,7 @@ impl Coupling {
         before.sort_unstable();
         let mut old_of = vec![NOWHERE; self.bodies.len()];
         let mut new_of = vec![NOWHERE; self.swept_bodies.len()];
-        let cells = self.decomposition.domain.cells.map(|n| n as i64);
+        let domain = &self.decomposition.domain;
         for (new, body) in self.bodies.iter_mut().enumerate() {
             (body.exchange, body.departed) = Default::default();
             if let Ok(at) = before.binary_search_by_key(&body.id, |&(id, _)| id) {
@@ -189,7 +210,7 @@ impl Coupling {
                 (old_of[new], new_of[old as usize]) = (old, new as u32);
                 let old = &self.swept_bodies[old as usize];
                 body.exchange
-                    .add(&old.departed.shifted(shift_of_reference(old, body, cells)), -1);
+                    .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
         for line in 0..ny * nz {
@@ -218,7 +239,7 @@ impl Coupling {
                     let n = offset_of(segment, x);
                     let departed = ExchangeSum::of_cell(fluid.departed(cell(x)), old_body.motion.at(n), n);
                     body.exchange
-                        .add(&departed.shifted(shift_of_reference(old_body, body, cells)), 1);
+                        .add(&departed.shifted(shift_of_reference(old_body, body, domain)), 1);
                 });
             }
         }
@@ -297,6 +318,25 @@ impl Coupling {
     }
 }
 
+/// The geometry of a particle of `particles`.
+fn mapper<'a>(
+    params: &CouplingParams,
+    particle: &Particle,
+    particles: &'a ParticleStore,
+    motion: RigidMotion,
+    faces: &'a [FacePlane],
+) -> Mapper<'a> {
+    let shape = &*particles.template(particle).shape;
+    Mapper::new(
+        shape,
+        particle,
+        motion,
+        faces,
+        params.units.dx,
+        params.solid_ramp_width,
+    )
+}
+
 /// A particle in lattice units, relative to its reference cell; cell `n` has its centre at `(n + 1/2) dx`.
 fn lattice_body(particle: &Particle, units: &Units) -> Body {
     let Units { dx, dt, .. } = *units;
@@ -317,10 +357,14 @@ fn lattice_body(particle: &Particle, units: &Units) -> Body {
 
 /// What offsets grow by when they are counted from the reference cell of `new` instead of that of `old`, across the
 /// periodic faces.
-fn shift_of_reference(old: &Body, new: &Body, cells: [i64; 3]) -> [i64; 3] {
+fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
     std::array::from_fn(|a| {
-        let shift = old.reference[a] - new.reference[a];
-        shift - cells[a] * (shift as f64 / cells[a] as f64).round_ties_even() as i64
+        let (shift, cells) = (old.reference[a] - new.reference[a], domain.cells[a] as i64);
+        if domain.periodic[a] {
+            shift - cells * (shift as f64 / cells as f64).round_ties_even() as i64
+        } else {
+            shift
+        }
     })
 }
 
@@ -361,4 +405,8 @@ impl<T: Real> Solids<T> for MappedSolids<'_> {
 }
 
 #[cfg(test)]
+mod shape_tests;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;

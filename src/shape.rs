@@ -1,11 +1,17 @@
 //! Rigid convex bodies: geometry in the body frame, which is centred at the centre of mass and aligned with the
 //! principal axes.
 
+pub mod cuboid;
+pub mod error;
+mod hull;
 pub mod polyhedron;
+mod row;
 pub mod sphere;
 
 use crate::math::{Quat, Vec3};
-pub use polyhedron::{Face, Polyhedron};
+pub use cuboid::Cuboid;
+pub use error::ShapeError;
+pub use polyhedron::{Face, Placement, Polyhedron};
 pub use sphere::Sphere;
 use std::fmt::Debug;
 

@@ -7,11 +7,13 @@ mod run;
 
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::coupling::{CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, MeanFlow};
-use crate::dem::{DemEngine, Native, NativeParams};
+use crate::coupling::{
+    CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
+};
+use crate::dem::{DemEngine, Load, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::fluid::{Flow, Fluid, Real, Simd};
+use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
@@ -23,15 +25,82 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 pub struct Simulation<T: Real> {
     comm: Comm,
     units: Units,
-    decomposition: Decomposition,
-    fluid: Fluid<T>,
-    coupling: Coupling,
-    driving: Driving,
+    /// `None` in a dry run.
+    wet: Option<Wet<T>>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
+    /// Number of walls.
+    walls: usize,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
+}
+
+/// The fluid, and what couples it to the particles.
+struct Wet<T: Real> {
+    fluid: Fluid<T>,
+    coupling: Coupling,
+    driving: Driving,
+    /// Cells of the box that are in no wall.
+    cells: f64,
+}
+
+impl<T: Real> Wet<T> {
+    /// Fluid at rest round the particles of a case. Collective.
+    fn new(setup: &Setup, decomposition: &Decomposition, comm: &Comm) -> Self {
+        let (units, templates) = (setup.units, &setup.templates);
+        let coupling = CouplingParams {
+            units,
+            solid_ramp_width: setup.solid_ramp_width,
+            gravity: setup.gravity,
+            force_balance: setup.force_balance,
+        };
+        let reach = templates
+            .iter()
+            .map(|template| template.shape.circumradius())
+            .fold(0.0, f64::max);
+        let each = || {
+            setup
+                .particles
+                .iter()
+                .map(|particle| &templates[particle.template as usize])
+        };
+        let params = FluidParams {
+            relaxation_time: setup.relaxation_time,
+            collision: setup.collision,
+            simd: setup.simd.unwrap_or_else(Simd::best),
+        };
+        let walls = LatticeWalls::new(&setup.walls, &units);
+        let boundary = Boundary {
+            motions: walls.motions(),
+            wall_of: &|cell| walls.wall_of(cell),
+        };
+        let fluid = Fluid::new(decomposition, comm, &params, &boundary);
+        let mut cells = [fluid.fluid_cells() as i64];
+        comm.sum(&mut cells);
+        let driving = DrivingParams {
+            units,
+            volume: cells[0] as f64 * units.dx.powi(3),
+            periodic: setup.domain.periodic,
+            submerged_weight: each()
+                .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
+                .sum(),
+            particle_volume: each().map(|t| t.shape.volume()).sum(),
+            balance: setup.force_balance,
+            control_rate: if setup.zero_net_flux {
+                setup.control_rate()
+            } else {
+                0.0
+            },
+            body_acceleration: setup.body_acceleration,
+        };
+        Self {
+            cells: cells[0] as f64,
+            fluid,
+            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
+            driving: Driving::new(driving),
+        }
+    }
 }
 
 impl<T: Real> Simulation<T> {
@@ -55,54 +124,19 @@ impl<T: Real> Simulation<T> {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Self {
-        let (units, templates) = (setup.units, &setup.templates);
-        let coupling = CouplingParams {
-            units,
-            solid_ramp_width: setup.solid_ramp_width,
-            gravity: setup.gravity,
-            force_balance: setup.force_balance,
-        };
-        let reach = templates
-            .iter()
-            .map(|template| template.shape.circumradius())
-            .fold(0.0, f64::max);
-        let each = || {
-            setup
-                .particles
-                .iter()
-                .map(|particle| &templates[particle.template as usize])
-        };
-        let driving = DrivingParams {
-            units,
-            volume: setup.domain.volume(),
-            submerged_weight: each()
-                .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
-                .sum(),
-            particle_volume: each().map(|t| t.shape.volume()).sum(),
-            balance: setup.force_balance,
-            control_rate: if setup.zero_net_flux {
-                setup.control_rate()
-            } else {
-                0.0
-            },
-            body_acceleration: setup.body_acceleration,
-        };
-        let simd = setup.simd.unwrap_or_else(Simd::best);
         Self {
-            units,
-            fluid: Fluid::new(decomposition, &comm, setup.relaxation_time, simd),
-            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
-            driving: Driving::new(driving),
-            decomposition: decomposition.clone(),
+            units: setup.units,
+            wet: (!setup.dry).then(|| Wet::new(setup, decomposition, &comm)),
             dem,
             comm,
             timings: Timings::default(),
             step: 0,
+            walls: setup.walls.len(),
             failure: None,
         }
     }
 
-    /// Advances fluid and particles by one fluid time step. Collective.
+    /// Advances fluid and particles by one time step. Collective.
     ///
     /// # Errors
     /// [`Error::Diverged`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
@@ -110,47 +144,50 @@ impl<T: Real> Simulation<T> {
         let Self {
             comm,
             units,
-            fluid,
-            coupling,
-            driving,
+            wet,
             dem,
             timings: t,
             failure,
             ..
         } = self;
-        let acceleration = driving.acceleration();
-        let lattice = acceleration / units.acceleration();
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
+        let mut flow = None;
+        let loads = if let Some(Wet {
+            fluid,
+            coupling,
+            driving,
+            ..
+        }) = wet
+        {
+            let acceleration = driving.acceleration();
+            let lattice = acceleration / units.acceleration();
 
-        t.stage("map", || coupling.map(dem.particles()));
-        t.stage("map", || coupling.begin_exchange(fluid));
-        let flow = t.stage("fluid", || {
-            fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
-        });
-        t.stage("halo", || fluid.exchange());
-        let loads = t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm));
+            t.stage("map", || coupling.map(dem.particles()));
+            t.stage("map", || coupling.begin_exchange(fluid));
+            flow = t.stage("fluid", || {
+                fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
+            });
+            t.stage("halo", || fluid.exchange());
+            t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
+        } else {
+            vec![Load::default(); dem.particles().owned]
+        };
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
 
         if let Err(error) = moved {
             failure.get_or_insert(error);
         }
         self.step += 1;
-        flow.map_or(Ok(()), |flow| self.control(&flow))
+        match flow {
+            Some(flow) => self.control(&flow),
+            None if measure => self.check(),
+            None => Ok(()),
+        }
     }
 
     /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
     fn control(&mut self, flow: &Flow) -> Result<()> {
-        if let Some((cell, speed)) = flow.fault {
-            let [x, y, z] = cell.map(|c| (c as f64 + 0.5) * self.units.dx);
-            self.failure.get_or_insert(Error::Diverged {
-                step: self.step,
-                what: format!(
-                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}; \
-                     a smaller relaxation time or more cells per diameter lowers it",
-                    crate::fluid::SPEED_LIMIT
-                ),
-            });
-        }
+        self.note_fault(flow.fault);
         let [x, y, z] = flow.momentum;
         let mut words: Vec<i64> = [x, y, z, flow.square, flow.solid]
             .into_iter()
@@ -165,20 +202,43 @@ impl<T: Real> Simulation<T> {
             std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
         let mut most = [flow.max_speed];
         self.comm.max(&mut most);
-        let cells = self.decomposition.domain.cell_count() as f64;
+        let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
-        self.driving.observe(MeanFlow {
+        let mean = MeanFlow {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
             max_lattice_speed: most[0],
-        });
+        };
+        if let Some(wet) = &mut self.wet {
+            wet.driving.observe(mean);
+        }
         Ok(())
     }
 
-    /// Makes a failure since the last control known to all; for the end of a run. Collective.
+    /// Takes note of a cell that is too fast.
+    fn note_fault(&mut self, fault: Option<([usize; 3], f64)>) {
+        if let Some((cell, speed)) = fault {
+            let [x, y, z] = cell.map(|c| (c as f64 + 0.5) * self.units.dx);
+            self.failure.get_or_insert(Error::Diverged {
+                step: self.step,
+                what: format!(
+                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}; \
+                     a smaller relaxation time or more cells per diameter lowers it",
+                    crate::fluid::SPEED_LIMIT
+                ),
+            });
+        }
+    }
+
+    /// Looks at the fluid as it is now, which no measuring sweep has seen, and makes a failure since the last control
+    /// known to all; for the end of a run. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] on every rank.
     pub fn check(&mut self) -> Result<()> {
+        self.note_fault(self.wet.as_ref().and_then(|wet| wet.fluid.fault()));
         let mut failures = [i64::from(self.failure.is_some())];
         self.comm.sum(&mut failures);
         if failures[0] > 0 {
@@ -211,9 +271,14 @@ impl<T: Real> Simulation<T> {
         self.step
     }
 
-    /// The fluid of this rank's block.
-    pub fn fluid(&self) -> &Fluid<T> {
-        &self.fluid
+    /// The fluid of this rank's block; none in a dry run.
+    pub fn fluid(&self) -> Option<&Fluid<T>> {
+        self.wet.as_ref().map(|wet| &wet.fluid)
+    }
+
+    /// The ranks.
+    pub fn comm(&self) -> &Comm {
+        &self.comm
     }
 
     /// The engine.
@@ -221,14 +286,43 @@ impl<T: Real> Simulation<T> {
         &*self.dem
     }
 
-    /// Mean values over the box at the last measurement.
-    pub fn mean_flow(&self) -> &MeanFlow {
-        self.driving.mean()
+    /// Mean values over the box at the last measurement; zeros in a dry run.
+    pub fn mean_flow(&self) -> MeanFlow {
+        self.wet
+            .as_ref()
+            .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
+    }
+
+    /// Force (N) of the fluid on each wall of the case in the last step, and torque (N m) about the pivot of its motion,
+    /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
+    /// dry run. Collective.
+    pub fn wall_loads(&self) -> Vec<Load> {
+        let Some(wet) = &self.wet else {
+            return vec![Load::default(); self.walls];
+        };
+        let mut words: Vec<i64> = wet
+            .fluid
+            .wall_loads()
+            .iter()
+            .flat_map(|load| [load.force, load.torque].into_iter().flatten())
+            .flat_map(split_wide)
+            .collect();
+        self.comm.sum(&mut words);
+        let sum = |w: &[i64]| Vec3::from_fn(|a, _| from_fixed_wide(join_wide([w[2 * a], w[2 * a + 1]])));
+        words
+            .chunks_exact(12)
+            .map(|w| Load {
+                force: sum(&w[..6]) * self.units.force(),
+                torque: sum(&w[6..]) * self.units.torque(),
+            })
+            .collect()
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
-        self.driving.acceleration()
+        self.wet
+            .as_ref()
+            .map_or_else(Vec3::zeros, |wet| wet.driving.acceleration())
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
@@ -237,7 +331,8 @@ impl<T: Real> Simulation<T> {
         let particles = particles
             .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
             .fold(0, u64::wrapping_add);
-        let mut sum = [self.fluid.state_hash().wrapping_add(particles) as i64];
+        let fluid = self.wet.as_ref().map_or(0, |wet| wet.fluid.state_hash());
+        let mut sum = [fluid.wrapping_add(particles) as i64];
         self.comm.sum(&mut sum);
         sum[0] as u64
     }

@@ -4,5 +4,7 @@
 //! `cargo test --release --test validation -- --nocapture` prints measured value, reference and tolerance.
 
 mod periodic_settling;
+mod settling_tank;
+mod shear;
 mod sphere_array;
 mod support;

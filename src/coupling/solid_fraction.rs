@@ -88,11 +88,68 @@ impl RigidMotion {
     }
 }
 
+/// A face of a body that has only flat ones, as a row of cells sees it: world axes, lengths in cells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacePlane {
+    /// Outward unit normal.
+    normal: [f64; 3],
+    /// Distance from the centre of mass.
+    offset: f64,
+    /// `1 / normal[0]`, or 0 where the row runs along the face.
+    slope: f64,
+}
+
+/// Normals whose x part is smaller than this are taken to be at right angles to the rows.
+const ALONG: f64 = 1e-12;
+
+impl FacePlane {
+    /// The faces of `shape`, if all of them are flat, added to `planes`.
+    pub(super) fn collect(shape: &dyn Shape, to_world: &Mat3, dx: f64, planes: &mut Vec<Self>) {
+        let Some(polyhedron) = shape.as_polyhedron() else {
+            return;
+        };
+        planes.extend(polyhedron.faces.iter().map(|face| {
+            let normal: [f64; 3] = (to_world * face.normal).into();
+            Self {
+                normal,
+                offset: face.offset / dx,
+                slope: if normal[0].abs() < ALONG {
+                    0.0
+                } else {
+                    1.0 / normal[0]
+                },
+            }
+        }));
+    }
+
+    /// Height above the face of a point whose y and z are already in `rest`, see [`rest`](Self::rest).
+    #[inline(always)]
+    fn height(&self, x: f64, rest: f64) -> f64 {
+        self.normal[0] * x - rest
+    }
+
+    /// What the row at `y, z` from the centre leaves for `normal[0] x`.
+    #[inline(always)]
+    fn rest(&self, y: f64, z: f64) -> f64 {
+        self.offset - (self.normal[1] * y + self.normal[2] * z)
+    }
+}
+
+/// How the geometry of a body is asked.
+#[derive(Clone, Copy)]
+enum Geometry<'a> {
+    /// A sphere of this radius (m), whose geometry is not worth a call.
+    Sphere(f64),
+    /// Flat faces.
+    Flat(&'a [FacePlane]),
+    /// By the methods of the shape.
+    Smooth,
+}
+
 /// One particle on the lattice.
 pub(super) struct Mapper<'a> {
     shape: &'a dyn Shape,
-    /// Of a sphere, whose geometry is not worth a call.
-    radius: Option<f64>,
+    geometry: Geometry<'a>,
     orientation: Quat,
     to_body: Mat3,
     motion: RigidMotion,
@@ -101,13 +158,17 @@ pub(super) struct Mapper<'a> {
     /// Width of the ramp (m).
     ramp: f64,
     per_ramp: f64,
+    /// Half of it in cells.
+    half_ramp: f64,
 }
 
 impl<'a> Mapper<'a> {
+    /// `planes` are those of [`FacePlane::collect`].
     pub(super) fn new(
         shape: &'a dyn Shape,
         particle: &Particle,
         motion: RigidMotion,
+        planes: &'a [FacePlane],
         dx: f64,
         ramp_cells: f64,
     ) -> Self {
@@ -115,7 +176,11 @@ impl<'a> Mapper<'a> {
         let to_body = orientation.to_rotation_matrix().matrix().transpose();
         Self {
             shape,
-            radius: shape.as_sphere(),
+            geometry: match shape.as_sphere() {
+                Some(radius) => Geometry::Sphere(radius),
+                None if planes.is_empty() => Geometry::Smooth,
+                None => Geometry::Flat(planes),
+            },
             orientation,
             to_body,
             motion,
@@ -123,6 +188,7 @@ impl<'a> Mapper<'a> {
             per_dx: 1.0 / dx,
             ramp: ramp_cells * dx,
             per_ramp: 1.0 / (ramp_cells * dx),
+            half_ramp: 0.5 * ramp_cells,
         }
     }
 
@@ -135,15 +201,26 @@ impl<'a> Mapper<'a> {
         reference: [i64; 3],
         mut visit: impl FnMut([RangeInclusive<i64>; 3], [i64; 3]),
     ) {
-        let reach = ((self.shape.circumradius() + self.ramp) / self.dx).ceil() as i64 + 1;
+        let (low, high) = match self.geometry {
+            Geometry::Sphere(radius) => (Vec3::repeat(-radius), Vec3::repeat(radius)),
+            _ => self.shape.bounds(&self.orientation),
+        };
+        // Cells with their centre within the ramp, and one more against rounding.
+        let first: [i64; 3] =
+            std::array::from_fn(|a| floor((low[a] - self.ramp) * self.per_dx + self.motion.centre[a]) - 1);
+        let last: [i64; 3] =
+            std::array::from_fn(|a| floor((high[a] + self.ramp) * self.per_dx + self.motion.centre[a]) + 2);
         for image in 0..27_i64 {
             let shift = [image % 3 - 1, image / 3 % 3 - 1, image / 9 - 1];
+            if (0..3).any(|a| shift[a] != 0 && !domain.periodic[a]) {
+                continue;
+            }
             let base: [i64; 3] = std::array::from_fn(|a| {
                 reference[a] + shift[a] * domain.cells[a] as i64 - block.lo[a] as i64
             });
             let offsets = std::array::from_fn(|a| {
                 let size = (block.hi[a] - block.lo[a]) as i64;
-                (-reach).max(-base[a])..=reach.min(size - 1 - base[a])
+                first[a].max(-base[a])..=last[a].min(size - 1 - base[a])
             });
             if offsets.iter().all(|range| !range.is_empty()) {
                 visit(offsets, base);
@@ -156,22 +233,67 @@ impl<'a> Mapper<'a> {
     #[inline]
     pub(super) fn row(&self, xs: &RangeInclusive<i64>, ny: i64, nz: i64) -> Option<([i64; 2], [i64; 2])> {
         let centre = self.motion.centre;
-        let [y, z] = [
-            (ny as f64 - centre[1]) * self.dx,
-            (nz as f64 - centre[2]) * self.dx,
-        ];
+        let [y, z] = [ny as f64 - centre[1], nz as f64 - centre[2]];
         let clip = |(lo, hi): (f64, f64)| {
-            let first = -floor(-(lo * self.per_dx + centre[0]));
-            let last = floor(hi * self.per_dx + centre[0]);
+            let first = -floor(-(lo + centre[0]));
+            let last = floor(hi + centre[0]);
             [first.max(*xs.start()), last.min(*xs.end())]
         };
-        let interval = |growth: f64| match self.radius {
-            Some(radius) => Sphere { radius }.row_interval(&self.orientation, y, z, growth),
-            None => self.shape.row_interval(&self.orientation, y, z, growth),
+        let in_cells = |(lo, hi): (f64, f64)| (lo * self.per_dx, hi * self.per_dx);
+        let (outer, inner) = match self.geometry {
+            Geometry::Sphere(radius) => {
+                let interval = |growth: f64| {
+                    let (y, z) = (y * self.dx, z * self.dx);
+                    Sphere { radius }
+                        .row_interval(&self.orientation, y, z, growth)
+                        .map(in_cells)
+                };
+                (interval(0.5 * self.ramp)?, interval(-0.5 * self.ramp))
+            }
+            Geometry::Flat(planes) => between(planes, y, z, self.half_ramp)?,
+            Geometry::Smooth => {
+                let interval = |growth: f64| {
+                    let (y, z) = (y * self.dx, z * self.dx);
+                    self.shape
+                        .row_interval(&self.orientation, y, z, growth)
+                        .map(in_cells)
+                };
+                (interval(0.5 * self.ramp)?, interval(-0.5 * self.ramp))
+            }
         };
-        let all = clip(interval(0.5 * self.ramp)?);
-        let full = interval(-0.5 * self.ramp).map_or([1, 0], clip);
+        let (mut all, full) = (clip(outer), inner.map_or([1, 0], clip));
+        if !matches!(self.geometry, Geometry::Sphere(_)) {
+            // The intervals may be a little too long, beyond edges between faces for instance.
+            let covered = |n: i64| self.distance(n as f64 - centre[0], y, z) * self.per_ramp < 0.5;
+            while all[0] <= all[1] && !covered(all[0]) {
+                all[0] += 1;
+            }
+            while all[0] <= all[1] && !covered(all[1]) {
+                all[1] -= 1;
+            }
+        }
         (all[0] <= all[1]).then_some((all, full))
+    }
+
+    /// Signed distance (m) of a point relative to the centre (cells, world axes); where it is above half the ramp, it
+    /// may be anything above that.
+    #[inline(always)]
+    fn distance(&self, x: f64, y: f64, z: f64) -> f64 {
+        if let Geometry::Sphere(radius) = self.geometry {
+            return (x * x + (y * y + z * z)).sqrt() * self.dx - radius;
+        }
+        if let Geometry::Flat(planes) = self.geometry {
+            let height = planes
+                .iter()
+                .map(|plane| plane.height(x, plane.rest(y, z)))
+                .fold(f64::NEG_INFINITY, f64::max);
+            // Inside, the nearest face is the nearest surface; outside it may be an edge or a corner.
+            if height <= 0.0 || height >= self.half_ramp {
+                return height * self.dx;
+            }
+        }
+        self.shape
+            .signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
     }
 
     /// Writes the solid fractions and velocities of a segment to the row that is being swept.
@@ -216,15 +338,39 @@ impl<'a> Mapper<'a> {
     fn ramp<T: Real>(&self, fraction: &mut [T; CHUNK], lanes: Range<usize>, r: [f64; 3]) {
         for k in lanes {
             let x = (r[0] + k as f64) - self.motion.centre[0];
-            let distance = match self.radius {
-                Some(radius) => (x * x + (r[1] * r[1] + r[2] * r[2])).sqrt() * self.dx - radius,
-                None => self
-                    .shape
-                    .signed_distance(self.to_body * (Vec3::new(x, r[1], r[2]) * self.dx)),
-            };
+            let distance = self.distance(x, r[1], r[2]);
             fraction[k] = T::from_f64(cosine_ramp(distance * self.per_ramp));
         }
     }
+}
+
+/// An interval of x.
+type Interval = (f64, f64);
+
+/// Where the row at `y, z` (cells from the centre) runs below all planes moved out by `growth`, and moved in by it.
+#[inline]
+fn between(planes: &[FacePlane], y: f64, z: f64, growth: f64) -> Option<(Interval, Option<Interval>)> {
+    let (mut outer, mut inner) = (
+        (f64::NEG_INFINITY, f64::INFINITY),
+        (f64::NEG_INFINITY, f64::INFINITY),
+    );
+    let mut inside = true;
+    for plane in planes {
+        let rest = plane.rest(y, z);
+        let (x, more) = (rest * plane.slope, growth * plane.slope);
+        if plane.slope > 0.0 {
+            outer.1 = outer.1.min(x + more);
+            inner.1 = inner.1.min(x - more);
+        } else if plane.slope < 0.0 {
+            outer.0 = outer.0.max(x + more);
+            inner.0 = inner.0.max(x - more);
+        } else if rest < -growth {
+            return None;
+        } else if rest < growth {
+            inside = false;
+        }
+    }
+    (outer.0 <= outer.1).then_some((outer, (inside && inner.0 <= inner.1).then_some(inner)))
 }
 
 #[cfg(test)]

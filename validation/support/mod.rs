@@ -12,7 +12,7 @@ use turbid::domain::Decomposition;
 use turbid::particle::ParticleStore;
 use turbid::shape::Shape;
 
-fn folder(case: &str) -> PathBuf {
+pub(crate) fn folder(case: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("validation")
         .join(case)
@@ -20,8 +20,16 @@ fn folder(case: &str) -> PathBuf {
 
 /// The case of a folder with some keys changed, and the only block it is computed on.
 pub(crate) fn setup(case: &str, changes: &[String]) -> (Setup, Decomposition) {
-    let setup = case::load(&folder(case).join("case.toml"), changes).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(setup.warnings, Vec::<String>::new(), "{case}");
+    setup_of(case, "case", changes)
+}
+
+/// The same of a folder with several cases, by name.
+pub(crate) fn setup_of(case: &str, name: &str, changes: &[String]) -> (Setup, Decomposition) {
+    let path = folder(case).join(name).with_extension("toml");
+    let setup = case::load(&path, changes).unwrap_or_else(|e| panic!("{e}"));
+    for warning in &setup.warnings {
+        println!("{case}: {warning}");
+    }
     let decomposition = Decomposition::new(setup.domain, 1).expect("one block always fits");
     (setup, decomposition)
 }
