@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use turbid::domain::Domain;
 use turbid::math::Vec3;
-use turbid::output::picture::{SettlingPlot, VelocitySlice, write_settling, write_slice};
+use turbid::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_slice};
 use turbid::output::{
     Collection, FieldSnapshot, OutputFiles, SeriesRow, SeriesWriter, directory, estimate_mean, write_fields,
     write_particles,
@@ -122,17 +122,20 @@ fn write_run(root: &Path) {
                 ..SeriesRow::default()
             })
             .unwrap();
-        let slice = VelocitySlice {
+        let scene = Scene {
             case: "hindered_settling",
-            t_star: time * STOKES_VELOCITY / DIAMETER,
+            clock: Clock {
+                time,
+                stokes_time: Some(DIAMETER / STOKES_VELOCITY),
+            },
             domain: DOMAIN,
-            velocity: &velocity,
             templates: &templates,
             particles: &particles,
+            walls: &[],
             gravity: Vec3::new(0.0, 0.0, -9.81),
             largest_speed: None,
         };
-        write_slice(&files.picture(step), &slice).unwrap();
+        write_slice(&files.picture(step), &scene, &velocity).unwrap();
     }
 
     let mut random = ChaCha8Rng::seed_from_u64(8);
