@@ -19,8 +19,12 @@
 
 #[cfg(test)]
 mod bricks;
+#[cfg(test)]
+mod cube_tests;
 mod failures;
 mod ledger;
+#[cfg(test)]
+mod mixed_tests;
 mod scene;
 #[cfg(test)]
 mod tests;

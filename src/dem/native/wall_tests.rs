@@ -275,6 +275,28 @@ fn lying(id: u64, x: f64, y: f64) -> Particle {
 const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
 #[test]
+fn a_piston_and_a_paddle_knock_a_resting_sphere_away_at_twice_their_speed() {
+    // Both reach the sphere after 10 ms at 0.1 m/s: the piston by 1 mm, the paddle, 5 mm from its axis, by 0.2.
+    let mut piston = floor();
+    piston.motion.velocity = Vec3::z() * 0.1;
+    let pivot = Vec3::new(1e-3, 0.0, 1e-3);
+    let mut paddle = plane("paddle", pivot, Vec3::new(0.2_f64.sin(), 0.0, 0.2_f64.cos()));
+    paddle.motion.angular_velocity = Vec3::y() * -20.0;
+    paddle.motion.pivot = pivot;
+    for wall in [piston, paddle] {
+        let resting = Particle::at(0, 0, Vec3::new(6e-3, 3e-3, 2e-3));
+        let mut engine = engine(sliding(0.0, 1.0), vec![wall], Vec3::zeros(), &[resting]);
+        run(&mut engine, 9_900, 1e-6);
+        assert_eq!(engine.contacts().begun, 0, "not yet there");
+        run(&mut engine, 600, 1e-6);
+        assert_eq!((engine.contacts().begun, engine.contacts().count), (1, 0));
+        let velocity = first(&engine).velocity();
+        println!("knocked away at {:?} of twice the speed", velocity / 0.2);
+        assert!((velocity / 0.2 - Vec3::z()).norm() < 5e-3);
+    }
+}
+
+#[test]
 fn a_belt_speeds_a_sphere_up_with_mu_g_until_it_rolls_at_two_sevenths_of_the_speed() {
     let mut belt = floor();
     belt.motion.velocity = Vec3::new(0.05, 0.0, 0.0);
