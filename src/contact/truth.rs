@@ -53,17 +53,18 @@ pub(super) fn polyhedron(planes: &[Plane]) -> Polyhedron {
     for (number, plane) in planes.iter().enumerate() {
         clipper.cut(plane, number as u32, 0.0);
     }
-    Polyhedron {
-        vertices: clipper.positions().collect(),
-        faces: planes
-            .iter()
-            .map(|plane| Face {
-                normal: plane.normal,
-                offset: plane.offset,
-                corners: Vec::new(),
-            })
-            .collect(),
-    }
+    // Contacts look at vertices and faces only.
+    let mut polyhedron = Polyhedron::cuboid(Vec3::repeat(1.0));
+    polyhedron.vertices = clipper.positions().collect();
+    polyhedron.faces = planes
+        .iter()
+        .map(|plane| Face {
+            normal: plane.normal,
+            offset: plane.offset,
+            corners: Vec::new(),
+        })
+        .collect();
+    polyhedron
 }
 
 /// A cuboid of edges about 1 with corners and edges cut off by `cuts` random planes.
