@@ -15,16 +15,19 @@
 //! block, ghosts included, after the halo exchange has brought what `w`, if it was swept elsewhere, made of `near` or `far`.
 //! Links across the faces at the ends of rows are done while the row is in the cache ([`RowEnds`]); no message touches them.
 //!
-//! Wall cells of the box are swept like all others and then emptied ([`Walls::clear`]): they stay finite and count nowhere.
+//! Wall cells of the box that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]), others are not swept
+//! at all: they stay finite and count nowhere.
 //!
 //! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice Boltzmann
 //! Method, Eqs. (5.26) and (5.79).
 
 use super::Real;
 use super::layout::{Layout, Phase};
+use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
 use crate::lattice::{C, Q, W, opposite};
 use crate::math::to_fixed;
+use std::ops::Range;
 
 /// Steady rigid motion of a wall, lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,25 +96,31 @@ const NO_WALL: u16 = u16::MAX;
 /// Links of consecutive cells along x in the same direction to the same wall.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Place `(x, i)` of the first link.
+    /// Place `(x, i)` of the first link; `(w, -i)` lies a distance from it that the direction tells.
     near: usize,
-    /// Place `(w, -i)` of the first link.
-    far: usize,
-    /// Its cell `x`.
-    first: [usize; 3],
-    count: usize,
-    direction: usize,
+    count: u32,
     wall: u16,
-    /// First of the corrections, if the wall moves.
-    correction: Option<usize>,
+    direction: u8,
+    /// Whether the links take corrections.
+    moves: bool,
 }
 
 /// Consecutive wall cells of a row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WallCells {
-    pub(crate) start: usize,
-    pub(crate) end: usize,
+struct WallCells {
+    start: usize,
+    end: usize,
     wall: u16,
+}
+
+/// A row of the block with wall cells in it.
+#[derive(Debug)]
+pub(crate) struct WallRow<T> {
+    cells: Vec<WallCells>,
+    /// Chunks that hold at least one fluid cell; the others need no sweep.
+    pub(crate) live: Vec<Range<usize>>,
+    /// Live chunks with wall cells: 1 in fluid, 0 in walls.
+    mixed: Vec<(usize, [T; CHUNK])>,
 }
 
 /// All walls of a block.
@@ -119,13 +128,14 @@ pub(crate) struct Walls<T> {
     motions: Vec<WallMotion>,
     /// Links that wait for the halo exchange.
     runs: Vec<Run>,
-    /// `6 w_i c_i . u_w` of the links to moving walls.
+    /// From `(x, i)` to `(w, -i)`, by direction.
+    to_far: [isize; Q],
+    /// `6 w_i c_i . u_w` of the links to moving walls, in the order of the runs.
     corrections: Vec<T>,
     /// At the two ends of rows, where they meet closed faces.
     ends: Vec<RowEnds<T>>,
-    /// Wall cells of the block by row, and where each row begins; no row at all if there is none.
-    cells: Vec<WallCells>,
-    rows: Vec<usize>,
+    /// Wall cells of the block by row; no row at all if there is none.
+    rows: Vec<Option<Box<WallRow<T>>>>,
     size: [usize; 3],
     fluid_cells: usize,
 }
@@ -201,9 +211,11 @@ impl<T: Real> Walls<T> {
         let mut walls = Self {
             motions: boundary.motions.to_vec(),
             runs: Vec::new(),
+            to_far: std::array::from_fn(|i| {
+                (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
+            }),
             corrections: Vec::new(),
             ends: Vec::new(),
-            cells: Vec::new(),
             rows: Vec::new(),
             size,
             fluid_cells: block.cell_count(),
@@ -277,12 +289,10 @@ impl<T: Real> Walls<T> {
                     let moves = motion.moves();
                     let run = open.get_or_insert_with(|| Run {
                         near: i * layout.stride + layout.cell(x, y, z),
-                        far: opposite(i) * layout.stride + layout.cell(x - cx, y - cy, z - cz),
-                        first: [x, y, z].map(|c| c as usize),
                         count: 0,
-                        direction: i,
                         wall,
-                        correction: moves.then_some(self.corrections.len()),
+                        direction: i as u8,
+                        moves,
                     });
                     run.count += 1;
                     if moves {
@@ -296,27 +306,19 @@ impl<T: Real> Walls<T> {
 
     fn find_cells(&mut self, map: &Map) {
         let [nx, ny, nz] = self.size;
-        self.rows.push(0);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            for x in 0..nx {
-                let wall = map.at(x as isize, y as isize, z as isize);
-                if wall == NO_WALL {
-                    continue;
-                }
-                self.fluid_cells -= 1;
-                let row = self.rows[self.rows.len() - 1];
-                match self.cells[row..].last_mut() {
-                    Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
-                    _ => self.cells.push(WallCells {
-                        start: x,
-                        end: x + 1,
-                        wall,
-                    }),
-                }
-            }
-            self.rows.push(self.cells.len());
+            let walls: Vec<u16> = (0..nx)
+                .map(|x| map.at(x as isize, y as isize, z as isize))
+                .collect();
+            self.rows.push(WallRow::new(&walls).map(Box::new));
         }
-        if self.cells.is_empty() {
+        let rows = self.rows.iter().flatten();
+        let wall_cells: usize = rows
+            .flat_map(|row| &row.cells)
+            .map(|cells| cells.end - cells.start)
+            .sum();
+        self.fluid_cells -= wall_cells;
+        if wall_cells == 0 {
             self.rows.clear();
         }
     }
@@ -326,22 +328,16 @@ impl<T: Real> Walls<T> {
         self.fluid_cells
     }
 
-    /// Wall cells of row `(y, z)`.
+    /// Row `(y, z)`, if it has wall cells.
     #[inline(always)]
-    pub(crate) fn row(&self, y: usize, z: usize) -> &[WallCells] {
-        if self.rows.is_empty() {
-            return &[];
-        }
-        let row = z * self.size[1] + y;
-        &self.cells[self.rows[row]..self.rows[row + 1]]
+    pub(crate) fn row(&self, y: usize, z: usize) -> Option<&WallRow<T>> {
+        self.rows.get(z * self.size[1] + y)?.as_deref()
     }
 
     /// The wall of a cell of the block.
     pub(crate) fn of(&self, [x, y, z]: [usize; 3]) -> Option<&WallMotion> {
-        let cells = self
-            .row(y, z)
-            .iter()
-            .find(|cells| (cells.start..cells.end).contains(&x))?;
+        let cells = &self.row(y, z)?.cells;
+        let cells = cells.iter().find(|cells| (cells.start..cells.end).contains(&x))?;
         Some(&self.motions[usize::from(cells.wall)])
     }
 
@@ -397,33 +393,43 @@ impl<T: Real> Walls<T> {
 
     /// Bounces all other links, after the halo exchange; `entered` is the phase after the sweep.
     pub(crate) fn bounce(&self, populations: &mut [T], entered: Phase) {
+        let mut corrections = self.corrections.iter();
         for run in &self.runs {
+            let far = self.far(run);
             let (from, to) = match entered {
-                Phase::Away => (run.near, run.far),
-                Phase::Home => (run.far, run.near),
+                Phase::Away => (run.near, far),
+                Phase::Home => (far, run.near),
             };
-            if let Some(first) = run.correction {
-                for k in 0..run.count {
-                    populations[to + k] = populations[from + k] + self.corrections[first + k];
+            let count = run.count as usize;
+            if run.moves {
+                for (k, &correction) in (0..count).zip(&mut corrections) {
+                    populations[to + k] = populations[from + k] + correction;
                 }
-            } else if run.count < 16 {
-                for k in 0..run.count {
+            } else if count < CHUNK {
+                for k in 0..count {
                     populations[to + k] = populations[from + k];
                 }
             } else {
-                populations.copy_within(from..from + run.count, to);
+                populations.copy_within(from..from + count, to);
             }
         }
     }
 
+    /// Place `(w, -i)` of the first link of a run.
+    #[inline(always)]
+    fn far(&self, run: &Run) -> usize {
+        run.near
+            .wrapping_add_signed(self.to_far[usize::from(run.direction)])
+    }
+
     /// Sets `far` of every link so that `near`, given in the phase `Home`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [T]) {
+        let mut corrections = self.corrections.iter();
         for run in &self.runs {
-            for k in 0..run.count {
-                let correction = run
-                    .correction
-                    .map_or(T::ZERO, |first| self.corrections[first + k]);
-                populations[run.far + k] = populations[run.near + k] - correction;
+            let far = self.far(run);
+            for k in 0..run.count as usize {
+                let correction = if run.moves { corrections.next() } else { None };
+                populations[far + k] = populations[run.near + k] - *correction.unwrap_or(&T::ZERO);
             }
         }
         for ends in &self.ends {
@@ -431,16 +437,6 @@ impl<T: Real> Walls<T> {
                 let correction = ends.corrections.get(link).copied().unwrap_or(T::ZERO);
                 populations[far] = populations[near] - correction;
             });
-        }
-    }
-
-    /// Empties the wall cells among those whose populations lie at `places` (of the first cell of the row).
-    #[inline(always)]
-    pub(crate) fn clear(cells: &[WallCells], places: &[usize; Q], populations: &mut [T]) {
-        for cells in cells {
-            for place in places {
-                populations[place + cells.start..place + cells.end].fill(T::ZERO);
-            }
         }
     }
 
@@ -462,9 +458,10 @@ impl<T: Real> Walls<T> {
             }
         };
         for run in &self.runs {
-            for k in 0..run.count {
-                let [x, y, z] = run.first;
-                add(run.wall, run.direction, [x + k, y, z], run.near + k, run.far + k);
+            let (far, i) = (self.far(run), usize::from(run.direction));
+            let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
+            for k in 0..run.count as usize {
+                add(run.wall, i, [x + k, y, z], run.near + k, far + k);
             }
         }
         for ends in &self.ends {
@@ -475,6 +472,63 @@ impl<T: Real> Walls<T> {
             });
         }
         loads
+    }
+}
+
+impl<T: Real> WallRow<T> {
+    /// From the wall of every cell; `None` if all are fluid.
+    fn new(walls: &[u16]) -> Option<Self> {
+        let (mut cells, mut live, mut mixed) =
+            (Vec::<WallCells>::new(), Vec::<Range<usize>>::new(), Vec::new());
+        for (x, &wall) in walls.iter().enumerate().filter(|&(_, &wall)| wall != NO_WALL) {
+            match cells.last_mut() {
+                Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
+                _ => cells.push(WallCells {
+                    start: x,
+                    end: x + 1,
+                    wall,
+                }),
+            }
+        }
+        for (chunk, walls) in walls.chunks(CHUNK).enumerate() {
+            let fluid = walls.iter().filter(|&&wall| wall == NO_WALL).count();
+            if fluid == 0 {
+                continue;
+            }
+            match live.last_mut() {
+                Some(live) if live.end == chunk => live.end += 1,
+                _ => live.push(chunk..chunk + 1),
+            }
+            if fluid < walls.len() {
+                let mut mask = [T::ONE; CHUNK];
+                for (mask, &wall) in mask.iter_mut().zip(walls) {
+                    *mask = if wall == NO_WALL { T::ONE } else { T::ZERO };
+                }
+                mixed.push((chunk, mask));
+            }
+        }
+        (!cells.is_empty()).then_some(Self { cells, live, mixed })
+    }
+
+    /// Calls `visit` for all stretches of wall cells.
+    #[inline(always)]
+    pub(crate) fn each(&self, mut visit: impl FnMut(Range<usize>)) {
+        for cells in &self.cells {
+            visit(cells.start..cells.end);
+        }
+    }
+
+    /// Empties the wall cells, whose populations lie at `places` (of the first cell of the row).
+    #[inline(always)]
+    pub(crate) fn clear(&self, places: &[usize; Q], populations: &mut [T]) {
+        for (chunk, mask) in &self.mixed {
+            for place in places {
+                let cells = &mut populations[place + chunk * CHUNK..][..CHUNK];
+                for k in 0..CHUNK {
+                    cells[k] = cells[k] * mask[k];
+                }
+            }
+        }
     }
 }
 
