@@ -406,7 +406,7 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
 /// A sphere that falls onto a floor: the smallest case, changed to what it is to show.
 fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::Value {
     let case = root.join("falling.toml");
-    let text = r#"
+    let text = r"
         [domain]
         size = { diameters = [4, 4, 6] }
         [fluid]
@@ -425,7 +425,7 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
         series_every = { steps = 1 }
         particles_every = { steps = 20 }
         picture_every = { steps = 40 }
-    "#;
+    ";
     std::fs::write(&case, text).unwrap();
     let mut setup = turbid::case::load(&case, &[]).unwrap();
     setup.output.directory = root.join("out");
