@@ -13,6 +13,7 @@ mod polyhedra;
 pub mod sampled;
 mod solid;
 mod sphere_plane;
+mod sphere_polyhedron;
 pub mod sphere_sphere;
 #[cfg(test)]
 mod truth;

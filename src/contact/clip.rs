@@ -83,6 +83,16 @@ impl Graph {
         self.corners.iter().map(|c| c.position)
     }
 
+    /// Every edge once for either face: the face to the left, from where and whereto (m), counter-clockwise.
+    pub(super) fn edges(&self) -> impl Iterator<Item = (u32, Vec3, Vec3)> + '_ {
+        self.corners.iter().flat_map(move |corner| {
+            (0..3).map(move |k| {
+                let end = self.corners[(corner.twin[k] >> 2) as usize].position;
+                (corner.face[k], corner.position, end)
+            })
+        })
+    }
+
     /// Numbers the faces that are there from 0 on, in the order of their numbers, and returns their planes.
     pub(super) fn renumber(&mut self, planes: &[Plane]) -> Vec<Plane> {
         let mut there = vec![false; planes.len()];

@@ -2,7 +2,7 @@
 
 use super::clip::Plane;
 use super::solid::Solid;
-use super::{Geometry, polyhedra, sampled, sphere_plane, sphere_sphere};
+use super::{Geometry, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::shape::Shape;
 use crate::wall::Surface;
@@ -105,6 +105,12 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
             (Form::Sphere(a), Form::Sphere(b)) => return sphere_sphere::overlap(a, b, offset),
             (Form::Solid(a), Form::Solid(b)) => {
                 return polyhedra::overlap(a, &first.rotation(), b, &second.rotation(), offset);
+            }
+            (Form::Sphere(radius), Form::Solid(solid)) => {
+                return sphere_polyhedron::overlap(radius, solid, &second.rotation(), offset);
+            }
+            (Form::Solid(solid), Form::Sphere(radius)) => {
+                return sphere_polyhedron::overlap_reversed(radius, solid, &first.rotation(), offset);
             }
             _ => sampled::DEFAULT_SAMPLES,
         },

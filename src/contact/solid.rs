@@ -13,6 +13,17 @@ const SHARPEST: f64 = 8.0;
 /// A plane that cuts off less than this part of the circumradius is a double.
 const SAME: f64 = 1e-12;
 
+/// An edge as seen in the plane of one of its faces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    /// Unit vector across the edge, in the plane and out of the face, and its product with the points of the edge (m).
+    pub across: Plane,
+    /// Unit vector along the edge, counter-clockwise.
+    pub along: Vec3,
+    /// Product of `along` with the ends (m).
+    pub ends: [f64; 2],
+}
+
 /// A convex polyhedron, body frame.
 #[derive(Clone, Debug)]
 pub(super) struct Solid {
@@ -22,6 +33,10 @@ pub(super) struct Solid {
     pub vertices: Vec<Vec3>,
     /// Corners, edges and faces.
     pub graph: Graph,
+    /// Edges of the faces, one face after the other.
+    edges: Vec<Edge>,
+    /// Where the edges of each face begin, and where the last end.
+    starts: Vec<usize>,
     /// Radius of a sphere about the origin that holds the body (m).
     pub reach: f64,
     /// Radius of a sphere about the origin that lies in the body (m).
@@ -35,14 +50,18 @@ impl Solid {
     /// If nothing lies behind all of its planes.
     pub(super) fn new(polyhedron: &Polyhedron, enlargement: f64) -> Self {
         let circumradius = polyhedron.vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
-        let mut planes: Vec<Plane> = polyhedron
-            .faces
-            .iter()
-            .map(|face| Plane {
-                normal: face.normal,
-                offset: face.offset + enlargement,
-            })
-            .collect();
+        let planes = polyhedron.faces.iter().map(|face| Plane {
+            normal: face.normal,
+            offset: face.offset,
+        });
+        Self::from_planes(planes.collect(), circumradius, enlargement)
+    }
+
+    /// What lies below all of these planes and, before it is grown, within `circumradius` (m).
+    pub(super) fn from_planes(mut planes: Vec<Plane>, circumradius: f64, enlargement: f64) -> Self {
+        for plane in &mut planes {
+            plane.offset += enlargement;
+        }
         let half = circumradius * 1.01 + SHARPEST * enlargement;
         let mut clipper = Clipper::default();
         clipper.load(&Graph::cube(half, planes.len() as u32));
@@ -68,7 +87,28 @@ impl Solid {
                 vertices.push(position);
             }
         }
+        let (mut edges, mut starts) = (Vec::new(), vec![0]);
+        for (number, plane) in planes.iter().enumerate() {
+            for (_, from, to) in graph.edges().filter(|(face, ..)| *face as usize == number) {
+                let length = (to - from).norm();
+                if length > SAME * circumradius {
+                    let along = (to - from) / length;
+                    let normal = along.cross(&plane.normal);
+                    edges.push(Edge {
+                        across: Plane {
+                            normal,
+                            offset: normal.dot(&from),
+                        },
+                        along,
+                        ends: [along.dot(&from), along.dot(&to)],
+                    });
+                }
+            }
+            starts.push(edges.len());
+        }
         Self {
+            edges,
+            starts,
             reach: graph.positions().map(|x| x.norm()).fold(0.0, f64::max),
             inner: planes
                 .iter()
@@ -79,6 +119,12 @@ impl Solid {
             vertices,
             graph,
         }
+    }
+
+    /// Edges of a face.
+    #[inline]
+    pub(super) fn edges(&self, face: usize) -> &[Edge] {
+        &self.edges[self.starts[face]..self.starts[face + 1]]
     }
 
     /// Lowest value of `direction . x` over the body (m).

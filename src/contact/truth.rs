@@ -9,7 +9,6 @@ use super::clip::Plane;
 use super::overlap::Overlap;
 use super::solid::Solid;
 use crate::math::{Mat3, Quat, Vec3};
-use crate::shape::{Face, Polyhedron};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -45,30 +44,8 @@ fn nalgebra_quaternion(random: &mut ChaCha8Rng) -> crate::math::nalgebra::Quater
     }
 }
 
-/// A polyhedron with these planes; its faces know no corners.
-pub(super) fn polyhedron(planes: &[Plane]) -> Polyhedron {
-    use super::clip::{Clipper, Graph};
-    let mut clipper = Clipper::default();
-    clipper.load(&Graph::cube(10.0, planes.len() as u32));
-    for (number, plane) in planes.iter().enumerate() {
-        clipper.cut(plane, number as u32, 0.0);
-    }
-    // Contacts look at vertices and faces only.
-    let mut polyhedron = Polyhedron::cuboid(Vec3::repeat(1.0));
-    polyhedron.vertices = clipper.positions().collect();
-    polyhedron.faces = planes
-        .iter()
-        .map(|plane| Face {
-            normal: plane.normal,
-            offset: plane.offset,
-            corners: Vec::new(),
-        })
-        .collect();
-    polyhedron
-}
-
 /// A cuboid of edges about 1 with corners and edges cut off by `cuts` random planes.
-pub(super) fn random_polyhedron(random: &mut ChaCha8Rng, cuts: u32) -> Polyhedron {
+pub(super) fn random_solid(random: &mut ChaCha8Rng, cuts: u32, enlargement: f64) -> Solid {
     let mut planes: Vec<Plane> = (0..6)
         .map(|side| Plane {
             normal: Vec3::ith(side / 2, if side % 2 == 0 { 1.0 } else { -1.0 }),
@@ -81,7 +58,7 @@ pub(super) fn random_polyhedron(random: &mut ChaCha8Rng, cuts: u32) -> Polyhedro
             offset: random.random_range(0.4..0.65),
         });
     }
-    polyhedron(&planes)
+    Solid::from_planes(planes, 1.1, enlargement)
 }
 
 /// Interval of a line in a solid at a place.
@@ -108,7 +85,6 @@ pub(super) fn in_solid(
 }
 
 /// Interval of a line in a sphere.
-#[allow(dead_code)]
 pub(super) fn in_sphere(radius: f64, centre: Vec3) -> impl Fn(Vec3, Vec3) -> Option<(f64, f64)> {
     move |from, along| {
         let arm = from - centre;

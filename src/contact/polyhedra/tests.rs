@@ -1,7 +1,7 @@
 use super::*;
 use crate::contact::sphere_sphere;
 use crate::contact::truth::{
-    self, frame, gradient_error, in_solid, random, random_direction, random_polyhedron, random_turn,
+    self, frame, gradient_error, in_solid, random, random_direction, random_solid, random_turn,
 };
 use crate::math::Quat;
 use crate::shape::{Polyhedron, Shape, Sphere};
@@ -83,7 +83,7 @@ fn a_thousand_random_pairs_of_cubes_overlap_as_lines_through_them_say() {
 fn a_thousand_random_pairs_of_polyhedra_overlap_as_lines_through_them_say() {
     compare_with_lines(2, 1000, |random| {
         let cuts = random.random_range(0..20);
-        Solid::new(&random_polyhedron(random, cuts), 0.02)
+        random_solid(random, cuts, 0.02)
     });
 }
 
@@ -92,7 +92,7 @@ fn area_and_moment_are_minus_the_gradient_of_the_volume() {
     let mut random = random(3);
     let mut touching = 0;
     while touching < 200 {
-        let [a, b] = [0, 10].map(|cuts| Solid::new(&random_polyhedron(&mut random, cuts), 0.0));
+        let [a, b] = [0, 10].map(|cuts| random_solid(&mut random, cuts, 0.0));
         let turns = [random_turn(&mut random), random_turn(&mut random)];
         let offset = random_direction(&mut random) * random.random_range(0.4..1.2);
         let Some(overlap) = measured(&a, &b, turns, offset) else {
@@ -131,7 +131,7 @@ fn the_depth_is_the_thickness_along_the_normal_through_the_centre() {
 fn swapping_or_turning_the_pair_changes_nothing_but_the_view() {
     let mut random = random(5);
     for n in 0..300 {
-        let [a, b] = [n % 7, n % 3].map(|cuts| Solid::new(&random_polyhedron(&mut random, cuts), 0.01));
+        let [a, b] = [n % 7, n % 3].map(|cuts| random_solid(&mut random, cuts, 0.01));
         let turns = [random_turn(&mut random), random_turn(&mut random)];
         let offset = random_direction(&mut random) * random.random_range(0.4..1.1);
         let Some(one) = measured(&a, &b, turns, offset) else {
@@ -267,7 +267,7 @@ fn a_sphere_of_more_and_more_facets_comes_to_the_lens() {
                 offset: 1.0,
             })
             .collect();
-        let solid = Solid::new(&truth::polyhedron(&planes), 0.0);
+        let solid = Solid::from_planes(planes, 1.5, 0.0);
         let overlap = measured(&solid, &solid, [Quat::identity(); 2], offset).unwrap();
         let error = (overlap.volume / exact.volume - 1.0).abs();
         assert!(error < 0.4 * last, "{error} after {last}");
@@ -303,7 +303,7 @@ fn a_corner_of_many_faces_and_doubled_planes_are_no_trouble() {
     });
     let doubled: Vec<Plane> = planes.iter().flat_map(|p| [*p, *p]).collect();
     for enlargement in [0.0, 0.05] {
-        let solid = Solid::new(&truth::polyhedron(&doubled), enlargement);
+        let solid = Solid::from_planes(doubled.clone(), 1.0, enlargement);
         assert_eq!((solid.planes.len(), solid.vertices.len()), (5, 5));
         let height = 0.7 + enlargement * (1.0 + 2.0_f64.sqrt());
         let whole = measured(&solid, &cube(5.0), [Quat::identity(); 2], Vec3::zeros()).unwrap();
@@ -316,7 +316,7 @@ fn a_polyhedron_in_a_wall_is_its_overlap_with_a_huge_cube() {
     let mut random = random(10);
     let huge = cube(20.0);
     for _ in 0..200 {
-        let solid = Solid::new(&random_polyhedron(&mut random, 8), 0.0);
+        let solid = random_solid(&mut random, 8, 0.0);
         let (turn, wall) = (random_turn(&mut random), random_turn(&mut random));
         let depth = random.random_range(-0.4..0.6);
         let normal = wall * Vec3::z();
@@ -369,7 +369,7 @@ fn speed_of_polyhedra() {
                 offset: random.random_range(0.48..0.5),
             })
             .collect();
-        Solid::new(&truth::polyhedron(&planes), 0.0)
+        Solid::from_planes(planes, 1.5, 0.0)
     };
     for (name, solid) in [("cube-cube", cube(0.8)), ("stone-stone", stone)] {
         let (mut touching, mut near) = (Vec::new(), Vec::new());
