@@ -4,7 +4,6 @@ use super::kernel::{Keep, Measured, Number, Places, Row, sweep_row};
 use super::layout::{Layout, Phase};
 use super::simd::Lanes;
 use super::solid::Solids;
-use super::walls::Walls;
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
@@ -32,8 +31,8 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
     let base = fluid.populations.root();
+    let whole = 0..layout.chunks_per_row();
     let row = Row {
-        chunks: layout.chunks_per_row(),
         keep: Keep {
             even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
             odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
@@ -45,29 +44,30 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
             let walls = fluid.walls.row(y, z);
             fluid.solid_row.clear();
             solids.fill(y, z, &mut fluid.solid_row);
-            for cells in walls {
-                fluid.solid_row.clear_fractions(cells.start..cells.end);
+            if let Some(walls) = walls {
+                walls.each(|cells| fluid.solid_row.clear_fractions(cells));
             }
             let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
             // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
             let places: Places<T> = indices.map(|place| unsafe { base.add(place) });
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
-            // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
-            // `layout`), so the ranges can be written and do not overlap.
-            unsafe {
-                if flow.is_some() {
-                    sweep_row::<T, R, TRT, true>(&places, &row, solid, measured);
-                } else {
-                    sweep_row::<T, R, TRT, false>(&places, &row, solid, measured);
+            for chunks in walls.map_or(std::slice::from_ref(&whole), |walls| &walls.live) {
+                let chunks = chunks.clone();
+                // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested
+                // in `layout`), so the ranges can be written and do not overlap.
+                unsafe {
+                    if flow.is_some() {
+                        sweep_row::<T, R, TRT, true>(&places, &row, chunks, solid, measured);
+                    } else {
+                        sweep_row::<T, R, TRT, false>(&places, &row, chunks, solid, measured);
+                    }
                 }
             }
-            if !walls.is_empty() {
-                Walls::clear(walls, &indices, &mut fluid.populations);
-                for cells in walls {
-                    solid.clear_exchanged(cells.start..cells.end);
-                    for momentum in &mut measured.momentum {
-                        momentum[cells.start..cells.end].fill(T::ZERO);
-                    }
+            if let Some(walls) = walls {
+                walls.clear(&indices, &mut fluid.populations);
+                walls.each(|cells| solid.clear_exchanged(cells));
+                if flow.is_some() {
+                    walls.each(|cells| measured.clear(cells));
                 }
             }
             if let Some(flow) = flow.as_deref_mut() {
@@ -75,11 +75,11 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
                 flow.solid += i128::from(solid.fraction_total());
             }
             solids.collect(y, z, solid);
-            let populations = &mut fluid.populations;
+            let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
+            fluid.walls.bounce_row(entered, populations, y, z);
             if fluid.wrap_x {
                 wrap_row_x(&layout, fluid.phase, populations, y as isize, z as isize);
             } else if fluid.walls.at_row_ends() {
-                let entered = fluid.phase.next();
                 fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
             }
         }

@@ -100,6 +100,9 @@ impl<T: Number> SolidRow<T> {
 
     /// Takes all solids out of some cells.
     pub(crate) fn clear_fractions(&mut self, cells: Range<usize>) {
+        if !self.reaches(&cells) {
+            return;
+        }
         self.permeability[cells.clone()].fill(T::ONE);
         self.fraction_sum[cells.clone()].fill(T::ZERO);
         for sum in &mut self.velocity_sum {
@@ -109,9 +112,17 @@ impl<T: Number> SolidRow<T> {
 
     /// Forgets what some cells exchanged.
     pub(crate) fn clear_exchanged(&mut self, cells: Range<usize>) {
+        if !self.reaches(&cells) {
+            return;
+        }
         for moment in self.incoming.iter_mut().chain(&mut self.outgoing) {
             moment[cells.clone()].fill(T::ZERO);
         }
+    }
+
+    /// Whether there may be solids in some of the cells.
+    fn reaches(&self, cells: &Range<usize>) -> bool {
+        self.used[cells.start / CHUNK..cells.end.div_ceil(CHUNK)].contains(&true)
     }
 
     /// Whether a chunk holds solids.

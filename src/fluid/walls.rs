@@ -13,18 +13,22 @@
 //! (x, i)` and `far = (w, -i)`, whichever phase it is: entering [`Phase::Away`] `far` is set from `near`, entering
 //! [`Phase::Home`] `near` from `far`; their sum is the momentum of the link in both. The rank of `x` does it for its own
 //! block, ghosts included, after the halo exchange has brought what `w`, if it was swept elsewhere, made of `near` or `far`.
-//! Links across the faces at the ends of rows are done while the row is in the cache ([`RowEnds`]); no message touches them.
+//! No message touches links across the faces at the ends of rows ([`RowEnds`]) and links between two cells of the block: they
+//! are done within the sweep, as soon as both rows have been swept, while these are in the cache.
 //!
-//! Wall cells of the box are swept like all others and then emptied ([`Walls::clear`]): they stay finite and count nowhere.
+//! Wall cells of the box that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]), others are not swept
+//! at all: they stay finite and count nowhere.
 //!
 //! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice Boltzmann
 //! Method, Eqs. (5.26) and (5.79).
 
 use super::Real;
 use super::layout::{Layout, Phase};
+use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
 use crate::lattice::{C, Q, W, opposite};
 use crate::math::to_fixed;
+use std::ops::Range;
 
 /// Steady rigid motion of a wall, lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,39 +97,53 @@ const NO_WALL: u16 = u16::MAX;
 /// Links of consecutive cells along x in the same direction to the same wall.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Place `(x, i)` of the first link.
+    /// Place `(x, i)` of the first link; `(w, -i)` lies a distance from it that the direction tells.
     near: usize,
-    /// Place `(w, -i)` of the first link.
-    far: usize,
-    /// Its cell `x`.
-    first: [usize; 3],
-    count: usize,
-    direction: usize,
+    count: u32,
+    /// First of the corrections, or `NO_CORRECTION`.
+    correction: u32,
     wall: u16,
-    /// First of the corrections, if the wall moves.
-    correction: Option<usize>,
+    direction: u8,
 }
+
+/// Of links to walls at rest.
+const NO_CORRECTION: u32 = u32::MAX;
 
 /// Consecutive wall cells of a row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WallCells {
-    pub(crate) start: usize,
-    pub(crate) end: usize,
+struct WallCells {
+    start: usize,
+    end: usize,
     wall: u16,
+}
+
+/// A row of the block with wall cells in it.
+#[derive(Debug)]
+pub(crate) struct WallRow<T> {
+    cells: Vec<WallCells>,
+    /// Chunks that hold at least one fluid cell; the others need no sweep.
+    pub(crate) live: Vec<Range<usize>>,
+    /// Live chunks with wall cells: 1 in fluid, 0 in walls.
+    mixed: Vec<(usize, [T; CHUNK])>,
 }
 
 /// All walls of a block.
 pub(crate) struct Walls<T> {
     motions: Vec<WallMotion>,
-    /// Links that wait for the halo exchange.
-    runs: Vec<Run>,
+    /// Links to wall cells beyond the block, which wait for the halo exchange.
+    late: Vec<Run>,
+    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at all if
+    /// there is none. The memory they touch is in the cache then.
+    early: Vec<Run>,
+    early_rows: Vec<usize>,
+    /// From `(x, i)` to `(w, -i)`, by direction.
+    to_far: [isize; Q],
     /// `6 w_i c_i . u_w` of the links to moving walls.
     corrections: Vec<T>,
     /// At the two ends of rows, where they meet closed faces.
     ends: Vec<RowEnds<T>>,
-    /// Wall cells of the block by row, and where each row begins; no row at all if there is none.
-    cells: Vec<WallCells>,
-    rows: Vec<usize>,
+    /// Wall cells of the block by row; no row at all if there is none.
+    rows: Vec<Option<Box<WallRow<T>>>>,
     size: [usize; 3],
     fluid_cells: usize,
 }
@@ -200,10 +218,14 @@ impl<T: Real> Walls<T> {
         let size = layout.size;
         let mut walls = Self {
             motions: boundary.motions.to_vec(),
-            runs: Vec::new(),
+            late: Vec::new(),
+            early: Vec::new(),
+            early_rows: Vec::new(),
+            to_far: std::array::from_fn(|i| {
+                (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
+            }),
             corrections: Vec::new(),
             ends: Vec::new(),
-            cells: Vec::new(),
             rows: Vec::new(),
             size,
             fluid_cells: block.cell_count(),
@@ -257,66 +279,80 @@ impl<T: Real> Walls<T> {
 
     fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2]) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
+        let mut early: Vec<(usize, Run)> = Vec::new();
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             for i in 1..Q {
                 let [cx, cy, cz] = C[i];
+                let beyond = !(0..ny).contains(&(y - cy)) || !(0..nz).contains(&(z - cz));
+                // The later of the two rows.
+                let completed = (z * ny + y).max((z - cz) * ny + y - cy) as usize;
                 // The others are done at the ends of rows.
                 let first = isize::from(closed[0] && cx > 0);
                 let end = nx - isize::from(closed[1] && cx < 0);
-                let mut open: Option<Run> = None;
+                let mut last: Option<(bool, Run)> = None;
+                let mut put = |run: Option<(bool, Run)>, late: &mut Vec<Run>| match run {
+                    Some((true, run)) => late.push(run),
+                    Some((false, run)) => early.push((completed, run)),
+                    None => {}
+                };
                 for x in first..end {
                     let wall = map.at(x - cx, y - cy, z - cz);
                     if wall == NO_WALL || map.at(x, y, z) != NO_WALL {
-                        self.runs.extend(open.take());
+                        put(last.take(), &mut self.late);
                         continue;
                     }
-                    if open.is_some_and(|run| run.wall != wall) {
-                        self.runs.extend(open.take());
+                    let is_late = beyond || !(0..nx).contains(&(x - cx));
+                    if last.is_some_and(|(late, run)| run.wall != wall || late != is_late) {
+                        put(last.take(), &mut self.late);
                     }
                     let motion = self.motions[usize::from(wall)];
-                    let moves = motion.moves();
-                    let run = open.get_or_insert_with(|| Run {
-                        near: i * layout.stride + layout.cell(x, y, z),
-                        far: opposite(i) * layout.stride + layout.cell(x - cx, y - cy, z - cz),
-                        first: [x, y, z].map(|c| c as usize),
-                        count: 0,
-                        direction: i,
-                        wall,
-                        correction: moves.then_some(self.corrections.len()),
+                    let (_, run) = last.get_or_insert_with(|| {
+                        let run = Run {
+                            near: i * layout.stride + layout.cell(x, y, z),
+                            count: 0,
+                            correction: if motion.moves() {
+                                self.corrections.len() as u32
+                            } else {
+                                NO_CORRECTION
+                            },
+                            wall,
+                            direction: i as u8,
+                        };
+                        (is_late, run)
                     });
                     run.count += 1;
-                    if moves {
+                    if motion.moves() {
                         self.corrections.push(map.correction(&motion, [x, y, z], i));
                     }
                 }
-                self.runs.extend(open.take());
+                put(last.take(), &mut self.late);
             }
         }
+        assert!(self.corrections.len() < NO_CORRECTION as usize);
+        if early.is_empty() {
+            return;
+        }
+        early.sort_by_key(|&(row, _)| row);
+        let rows = 0..=(ny * nz) as usize;
+        self.early_rows = rows.map(|row| early.partition_point(|e| e.0 < row)).collect();
+        self.early = early.into_iter().map(|(_, run)| run).collect();
     }
 
     fn find_cells(&mut self, map: &Map) {
         let [nx, ny, nz] = self.size;
-        self.rows.push(0);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            for x in 0..nx {
-                let wall = map.at(x as isize, y as isize, z as isize);
-                if wall == NO_WALL {
-                    continue;
-                }
-                self.fluid_cells -= 1;
-                let row = self.rows[self.rows.len() - 1];
-                match self.cells[row..].last_mut() {
-                    Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
-                    _ => self.cells.push(WallCells {
-                        start: x,
-                        end: x + 1,
-                        wall,
-                    }),
-                }
-            }
-            self.rows.push(self.cells.len());
+            let walls: Vec<u16> = (0..nx)
+                .map(|x| map.at(x as isize, y as isize, z as isize))
+                .collect();
+            self.rows.push(WallRow::new(&walls).map(Box::new));
         }
-        if self.cells.is_empty() {
+        let rows = self.rows.iter().flatten();
+        let wall_cells: usize = rows
+            .flat_map(|row| &row.cells)
+            .map(|cells| cells.end - cells.start)
+            .sum();
+        self.fluid_cells -= wall_cells;
+        if wall_cells == 0 {
             self.rows.clear();
         }
     }
@@ -326,22 +362,16 @@ impl<T: Real> Walls<T> {
         self.fluid_cells
     }
 
-    /// Wall cells of row `(y, z)`.
+    /// Row `(y, z)`, if it has wall cells.
     #[inline(always)]
-    pub(crate) fn row(&self, y: usize, z: usize) -> &[WallCells] {
-        if self.rows.is_empty() {
-            return &[];
-        }
-        let row = z * self.size[1] + y;
-        &self.cells[self.rows[row]..self.rows[row + 1]]
+    pub(crate) fn row(&self, y: usize, z: usize) -> Option<&WallRow<T>> {
+        self.rows.get(z * self.size[1] + y)?.as_deref()
     }
 
     /// The wall of a cell of the block.
     pub(crate) fn of(&self, [x, y, z]: [usize; 3]) -> Option<&WallMotion> {
-        let cells = self
-            .row(y, z)
-            .iter()
-            .find(|cells| (cells.start..cells.end).contains(&x))?;
+        let cells = &self.row(y, z)?.cells;
+        let cells = cells.iter().find(|cells| (cells.start..cells.end).contains(&x))?;
         Some(&self.motions[usize::from(cells.wall)])
     }
 
@@ -395,35 +425,63 @@ impl<T: Real> Walls<T> {
         }
     }
 
-    /// Bounces all other links, after the halo exchange; `entered` is the phase after the sweep.
-    pub(crate) fn bounce(&self, populations: &mut [T], entered: Phase) {
-        for run in &self.runs {
+    /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
+    #[inline(always)]
+    pub(crate) fn bounce_row(&self, entered: Phase, populations: &mut [T], y: usize, z: usize) {
+        let row = z * self.size[1] + y;
+        if let (Some(&first), Some(&end)) = (self.early_rows.get(row), self.early_rows.get(row + 1)) {
+            self.bounce(&self.early[first..end], entered, populations);
+        }
+    }
+
+    /// Bounces the links that lead out of the block, after the halo exchange.
+    pub(crate) fn bounce_late(&self, entered: Phase, populations: &mut [T]) {
+        self.bounce(&self.late, entered, populations);
+    }
+
+    #[inline(always)]
+    fn bounce(&self, runs: &[Run], entered: Phase, populations: &mut [T]) {
+        for run in runs {
+            let far = self.far(run);
             let (from, to) = match entered {
-                Phase::Away => (run.near, run.far),
-                Phase::Home => (run.far, run.near),
+                Phase::Away => (run.near, far),
+                Phase::Home => (far, run.near),
             };
-            if let Some(first) = run.correction {
-                for k in 0..run.count {
-                    populations[to + k] = populations[from + k] + self.corrections[first + k];
+            let count = run.count as usize;
+            if let Some(corrections) = self.corrections_of(run) {
+                for (k, &correction) in corrections.iter().enumerate() {
+                    populations[to + k] = populations[from + k] + correction;
                 }
-            } else if run.count < 16 {
-                for k in 0..run.count {
+            } else if count < CHUNK {
+                for k in 0..count {
                     populations[to + k] = populations[from + k];
                 }
             } else {
-                populations.copy_within(from..from + run.count, to);
+                populations.copy_within(from..from + count, to);
             }
         }
     }
 
+    #[inline(always)]
+    fn corrections_of(&self, run: &Run) -> Option<&[T]> {
+        let first = run.correction as usize;
+        (run.correction != NO_CORRECTION).then(|| &self.corrections[first..first + run.count as usize])
+    }
+
+    /// Place `(w, -i)` of the first link of a run.
+    #[inline(always)]
+    fn far(&self, run: &Run) -> usize {
+        run.near
+            .wrapping_add_signed(self.to_far[usize::from(run.direction)])
+    }
+
     /// Sets `far` of every link so that `near`, given in the phase `Home`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [T]) {
-        for run in &self.runs {
-            for k in 0..run.count {
-                let correction = run
-                    .correction
-                    .map_or(T::ZERO, |first| self.corrections[first + k]);
-                populations[run.far + k] = populations[run.near + k] - correction;
+        for run in self.late.iter().chain(&self.early) {
+            let (far, corrections) = (self.far(run), self.corrections_of(run));
+            for k in 0..run.count as usize {
+                let correction = corrections.map_or(T::ZERO, |corrections| corrections[k]);
+                populations[far + k] = populations[run.near + k] - correction;
             }
         }
         for ends in &self.ends {
@@ -431,16 +489,6 @@ impl<T: Real> Walls<T> {
                 let correction = ends.corrections.get(link).copied().unwrap_or(T::ZERO);
                 populations[far] = populations[near] - correction;
             });
-        }
-    }
-
-    /// Empties the wall cells among those whose populations lie at `places` (of the first cell of the row).
-    #[inline(always)]
-    pub(crate) fn clear(cells: &[WallCells], places: &[usize; Q], populations: &mut [T]) {
-        for cells in cells {
-            for place in places {
-                populations[place + cells.start..place + cells.end].fill(T::ZERO);
-            }
         }
     }
 
@@ -461,10 +509,11 @@ impl<T: Real> Walls<T> {
                 load.torque[a] -= i128::from(to_fixed((near + far) * (r[b] * c[d] - r[d] * c[b])));
             }
         };
-        for run in &self.runs {
-            for k in 0..run.count {
-                let [x, y, z] = run.first;
-                add(run.wall, run.direction, [x + k, y, z], run.near + k, run.far + k);
+        for run in self.late.iter().chain(&self.early) {
+            let (far, i) = (self.far(run), usize::from(run.direction));
+            let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
+            for k in 0..run.count as usize {
+                add(run.wall, i, [x + k, y, z], run.near + k, far + k);
             }
         }
         for ends in &self.ends {
@@ -475,6 +524,63 @@ impl<T: Real> Walls<T> {
             });
         }
         loads
+    }
+}
+
+impl<T: Real> WallRow<T> {
+    /// From the wall of every cell; `None` if all are fluid.
+    fn new(walls: &[u16]) -> Option<Self> {
+        let (mut cells, mut live, mut mixed) =
+            (Vec::<WallCells>::new(), Vec::<Range<usize>>::new(), Vec::new());
+        for (x, &wall) in walls.iter().enumerate().filter(|&(_, &wall)| wall != NO_WALL) {
+            match cells.last_mut() {
+                Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
+                _ => cells.push(WallCells {
+                    start: x,
+                    end: x + 1,
+                    wall,
+                }),
+            }
+        }
+        for (chunk, walls) in walls.chunks(CHUNK).enumerate() {
+            let fluid = walls.iter().filter(|&&wall| wall == NO_WALL).count();
+            if fluid == 0 {
+                continue;
+            }
+            match live.last_mut() {
+                Some(live) if live.end == chunk => live.end += 1,
+                _ => live.push(chunk..chunk + 1),
+            }
+            if fluid < walls.len() {
+                let mut mask = [T::ONE; CHUNK];
+                for (mask, &wall) in mask.iter_mut().zip(walls) {
+                    *mask = if wall == NO_WALL { T::ONE } else { T::ZERO };
+                }
+                mixed.push((chunk, mask));
+            }
+        }
+        (!cells.is_empty()).then_some(Self { cells, live, mixed })
+    }
+
+    /// Calls `visit` for all stretches of wall cells.
+    #[inline(always)]
+    pub(crate) fn each(&self, mut visit: impl FnMut(Range<usize>)) {
+        for cells in &self.cells {
+            visit(cells.start..cells.end);
+        }
+    }
+
+    /// Empties the wall cells, whose populations lie at `places` (of the first cell of the row).
+    #[inline(always)]
+    pub(crate) fn clear(&self, places: &[usize; Q], populations: &mut [T]) {
+        for (chunk, mask) in &self.mixed {
+            for place in places {
+                let cells = &mut populations[place + chunk * CHUNK..][..CHUNK];
+                for k in 0..CHUNK {
+                    cells[k] = cells[k] * mask[k];
+                }
+            }
+        }
     }
 }
 

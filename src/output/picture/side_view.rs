@@ -85,7 +85,9 @@ fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
             })
         }
     };
-    scene.walls.iter().filter_map(|wall| seen(wall.surface)).collect()
+    (scene.walls.iter())
+        .filter_map(|wall| seen(wall.surface_at(scene.clock.time)))
+        .collect()
 }
 
 /// A body to draw: triangles with the normals of their corners, by the piece of surface they belong to.

@@ -43,7 +43,9 @@ fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> Canvas {
         .collect();
     let mut panel = Canvas::from_pixels(pixels.0, pixels.1, &colours);
     draw_particles(&mut panel, scene, &plane, scale);
-    let walls: Vec<Surface> = scene.walls.iter().map(|wall| wall.surface).collect();
+    let walls: Vec<Surface> = (scene.walls.iter())
+        .map(|wall| wall.surface_at(scene.clock.time))
+        .collect();
     draw_walls(&mut panel, &plane, scale, &walls);
 
     let diameter = scene.templates.first().map(|t| t.shape.equivalent_diameter());
