@@ -3,6 +3,7 @@
 //! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep asks for row
 //!   by row ([`solids`](Coupling::solids));
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
+//! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
 //! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the same
@@ -12,10 +13,11 @@ mod driving;
 mod lines;
 mod momentum_exchange;
 mod solid_fraction;
+mod walls;
 
 use crate::comm::Comm;
 use crate::dem::Load;
-use crate::domain::{Block, Decomposition};
+use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{Fluid, Real, SolidRow, Solids};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore};
@@ -24,6 +26,7 @@ pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFl
 use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment};
 use solid_fraction::{FacePlane, Mapper, RigidMotion};
+pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]
@@ -199,7 +202,7 @@ impl Coupling {
         before.sort_unstable();
         let mut old_of = vec![NOWHERE; self.bodies.len()];
         let mut new_of = vec![NOWHERE; self.swept_bodies.len()];
-        let cells = self.decomposition.domain.cells.map(|n| n as i64);
+        let domain = &self.decomposition.domain;
         for (new, body) in self.bodies.iter_mut().enumerate() {
             (body.exchange, body.departed) = Default::default();
             if let Ok(at) = before.binary_search_by_key(&body.id, |&(id, _)| id) {
@@ -207,7 +210,7 @@ impl Coupling {
                 (old_of[new], new_of[old as usize]) = (old, new as u32);
                 let old = &self.swept_bodies[old as usize];
                 body.exchange
-                    .add(&old.departed.shifted(shift_of_reference(old, body, cells)), -1);
+                    .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
         for line in 0..ny * nz {
@@ -236,7 +239,7 @@ impl Coupling {
                     let n = offset_of(segment, x);
                     let departed = ExchangeSum::of_cell(fluid.departed(cell(x)), old_body.motion.at(n), n);
                     body.exchange
-                        .add(&departed.shifted(shift_of_reference(old_body, body, cells)), 1);
+                        .add(&departed.shifted(shift_of_reference(old_body, body, domain)), 1);
                 });
             }
         }
@@ -354,10 +357,14 @@ fn lattice_body(particle: &Particle, units: &Units) -> Body {
 
 /// What offsets grow by when they are counted from the reference cell of `new` instead of that of `old`, across the
 /// periodic faces.
-fn shift_of_reference(old: &Body, new: &Body, cells: [i64; 3]) -> [i64; 3] {
+fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
     std::array::from_fn(|a| {
-        let shift = old.reference[a] - new.reference[a];
-        shift - cells[a] * (shift as f64 / cells[a] as f64).round_ties_even() as i64
+        let (shift, cells) = (old.reference[a] - new.reference[a], domain.cells[a] as i64);
+        if domain.periodic[a] {
+            shift - cells * (shift as f64 / cells as f64).round_ties_even() as i64
+        } else {
+            shift
+        }
     })
 }
 
@@ -398,4 +405,8 @@ impl<T: Real> Solids<T> for MappedSolids<'_> {
 }
 
 #[cfg(test)]
+mod shape_tests;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;

@@ -65,7 +65,12 @@ impl ContactState {
 
     /// The index of the wall, if the second body is one.
     pub fn wall(&self) -> Option<usize> {
-        let index = u64::MAX - self.second;
+        Self::wall_of(self.second)
+    }
+
+    /// The index of the wall that [`of_wall`](Self::of_wall) made `second` of, if it did.
+    pub fn wall_of(second: u64) -> Option<usize> {
+        let index = u64::MAX - second;
         (index < 1 << 32).then_some(index as usize)
     }
 }

@@ -1,8 +1,8 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
 //!
-//! D3Q19, BGK, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
+//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
 //! streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts exchanged with the
-//! neighbouring blocks ([`halo`]). The fluid knows nothing of particles: it is told solid fractions and velocities, and
+//! neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid knows nothing of particles: it is told solid fractions and velocities, and
 //! asked for the momentum that rows of cells received.
 
 mod buffer;
@@ -13,9 +13,10 @@ mod layout;
 mod observe;
 mod simd;
 mod solid;
+mod walls;
 
 use crate::comm::Comm;
-use crate::domain::{Block, Decomposition};
+use crate::domain::{Block, Decomposition, Domain};
 use crate::lattice::{C, Q, opposite, shifted_equilibrium};
 use buffer::Buffer;
 pub use dispatch::Real;
@@ -27,6 +28,8 @@ pub use layout::Phase;
 pub use observe::stream_bandwidth;
 use serde::{Deserialize, Serialize};
 pub use solid::{CHUNK, NoSolids, SolidRow, Solids};
+use walls::Walls;
+pub use walls::{Boundary, WallLoad, WallMotion};
 
 /// Storage type of the populations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -70,7 +73,18 @@ pub enum Simd {
 /// Speed (cells per time step) above which a run has diverged: Mach number 0.7.
 pub const SPEED_LIMIT: f64 = 0.4;
 
-/// What a measuring sweep saw before it collided, as exact sums of fixed-point numbers.
+/// Parameters of the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluidParams {
+    /// Relaxation time (time steps) of the viscosity `(tau - 1/2) / 3`.
+    pub relaxation_time: f64,
+    /// Collision operator.
+    pub collision: Collision,
+    /// Instruction set, which the processor must have.
+    pub simd: Simd,
+}
+
+/// What a measuring sweep saw before it collided, as exact sums of fixed-point numbers; cells in walls are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flow {
     /// Sum of the momentum of all cells.
@@ -87,6 +101,7 @@ pub struct Flow {
 
 /// The fluid of one block.
 pub struct Fluid<T: Real> {
+    domain: Domain,
     block: Block,
     layout: Layout,
     populations: Buffer<T>,
@@ -94,20 +109,33 @@ pub struct Fluid<T: Real> {
     solid_row: SolidRow<T>,
     halo: FluidHalo<T>,
     measured: Measured<T>,
-    relaxation_time: f64,
+    walls: Walls<T>,
+    /// Of the even and of the odd part.
+    relaxation_times: [f64; 2],
+    collision: Collision,
     simd: Simd,
-    /// The block is as long as the box in x, so it is its own neighbour there.
+    /// The block is as long as the periodic box in x, so it is its own neighbour there.
     wrap_x: bool,
 }
 
 impl<T: Real> Fluid<T> {
-    /// Fluid at rest with density 1 on the block of this rank. Collective.
-    pub fn new(decomposition: &Decomposition, comm: &Comm, relaxation_time: f64, simd: Simd) -> Self {
+    /// Fluid at rest with density 1 on the block of this rank, between walls that move already. Collective.
+    pub fn new(
+        decomposition: &Decomposition,
+        comm: &Comm,
+        params: &FluidParams,
+        boundary: &Boundary,
+    ) -> Self {
+        let FluidParams {
+            relaxation_time: tau,
+            collision,
+            simd,
+        } = *params;
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
-        let block = decomposition.block(comm.rank());
+        let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let layout = Layout::new(block.size(), size_of::<T>());
         let row = layout.chunks_per_row() * CHUNK;
-        Self {
+        let mut fluid = Self {
             block,
             populations: Buffer::zeroed(layout.len()),
             phase: Phase::Home,
@@ -116,11 +144,19 @@ impl<T: Real> Fluid<T> {
             measured: Measured {
                 momentum: std::array::from_fn(|_| vec![T::ZERO; row]),
             },
-            relaxation_time,
+            walls: Walls::new(&layout, domain, block, boundary),
+            relaxation_times: match collision {
+                Collision::Bgk => [tau; 2],
+                Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
+            },
+            collision,
             simd,
-            wrap_x: decomposition.grid[0] == 1,
+            wrap_x: decomposition.grid[0] == 1 && domain.periodic[0],
+            domain: *domain,
             layout,
-        }
+        };
+        fluid.walls.begin(&fluid.layout, &mut fluid.populations);
+        fluid
     }
 
     /// The block of cells.
@@ -131,15 +167,32 @@ impl<T: Real> Fluid<T> {
     /// Sets every cell to equilibrium at the density and velocity given for its place in the whole box. Collective
     /// in effect: every rank calls it between steps.
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
-        let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
+        let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
+        let cells = self.domain.cells.map(|n| n as isize);
         self.phase = Phase::Home;
-        for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
-            let (rho, u) = state([lo[0] + x, lo[1] + y, lo[2] + z]);
-            let cell = self.layout.cell(x as isize, y as isize, z as isize);
-            for (i, g) in shifted_equilibrium(rho, u).into_iter().enumerate() {
-                self.populations[i * self.layout.stride + cell] = T::from_f64(g);
+        // Ghosts as well: they hold what left the block in the step before.
+        for (z, y, x) in
+            (-1..=nz).flat_map(|z| (-1..=ny).flat_map(move |y| (-1..=nx).map(move |x| (z, y, x))))
+        {
+            let (place, mut at, mut beyond) = (self.layout.cell(x, y, z), [x, y, z], false);
+            for a in 0..3 {
+                at[a] += lo[a] as isize;
+                beyond |= !self.domain.periodic[a] && !(0..cells[a]).contains(&at[a]);
+            }
+            let at = std::array::from_fn(|a| at[a].rem_euclid(cells[a]) as usize);
+            let inside = x >= 0 && x < nx && y >= 0 && y < ny && z >= 0 && z < nz;
+            let in_wall = inside && self.walls.of([x, y, z].map(|c| c as usize)).is_some();
+            let g = if beyond || in_wall {
+                [0.0; Q]
+            } else {
+                let (rho, u) = state(at);
+                shifted_equilibrium(rho, u)
+            };
+            for (i, g) in g.into_iter().enumerate() {
+                self.populations[i * self.layout.stride + place] = T::from_f64(g);
             }
         }
+        self.walls.begin(&self.layout, &mut self.populations);
     }
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
@@ -153,18 +206,26 @@ impl<T: Real> Fluid<T> {
         measure: bool,
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
-        T::sweep(self, acceleration, solids, flow.as_mut());
+        match self.collision {
+            Collision::Bgk => T::sweep::<_, false>(self, acceleration, solids, flow.as_mut()),
+            Collision::Trt { .. } => T::sweep::<_, true>(self, acceleration, solids, flow.as_mut()),
+        }
         self.phase = self.phase.next();
         flow
     }
 
-    /// Completes a sweep: populations travel to and from the neighbouring blocks. Collective.
+    /// Completes a sweep: populations travel to and from the neighbouring blocks, and walls send them back. Collective.
     pub fn exchange(&mut self) {
         self.halo.exchange(&mut self.populations, self.phase);
+        self.walls.bounce_late(self.phase, &mut self.populations);
     }
 
-    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`.
+    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`; nothing
+    /// leaves a cell in a wall.
     pub fn departed(&self, [x, y, z]: [usize; 3]) -> [f64; 4] {
+        if self.walls.of([x, y, z]).is_some() {
+            return [0.0; 4];
+        }
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         let mut sum = [0.0; 4];
         for i in 1..Q {

@@ -7,11 +7,13 @@ mod run;
 
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::coupling::{CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, MeanFlow};
+use crate::coupling::{
+    CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
+};
 use crate::dem::{DemEngine, Load, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::fluid::{Flow, Fluid, Real, Simd};
+use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
@@ -23,12 +25,13 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 pub struct Simulation<T: Real> {
     comm: Comm,
     units: Units,
-    decomposition: Decomposition,
     /// `None` in a dry run.
     wet: Option<Wet<T>>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
+    /// Number of walls.
+    walls: usize,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
 }
@@ -38,6 +41,8 @@ struct Wet<T: Real> {
     fluid: Fluid<T>,
     coupling: Coupling,
     driving: Driving,
+    /// Cells of the box that are in no wall.
+    cells: f64,
 }
 
 impl<T: Real> Wet<T> {
@@ -60,9 +65,23 @@ impl<T: Real> Wet<T> {
                 .iter()
                 .map(|particle| &templates[particle.template as usize])
         };
+        let params = FluidParams {
+            relaxation_time: setup.relaxation_time,
+            collision: setup.collision,
+            simd: setup.simd.unwrap_or_else(Simd::best),
+        };
+        let walls = LatticeWalls::new(&setup.walls, &units);
+        let boundary = Boundary {
+            motions: walls.motions(),
+            wall_of: &|cell| walls.wall_of(cell),
+        };
+        let fluid = Fluid::new(decomposition, comm, &params, &boundary);
+        let mut cells = [fluid.fluid_cells() as i64];
+        comm.sum(&mut cells);
         let driving = DrivingParams {
             units,
-            volume: setup.domain.volume(),
+            volume: cells[0] as f64 * units.dx.powi(3),
+            periodic: setup.domain.periodic,
             submerged_weight: each()
                 .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
                 .sum(),
@@ -75,9 +94,9 @@ impl<T: Real> Wet<T> {
             },
             body_acceleration: setup.body_acceleration,
         };
-        let simd = setup.simd.unwrap_or_else(Simd::best);
         Self {
-            fluid: Fluid::new(decomposition, comm, setup.relaxation_time, simd),
+            cells: cells[0] as f64,
+            fluid,
             coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
             driving: Driving::new(driving),
         }
@@ -108,11 +127,11 @@ impl<T: Real> Simulation<T> {
         Self {
             units: setup.units,
             wet: (!setup.dry).then(|| Wet::new(setup, decomposition, &comm)),
-            decomposition: decomposition.clone(),
             dem,
             comm,
             timings: Timings::default(),
             step: 0,
+            walls: setup.walls.len(),
             failure: None,
         }
     }
@@ -137,6 +156,7 @@ impl<T: Real> Simulation<T> {
             fluid,
             coupling,
             driving,
+            ..
         }) = wet
         {
             let acceleration = driving.acceleration();
@@ -167,17 +187,7 @@ impl<T: Real> Simulation<T> {
 
     /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
     fn control(&mut self, flow: &Flow) -> Result<()> {
-        if let Some((cell, speed)) = flow.fault {
-            let [x, y, z] = cell.map(|c| (c as f64 + 0.5) * self.units.dx);
-            self.failure.get_or_insert(Error::Diverged {
-                step: self.step,
-                what: format!(
-                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}; \
-                     a smaller relaxation time or more cells per diameter lowers it",
-                    crate::fluid::SPEED_LIMIT
-                ),
-            });
-        }
+        self.note_fault(flow.fault);
         let [x, y, z] = flow.momentum;
         let mut words: Vec<i64> = [x, y, z, flow.square, flow.solid]
             .into_iter()
@@ -192,7 +202,7 @@ impl<T: Real> Simulation<T> {
             std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
         let mut most = [flow.max_speed];
         self.comm.max(&mut most);
-        let cells = self.decomposition.domain.cell_count() as f64;
+        let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
         let mean = MeanFlow {
@@ -207,8 +217,28 @@ impl<T: Real> Simulation<T> {
         Ok(())
     }
 
-    /// Makes a failure since the last control known to all; for the end of a run. Collective.
+    /// Takes note of a cell that is too fast.
+    fn note_fault(&mut self, fault: Option<([usize; 3], f64)>) {
+        if let Some((cell, speed)) = fault {
+            let [x, y, z] = cell.map(|c| (c as f64 + 0.5) * self.units.dx);
+            self.failure.get_or_insert(Error::Diverged {
+                step: self.step,
+                what: format!(
+                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}; \
+                     a smaller relaxation time or more cells per diameter lowers it",
+                    crate::fluid::SPEED_LIMIT
+                ),
+            });
+        }
+    }
+
+    /// Looks at the fluid as it is now, which no measuring sweep has seen, and makes a failure since the last control
+    /// known to all; for the end of a run. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] on every rank.
     pub fn check(&mut self) -> Result<()> {
+        self.note_fault(self.wet.as_ref().and_then(|wet| wet.fluid.fault()));
         let mut failures = [i64::from(self.failure.is_some())];
         self.comm.sum(&mut failures);
         if failures[0] > 0 {
@@ -261,6 +291,31 @@ impl<T: Real> Simulation<T> {
         self.wet
             .as_ref()
             .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
+    }
+
+    /// Force (N) of the fluid on each wall of the case in the last step, and torque (N m) about the pivot of its motion,
+    /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
+    /// dry run. Collective.
+    pub fn wall_loads(&self) -> Vec<Load> {
+        let Some(wet) = &self.wet else {
+            return vec![Load::default(); self.walls];
+        };
+        let mut words: Vec<i64> = wet
+            .fluid
+            .wall_loads()
+            .iter()
+            .flat_map(|load| [load.force, load.torque].into_iter().flatten())
+            .flat_map(split_wide)
+            .collect();
+        self.comm.sum(&mut words);
+        let sum = |w: &[i64]| Vec3::from_fn(|a, _| from_fixed_wide(join_wide([w[2 * a], w[2 * a + 1]])));
+        words
+            .chunks_exact(12)
+            .map(|w| Load {
+                force: sum(&w[..6]) * self.units.force(),
+                torque: sum(&w[6..]) * self.units.torque(),
+            })
+            .collect()
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).

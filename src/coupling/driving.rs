@@ -12,6 +12,9 @@
 //! overestimates the settling velocity at high volume fraction. A proportional controller adds `-k <u>`, which removes
 //! the volume flux `<u>` of the mixture; `k = max(u_Stokes / D, nu / D^2)`, the first being the paper's.
 //!
+//! A closed direction, with walls at both ends, needs neither: the walls hold the fluid up and let no flux through. Walls
+//! within the box count to its volume as little as to its mean values.
+//!
 //! Reference: Marquardt et al. (2024), section 4, and the force balance of its published driver.
 
 use crate::math::Vec3;
@@ -38,8 +41,10 @@ pub const CONTROL_INTERVAL: u64 = 8;
 pub struct DrivingParams {
     /// Cell size, time step, density.
     pub units: Units,
-    /// Volume of the box (m^3).
+    /// Volume of the box without walls (m^3).
     pub volume: f64,
+    /// Directions in which the weight is balanced and the net flux controlled.
+    pub periodic: [bool; 3],
     /// Submerged weight of all particles (N).
     pub submerged_weight: Vec3,
     /// Volume of all particles (m^3).
@@ -52,7 +57,7 @@ pub struct DrivingParams {
     pub body_acceleration: Vec3,
 }
 
-/// Mean values over all cells of the box, solid ones included; SI units.
+/// Mean values over all cells of the box that are not in walls, solid ones included; SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanFlow {
     /// Mean velocity, the volume flux of the mixture (m/s).
@@ -109,9 +114,8 @@ impl Driving {
             ForceBalance::Mixture => fluid + p.particle_volume,
             ForceBalance::FluidOnly => fluid,
         };
-        p.body_acceleration
-            - p.submerged_weight / (p.units.density * carrier)
-            - p.control_rate * self.mean.velocity
+        let drive = -p.submerged_weight / (p.units.density * carrier) - p.control_rate * self.mean.velocity;
+        Vec3::from_fn(|a, _| p.body_acceleration[a] + if p.periodic[a] { drive[a] } else { 0.0 })
     }
 }
 
@@ -127,6 +131,7 @@ mod tests {
                 density: 1000.0,
             },
             volume: 1e-6,
+            periodic: [true; 3],
             submerged_weight: Vec3::new(0.0, 0.0, -2e-3),
             particle_volume: 0.25e-6,
             balance,
@@ -159,5 +164,19 @@ mod tests {
             ..MeanFlow::default()
         });
         assert!((driving.acceleration() - before - Vec3::new(-5.0, 0.0, 10.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_closed_direction_is_neither_balanced_nor_controlled() {
+        let mut driving = Driving::new(DrivingParams {
+            periodic: [true, true, false],
+            body_acceleration: Vec3::new(0.0, 0.0, 3.0),
+            ..params(ForceBalance::Mixture)
+        });
+        driving.observe(MeanFlow {
+            velocity: Vec3::new(0.1, 0.0, -0.2),
+            ..MeanFlow::default()
+        });
+        assert!((driving.acceleration() - Vec3::new(-5.0, 0.0, 3.0)).norm() < 1e-12);
     }
 }

@@ -3,21 +3,21 @@
 use super::*;
 use crate::comm::on_threads;
 use crate::domain::Domain;
-use crate::fluid::Simd;
+use crate::fluid::{Boundary, Collision, FluidParams, Simd};
 use crate::lattice::{C, Q, opposite};
 use crate::math::from_fixed_wide;
 use crate::particle::Template;
 use crate::shape::Sphere;
 use std::sync::Arc;
 
-const UNITS: Units = Units {
+pub(super) const UNITS: Units = Units {
     dx: 0.125,
     dt: 0.01,
     density: 1000.0,
 };
-const CELLS: [usize; 3] = [24, 20, 28];
+pub(super) const CELLS: [usize; 3] = [24, 20, 28];
 
-fn params() -> CouplingParams {
+pub(super) fn params() -> CouplingParams {
     CouplingParams {
         units: UNITS,
         solid_ramp_width: 0.5,
@@ -26,8 +26,21 @@ fn params() -> CouplingParams {
     }
 }
 
+pub(super) fn bgk(simd: Simd) -> FluidParams {
+    FluidParams {
+        relaxation_time: 0.6,
+        collision: Collision::Bgk,
+        simd,
+    }
+}
+
 /// Every rank knows all; owned are those whose centre is in its block.
-fn store(decomposition: &Decomposition, rank: usize, particles: &[Particle], radius: f64) -> ParticleStore {
+pub(super) fn store(
+    decomposition: &Decomposition,
+    rank: usize,
+    particles: &[Particle],
+    radius: f64,
+) -> ParticleStore {
     let templates: Arc<[Template]> = Arc::new([Template {
         shape: Arc::new(Sphere { radius }),
         material: 0,
@@ -64,7 +77,7 @@ fn loads_after<T: Real>(
     .unwrap();
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, 0.6, Simd::best());
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &bgk(Simd::best()), &Boundary::none());
         let mut coupling = Coupling::new(params(), &decomposition, comm.rank(), radius);
         fluid.set_equilibrium(&flow);
         let mut loads = Vec::new();
@@ -191,7 +204,7 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
         .map(|(i, &x)| Particle::at(i as u64, 0, x))
         .collect();
     let store = store(&decomposition, 0, &particles, 0.6);
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, 0.6, Simd::best());
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none());
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     coupling.map(&store);
     let flow = fluid.sweep([0.0; 3], &mut coupling.solids(&store), true).unwrap();
@@ -243,7 +256,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
         dx: UNITS.dx,
     };
     let decomposition = Decomposition::new(domain, 1).unwrap();
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, 0.6, simd);
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none());
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     let mut sphere = Particle::at(0, 0, Vec3::new(0.3, 2.4, 3.4));
     (sphere.velocity, sphere.angular_velocity) = ([0.5, 0.3, 0.4], angular_velocity);

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 pub struct Record {
     /// Lower id.
     pub first: u64,
-    /// Higher id.
+    /// Higher id, or what stands for a wall, see [`ContactState::of_wall`](super::ContactState::of_wall).
     pub second: u64,
     /// Damping constant (s/m); negative until the bodies approach, see [`crate::contact::PairLaw::latch`].
     pub damping: f64,
@@ -24,13 +24,16 @@ impl Record {
 }
 
 /// The records of one rank. In each sub-step contacts are visited in ascending order of `(first, second)`: those
-/// [`kept`](Self::keep) live on, the others are forgotten by [`turn`](Self::turn).
+/// [`kept`](Self::keep) live on, the others are forgotten by [`turn`](Self::turn). There may be a second round of other
+/// contacts, after [`begin_again`](Self::begin_again).
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// Ascending by `(first, second)`.
     current: Vec<Record>,
     next: Vec<Record>,
     cursor: usize,
+    /// Length of `next` at the end of the first round, if there is a second one.
+    first_round: Option<usize>,
 }
 
 impl History {
@@ -65,12 +68,25 @@ impl History {
 
     /// Remembers a contact for the next sub-step. Contacts must come in ascending order.
     pub fn keep(&mut self, record: Record) {
-        debug_assert!(self.next.last().is_none_or(|last| last.key() < record.key()));
+        debug_assert!(
+            self.first_round == Some(self.next.len())
+                || self.next.last().is_none_or(|last| last.key() < record.key())
+        );
         self.next.push(record);
+    }
+
+    /// Begins the second round of this sub-step, in ascending order again.
+    pub fn begin_again(&mut self) {
+        self.cursor = 0;
+        self.first_round = Some(self.next.len());
     }
 
     /// Ends the visit of this sub-step.
     pub fn turn(&mut self) {
+        if self.first_round.take().is_some_and(|n| n < self.next.len()) {
+            // Two ascending runs: a stable sort merges them.
+            self.next.sort_by_key(Record::key);
+        }
         std::mem::swap(&mut self.current, &mut self.next);
         self.next.clear();
         self.cursor = 0;
@@ -133,6 +149,28 @@ mod tests {
         history.turn();
         assert_eq!(history.recall(1, 9), Some(record(1, 9)));
         assert_eq!(history.recall(3, 4), None);
+        history.turn();
+        assert!(history.records().is_empty());
+    }
+
+    #[test]
+    fn a_second_round_is_remembered_along_with_the_first() {
+        let mut history = History::default();
+        for (first, second) in [(1, 2), (5, 6)] {
+            history.keep(record(first, second));
+        }
+        history.begin_again();
+        for (first, second) in [(1, 90), (3, 90)] {
+            history.keep(record(first, second));
+        }
+        history.turn();
+        let all = [record(1, 2), record(1, 90), record(3, 90), record(5, 6)];
+        assert_eq!(history.records(), all);
+        for (first, second) in [(1, 2), (5, 6)] {
+            assert!(history.recall(first, second).is_some());
+        }
+        history.begin_again();
+        assert_eq!(history.recall(1, 90), Some(record(1, 90)));
         history.turn();
         assert!(history.records().is_empty());
     }

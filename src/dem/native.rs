@@ -11,31 +11,43 @@
 //! Every number is computed once, by one rank, from the same bits in the same order whatever the number of ranks: the
 //! pair with the lower id first, from the nearest image of wrapped positions. So trajectories are the same to the bit.
 //!
-//! Walls, and bodies that touch through two images at once, are left out.
+//! Walls stand where their motion has brought them after `substep dt`; so `dt` is the same all the time. A
+//! contact with a wall belongs to the owner of the particle, and comes after the contacts with other particles.
+//!
+//! Bodies that touch through two images at once are left out, and so are images of walls: a plane that cuts the box has no
+//! copy behind a periodic face.
 
 #[cfg(test)]
 mod bricks;
 #[cfg(test)]
+mod cube_tests;
+mod failures;
+mod ledger;
+#[cfg(test)]
+mod mixed_tests;
+mod scene;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;
 
-use super::assign::{Neighbourhood, responsible};
+use super::assign::Neighbourhood;
 use super::exchange::Population;
 use super::history::{History, Record};
 use super::integrator::{self, Inertia};
 use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{Body, ContactModel, Contour, Overlap, PairFinder, PairLaw, law::UNSET, measure};
-use crate::domain::Decomposition;
+use crate::contact::{ContactModel, Contour, PairFinder, PairLaw};
+use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::Shape;
-use crate::wall::Wall;
-use bytemuck::{Pod, Zeroable};
+use crate::wall::{Surface, Wall};
+use failures::{outside, too_far};
+use ledger::Ledger;
+use scene::{Roll, Scene, responsible_for_pair};
 use std::sync::Arc;
-
-/// Overlaps deeper than this part of the smaller circumradius are beyond the contact model.
-const DEEPEST: f64 = 0.5;
 
 /// Parameters of the native engine.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,54 +73,18 @@ pub struct Native {
     inertias: Vec<Inertia>,
     /// By template.
     contours: Vec<Contour>,
-    /// Circumradius plus enlargement by template (m).
+    /// Radius of a sphere that holds the enlarged body by template (m).
     bounds: Vec<f64>,
+    /// Radius of the sphere of equal volume plus enlargement by template (m).
+    radii: Vec<f64>,
     /// By the materials of the pair, as [`ContactModel::pairs`].
     laws: Vec<PairLaw>,
-    finder: PairFinder,
-    history: History,
-    summary: ContactSummary,
+    /// Those of the walls at the last sub-step.
+    surfaces: Vec<Surface>,
+    ledger: Ledger,
     /// Sub-steps since the start.
     substep: u64,
-    scratch: Scratch,
-}
-
-/// Buffers that live from sub-step to sub-step.
-#[derive(Clone, Debug, Default)]
-struct Scratch {
-    /// Indices of the known particles, ascending by id; their positions and bounding radii.
-    known: Vec<u32>,
-    positions: Vec<Vec3>,
-    radii: Vec<f64>,
-    /// Contact forces on owned particles, with their index.
-    shares: Vec<(u32, Share)>,
-    /// The same for other ranks, by peer.
-    messages: Vec<Vec<u8>>,
-    /// Contact force and torque by owned particle.
-    totals: Vec<Load>,
-    /// Contacts of this sub-step, ascending by the ids of the pair.
-    states: Vec<ContactState>,
-}
-
-/// What one contact does to one particle.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-struct Share {
-    to: u64,
-    partner: u64,
-    force: [f64; 3],
-    torque: [f64; 3],
-}
-
-impl Share {
-    fn new([to, partner]: [u64; 2], force: Vec3, lever: Vec3) -> Self {
-        Self {
-            to,
-            partner,
-            force: force.into(),
-            torque: lever.cross(&force).into(),
-        }
-    }
+    roll: Roll,
 }
 
 impl Native {
@@ -127,13 +103,15 @@ impl Native {
     ) -> Result<Self> {
         assert!(params.substeps > 0);
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let circumradii: Vec<f64> = templates.iter().map(|t| t.shape.circumradius()).collect();
-        let bounds: Vec<f64> = circumradii.iter().map(|r| r + enlargement).collect();
+        let contours: Vec<Contour> = (templates.iter())
+            .map(|t| Contour::new(t.shape.clone(), enlargement))
+            .collect();
+        let bounds: Vec<f64> = contours.iter().map(Contour::reach).collect();
         if params.contact.is_some() {
             check_images(&decomposition, all, &bounds)?;
         }
         let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
-        let near = Neighbourhood::new(decomposition, rank, &circumradii, enlargement);
+        let near = Neighbourhood::new(decomposition, rank, &bounds);
         let spun = all.iter().map(|particle| {
             let mut particle = *particle;
             let (momentum, velocity) = (Vec3::from(particle.angular_momentum), particle.angular_velocity());
@@ -144,21 +122,18 @@ impl Native {
             }
             particle
         });
-        let contours = (templates.iter())
-            .map(|t| Contour::new(t.shape.clone(), enlargement))
-            .collect();
         let population = Population::new(&near, rank, templates, spun);
         let (lo, extent) = near.window(rank);
+        let radii = (population.store.templates.iter())
+            .map(|t| 0.5 * t.shape.equivalent_diameter() + enlargement)
+            .collect();
         Ok(Self {
-            finder: PairFinder::in_window(near.decomposition().domain, lo, extent),
+            roll: Roll::new(PairFinder::in_window(near.decomposition().domain, lo, extent)),
             contours,
+            radii,
             laws: params.contact.as_ref().map_or_else(Vec::new, laws),
-            scratch: Scratch {
-                messages: vec![Vec::new(); near.peers.len()],
-                ..Scratch::default()
-            },
-            history: History::default(),
-            summary: ContactSummary::default(),
+            surfaces: Vec::new(),
+            ledger: Ledger::new(near.peers.len()),
             substep: 0,
             params,
             rank,
@@ -171,19 +146,19 @@ impl Native {
 
     /// Goes on where another engine stood after `substep` sub-steps: `all` of [`new`](Self::new) were its particles,
     /// `records` are (at least) the memories of the contacts this rank is responsible for, `begun` the contacts it has
-    /// seen begin.
+    /// seen begin. Walls stand where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
         let mine = records
             .iter()
             .filter(|r| responsible_for(r, &self.near, &self.population) == Some(self.rank));
-        self.history = History::new(mine.copied().collect());
+        self.ledger.history = History::new(mine.copied().collect());
+        self.ledger.summary.begun = begun;
         self.substep = substep;
-        self.summary.begun = begun;
     }
 
     /// Memories of the contacts this rank is responsible for, ascending by pair of ids.
     pub fn records(&self) -> &[Record] {
-        self.history.records()
+        self.ledger.history.records()
     }
 
     /// Sub-steps since the start.
@@ -193,12 +168,12 @@ impl Native {
 
     /// One sub-step; all messages are exchanged even if it fails.
     fn advance_once(&mut self, comm: &Comm, dt: f64) -> Result<()> {
-        let evaluated = self.evaluate_contacts();
-        self.add_up(comm);
+        let evaluated = self.evaluate_contacts(dt);
+        self.ledger.add_up(comm, &self.near, &self.population);
         let moved = self.integrate(dt);
         self.population.refresh(&self.near, comm);
         let (near, population) = (&self.near, &self.population);
-        self.history.hand_over(comm, &near.peers, |record| {
+        self.ledger.history.hand_over(comm, &near.peers, |record| {
             responsible_for(record, near, population)
         });
         self.substep += 1;
@@ -206,114 +181,32 @@ impl Native {
     }
 
     /// Forces of the contacts this rank is responsible for, at the current positions.
-    fn evaluate_contacts(&mut self) -> Result<()> {
-        let Self {
-            params,
-            near,
-            population,
-            history,
-            finder,
-            scratch,
-            summary,
-            bounds,
-            contours,
-            laws,
-            ..
-        } = self;
-        scratch.shares.clear();
-        scratch.states.clear();
-        scratch.messages.iter_mut().for_each(Vec::clear);
-        (summary.count, summary.max_depth) = (0, 0.0);
-        let Some(contact) = &params.contact else {
+    fn evaluate_contacts(&mut self, dt: f64) -> Result<()> {
+        self.ledger.open();
+        let Some(contact) = &self.params.contact else {
             return Ok(());
         };
-        let store = &population.store;
-        scratch.list(store, bounds);
-        let domain = near.decomposition().domain;
-        let mut failure = Ok(());
-        for &[i, j] in finder.find(&scratch.positions, &scratch.radii) {
-            let [i, j] = [i, j].map(|k| scratch.known[k as usize] as usize);
-            if responsible_for_pair(i, j, near, store) != Some(self.rank) {
-                continue;
-            }
-            let (a, b) = (&store.particles[i], &store.particles[j]);
-            let offset = domain.nearest_image(b.position() - a.position());
-            let [first, second] = [a, b].map(|p| Body {
-                contour: &contours[p.template as usize],
-                orientation: p.orientation(),
-            });
-            let Some(overlap) = measure(contact.geometry, &first, &second, offset) else {
-                continue;
-            };
-            let [of_first, of_second] = [a, b].map(|p| store.template(p).material);
-            let law = &laws[of_first * contact.materials.len() + of_second];
-            let mut record = history.recall(a.id, b.id).unwrap_or_else(|| {
-                summary.begun += 1;
-                Record {
-                    first: a.id,
-                    second: b.id,
-                    damping: UNSET,
-                    age: 0,
-                }
-            });
-            let levers = [overlap.point, overlap.point - offset];
-            let velocity = (a.velocity() + a.angular_velocity().cross(&levers[0]))
-                - (b.velocity() + b.angular_velocity().cross(&levers[1]));
-            record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
-            record.age += 1;
-            history.keep(record);
-            let force = law.force(&overlap, velocity, record.damping);
-            summary.count += usize::from(force != Vec3::zeros());
-            summary.max_depth = summary.max_depth.max(overlap.depth);
-            let radius = (first.contour.shape.circumradius()).min(second.contour.shape.circumradius());
-            if overlap.depth > DEEPEST * radius && failure.is_ok() {
-                failure = Err(too_deep(self.substep, a, b, &overlap, radius));
-            }
-            scratch.states.push(ContactState {
-                first: a.id,
-                second: b.id,
-                point: domain.wrap(a.position() + overlap.point).into(),
-                normal: overlap.normal.into(),
-                force: force.into(),
-                depth: overlap.depth,
-                volume: overlap.volume,
-            });
-            let of_a = Share::new([a.id, b.id], force, levers[0]);
-            let of_b = Share::new([b.id, a.id], -force, levers[1]);
-            scratch.book(i, of_a, near, store);
-            scratch.book(j, of_b, near, store);
+        let scene = Scene {
+            contact,
+            contours: &self.contours,
+            bounds: &self.bounds,
+            radii: &self.radii,
+            laws: &self.laws,
+            store: &self.population.store,
+            near: &self.near,
+            rank: self.rank,
+            substep: self.substep,
+        };
+        let mut outcome = scene.pairs(&mut self.roll, &mut self.ledger);
+        if !self.params.walls.is_empty() {
+            let time = self.substep as f64 * dt;
+            self.surfaces.clear();
+            (self.surfaces).extend(self.params.walls.iter().map(|wall| wall.surface_at(time)));
+            let walls = (&self.params.walls[..], &self.surfaces[..]);
+            outcome = outcome.and(scene.walls(walls, time, &mut self.ledger));
         }
-        history.turn();
-        failure
-    }
-
-    /// Sends forces to the owners and adds up those on the owned particles, by ascending id of the partner.
-    fn add_up(&mut self, comm: &Comm) {
-        let (scratch, population) = (&mut self.scratch, &self.population);
-        if !self.near.peers.is_empty() {
-            let local = scratch.shares.len();
-            let messages = scratch.messages.clone();
-            for message in comm.exchange(&self.near.peers, messages) {
-                for share in bytemuck::pod_collect_to_vec::<u8, Share>(&message) {
-                    if let Some(index) = population.index_of(share.to) {
-                        scratch.shares.push((index as u32, share));
-                    }
-                }
-            }
-            // Without messages they are in order already: pairs are, and lower partners come first.
-            if scratch.shares.len() > local {
-                scratch
-                    .shares
-                    .sort_unstable_by_key(|(index, share)| (*index, share.partner));
-            }
-        }
-        scratch.totals.clear();
-        scratch.totals.resize(population.store.owned, Load::default());
-        for (index, share) in &scratch.shares {
-            let total = &mut scratch.totals[*index as usize];
-            total.force += Vec3::from(share.force);
-            total.torque += Vec3::from(share.torque);
-        }
+        self.ledger.close();
+        outcome
     }
 
     /// Moves the owned particles. One that would leave the range of the method stays where it is.
@@ -322,7 +215,7 @@ impl Native {
         let owned = self.population.store.owned;
         let mut failure = Ok(());
         for (i, particle) in self.population.store.particles[..owned].iter_mut().enumerate() {
-            let (contact, load) = (&self.scratch.totals[i], &self.population.loads[i]);
+            let (contact, load) = (&self.ledger.totals[i], &self.population.loads[i]);
             let inertia = &self.inertias[particle.template as usize];
             let force = load.force + contact.force + self.params.gravity * inertia.mass;
             let torque = load.torque + contact.torque;
@@ -333,47 +226,19 @@ impl Native {
             integrator::step(particle, inertia, force, torque, dt);
             particle.contact_force = contact.force.into();
             let moved = (particle.position() - before.position()).amax();
-            if particle.is_finite() && moved <= domain.dx {
+            let lost = if particle.is_finite() && moved <= domain.dx {
                 particle.position = domain.wrap(particle.position()).into();
+                face_passed(&domain, particle.position())
+                    .map(|face| outside(self.substep, &before, particle, face, &self.params.walls))
             } else {
-                let after = std::mem::replace(particle, before);
-                if failure.is_ok() {
-                    failure = Err(too_far(self.substep, &before, &after, force, domain.dx));
-                }
+                Some(too_far(self.substep, &before, particle, force, domain.dx))
+            };
+            if let Some(error) = lost {
+                *particle = before;
+                failure = failure.and(Err(error));
             }
         }
         failure
-    }
-}
-
-impl Scratch {
-    /// Lists the known particles by ascending id.
-    fn list(&mut self, store: &ParticleStore, bounds: &[f64]) {
-        let (owned, known) = (store.owned as u32, store.particles.len() as u32);
-        let id = |k: u32| store.particles[k as usize].id;
-        let (mut next_owned, mut next_ghost) = (0, owned);
-        self.known.clear();
-        while next_owned < owned || next_ghost < known {
-            let ghost = next_owned == owned || (next_ghost < known && id(next_ghost) < id(next_owned));
-            let next = if ghost { &mut next_ghost } else { &mut next_owned };
-            self.known.push(*next);
-            *next += 1;
-        }
-        let particles = || self.known.iter().map(|&k| &store.particles[k as usize]);
-        self.positions.clear();
-        self.positions.extend(particles().map(Particle::position));
-        self.radii.clear();
-        self.radii
-            .extend(particles().map(|p| bounds[p.template as usize]));
-    }
-
-    /// Books a share of known particle `index`: here, or in the message to its owner.
-    fn book(&mut self, index: usize, share: Share, near: &Neighbourhood, store: &ParticleStore) {
-        if index < store.owned {
-            self.shares.push((index as u32, share));
-        } else if let Ok(link) = near.peers.binary_search(&(store.owners[index] as usize)) {
-            self.messages[link].extend_from_slice(bytemuck::bytes_of(&share));
-        }
     }
 }
 
@@ -383,25 +248,32 @@ fn laws(model: &ContactModel) -> Vec<PairLaw> {
     (0..n * n).map(|i| PairLaw::new(model, i / n, i % n)).collect()
 }
 
-/// The rank responsible for the contact of two known particles.
-fn responsible_for_pair(i: usize, j: usize, near: &Neighbourhood, store: &ParticleStore) -> Option<usize> {
-    let knows_both = |rank| {
-        [i, j].iter().all(|&k| {
-            let particle = &store.particles[k];
-            near.knows(rank, particle.position(), particle.template)
-        })
-    };
-    let [a, b] = [i, j].map(|k| store.owners[k] as usize);
-    responsible(a, b, near.ranks(), knows_both)
+/// The rank responsible for a contact by its record, if all its particles are known here.
+fn responsible_for(record: &Record, near: &Neighbourhood, population: &Population) -> Option<usize> {
+    let i = population.index_of(record.first)?;
+    if ContactState::wall_of(record.second).is_some() {
+        return Some(population.store.owners[i] as usize);
+    }
+    let j = population.index_of(record.second)?;
+    responsible_for_pair(i, j, near, &population.store)
 }
 
-/// The rank responsible for a contact by its record, if both particles are known here.
-fn responsible_for(record: &Record, near: &Neighbourhood, population: &Population) -> Option<usize> {
-    let (i, j) = (
-        population.index_of(record.first)?,
-        population.index_of(record.second)?,
-    );
-    responsible_for_pair(i, j, near, &population.store)
+/// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
+fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
+    const FACES: [[&str; 2]; 3] = [["x-", "x+"], ["y-", "y+"], ["z-", "z+"]];
+    if domain.periodic == [true; 3] {
+        return None;
+    }
+    let size = domain.size();
+    (0..3).filter(|&i| !domain.periodic[i]).find_map(|i| {
+        if position[i] < 0.0 {
+            Some(FACES[i][0])
+        } else if position[i] > size[i] {
+            Some(FACES[i][1])
+        } else {
+            None
+        }
+    })
 }
 
 /// Refuses a box in which a pair could touch through two images: the nearest one is all the engine looks at.
@@ -415,7 +287,11 @@ fn check_images(decomposition: &Decomposition, all: &[Particle], bounds: &[f64])
             second = bound;
         }
     }
-    let (edge, needed) = (decomposition.domain.size().min(), 2.0 * (largest + second));
+    let domain = &decomposition.domain;
+    let size = domain.size();
+    let round = (0..3).filter(|&i| domain.periodic[i]);
+    let edge = round.map(|i| size[i]).fold(f64::INFINITY, f64::min);
+    let needed = 2.0 * (largest + second);
     if all.len() > 1 && edge < needed {
         return Err(Error::Input(format!(
             "the domain is {edge:.6e} m wide, but two particles with circumscribed radii (contact enlargement \
@@ -424,36 +300,6 @@ fn check_images(decomposition: &Decomposition, all: &[Particle], bounds: &[f64])
         )));
     }
     Ok(())
-}
-
-fn too_deep(step: u64, a: &Particle, b: &Particle, overlap: &Overlap, radius: f64) -> Error {
-    Error::Diverged {
-        step,
-        what: format!(
-            "particles {} at {} and {}: overlap {:.3e} m deep, more than half the circumradius {radius:.3e} m",
-            a.id,
-            Population::place(a.position()),
-            b.id,
-            overlap.depth
-        ),
-    }
-}
-
-fn too_far(step: u64, before: &Particle, after: &Particle, force: Vec3, dx: f64) -> Error {
-    let what = if after.is_finite() {
-        format!(
-            "moved {:.3e} m in one sub-step, more than a cell ({dx:.3e} m), under {:.3e} N",
-            (after.position() - before.position()).amax(),
-            force.norm()
-        )
-    } else {
-        format!("its state is not finite, under {:.3e} N", force.norm())
-    };
-    let place = Population::place(before.position());
-    Error::Diverged {
-        step,
-        what: format!("particle {} at {place}: {what}", before.id),
-    }
 }
 
 impl DemEngine for Native {
@@ -481,10 +327,10 @@ impl DemEngine for Native {
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.summary
+        self.ledger.summary
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
-        self.scratch.states.clone()
+        self.ledger.states.clone()
     }
 }

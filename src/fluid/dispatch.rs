@@ -1,6 +1,6 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
-use super::kernel::{Measured, Number, Places, Row, sweep_row};
+use super::kernel::{Keep, Measured, Number, Places, Row, sweep_row};
 use super::layout::{Layout, Phase};
 use super::simd::Lanes;
 use super::solid::Solids;
@@ -12,7 +12,7 @@ use bytemuck::Pod;
 /// Storage type of populations: `f32` or `f64`.
 pub trait Real: Number + Pod + Send + Sync {
     #[doc(hidden)]
-    fn sweep<S: Solids<Self>>(
+    fn sweep<S: Solids<Self>, const TRT: bool>(
         fluid: &mut Fluid<Self>,
         acceleration: [f64; 3],
         solids: &mut S,
@@ -22,7 +22,7 @@ pub trait Real: Number + Pod + Send + Sync {
 
 /// Sweeps all rows of a block.
 #[inline(always)]
-fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>>(
+fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
     fluid: &mut Fluid<T>,
     acceleration: [f64; 3],
     solids: &mut S,
@@ -31,39 +31,56 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>>(
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
     let base = fluid.populations.root();
+    let whole = 0..layout.chunks_per_row();
     let row = Row {
-        chunks: layout.chunks_per_row(),
-        keep: T::from_f64(1.0 - 1.0 / fluid.relaxation_time),
+        keep: Keep {
+            even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
+            odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
+        },
         acceleration: acceleration.map(T::from_f64),
     };
     for z in 0..nz {
         for y in 0..ny {
+            let walls = fluid.walls.row(y, z);
             fluid.solid_row.clear();
             solids.fill(y, z, &mut fluid.solid_row);
-            let places = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
+            if let Some(walls) = walls {
+                walls.each(|cells| fluid.solid_row.clear_fractions(cells));
+            }
+            let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
             // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
-            let places: Places<T> = places.map(|place| unsafe { base.add(place) });
+            let places: Places<T> = indices.map(|place| unsafe { base.add(place) });
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
-            // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
-            // `layout`), so the ranges can be written and do not overlap.
-            unsafe {
-                if let Some(flow) = flow.as_deref_mut() {
-                    sweep_row::<T, R, true>(&places, &row, solid, measured);
-                    observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
-                    flow.solid += i128::from(solid.fraction_total());
-                } else {
-                    sweep_row::<T, R, false>(&places, &row, solid, measured);
+            for chunks in walls.map_or(std::slice::from_ref(&whole), |walls| &walls.live) {
+                let chunks = chunks.clone();
+                // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested
+                // in `layout`), so the ranges can be written and do not overlap.
+                unsafe {
+                    if flow.is_some() {
+                        sweep_row::<T, R, TRT, true>(&places, &row, chunks, solid, measured);
+                    } else {
+                        sweep_row::<T, R, TRT, false>(&places, &row, chunks, solid, measured);
+                    }
                 }
             }
+            if let Some(walls) = walls {
+                walls.clear(&indices, &mut fluid.populations);
+                walls.each(|cells| solid.clear_exchanged(cells));
+                if flow.is_some() {
+                    walls.each(|cells| measured.clear(cells));
+                }
+            }
+            if let Some(flow) = flow.as_deref_mut() {
+                observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
+                flow.solid += i128::from(solid.fraction_total());
+            }
             solids.collect(y, z, solid);
+            let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
+            fluid.walls.bounce_row(entered, populations, y, z);
             if fluid.wrap_x {
-                wrap_row_x(
-                    &layout,
-                    fluid.phase,
-                    &mut fluid.populations,
-                    y as isize,
-                    z as isize,
-                );
+                wrap_row_x(&layout, fluid.phase, populations, y as isize, z as isize);
+            } else if fluid.walls.at_row_ends() {
+                fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
             }
         }
     }
@@ -125,7 +142,7 @@ fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: 
 macro_rules! real {
     ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
-            fn sweep<S: Solids<Self>>(
+            fn sweep<S: Solids<Self>, const TRT: bool>(
                 fluid: &mut Fluid<Self>,
                 acceleration: [f64; 3],
                 solids: &mut S,
@@ -135,33 +152,35 @@ macro_rules! real {
                 {
                     use super::simd::{$avx2, $avx512, $sse2};
                     #[target_feature(enable = "avx2")]
-                    fn avx2<S: Solids<$t>>(
+                    fn avx2<S: Solids<$t>, const TRT: bool>(
                         f: &mut Fluid<$t>,
                         a: [f64; 3],
                         s: &mut S,
                         flow: Option<&mut Flow>,
                     ) {
-                        sweep_block::<$t, $avx2, S>(f, a, s, flow);
+                        sweep_block::<$t, $avx2, S, TRT>(f, a, s, flow);
                     }
                     #[target_feature(enable = "avx512f")]
-                    fn avx512<S: Solids<$t>>(
+                    fn avx512<S: Solids<$t>, const TRT: bool>(
                         f: &mut Fluid<$t>,
                         a: [f64; 3],
                         s: &mut S,
                         flow: Option<&mut Flow>,
                     ) {
-                        sweep_block::<$t, $avx512, S>(f, a, s, flow);
+                        sweep_block::<$t, $avx512, S, TRT>(f, a, s, flow);
                     }
-                    match fluid.simd {
+                    let (f, a, s) = (fluid, acceleration, solids);
+                    return match f.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => return unsafe { avx512(fluid, acceleration, solids, flow) },
+                        Simd::Avx512 => unsafe { avx512::<S, TRT>(f, a, s, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => return unsafe { avx2(fluid, acceleration, solids, flow) },
-                        Simd::Sse2 => return sweep_block::<$t, $sse2, S>(fluid, acceleration, solids, flow),
-                        Simd::Scalar => {}
-                    }
+                        Simd::Avx2 => unsafe { avx2::<S, TRT>(f, a, s, flow) },
+                        Simd::Sse2 => sweep_block::<$t, $sse2, S, TRT>(f, a, s, flow),
+                        Simd::Scalar => sweep_block::<$t, $t, S, TRT>(f, a, s, flow),
+                    };
                 }
-                sweep_block::<$t, $t, S>(fluid, acceleration, solids, flow);
+                #[cfg(not(target_arch = "x86_64"))]
+                sweep_block::<$t, $t, S, TRT>(fluid, acceleration, solids, flow);
             }
         }
     };

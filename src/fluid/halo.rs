@@ -3,7 +3,7 @@
 //! In place, populations cross twice in two steps. After a sweep from [`Phase::Home`] the boundary cells of a block are
 //! copied to the ghosts of its neighbours (*fill*), which the next sweep reads and writes; after that one the ghosts go
 //! back to the boundary cells they stand for (*return*). Both move the same places: for a face the 5 populations that
-//! cross it, for an edge 1, for a corner none.
+//! cross it, for an edge 1, for a corner none. Nothing crosses a closed face of the box; see [`walls`](super::walls).
 
 use super::layout::{Layout, Phase};
 use crate::comm::{Comm, Halo};
@@ -43,8 +43,16 @@ impl<T: Pod + Send> FluidHalo<T> {
     pub(crate) fn new(layout: &Layout, decomposition: &Decomposition, comm: &Comm) -> Self {
         let rank = comm.rank();
         let place = decomposition.place(rank).map(|p| p as isize);
-        let neighbour = |d: [isize; 3]| decomposition.rank_at(std::array::from_fn(|a| place[a] + d[a]));
-        let mut peers: Vec<usize> = C[1..].iter().map(|&d| neighbour(d)).collect();
+        let domain = &decomposition.domain;
+        // Across a closed face there is nobody.
+        let neighbour = |d: [isize; 3]| {
+            let to: [isize; 3] = std::array::from_fn(|a| place[a] + d[a]);
+            let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
+            (0..3)
+                .all(|a| domain.periodic[a] || inside(a))
+                .then(|| decomposition.rank_at(to))
+        };
+        let mut peers: Vec<usize> = C[1..].iter().filter_map(|&d| neighbour(d)).collect();
         peers.sort_unstable();
         peers.dedup();
         let messages: Vec<Message> = peers
@@ -58,11 +66,11 @@ impl<T: Pod + Send> FluidHalo<T> {
                         continue;
                     }
                     let back = d.map(|x| -x);
-                    if neighbour(d) == peer {
+                    if neighbour(d) == Some(peer) {
                         message.fill_from.extend(runs(layout, back, Side::Boundary));
                         message.return_from.extend(runs(layout, d, Side::Ghost));
                     }
-                    if neighbour(back) == peer {
+                    if neighbour(back) == Some(peer) {
                         message.fill_to.extend(runs(layout, back, Side::Ghost));
                         message.return_to.extend(runs(layout, d, Side::Boundary));
                     }

@@ -10,18 +10,26 @@
 //! u* = B (u + a) + (1 - B) u_s        solids,    B = prod (1 - phi_k),  u_s = sum phi_k u_k / sum phi_k
 //! ```
 //!
+//! With two relaxation times (TRT, Ginzburg et al. 2008) the even part `(f_i + f_-i) / 2` of `f - feq` relaxes with `tau`,
+//! which sets the viscosity, and the odd part `(f_i - f_-i) / 2` with `tau_odd`, which follows from the magic parameter:
+//!
+//! ```text
+//! (tau - 1/2) (tau_odd - 1/2) = magic,     3/16 puts walls of half-way bounce-back exactly half-way
+//! ```
+//!
 //! Streaming is in place (the "AA" pattern of Bailey et al. 2009): each cell reads 19 places and writes its results
 //! to the same 19 places, exchanged between opposite directions. Two phases alternate, which differ in nothing but
 //! the places; see [`Layout::places`](super::layout::Layout::places).
 //!
 //! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024 (exact difference); Krause et al. (2017),
 //! doi:10.1016/j.partic.2016.11.001 (homogenised cells); Marquardt et al. (2024), doi:10.1016/j.cpc.2024.109321, whose
-//! Eq. (15) has the wrong sign: `u* - u = (1 - B)(u_s - u)` is meant and used.
+//! Eq. (15) has the wrong sign: `u* - u = (1 - B)(u_s - u)` is meant and used; Ginzburg, Verhaeghe, d'Humieres (2008),
+//! Commun. Comput. Phys. 3, 427-478 (two relaxation times).
 
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidRow};
 use crate::lattice::Q;
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Mul, Range, Sub};
 
 /// Density deviation, momentum, density and velocity of a register of cells.
 #[inline(always)]
@@ -41,16 +49,37 @@ fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 3]) {
     (deviation, momentum, rho, momentum.map(|j| j * over_rho))
 }
 
-/// Relaxes a register of cells at velocity `u` and pushes it to `target`; `keep = 1 - 1/tau`.
+/// What relaxation leaves of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
+/// time ignores the second.
+#[derive(Clone, Copy)]
+pub(crate) struct Keep<T> {
+    pub(crate) even: T,
+    pub(crate) odd: T,
+}
+
+/// Relaxes a register of cells at velocity `u` and pushes it to `target`, with two relaxation times if `TRT`.
 #[inline(always)]
-fn relax<T: Number, R: Lanes<T>>(g: &mut [R; Q], deviation: R, rho: R, u: [R; 3], target: [R; 3], keep: T) {
+fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
+    g: &mut [R; Q],
+    deviation: R,
+    rho: R,
+    u: [R; 3],
+    target: [R; 3],
+    keep: Keep<T>,
+) {
     // f' = keep (f - feq(u)) + feq(u*), per pair of opposite directions an even part e and an odd part o.
     let c = |x: f64| R::splat(T::from_f64(x));
-    let k = R::splat(keep);
+    let k = R::splat(keep.even);
+    let k_odd = if TRT { R::splat(keep.odd) } else { k };
+    let (half, half_odd) = (c(0.5) * k, c(0.5) * k_odd);
     let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     let base = (R::splat(T::ONE) - k) * deviation - c(1.5) * rho * (square(target) - k * square(u));
     let (quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
-    let odd = [target[0] - k * u[0], target[1] - k * u[1], target[2] - k * u[2]];
+    let odd = [
+        target[0] - k_odd * u[0],
+        target[1] - k_odd * u[1],
+        target[2] - k_odd * u[2],
+    ];
     let scaled = |w: f64| (c(w) * base, c(w) * quadratic, c(w) * linear);
     let (axis, diagonal) = (scaled(1.0 / 18.0), scaled(1.0 / 36.0));
 
@@ -61,8 +90,14 @@ fn relax<T: Number, R: Lanes<T>>(g: &mut [R; Q], deviation: R, rho: R, u: [R; 3]
             let (cu, ct, co) = (along(u), along(target), along(odd));
             let e = $w.0 + $w.1 * (ct * ct - k * (cu * cu));
             let o = $w.2 * co;
-            g[$i] = k * g[$i] + (e + o);
-            g[$i + 1] = k * g[$i + 1] + (e - o);
+            if TRT {
+                let even = half * (g[$i] + g[$i + 1]) + e;
+                let odd = half_odd * (g[$i] - g[$i + 1]) + o;
+                (g[$i], g[$i + 1]) = (even + odd, even - odd);
+            } else {
+                g[$i] = k * g[$i] + (e + o);
+                g[$i + 1] = k * g[$i + 1] + (e - o);
+            }
         }};
     }
     pair!(1, axis, |v: [R; 3]| v[0]);
@@ -82,17 +117,24 @@ pub(crate) type Places<T> = [*mut T; Q];
 
 /// What a row needs besides its populations.
 pub(crate) struct Row<T> {
-    /// Number of registers of [`CHUNK`] cells.
-    pub(crate) chunks: usize,
-    /// `1 - 1/tau`.
-    pub(crate) keep: T,
+    /// What relaxation leaves.
+    pub(crate) keep: Keep<T>,
     /// Body acceleration.
     pub(crate) acceleration: [T; 3],
 }
 
-/// Momentum along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
+/// Momentum along a row, written by a measuring sweep; at least as many numbers each as the row has in whole chunks.
 pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
+}
+
+impl<T: Number> Measured<T> {
+    /// Forgets some cells.
+    pub(crate) fn clear(&mut self, cells: Range<usize>) {
+        for momentum in &mut self.momentum {
+            momentum[cells.clone()].fill(T::ZERO);
+        }
+    }
 }
 
 /// Bytes of a cache line.
@@ -101,20 +143,22 @@ const LINE: usize = 64;
 /// slower, none at all by a third.
 const AHEAD: usize = 768;
 
-/// Collides and streams one row in place.
+/// Collides and streams some chunks of one row in place.
 ///
 /// # Safety
-/// For every `i`, `chunks * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap.
+/// For every `i`, `chunks.end * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap; the
+/// arrays of `solids` and `measured` hold as many.
 #[inline(always)]
-pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
+pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const MEASURE: bool>(
     places: &Places<T>,
     row: &Row<T>,
+    chunks: Range<usize>,
     solids: &mut SolidRow<T>,
     measured: &mut Measured<T>,
 ) {
     let a = row.acceleration.map(R::splat);
     let one = R::splat(T::ONE);
-    for chunk in 0..row.chunks {
+    for chunk in chunks {
         let is_solid = solids.is_used(chunk);
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
@@ -123,12 +167,12 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
                     prefetch(place.wrapping_add(x).wrapping_byte_add(AHEAD));
                 }
             }
-            // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
+            // SAFETY: x + WIDTH <= chunks.end * CHUNK, promised readable by the caller.
             let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
             let (deviation, momentum, rho, u) = moments(&g);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
             if is_solid {
-                // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
+                // SAFETY: x + WIDTH <= chunks.end * CHUNK, and the arrays hold a chunk more, here and below.
                 let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
                 // SAFETY: as above.
                 let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };
@@ -149,7 +193,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const MEASURE: bool>(
                     unsafe { momentum[axis].store(place.as_mut_ptr()) };
                 }
             }
-            relax(&mut g, deviation, rho, u, target, row.keep);
+            relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep);
             if is_solid {
                 // SAFETY: as above.
                 unsafe { (deviation - g[0]).store(solids.outgoing[3].as_mut_ptr().add(x)) };

@@ -68,6 +68,13 @@ impl Layout {
         (row * self.pitch + CHUNK).wrapping_add_signed(x)
     }
 
+    /// The cell of the block at a place of [`cell`](Self::cell).
+    pub(crate) fn coordinates(&self, place: usize) -> [usize; 3] {
+        let (row, x) = ((place - CHUNK) / self.pitch, (place - CHUNK) % self.pitch);
+        let rows = self.size[1] + 2;
+        [x, row % rows - 1, row / rows - 1]
+    }
+
     /// Distance from a cell to its neighbour along direction `i`.
     #[inline(always)]
     pub(crate) fn step(&self, i: usize) -> isize {
@@ -105,6 +112,15 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_coordinates_of_a_place_lead_back_to_it() {
+        let layout = Layout::new([21, 4, 3], 8);
+        for cell in [[0, 0, 0], [20, 0, 1], [7, 3, 2]] {
+            let [x, y, z] = cell.map(|c: usize| c as isize);
+            assert_eq!(layout.coordinates(layout.cell(x, y, z)), cell);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Looking at the fluid: fields, the hash of its state, and the bandwidth of the machine it runs on.
 
 use super::buffer::Buffer;
-use super::{Fluid, Real, SolidRow, Solids};
+use super::{Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
 use crate::lattice::{C, Q};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -42,6 +42,16 @@ impl<T: Real> Fluid<T> {
             row.clear();
             solids.fill(y, z, &mut row);
             for x in 0..nx {
+                if let Some(motion) = self.walls.of([x, y, z]) {
+                    let cell = [x, y, z];
+                    let centre = std::array::from_fn(|a| (cell[a] + self.block.lo[a]) as f64 + 0.5);
+                    visit(CellState {
+                        density_deviation: 0.0,
+                        velocity: motion.at(centre),
+                        solid_fraction: 1.0,
+                    });
+                    continue;
+                }
                 let (rho, u) = self.moments([x, y, z]);
                 let (solid_fraction, solid_velocity) = row.cell(x);
                 let velocity = std::array::from_fn(|a| {
@@ -58,11 +68,40 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// Hash of all populations of the block; the wrapping sum over blocks does not depend on how the box is cut.
+    /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its
+    /// speed; for the end of a run, where no measuring sweep follows.
+    pub fn fault(&self) -> Option<([usize; 3], f64)> {
+        let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
+        let cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+        cells
+            .filter(|&cell| self.walls.of(cell).is_none())
+            .find_map(|cell| {
+                let (rho, u) = self.moments(cell);
+                let speed = rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
+                (speed >= SPEED_LIMIT || speed.is_nan())
+                    .then(|| (std::array::from_fn(|a| lo[a] + cell[a]), speed))
+            })
+    }
+
+    /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks add up;
+    /// without the pressure of a fluid at rest with density 1.
+    pub fn wall_loads(&self) -> Vec<WallLoad> {
+        self.walls.loads(&self.layout, self.block.lo, &self.populations)
+    }
+
+    /// Number of cells of the block in no wall.
+    pub fn fluid_cells(&self) -> usize {
+        self.walls.fluid_cells()
+    }
+
+    /// Hash of all populations of the block, those in walls left out; the wrapping sum over blocks does not depend on how the box is cut.
     pub fn state_hash(&self) -> u64 {
         let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
         let mut sum = 0_u64;
         for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
+            if self.walls.of([x, y, z]).is_some() {
+                continue;
+            }
             let at = [lo[0] + x, lo[1] + y, lo[2] + z];
             let seed = at.iter().fold(0, |seed: u64, &c| seed << 21 | c as u64);
             let g = self.populations([x, y, z]);

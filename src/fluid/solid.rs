@@ -5,6 +5,7 @@
 
 use super::kernel::Number;
 use crate::math::to_fixed;
+use std::ops::Range;
 
 /// Cells that share one entry of solid data: the widest register of single precision.
 pub const CHUNK: usize = 16;
@@ -95,6 +96,33 @@ impl<T: Number> SolidRow<T> {
                 sum[k] = sum[k] + fraction[k] * velocity[k];
             }
         }
+    }
+
+    /// Takes all solids out of some cells.
+    pub(crate) fn clear_fractions(&mut self, cells: Range<usize>) {
+        if !self.reaches(&cells) {
+            return;
+        }
+        self.permeability[cells.clone()].fill(T::ONE);
+        self.fraction_sum[cells.clone()].fill(T::ZERO);
+        for sum in &mut self.velocity_sum {
+            sum[cells.clone()].fill(T::ZERO);
+        }
+    }
+
+    /// Forgets what some cells exchanged.
+    pub(crate) fn clear_exchanged(&mut self, cells: Range<usize>) {
+        if !self.reaches(&cells) {
+            return;
+        }
+        for moment in self.incoming.iter_mut().chain(&mut self.outgoing) {
+            moment[cells.clone()].fill(T::ZERO);
+        }
+    }
+
+    /// Whether there may be solids in some of the cells.
+    fn reaches(&self, cells: &Range<usize>) -> bool {
+        self.used[cells.start / CHUNK..cells.end.div_ceil(CHUNK)].contains(&true)
     }
 
     /// Whether a chunk holds solids.

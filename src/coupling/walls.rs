@@ -1,0 +1,173 @@
+//! Walls as the fluid knows them: cells whose centres lie in a wall, and steady motions in lattice units.
+
+use crate::fluid::WallMotion;
+use crate::math::Vec3;
+use crate::units::Units;
+use crate::wall::{Surface, Wall};
+
+/// Sines of angles and relative lengths below this count as zero.
+const TOLERANCE: f64 = 1e-9;
+
+/// Says what is wrong with the motion of a wall that a fluid meets: its surface must stay where it is, and the velocity of
+/// its matter at a place must not change in time. So a plane slides along itself or turns about its normal (not both),
+/// and a cylinder slides along its axis and turns about it.
+///
+/// # Errors
+/// What the wall does instead, as the end of a sentence that begins with its name.
+pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
+    let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
+    let along = |a: &Vec3, b: &Vec3| a.cross(b).norm() <= TOLERANCE * a.norm();
+    match wall.surface {
+        Surface::Plane { normal, .. } => {
+            if v.dot(&normal).abs() > TOLERANCE * v.norm() {
+                Err("moves along its normal")
+            } else if !along(&w, &normal) {
+                Err("turns about another axis than its normal")
+            } else if v != Vec3::zeros() && w != Vec3::zeros() {
+                Err("slides and turns at once")
+            } else {
+                Ok(())
+            }
+        }
+        Surface::Cylinder {
+            point, axis, radius, ..
+        } => {
+            let off_axis = (wall.motion.pivot - point).cross(&axis).norm();
+            if !along(&v, &axis) {
+                Err("moves across its axis")
+            } else if !along(&w, &axis) || (w != Vec3::zeros() && off_axis > TOLERANCE * radius) {
+                Err("turns about another axis than its own")
+            } else {
+                Ok(())
+            }
+        }
+    }
+}
+
+/// All walls of a case in lattice units.
+#[derive(Clone, Debug)]
+pub struct LatticeWalls {
+    surfaces: Vec<Surface>,
+    motions: Vec<WallMotion>,
+    dx: f64,
+}
+
+impl LatticeWalls {
+    /// From walls that pass [`check_motion`]; every closed face of the box is one of them.
+    pub fn new(walls: &[Wall], units: &Units) -> Self {
+        let Units { dx, dt, .. } = *units;
+        for wall in walls {
+            if let Err(what) = check_motion(wall) {
+                panic!("wall {} {what}, which the fluid cannot follow", wall.name);
+            }
+        }
+        let motion = |wall: &Wall| WallMotion {
+            velocity: (wall.motion.velocity * (dt / dx)).into(),
+            angular_velocity: (wall.motion.angular_velocity * dt).into(),
+            pivot: (wall.motion.pivot / dx).into(),
+        };
+        Self {
+            surfaces: walls.iter().map(|wall| wall.surface).collect(),
+            motions: walls.iter().map(motion).collect(),
+            dx,
+        }
+    }
+
+    /// The first wall that holds the centre of a cell.
+    pub fn wall_of(&self, cell: [i64; 3]) -> Option<usize> {
+        let centre = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.dx));
+        self.surfaces
+            .iter()
+            .position(|surface| surface.distance(centre) < 0.0)
+    }
+
+    /// How they move.
+    pub fn motions(&self) -> &[WallMotion] {
+        &self.motions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wall::Motion;
+
+    fn wall(surface: Surface, velocity: Vec3, angular_velocity: Vec3, pivot: Vec3) -> Wall {
+        Wall {
+            name: "wall".into(),
+            surface,
+            motion: Motion {
+                velocity,
+                angular_velocity,
+                pivot,
+            },
+            material: 0,
+        }
+    }
+
+    const PLANE: Surface = Surface::Plane {
+        point: Vec3::new(0.0, 0.0, 0.5),
+        normal: Vec3::new(0.6, 0.0, 0.8),
+    };
+    const ROD: Surface = Surface::Cylinder {
+        point: Vec3::new(1.0, 2.0, 0.0),
+        axis: Vec3::new(0.0, 0.0, 1.0),
+        radius: 0.5,
+        pipe: false,
+    };
+
+    #[test]
+    fn walls_that_leave_their_place_or_change_their_velocity_are_refused() {
+        let (o, x, y, z) = (Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
+        let (along, across) = (Vec3::new(0.8, 0.0, -0.6), Vec3::new(0.6, 0.0, 0.8));
+        let good = [
+            wall(PLANE, along + y, o, o),
+            wall(PLANE, o, 3.0 * across, x),
+            wall(ROD, 2.0 * z, -z, Vec3::new(1.0, 2.0, 7.0)),
+            wall(ROD, o, o, o),
+        ];
+        for wall in good {
+            assert_eq!(check_motion(&wall), Ok(()), "{wall:?}");
+        }
+        let bad = [
+            (wall(PLANE, x, o, o), "moves along its normal"),
+            (
+                wall(PLANE, o, along, o),
+                "turns about another axis than its normal",
+            ),
+            (wall(PLANE, y, across, o), "slides and turns at once"),
+            (wall(ROD, x + z, o, o), "moves across its axis"),
+            (wall(ROD, o, y, o), "turns about another axis than its own"),
+            (wall(ROD, o, z, o), "turns about another axis than its own"),
+        ];
+        for (wall, what) in bad {
+            assert_eq!(check_motion(&wall), Err(what), "{wall:?}");
+        }
+    }
+
+    #[test]
+    fn a_cell_belongs_to_the_first_wall_that_holds_its_centre_and_moves_like_it() {
+        let units = Units {
+            dx: 0.25,
+            dt: 0.01,
+            density: 1000.0,
+        };
+        let turning = wall(ROD, Vec3::zeros(), 4.0 * Vec3::z(), Vec3::new(1.0, 2.0, 0.0));
+        let walls = LatticeWalls::new(
+            &[
+                turning.clone(),
+                wall(PLANE, Vec3::y(), Vec3::zeros(), Vec3::zeros()),
+            ],
+            &units,
+        );
+        assert_eq!(walls.wall_of([3, 7, 1]), Some(0));
+        // Of this plane the cells with 0.6 x + 0.8 z < 0.4 are wall; the rod comes first.
+        assert_eq!(walls.wall_of([0, -9, 0]), Some(1));
+        assert_eq!(walls.wall_of([2, 7, 0]), Some(0));
+        assert_eq!(walls.wall_of([0, 0, 2]), None);
+        let place = [5.5, 7.25, 1.0];
+        let exact = turning.velocity(Vec3::from(place) * units.dx, 0.0) / units.velocity();
+        let lattice = Vec3::from(walls.motions()[0].at(place));
+        assert!((lattice - exact).norm() < 1e-15);
+    }
+}

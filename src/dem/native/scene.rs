@@ -1,0 +1,204 @@
+//! The contacts of one moment: who overlaps whom, with which velocity.
+
+use super::failures::{behind_wall, too_deep, too_deep_in_wall};
+use super::ledger::{Ledger, Meeting, Share};
+use crate::contact::{Body, ContactModel, Contour, PairFinder, PairLaw, measure, measure_wall};
+use crate::dem::ContactState;
+use crate::dem::assign::{Neighbourhood, responsible};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::{Particle, ParticleStore};
+use crate::wall::{Surface, Wall};
+
+/// Overlaps deeper than this part of the smaller circumradius are beyond the contact model.
+const DEEPEST: f64 = 0.5;
+
+/// The known particles, ascending by id, and who is near whom. Keeps its buffers from sub-step to sub-step.
+#[derive(Clone, Debug)]
+pub(super) struct Roll {
+    finder: PairFinder,
+    /// Indices of the known particles.
+    known: Vec<u32>,
+    /// Their positions (m).
+    positions: Vec<Vec3>,
+    /// Their bounding radii (m).
+    radii: Vec<f64>,
+}
+
+impl Roll {
+    pub(super) fn new(finder: PairFinder) -> Self {
+        Self {
+            finder,
+            known: Vec::new(),
+            positions: Vec::new(),
+            radii: Vec::new(),
+        }
+    }
+
+    /// Lists the known particles by ascending id.
+    fn list(&mut self, store: &ParticleStore, bounds: &[f64]) {
+        let (owned, known) = (store.owned as u32, store.particles.len() as u32);
+        let id = |k: u32| store.particles[k as usize].id;
+        let (mut next_owned, mut next_ghost) = (0, owned);
+        self.known.clear();
+        while next_owned < owned || next_ghost < known {
+            let ghost = next_owned == owned || (next_ghost < known && id(next_ghost) < id(next_owned));
+            let next = if ghost { &mut next_ghost } else { &mut next_owned };
+            self.known.push(*next);
+            *next += 1;
+        }
+        let particles = || self.known.iter().map(|&k| &store.particles[k as usize]);
+        self.positions.clear();
+        self.positions.extend(particles().map(Particle::position));
+        self.radii.clear();
+        self.radii
+            .extend(particles().map(|p| bounds[p.template as usize]));
+    }
+}
+
+/// All that contacts depend on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene<'a> {
+    pub(super) contact: &'a ContactModel,
+    /// By template.
+    pub(super) contours: &'a [Contour],
+    /// Bounding radii by template (m).
+    pub(super) bounds: &'a [f64],
+    /// Radii of the spheres of equal volume by template (m).
+    pub(super) radii: &'a [f64],
+    /// By the materials of the pair.
+    pub(super) laws: &'a [PairLaw],
+    pub(super) store: &'a ParticleStore,
+    pub(super) near: &'a Neighbourhood,
+    pub(super) rank: usize,
+    pub(super) substep: u64,
+}
+
+impl<'a> Scene<'a> {
+    fn body(&self, particle: &Particle) -> Body<'a> {
+        Body {
+            contour: &self.contours[particle.template as usize],
+            orientation: particle.orientation(),
+        }
+    }
+
+    fn law(&self, a: usize, b: usize) -> &'a PairLaw {
+        &self.laws[a * self.contact.materials.len() + b]
+    }
+
+    /// Contacts of pairs of particles this rank is responsible for, in ascending order of their ids.
+    pub(super) fn pairs(&self, roll: &mut Roll, ledger: &mut Ledger) -> Result<()> {
+        let store = self.store;
+        roll.list(store, self.bounds);
+        let domain = self.near.decomposition().domain;
+        let mut outcome = Ok(());
+        for &[i, j] in roll.finder.find(&roll.positions, &roll.radii) {
+            let [i, j] = [i, j].map(|k| roll.known[k as usize] as usize);
+            if responsible_for_pair(i, j, self.near, store) != Some(self.rank) {
+                continue;
+            }
+            let (a, b) = (&store.particles[i], &store.particles[j]);
+            let offset = domain.nearest_image(b.position() - a.position());
+            let [first, second] = [a, b].map(|p| self.body(p));
+            let Some(overlap) = measure(self.contact.geometry, &first, &second, offset) else {
+                continue;
+            };
+            let levers = [overlap.point, overlap.point - offset];
+            let action = ledger.enter(&Meeting {
+                ids: [a.id, b.id],
+                law: self.law(store.template(a).material, store.template(b).material),
+                overlap: &overlap,
+                offset,
+                radii: [a, b].map(|p| self.radii[p.template as usize]),
+                velocity: (a.velocity() + a.angular_velocity().cross(&levers[0]))
+                    - (b.velocity() + b.angular_velocity().cross(&levers[1])),
+                point: domain.wrap(a.position() + overlap.point),
+            });
+            let radius = (first.contour.shape.circumradius()).min(second.contour.shape.circumradius());
+            if overlap.depth > DEEPEST * radius && outcome.is_ok() {
+                outcome = Err(too_deep(self.substep, a, b, &overlap, radius));
+            }
+            let of_a = Share::new([a.id, b.id], action.force, action.torques[0]);
+            let of_b = Share::new([b.id, a.id], -action.force, action.torques[1]);
+            ledger.book(i, of_a, self.near, store);
+            ledger.book(j, of_b, self.near, store);
+        }
+        outcome
+    }
+
+    /// Contacts of the owned particles with walls, which stand at these surfaces at `time` (s).
+    pub(super) fn walls(
+        &self,
+        (walls, surfaces): (&[Wall], &[Surface]),
+        time: f64,
+        ledger: &mut Ledger,
+    ) -> Result<()> {
+        ledger.begin_walls();
+        let domain = self.near.decomposition().domain;
+        let mut outcome = Ok(());
+        for (i, particle) in self.store.owned().iter().enumerate() {
+            let (centre, template) = (particle.position(), particle.template as usize);
+            // Ids of walls fall with their index.
+            for (index, (wall, surface)) in walls.iter().zip(surfaces).enumerate().rev() {
+                let distance = surface.distance(centre);
+                if distance >= self.bounds[template] {
+                    continue;
+                }
+                let body = self.body(particle);
+                let radius = body.contour.shape.circumradius();
+                if distance < -radius {
+                    outcome = outcome
+                        .and_then(|()| Err(behind_wall(self.substep, particle, wall, distance, radius)));
+                    continue;
+                }
+                let Some(overlap) = measure_wall(self.contact.geometry, &body, &surface.seen_from(centre))
+                else {
+                    continue;
+                };
+                let point = centre + overlap.point;
+                let velocity = particle.velocity() + particle.angular_velocity().cross(&overlap.point);
+                let ids = [particle.id, ContactState::of_wall(index)];
+                let action = ledger.enter(&Meeting {
+                    ids,
+                    law: self.law(self.store.template(particle).material, wall.material),
+                    overlap: &overlap,
+                    offset: Vec3::zeros(),
+                    radii: [self.radii[template], f64::INFINITY],
+                    velocity: velocity - wall.velocity(point, time),
+                    point: domain.wrap(point),
+                });
+                if overlap.depth > DEEPEST * radius {
+                    outcome = outcome.and_then(|()| {
+                        Err(too_deep_in_wall(
+                            self.substep,
+                            particle,
+                            wall,
+                            overlap.depth,
+                            radius,
+                        ))
+                    });
+                }
+                let share = Share::new(ids, action.force, action.torques[0]);
+                ledger.book(i, share, self.near, self.store);
+            }
+        }
+        outcome
+    }
+}
+
+/// The rank responsible for the contact of two known particles.
+pub(super) fn responsible_for_pair(
+    i: usize,
+    j: usize,
+    near: &Neighbourhood,
+    store: &ParticleStore,
+) -> Option<usize> {
+    let knows_both = |rank| {
+        [i, j].iter().all(|&k| {
+            let particle = &store.particles[k];
+            near.knows(rank, particle.position(), particle.template)
+        })
+    };
+    let [a, b] = [i, j].map(|k| store.owners[k] as usize);
+    responsible(a, b, near.ranks(), knows_both)
+}

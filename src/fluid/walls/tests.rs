@@ -1,0 +1,324 @@
+//! Flows between walls, against exact solutions and a plain two-lattice code.
+
+use super::*;
+use crate::comm::{Comm, on_threads};
+use crate::domain::Decomposition;
+use crate::fluid::{CHUNK, Collision, Fluid, FluidParams, NoSolids, Simd, SolidRow, Solids};
+use crate::lattice::shifted_equilibrium;
+use crate::math::from_fixed_wide;
+
+pub(super) const MAGIC: Collision = Collision::Trt { magic: 0.1875 };
+
+pub(super) fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
+    Domain {
+        cells,
+        periodic,
+        dx: 1.0,
+    }
+}
+
+pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
+    FluidParams {
+        relaxation_time,
+        collision,
+        simd: Simd::best(),
+    }
+}
+
+/// Fluid on one rank.
+pub(super) fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<T> {
+    let decomposition = Decomposition::new(domain, 1).unwrap();
+    Fluid::new(&decomposition, &Comm::Solo, params, boundary)
+}
+
+pub(super) fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+    fluid.sweep(acceleration, &mut NoSolids, false);
+    fluid.exchange();
+}
+
+/// Numbers the closed faces that a cell lies beyond: `z-` 0, `z+` 1, `y-` 2, ... or none.
+pub(super) fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
+    let side = |a: usize| match cell[a] {
+        c if c < 0 => Some(0),
+        c if c >= cells[a] as i64 => Some(1),
+        _ => None,
+    };
+    (0..3).find_map(|k| side(2 - k).map(|s| 2 * k + s))
+}
+
+pub(super) const AT_REST: WallMotion = WallMotion {
+    velocity: [0.0; 3],
+    angular_velocity: [0.0; 3],
+    pivot: [0.0; 3],
+};
+
+pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {
+    WallMotion { velocity, ..AT_REST }
+}
+
+/// A flow without symmetry.
+fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
+    let wave = |a: usize, b: usize| (0.7 * a as f64 + 1.3 * b as f64).sin();
+    (
+        1.0 + 0.01 * wave(x, z),
+        [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)],
+    )
+}
+
+/// A case without any symmetry: closed faces that slide and turn, and an oblique lump of wall, wall number 6, with a
+/// cube of solid that reaches into it.
+struct Tangle {
+    domain: Domain,
+    motions: [WallMotion; 7],
+    lump: bool,
+}
+
+impl Tangle {
+    fn new(cells: [usize; 3], periodic: [bool; 3], lump: bool) -> Self {
+        let turning = |axis: usize, rate: f64| {
+            let mut angular_velocity = [0.0; 3];
+            angular_velocity[axis] = rate;
+            WallMotion {
+                angular_velocity,
+                pivot: [3.3, 4.2, 5.1],
+                ..AT_REST
+            }
+        };
+        Self {
+            domain: domain(cells, periodic),
+            motions: [
+                sliding([0.02, -0.03, 0.0]),
+                AT_REST,
+                turning(1, 1e-3),
+                sliding([0.0, 0.0, 0.04]),
+                AT_REST,
+                turning(0, -2e-3),
+                turning(2, 3e-3),
+            ],
+            lump,
+        }
+    }
+
+    fn wall_of(&self, cell: [i64; 3]) -> Option<usize> {
+        let [x, y, z] = cell.map(|c| c as f64);
+        // In the middle, where small blocks meet, and across the x faces.
+        let r = [x - 0.45 * self.domain.cells[0] as f64, y - 6.7, z - 7.6];
+        let lump = r[0].abs() + 1.3 * r[1].abs() + 0.8 * r[2].abs() < 4.1 || (x < 2.5 && y > 10.2 && z < 2.7);
+        face_of(self.domain.cells, cell).or((lump && self.lump).then_some(6))
+    }
+
+    /// Hash, wall forces, momentum, solid fraction after some steps.
+    fn outcome<T: Real>(
+        &self,
+        grid: [usize; 3],
+        simd: Simd,
+        collision: Collision,
+        steps: usize,
+    ) -> (u64, Vec<WallLoad>, [i128; 4]) {
+        let decomposition = Decomposition {
+            domain: self.domain,
+            grid,
+        };
+        let params = FluidParams {
+            simd,
+            ..params(0.56, collision)
+        };
+        let parts = on_threads(decomposition.ranks(), |comm| {
+            let boundary = Boundary {
+                motions: &self.motions,
+                wall_of: &|cell| self.wall_of(cell),
+            };
+            let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary);
+            fluid.set_equilibrium(disturbed);
+            let mut solid = Cube { block: fluid.block() };
+            for _ in 0..steps {
+                fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, false);
+                fluid.exchange();
+            }
+            let (hash, forces) = (fluid.state_hash(), fluid.wall_loads());
+            let flow = fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, true).unwrap();
+            assert!(flow.fault.is_none());
+            let [px, py, pz] = flow.momentum;
+            (hash, forces, [px, py, pz, flow.solid])
+        });
+        let mut sum = (0, vec![WallLoad::default(); self.motions.len()], [0; 4]);
+        for (hash, forces, flow) in parts {
+            sum.0 = hash.wrapping_add(sum.0);
+            for (to, from) in sum.1.iter_mut().zip(&forces) {
+                (0..3).for_each(|a| to.force[a] += from.force[a]);
+                (0..3).for_each(|a| to.torque[a] += from.torque[a]);
+            }
+            (0..4).for_each(|a| sum.2[a] += flow[a]);
+        }
+        sum
+    }
+}
+
+/// A cube of solid, given cell by cell.
+struct Cube {
+    block: Block,
+}
+
+impl<T: Real> Solids<T> for Cube {
+    fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>) {
+        let lo = self.block.lo;
+        for x in 0..self.block.size()[0] {
+            let at = [x + lo[0], y + lo[1], z + lo[2]];
+            if at
+                .iter()
+                .zip([5, 4, 6])
+                .all(|(&c, from)| (from..from + 5).contains(&c))
+            {
+                let mut fraction = [T::ZERO; CHUNK];
+                fraction[0] = T::from_f64(if at[1] == 4 { 0.3 } else { 1.0 });
+                row.add(x, 1, &fraction, &[[T::from_f64(0.02); CHUNK]; 3]);
+            }
+        }
+    }
+
+    fn collect(&mut self, _: usize, _: usize, _: &SolidRow<T>) {}
+}
+
+/// Which faces are closed.
+const CLOSED: [[bool; 3]; 5] = [
+    [true, true, false],
+    [true, false, true],
+    [false, true, true],
+    [false, true, false],
+    [false, false, false],
+];
+
+/// The slow truth: two lattices, one population at a time, written from the formulae.
+#[test]
+fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code() {
+    let (cells, tau, magic, a) = ([18, 13, 14], 0.6, 0.2, [2e-5, -1e-5, 3e-5]);
+    let tau_odd = 0.5 + magic / (tau - 0.5);
+    for periodic in CLOSED {
+        let tangle = Tangle::new(cells, periodic, true);
+        let boundary = Boundary {
+            motions: &tangle.motions,
+            wall_of: &|cell| tangle.wall_of(cell),
+        };
+        let mut fluid = solo::<f64>(tangle.domain, &params(tau, Collision::Trt { magic }), &boundary);
+        fluid.set_equilibrium(disturbed);
+        let all: Vec<[usize; 3]> = (0..cells[2])
+            .flat_map(|z| (0..cells[1]).flat_map(move |y| (0..cells[0]).map(move |x| [x, y, z])))
+            .filter(|&cell| tangle.wall_of(cell.map(|c| c as i64)).is_none())
+            .collect();
+        assert_eq!(fluid.fluid_cells(), all.len());
+        assert!(all.len() < cells.iter().product());
+        let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
+        let mut plain: Vec<[f64; Q]> = (0..cells.iter().product())
+            .map(|n: usize| {
+                let (rho, u) = disturbed([n % cells[0], n / cells[0] % cells[1], n / cells[0] / cells[1]]);
+                shifted_equilibrium(rho, u)
+            })
+            .collect();
+        for _ in 0..7 {
+            let mut collided = plain.clone();
+            for &c in &all {
+                let g = &plain[index(c)];
+                let rho = 1.0 + g.iter().sum::<f64>();
+                let u: [f64; 3] =
+                    std::array::from_fn(|k| (0..Q).map(|i| C[i][k] as f64 * g[i]).sum::<f64>() / rho);
+                let target = std::array::from_fn(|k| u[k] + a[k]);
+                let (eq, pushed) = (shifted_equilibrium(rho, u), shifted_equilibrium(rho, target));
+                for i in 0..Q {
+                    let j = opposite(i);
+                    let even = 0.5 * (g[i] + g[j] - eq[i] - eq[j]);
+                    let odd = 0.5 * (g[i] - g[j] - eq[i] + eq[j]);
+                    collided[index(c)][i] = g[i] - even / tau - odd / tau_odd + pushed[i] - eq[i];
+                }
+            }
+            let (mut forces, mut torques) = ([[0.0; 3]; 7], [[0.0; 3]; 7]);
+            for &c in &all {
+                for i in 0..Q {
+                    let mut from: [i64; 3] = std::array::from_fn(|k| c[k] as i64 - C[i][k] as i64);
+                    for k in 0..3 {
+                        if periodic[k] {
+                            from[k] = from[k].rem_euclid(cells[k] as i64);
+                        }
+                    }
+                    plain[index(c)][i] = if let Some(wall) = tangle.wall_of(from) {
+                        let middle = std::array::from_fn(|k| c[k] as f64 + 0.5 - 0.5 * C[i][k] as f64);
+                        let u = tangle.motions[wall].at(middle);
+                        let cu: f64 = (0..3).map(|k| C[i][k] as f64 * u[k]).sum();
+                        let (out, back) = (collided[index(c)][opposite(i)], 6.0 * W[i] * cu);
+                        let force = C[i].map(|c| -(2.0 * out + back) * c as f64);
+                        for k in 0..3 {
+                            let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+                            let r: [f64; 3] =
+                                std::array::from_fn(|k| middle[k] - tangle.motions[wall].pivot[k]);
+                            forces[wall][k] += force[k];
+                            torques[wall][k] += r[l] * force[m] - r[m] * force[l];
+                        }
+                        out + back
+                    } else {
+                        collided[index(from.map(|c| c as usize))][i]
+                    };
+                }
+            }
+            step(&mut fluid, a);
+            for &c in &all {
+                let g = fluid.populations(c);
+                assert!(
+                    (0..Q).all(|i| (g[i] - plain[index(c)][i]).abs() < 1e-14),
+                    "cell {c:?}, periodic {periodic:?}"
+                );
+            }
+            for (wall, load) in fluid.wall_loads().iter().enumerate() {
+                let (force, torque) = (load.force.map(from_fixed_wide), load.torque.map(from_fixed_wide));
+                for k in 0..3 {
+                    assert!(
+                        (force[k] - forces[wall][k]).abs() < 1e-9,
+                        "wall {wall}, periodic {periodic:?}"
+                    );
+                    assert!(
+                        (torque[k] - torques[wall][k]).abs() < 1e-8,
+                        "wall {wall}, periodic {periodic:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn walls_give_the_same_bits_on_any_blocks_and_instruction_set() {
+    let cells = [19, 14, 17];
+    for (periodic, lump) in CLOSED.into_iter().flat_map(|p| [(p, false), (p, true)]) {
+        let tangle = Tangle::new(cells, periodic, lump);
+        for steps in [20, 21] {
+            let best = Simd::best();
+            let single = tangle.outcome::<f32>([1, 1, 1], best, Collision::Bgk, steps);
+            let double = tangle.outcome::<f64>([1, 1, 1], best, MAGIC, steps);
+            assert_ne!(single.0, double.0);
+            for grid in [
+                [1, 2, 1],
+                [1, 1, 3],
+                [2, 1, 1],
+                [3, 1, 1],
+                [1, 2, 3],
+                [2, 2, 2],
+                [4, 3, 1],
+            ] {
+                let what = format!("{grid:?}, periodic {periodic:?}, {steps} steps, lump: {lump}");
+                assert_eq!(
+                    tangle.outcome::<f32>(grid, best, Collision::Bgk, steps),
+                    single,
+                    "{what}"
+                );
+                assert_eq!(tangle.outcome::<f64>(grid, best, MAGIC, steps), double, "{what}");
+            }
+            for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512] {
+                if simd.is_available() {
+                    assert_eq!(
+                        tangle.outcome::<f32>([2, 1, 1], simd, Collision::Bgk, steps),
+                        single
+                    );
+                    assert_eq!(tangle.outcome::<f64>([1, 2, 2], simd, MAGIC, steps), double);
+                }
+            }
+        }
+    }
+}
