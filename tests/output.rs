@@ -6,6 +6,7 @@ use rand::{RngCore, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
 use std::sync::Arc;
+use turbid::case::Setup;
 use turbid::domain::Domain;
 use turbid::math::{Quat, Vec3};
 use turbid::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
@@ -15,6 +16,7 @@ use turbid::output::{
 };
 use turbid::particle::{Particle, Template};
 use turbid::shape::{Cuboid, Polyhedron, Shape, Sphere};
+use turbid::simulation::RunOptions;
 use turbid::wall::{Motion, Surface, Wall};
 
 const DIAMETER: f64 = 1.5e-3;
@@ -399,4 +401,135 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
             path.display()
         );
     }
+}
+
+/// A sphere that falls onto a floor: the smallest case, changed to what it is to show.
+fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::Value {
+    let case = root.join("falling.toml");
+    let text = r"
+        [domain]
+        size = { diameters = [4, 4, 6] }
+        [fluid]
+        density = 1000.0
+        archimedes = 100
+        [lattice]
+        cells_per_diameter = 4
+        relaxation_time = 0.6
+        [[particles]]
+        shape = { sphere = { diameter = 1e-3 } }
+        density = 2000.0
+        list = [[2e-3, 2e-3, 0.6e-3]]
+        [run]
+        end = { steps = 40 }
+        [output]
+        series_every = { steps = 1 }
+        particles_every = { steps = 20 }
+        picture_every = { steps = 40 }
+    ";
+    std::fs::write(&case, text).unwrap();
+    let mut setup = turbid::case::load(&case, &[]).unwrap();
+    setup.output.directory = root.join("out");
+    change(&mut setup);
+    let options = RunOptions {
+        quiet: true,
+        ..RunOptions::default()
+    };
+    turbid::simulation::run(&setup, &options).unwrap();
+    let summary = std::fs::read_to_string(OutputFiles::new(root.join("out")).summary()).unwrap();
+    serde_json::from_str(&summary).unwrap()
+}
+
+/// Closes the box in z by a floor and a lid.
+fn close(setup: &mut Setup) {
+    setup.domain.periodic[2] = false;
+    let size = setup.domain.size();
+    for (name, point, normal) in [("z-", Vec3::zeros(), Vec3::z()), ("z+", size, -Vec3::z())] {
+        setup.walls.push(Wall {
+            name: name.to_owned(),
+            surface: Surface::Plane { point, normal },
+            motion: Motion::default(),
+            material: 0,
+        });
+    }
+}
+
+/// A column of a table, by the beginning of its name.
+fn column(path: &Path, name: &str) -> Vec<f64> {
+    let mut table = csv::Reader::from_path(path).unwrap();
+    let index = table
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|h| h.starts_with(name))
+        .unwrap();
+    let value = |row: Result<csv::StringRecord, csv::Error>| row.unwrap()[index].parse().unwrap();
+    table.records().map(value).collect()
+}
+
+#[test]
+fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
+    let root = tempfile::tempdir().unwrap();
+    let summary = falling_sphere(root.path(), |setup| {
+        close(setup);
+        setup.dry = true;
+        setup.units.dt = 1e-3;
+    });
+    let files = OutputFiles::new(root.path().join("out"));
+    for absent in ["fields.pvd", "settling_velocity.png"] {
+        assert!(!files.directory().join(absent).exists(), "{absent}");
+    }
+    for present in [files.walls(), files.picture(0), files.contacts_collection()] {
+        assert!(present.exists(), "{}", present.display());
+    }
+    for nothing in [
+        "settling_velocity_over_stokes",
+        "mach",
+        "collision",
+        "force_balance",
+    ] {
+        assert!(summary[nothing].is_null(), "{nothing}");
+    }
+    assert_eq!(summary["dry"], true);
+    assert_eq!(summary["walls"][1]["name"], "z+");
+    assert_eq!(summary["shapes"][0]["kind"], "sphere");
+    assert_eq!(summary["shapes"][0]["count"], 1);
+    // What the floor receives is what stops the fall: the momentum changes by weight and floor alone.
+    let weight = -2000.0 * std::f64::consts::PI / 6.0 * 1e-9 * 9.80665;
+    let momentum = column(&files.series(), "momentum_z");
+    let on_walls: f64 = column(&files.series(), "wall_force_z").iter().sum();
+    assert!(on_walls < 20.0 * weight, "it hits the floor: {on_walls}");
+    let change = momentum.last().unwrap() - momentum[0];
+    let impulse = 1e-3 * (40.0 * weight - on_walls);
+    assert!(
+        (change - impulse).abs() < 0.02 * 1e-3 * on_walls.abs(),
+        "{change} {impulse}"
+    );
+    let path = column(&files.particle_series(), "z (m)");
+    assert_eq!((path.len(), path[0]), (41, 0.6e-3));
+    let energy = column(&files.series(), "gravitational_energy");
+    assert!((energy[0] / (-weight * 0.6e-3) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn light_particles_settle_upwards_and_their_velocity_is_positive() {
+    let root = tempfile::tempdir().unwrap();
+    let summary = falling_sphere(root.path(), |setup| {
+        let mut light = setup.templates.to_vec();
+        light[0].density = 500.0;
+        setup.templates = light.into();
+        setup.output.series_every = 0;
+    });
+    let files = OutputFiles::new(root.path().join("out"));
+    assert!(!files.series().exists() && !files.particle_series().exists());
+    // Averages are taken although no rows are written.
+    assert!(summary["settling_velocity_over_stokes"].as_f64().unwrap() > 0.0);
+    assert!(summary["mach"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn in_a_closed_tank_there_is_no_mean_of_the_settling_velocity() {
+    let root = tempfile::tempdir().unwrap();
+    let summary = falling_sphere(root.path(), close);
+    assert!(summary["settling_velocity_over_stokes"].is_null() && summary["drift"].is_null());
+    assert!(OutputFiles::new(root.path().join("out")).settling_plot().exists());
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::domain::Domain;
 use crate::math::{Quat, nalgebra::Quaternion};
 use crate::particle::Template;
-use crate::shape::{Cuboid, Polyhedron, Shape, Sphere};
+use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use solid_fraction::cosine_ramp;
@@ -25,6 +25,10 @@ fn shapes() -> Vec<Arc<dyn Shape>> {
         Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()),
         Arc::new(Cuboid::new(Vec3::new(2.0, 1.2, 0.8)).unwrap()),
         Arc::new(Polyhedron::hull(&points, 1e-9).unwrap().0),
+        Arc::new(Ellipsoid::new(Vec3::new(1.1, 0.6, 0.5)).unwrap()),
+        Arc::new(Cylinder::new(0.5, 1.3).unwrap()),
+        Arc::new(Capsule::new(0.4, 1.0).unwrap()),
+        Arc::new(Superellipsoid::new(Vec3::new(0.8, 0.7, 0.6), [0.4, 0.7]).unwrap()),
     ]
 }
 

@@ -127,8 +127,9 @@ mod tests {
     use super::super::polydata::{array, read};
     use super::*;
     use crate::math::Quat;
-    use crate::shape::Sphere;
+    use crate::shape::{Cuboid, Sphere};
     use std::sync::Arc;
+    use vtkio::model::Attribute;
 
     const BOX: Domain = Domain {
         periodic: [true; 3],
@@ -184,6 +185,35 @@ mod tests {
                 .all(|d| (d - 0.5).abs() < 1e-6)
         );
         assert_eq!(piece.polys.unwrap().num_cells(), 3 * 320);
+    }
+
+    #[test]
+    fn bodies_with_edges_are_turned_and_have_no_normals() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particles.vtp");
+        let edges = Vec3::new(0.1, 0.2, 0.3);
+        let mut templates = templates();
+        templates.push(Template {
+            shape: Arc::new(Cuboid::new(edges).unwrap()),
+            ..templates[0].clone()
+        });
+        let mut particle = Particle::at(1, 1, Vec3::repeat(0.5));
+        // A quarter turn about y takes z to x.
+        particle.set_orientation(&Quat::from_axis_angle(
+            &Vec3::y_axis(),
+            std::f64::consts::FRAC_PI_2,
+        ));
+        write_particles(&path, &BOX, &templates, &[particle]).unwrap();
+        let piece = read(&path);
+        let points: Vec<f64> = piece.points.cast_into().unwrap();
+        for point in points.chunks(3) {
+            let arm = (Vec3::from_row_slice(point) - Vec3::repeat(0.5)).abs();
+            assert!((arm - Vec3::new(0.15, 0.1, 0.05)).norm() < 1e-6, "{arm}");
+        }
+        assert!(array(&piece, "template").iter().all(|&t| (t - 1.0).abs() < 1e-9));
+        let named =
+            |attribute: &Attribute| matches!(attribute, Attribute::DataArray(a) if a.name == "Normals");
+        assert!(!piece.data.point.iter().any(named));
     }
 
     #[test]

@@ -18,7 +18,7 @@ const BOTTOM: u32 = 110;
 const LOWEST: u32 = 900;
 const TITLE: f32 = 30.0;
 /// Width of the line that stands for a closed face of the box, in pixels.
-const CLOSED: f32 = 8.0;
+const CLOSED: f32 = 10.0;
 
 /// How large a picture of the box is.
 #[derive(Clone, Copy, Debug)]

@@ -42,6 +42,7 @@ impl Clock {
     pub(super) fn text(&self) -> String {
         match self.stokes_time {
             Some(unit) => format!(" = {:.1}", self.time / unit),
+            None if self.time > 0.0 && self.time < 0.1 => format!(" = {:.2} ms", 1e3 * self.time),
             None => format!(" = {:.3} s", self.time),
         }
     }
