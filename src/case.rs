@@ -133,6 +133,8 @@ pub struct OutputPlan {
     pub fields_every: u64,
     /// Steps between particle files.
     pub particles_every: u64,
+    /// Steps between files of contacts.
+    pub contacts_every: u64,
     /// Steps between pictures.
     pub picture_every: u64,
 }

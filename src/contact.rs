@@ -5,11 +5,18 @@
 //! force follows from these and from the relative velocity at the centre ([`law`]). [`pairs`] says which pairs
 //! are near enough to be measured. Nothing here has a memory; the engine keeps the damping of each contact.
 
+mod clip;
 pub mod law;
 pub mod overlap;
 pub mod pairs;
+mod polyhedra;
 pub mod sampled;
+mod solid;
+mod sphere_plane;
+mod sphere_polyhedron;
 pub mod sphere_sphere;
+#[cfg(test)]
+mod truth;
 
 pub use law::PairLaw;
 pub use overlap::{Body, Contour, Overlap, measure, measure_wall};

@@ -405,6 +405,8 @@ impl<T: Real> Solids<T> for MappedSolids<'_> {
 }
 
 #[cfg(test)]
+mod shape_tests;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod wall_tests;

@@ -1,17 +1,21 @@
 //! What came out: tables, VTK files, pictures, the summary.
 //!
 //! Everything here takes plain data in SI units and knows nothing of how it was computed. A run calls, in this
-//! order, [`directory::prepare`] before anything is computed; [`SeriesWriter`], [`write_fields`],
-//! [`write_particles`] (each followed by [`Collection::add`]) and [`picture::write_slice`] on the way, with names
-//! from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end.
+//! order, [`directory::prepare`] before anything is computed; [`SeriesWriter`], [`ParticleSeries`],
+//! [`write_fields`], [`write_particles`], [`write_contacts`], [`write_force_chains`] (each followed by
+//! [`Collection::add`]), [`write_walls`], and [`picture::write_slice`] or [`picture::write_side_view`] on the way, with
+//! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end.
 //!
 //! Files appear under their final name only when they are complete and on disk: they are written beside as
-//! `NAME.tmp`, synced, and renamed. The one file that grows is `series.csv`, by whole rows. So a run that is killed
+//! `NAME.tmp`, synced, and renamed. The files that grow are `series.csv` and `particle_series.csv`, by whole rows. So a run that is killed
 //! leaves nothing that cannot be read.
 
 mod atomic;
+pub mod contacts;
 pub mod directory;
+pub mod particle_series;
 pub mod picture;
+mod polydata;
 pub mod progress;
 pub mod pvd;
 pub mod series;
@@ -19,12 +23,16 @@ pub mod statistics;
 pub mod summary;
 pub mod vti;
 pub mod vtp;
+pub mod walls;
 
+pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
 pub use directory::OutputFiles;
+pub use particle_series::ParticleSeries;
 pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use statistics::{Estimate, estimate_mean};
-pub use summary::{ReferenceScales, Summary};
+pub use summary::{ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use vti::{FieldSnapshot, write_fields};
 pub use vtp::write_particles;
+pub use walls::write_walls;

@@ -1,11 +1,13 @@
 //! Initial positions: random ones that keep their distance, and files of positions.
 //!
-//! Random points are pushed apart pair by pair until no two spheres are closer than they may be. Only additions,
+//! Random points are pushed apart pair by pair until no two spheres are closer than they may be; bodies of other shapes
+//! start from there, as if they were spheres of the same volume, and are [relaxed](relax) on. Only additions,
 //! multiplications, divisions and square roots are used, and one stream of random numbers: the same seed gives the
 //! same bits on any machine.
 
 mod neighbours;
 pub mod positions;
+pub mod relax;
 
 use crate::domain::Domain;
 use crate::math::Vec3;

@@ -1,13 +1,29 @@
 //! Rigid convex bodies: geometry in the body frame, which is centred at the centre of mass and aligned with the
 //! principal axes.
 
+pub mod capsule;
+pub mod cuboid;
+pub mod cylinder;
+pub mod ellipsoid;
+pub mod error;
+mod hull;
+pub mod mesh;
 pub mod polyhedron;
+mod row;
 pub mod sphere;
+pub mod superellipsoid;
+mod surface;
 
 use crate::math::{Quat, Vec3};
-pub use polyhedron::{Face, Polyhedron};
+pub use capsule::Capsule;
+pub use cuboid::Cuboid;
+pub use cylinder::Cylinder;
+pub use ellipsoid::Ellipsoid;
+pub use error::ShapeError;
+pub use polyhedron::{Face, Placement, Polyhedron};
 pub use sphere::Sphere;
 use std::fmt::Debug;
+pub use superellipsoid::Superellipsoid;
 
 /// Closed triangle mesh of a surface, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default)]
@@ -84,3 +100,6 @@ pub trait Shape: Send + Sync + Debug {
         libm::cbrt(6.0 * self.volume() / std::f64::consts::PI)
     }
 }
+
+#[cfg(test)]
+mod tests;

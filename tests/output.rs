@@ -6,15 +6,18 @@ use rand::{RngCore, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
 use std::sync::Arc;
+use turbid::case::Setup;
 use turbid::domain::Domain;
-use turbid::math::Vec3;
-use turbid::output::picture::{SettlingPlot, VelocitySlice, write_settling, write_slice};
+use turbid::math::{Quat, Vec3};
+use turbid::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
 use turbid::output::{
-    Collection, FieldSnapshot, OutputFiles, SeriesRow, SeriesWriter, directory, estimate_mean, write_fields,
-    write_particles,
+    Collection, Contact, FieldSnapshot, OutputFiles, Partner, SeriesRow, SeriesWriter, directory,
+    estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
 };
 use turbid::particle::{Particle, Template};
-use turbid::shape::Sphere;
+use turbid::shape::{Cuboid, Polyhedron, Shape, Sphere};
+use turbid::simulation::RunOptions;
+use turbid::wall::{Motion, Surface, Wall};
 
 const DIAMETER: f64 = 1.5e-3;
 const STOKES_VELOCITY: f64 = 0.32;
@@ -122,17 +125,20 @@ fn write_run(root: &Path) {
                 ..SeriesRow::default()
             })
             .unwrap();
-        let slice = VelocitySlice {
+        let scene = Scene {
             case: "hindered_settling",
-            t_star: time * STOKES_VELOCITY / DIAMETER,
+            clock: Clock {
+                time,
+                stokes_time: Some(DIAMETER / STOKES_VELOCITY),
+            },
             domain: DOMAIN,
-            velocity: &velocity,
             templates: &templates,
             particles: &particles,
+            walls: &[],
             gravity: Vec3::new(0.0, 0.0, -9.81),
             largest_speed: None,
         };
-        write_slice(&files.picture(step), &slice).unwrap();
+        write_slice(&files.picture(step), &scene, &velocity).unwrap();
     }
 
     let mut random = ChaCha8Rng::seed_from_u64(8);
@@ -172,6 +178,9 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
+            if path.ends_with("tank") {
+                continue;
+            }
             if path.is_dir() {
                 folders.push(path);
             } else {
@@ -203,4 +212,324 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
         let info = png::Decoder::new(file).read_info().unwrap();
         assert!(info.info().width >= 900 && info.info().height >= 900, "{picture}");
     }
+}
+
+const TANK: Domain = Domain {
+    periodic: [false, true, false],
+    cells: [80, 60, 80],
+    dx: DIAMETER / 12.0,
+};
+
+/// Spheres, cubes, plates and stones, turned at random.
+fn mixture() -> Vec<Template> {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut unit = || 2.0 * (random.next_u64() as f64 / u64::MAX as f64) - 1.0;
+    let stone: Vec<Vec3> = (0..24)
+        .map(|_| Vec3::new(unit(), unit(), unit()).normalize() * (0.5 * DIAMETER) * (1.0 + 0.2 * unit()))
+        .collect();
+    let shapes: [Arc<dyn Shape>; 4] = [
+        Arc::new(Sphere {
+            radius: 0.5 * DIAMETER,
+        }),
+        Arc::new(Cuboid::new(Vec3::repeat(0.8 * DIAMETER)).unwrap()),
+        Arc::new(Cuboid::new(Vec3::new(1.4, 0.9, 0.35) * DIAMETER).unwrap()),
+        Arc::new(Polyhedron::hull(&stone, 1e-9).unwrap().0),
+    ];
+    shapes
+        .into_iter()
+        .map(|shape| Template {
+            shape,
+            material: 0,
+            density: 2500.0,
+        })
+        .collect()
+}
+
+/// Bodies falling onto a floor between walls, in loose order.
+fn pile(templates: &[Template]) -> Vec<Particle> {
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let mut unit = || random.next_u64() as f64 / u64::MAX as f64;
+    let height = TANK.size().z;
+    let site = |id: usize| Vec3::new((id % 6) as f64, (id / 6 % 4) as f64, (id / 24) as f64);
+    (0..100)
+        .map(|id| {
+            let jitter = Vec3::from_fn(|_, _| 0.2 * (unit() - 0.5));
+            let position =
+                (site(id).component_mul(&Vec3::new(1.1, 1.25, 1.0)) + jitter).add_scalar(0.58) * DIAMETER;
+            let mut particle = Particle::at(id as u64, id * 7 % templates.len(), position);
+            particle.velocity = [0.0, 0.0, -0.3 * position.z / height];
+            let turn = Quat::from_euler_angles(6.0 * unit(), 1.5 * unit(), 6.0 * unit());
+            particle.set_orientation(&turn);
+            particle
+        })
+        .collect()
+}
+
+fn tank_walls() -> Vec<Wall> {
+    let plane = |name: &str, point: Vec3, normal: Vec3, velocity: Vec3| Wall {
+        name: name.to_owned(),
+        surface: Surface::Plane { point, normal },
+        motion: Motion {
+            velocity,
+            ..Motion::default()
+        },
+        material: 0,
+    };
+    let size = TANK.size();
+    let mut walls = vec![
+        plane("x-", Vec3::zeros(), Vec3::x(), Vec3::zeros()),
+        plane("x+", size, -Vec3::x(), Vec3::zeros()),
+        plane("z-", Vec3::zeros(), Vec3::z(), Vec3::zeros()),
+        plane("z+", size, -Vec3::z(), Vec3::new(0.1, 0.0, 0.0)),
+        plane(
+            "slope",
+            Vec3::new(0.75 * size.x, 0.0, 0.0),
+            Vec3::new(-1.0, 0.0, 1.0).normalize(),
+            Vec3::zeros(),
+        ),
+    ];
+    walls.push(Wall {
+        name: "rod".to_owned(),
+        surface: Surface::Cylinder {
+            point: Vec3::new(0.2 * size.x, 0.0, 0.85 * size.z),
+            axis: Vec3::y(),
+            radius: DIAMETER,
+            pipe: false,
+        },
+        motion: Motion::default(),
+        material: 0,
+    });
+    walls
+}
+
+/// A contact between all that come near each other, of made-up strength.
+fn contacts(particles: &[Particle]) -> Vec<Contact> {
+    let mut contacts = Vec::new();
+    for (i, a) in particles.iter().enumerate() {
+        for b in &particles[i + 1..] {
+            let arm = TANK.nearest_image(b.position() - a.position());
+            if arm.norm() < 1.1 * DIAMETER {
+                let normal = arm.normalize();
+                contacts.push(Contact {
+                    first: a.id,
+                    second: Partner::Particle(b.id),
+                    point: TANK.wrap(a.position() + 0.5 * arm),
+                    normal,
+                    force: -1e-3 * normal,
+                    depth: 1e-6,
+                    volume: 1e-15,
+                });
+            }
+        }
+        if a.position().z < 0.6 * DIAMETER {
+            let foot = Vec3::new(a.position().x, a.position().y, 0.0);
+            contacts.push(Contact {
+                first: a.id,
+                second: Partner::Wall(2),
+                point: foot,
+                normal: -Vec3::z(),
+                force: 2e-3 * Vec3::z(),
+                depth: 1e-6,
+                volume: 1e-15,
+            });
+        }
+    }
+    contacts
+}
+
+/// A stirred tank without and with its fluid in the pictures.
+fn write_tank(root: &Path) {
+    let (templates, walls) = (mixture(), tank_walls());
+    directory::prepare(root).unwrap();
+    let files = OutputFiles::new(root);
+    let mut all_particles = Collection::new(files.particles_collection());
+    let mut all_contacts = Collection::new(files.contacts_collection());
+    let mut all_chains = Collection::new(files.force_chains_collection());
+    let particles = pile(&templates);
+    let touching = contacts(&particles);
+    assert!(touching.len() > 20 && touching.iter().any(|c| matches!(c.second, Partner::Wall(_))));
+    write_walls(&files.walls(), &TANK, &walls).unwrap();
+    // Nothing touches in the first frame.
+    for (step, contacts) in [(0, &[][..]), (100, &touching)] {
+        let time = 1e-5 * step as f64;
+        write_particles(&files.particles(step), &TANK, &templates, &particles).unwrap();
+        all_particles.add(time, &files.particles(step)).unwrap();
+        write_contacts(&files.contacts(step), contacts).unwrap();
+        all_contacts.add(time, &files.contacts(step)).unwrap();
+        write_force_chains(&files.force_chains(step), &TANK, &particles, contacts).unwrap();
+        all_chains.add(time, &files.force_chains(step)).unwrap();
+    }
+    let velocity: Vec<[f32; 3]> = (0..TANK.cell_count())
+        .map(|cell| {
+            let (x, z) = ((cell % 80) as f32 / 80.0 - 0.5, (cell / 4800) as f32 / 80.0 - 0.5);
+            let strength = 0.4 * (0.25 - x * x) * (0.25 - z * z);
+            [strength * z, 0.0, -strength * x]
+        })
+        .collect();
+    let scene = Scene {
+        case: "tank",
+        clock: Clock {
+            time: 1e-3,
+            stokes_time: None,
+        },
+        domain: TANK,
+        templates: &templates,
+        particles: &particles,
+        walls: &walls,
+        gravity: Vec3::new(0.0, 0.0, -9.81),
+        largest_speed: None,
+    };
+    write_side_view(&files.picture(0), &scene).unwrap();
+    write_slice(&files.picture(100), &scene, &velocity).unwrap();
+}
+
+#[test]
+fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
+    let kept = std::env::var_os("TURBID_SAMPLE_OUTPUT").map(|root| Path::new(&root).join("tank"));
+    let temporary = tempfile::tempdir().unwrap();
+    let root = kept.as_deref().unwrap_or(temporary.path());
+    write_tank(root);
+    let files = OutputFiles::new(root);
+    let numbered = [files.contacts(100), files.force_chains(100), files.particles(100)];
+    for path in [files.walls(), files.picture(0), files.picture(100)]
+        .iter()
+        .chain(&numbered)
+    {
+        assert!(
+            std::fs::metadata(path).unwrap().len() > 1000,
+            "{}",
+            path.display()
+        );
+    }
+}
+
+/// A sphere that falls onto a floor: the smallest case, changed to what it is to show.
+fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::Value {
+    let case = root.join("falling.toml");
+    let text = r"
+        [domain]
+        size = { diameters = [4, 4, 6] }
+        [fluid]
+        density = 1000.0
+        archimedes = 100
+        [lattice]
+        cells_per_diameter = 4
+        relaxation_time = 0.6
+        [[particles]]
+        shape = { sphere = { diameter = 1e-3 } }
+        density = 2000.0
+        list = [[2e-3, 2e-3, 0.6e-3]]
+        [run]
+        end = { steps = 40 }
+        [output]
+        series_every = { steps = 1 }
+        particles_every = { steps = 20 }
+        picture_every = { steps = 40 }
+    ";
+    std::fs::write(&case, text).unwrap();
+    let mut setup = turbid::case::load(&case, &[]).unwrap();
+    setup.output.directory = root.join("out");
+    change(&mut setup);
+    let options = RunOptions {
+        quiet: true,
+        ..RunOptions::default()
+    };
+    turbid::simulation::run(&setup, &options).unwrap();
+    let summary = std::fs::read_to_string(OutputFiles::new(root.join("out")).summary()).unwrap();
+    serde_json::from_str(&summary).unwrap()
+}
+
+/// Closes the box in z by a floor and a lid.
+fn close(setup: &mut Setup) {
+    setup.domain.periodic[2] = false;
+    let size = setup.domain.size();
+    for (name, point, normal) in [("z-", Vec3::zeros(), Vec3::z()), ("z+", size, -Vec3::z())] {
+        setup.walls.push(Wall {
+            name: name.to_owned(),
+            surface: Surface::Plane { point, normal },
+            motion: Motion::default(),
+            material: 0,
+        });
+    }
+}
+
+/// A column of a table, by the beginning of its name.
+fn column(path: &Path, name: &str) -> Vec<f64> {
+    let mut table = csv::Reader::from_path(path).unwrap();
+    let index = table
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|h| h.starts_with(name))
+        .unwrap();
+    let value = |row: Result<csv::StringRecord, csv::Error>| row.unwrap()[index].parse().unwrap();
+    table.records().map(value).collect()
+}
+
+#[test]
+fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
+    let root = tempfile::tempdir().unwrap();
+    let summary = falling_sphere(root.path(), |setup| {
+        close(setup);
+        setup.dry = true;
+        setup.units.dt = 1e-3;
+    });
+    let files = OutputFiles::new(root.path().join("out"));
+    for absent in ["fields.pvd", "settling_velocity.png"] {
+        assert!(!files.directory().join(absent).exists(), "{absent}");
+    }
+    for present in [files.walls(), files.picture(0), files.contacts_collection()] {
+        assert!(present.exists(), "{}", present.display());
+    }
+    for nothing in [
+        "settling_velocity_over_stokes",
+        "mach",
+        "collision",
+        "force_balance",
+    ] {
+        assert!(summary[nothing].is_null(), "{nothing}");
+    }
+    assert_eq!(summary["dry"], true);
+    assert_eq!(summary["walls"][1]["name"], "z+");
+    assert_eq!(summary["shapes"][0]["kind"], "sphere");
+    assert_eq!(summary["shapes"][0]["count"], 1);
+    // What the floor receives is what stops the fall: the momentum changes by weight and floor alone.
+    let weight = -2000.0 * std::f64::consts::PI / 6.0 * 1e-9 * 9.80665;
+    let momentum = column(&files.series(), "momentum_z");
+    let on_walls: f64 = column(&files.series(), "wall_force_z").iter().sum();
+    assert!(on_walls < 20.0 * weight, "it hits the floor: {on_walls}");
+    let change = momentum.last().unwrap() - momentum[0];
+    let impulse = 1e-3 * (40.0 * weight - on_walls);
+    assert!(
+        (change - impulse).abs() < 0.02 * 1e-3 * on_walls.abs(),
+        "{change} {impulse}"
+    );
+    let path = column(&files.particle_series(), "z (m)");
+    assert_eq!((path.len(), path[0]), (41, 0.6e-3));
+    let energy = column(&files.series(), "gravitational_energy");
+    assert!((energy[0] / (-weight * 0.6e-3) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn light_particles_settle_upwards_and_their_velocity_is_positive() {
+    let root = tempfile::tempdir().unwrap();
+    let summary = falling_sphere(root.path(), |setup| {
+        let mut light = setup.templates.to_vec();
+        light[0].density = 500.0;
+        setup.templates = light.into();
+        setup.output.series_every = 0;
+    });
+    let files = OutputFiles::new(root.path().join("out"));
+    assert!(!files.series().exists() && !files.particle_series().exists());
+    // Averages are taken although no rows are written.
+    assert!(summary["settling_velocity_over_stokes"].as_f64().unwrap() > 0.0);
+    assert!(summary["mach"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn in_a_closed_tank_there_is_no_mean_of_the_settling_velocity() {
+    let root = tempfile::tempdir().unwrap();
+    let summary = falling_sphere(root.path(), close);
+    assert!(summary["settling_velocity_over_stokes"].is_null() && summary["drift"].is_null());
+    assert!(OutputFiles::new(root.path().join("out")).settling_plot().exists());
 }

@@ -120,6 +120,10 @@ impl Place {
         for path in self.collection("particles") {
             check_particles(&path);
         }
+        assert_eq!(
+            self.collection("contacts").len(),
+            self.collection("force_chains").len()
+        );
         for path in self.files("pictures") {
             check_picture(&path);
         }
@@ -130,8 +134,13 @@ impl Place {
             .map(|path| path.file_name().unwrap().to_string_lossy().into_owned())
             .collect();
         let promised = [
+            "contacts",
+            "contacts.pvd",
             "fields",
             "fields.pvd",
+            "force_chains",
+            "force_chains.pvd",
+            "particle_series.csv",
             "particles",
             "particles.pvd",
             "pictures",

@@ -6,8 +6,9 @@
 
 Checks: arrays, components and sizes; all values finite; solid fraction within 0..1, solid where the particles of
 the same step are, and of their volume; particle speeds and mean velocity equal to the row of series.csv with the
-same step; files and times of a .pvd agree with the files themselves and with series.csv (through pyvista's reader
-too if it is installed). Prints a table; exit status 1 if anything is wrong.
+same step; contacts have unit normals, forces, partners that are particles or walls, and points near both; force chains lead
+from particles to contacts; walls are polygons inside of the box that they bound; files and times of a .pvd agree with
+the files themselves and with series.csv (through pyvista's reader too if it is installed). Prints a table; exit status 1 if anything is wrong.
 """
 
 import csv
@@ -27,7 +28,11 @@ except ImportError:
     pyvista = None
 
 FIELDS = {"velocity": 3, "pressure": 1, "solid_fraction": 1}
-PARTICLES = {"id": 1, "speed": 1, "velocity": 3, "angular_velocity": 3, "contact_force": 3}
+PARTICLES = {"id": 1, "template": 1, "equivalent_diameter": 1, "speed": 1, "velocity": 3, "angular_velocity": 3,
+             "contact_force": 3}
+CONTACTS = {"first": 1, "second": 1, "normal": 3, "force": 3, "force_magnitude": 1, "depth": 1, "volume": 1}
+CHAINS = {"id": 1, "force_magnitude": 1}
+WALLS = {"wall": 1, "velocity": 3, "Normals": 3}
 SINGLE = 1e-5  # relative error that single precision is allowed
 
 problems = []
@@ -130,6 +135,14 @@ def check_particles(path, series):
     a, b, c = (places[triangles[:, i]] - centres[owner[triangles[:, 0]]] for i in range(3))
     volumes = np.bincount(owner[triangles[:, 0]], weights=np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)
     check((volumes > 0).all(), path, "a surface is inside out")
+    sizes = np.pi / 6 * values["equivalent_diameter"][first].astype(float) ** 3
+    ratio = volumes / sizes
+    check((ratio > 0.85).all() and (ratio < 1.001).all(), path,
+          f"surfaces hold {ratio.min():.4f} to {ratio.max():.4f} of the volume of their equivalent sphere")
+    normals = surface.GetPointData().GetArray("Normals")
+    if normals is not None:
+        normals = vtk_to_numpy(normals)
+        check(np.allclose(np.linalg.norm(normals, axis=1), 1, atol=SINGLE), path, "normals are not of unit length")
     row = series.get(step_of(path))
     if row is not None:
         tolerance = SINGLE * speed.max() + 1e-300
@@ -142,8 +155,96 @@ def check_particles(path, series):
             check(abs(velocity[:, i].mean() - expected) <= tolerance, path,
                   f"mean velocity {axis} {velocity[:, i].mean()} but series.csv says {expected}")
     bodies = list(zip(centres, velocity, values["angular_velocity"][first].astype(float), volumes))
+    smooth = "" if normals is None else "smooth, "
     compared = "as in series.csv" if row is not None else "no such step in series.csv"
-    return bodies, f"{len(ids)} particles, speed <= {speed.max():.4g} m/s ({compared})"
+    kinds = len(np.unique(values["template"]))
+    return bodies, f"{len(ids)} particles of {kinds} kinds, {smooth}speed <= {speed.max():.4g} m/s ({compared})"
+
+
+def points_of(data):
+    """Points as an array of rows; VTK has none at all for an empty piece."""
+    if data.GetNumberOfPoints() == 0:
+        return np.zeros((0, 3))
+    return vtk_to_numpy(data.GetPoints().GetData()).astype(float)
+
+
+def particles_beside(path, prefix):
+    """Ids, mean points and circumradii of the particle file of the same step, or nothing."""
+    path = path.parent.parent / "particles" / path.name.replace(prefix, "particles_")
+    if not path.exists():
+        return None
+    surface = read(vtkXMLPolyDataReader(), path)
+    if surface.GetNumberOfPoints() == 0:
+        return {}
+    places, ids = points_of(surface), vtk_to_numpy(surface.GetPointData().GetArray("id"))
+    found = {}
+    for number in np.unique(ids):
+        own = places[ids == number]
+        centre = own.mean(axis=0)
+        found[int(number)] = (centre, np.linalg.norm(own - centre, axis=1).max())
+    return found
+
+
+def check_contacts(path, series):
+    data = read(vtkXMLPolyDataReader(), path)
+    points = data.GetNumberOfPoints()
+    check(data.GetNumberOfVerts() == points, path, f"{data.GetNumberOfVerts()} vertices for {points} contacts")
+    values = arrays(path, data.GetPointData(), points, CONTACTS)
+    if set(values) != set(CONTACTS):
+        return "unreadable"
+    if points == 0:
+        return "0 contacts"
+    first, second = values["first"], values["second"]
+    order = np.stack([first, np.where(second < 0, np.int64(2) ** 62 + second, second)], axis=1)
+    check((np.lexsort(order.T[::-1]) == np.arange(points)).all(), path, "contacts are not in order")
+    force = np.linalg.norm(values["force"].astype(float), axis=1)
+    check(np.allclose(force, values["force_magnitude"], rtol=SINGLE, atol=0), path, "force_magnitude is not |force|")
+    check(np.allclose(np.linalg.norm(values["normal"], axis=1), 1, atol=SINGLE), path, "normals are not of unit length")
+    check((values["depth"] > 0).all() and (values["volume"] > 0).all(), path, "an overlap is empty")
+    bodies = particles_beside(path, "contacts_")
+    if bodies is not None:
+        ids = np.concatenate([first, second[second >= 0]])
+        check(all(int(i) in bodies for i in ids), path, "a contact of a particle that does not exist")
+    row = series.get(step_of(path))
+    if row is not None and (second < 0).any():
+        on_walls = -values["force"][second < 0].astype(float).sum(axis=0)
+        expected = np.array([row[f"wall_force_{axis}"] for axis in "xyz"])
+        check(np.abs(on_walls - expected).max() <= 1e-4 * force.sum(), path,
+              f"force on walls {on_walls} but series.csv says {expected}")
+    walls = int((second < 0).sum())
+    return f"{points} contacts, {walls} with walls, force <= {force.max():.4g} N, depth <= {values['depth'].max():.4g} m"
+
+
+def check_chains(path):
+    data = read(vtkXMLPolyDataReader(), path)
+    points = data.GetNumberOfPoints()
+    check(2 * data.GetNumberOfLines() == points, path, f"{data.GetNumberOfLines()} lines for {points} ends")
+    values = arrays(path, data.GetPointData(), points, CHAINS)
+    if points == 0 or set(values) != set(CHAINS):
+        return "0 lines"
+    places = points_of(data).reshape(-1, 2, 3)
+    check((values["id"][::2] == values["id"][1::2]).all(), path, "a line of two particles")
+    bodies = particles_beside(path, "force_chains_")
+    if bodies:
+        for ends, number in zip(places, values["id"][::2]):
+            reach = bodies[int(number)][1]
+            if not check(np.linalg.norm(ends[1] - ends[0]) < 1.2 * reach, path, f"a line leaves particle {number}"):
+                break
+    return f"{len(places)} lines"
+
+
+def check_walls(path):
+    data = read(vtkXMLPolyDataReader(), path)
+    points = data.GetNumberOfPoints()
+    values = arrays(path, data.GetPointData(), points, WALLS)
+    if not check(points > 0 and data.GetNumberOfPolys() > 0, path, "no polygons") or set(values) != set(WALLS):
+        return "unreadable"
+    normals = values["Normals"].astype(float)
+    check(np.allclose(np.linalg.norm(normals, axis=1), 1, atol=SINGLE), path, "normals are not of unit length")
+    low, high = points_of(data).min(axis=0), points_of(data).max(axis=0)
+    size = " x ".join(f"{length:.4g}" for length in high - low)
+    speed = np.linalg.norm(values["velocity"], axis=1).max()
+    return f"{len(np.unique(values['wall']))} walls of {data.GetNumberOfPolys()} polygons within {size} m, speed <= {speed:.4g} m/s"
 
 
 def check_together(path, fields, bodies):
@@ -189,10 +290,10 @@ def check_collection(path, times, series):
               f"pyvista reads the times {reader.time_values}")
         reader.set_active_time_value(reader.time_values[-1])
         check(reader.read().n_blocks == 1, path, "pyvista reads no data")
-    suffix = {"fields.pvd": "vti", "particles.pvd": "vtp"}.get(path.name)
-    if suffix:
-        on_disk = len(list((path.parent / path.stem).glob(f"*.{suffix}")))
-        check(on_disk == len(entries), path, f"lists {len(entries)} of {on_disk} files")
+    # A collection lists all files of the folder that has its name.
+    suffix = {"fields.pvd": "vti"}.get(path.name, "vtp")
+    on_disk = len(list((path.parent / path.stem).glob(f"*.{suffix}")))
+    check(on_disk == len(entries), path, f"lists {len(entries)} of {on_disk} files")
     return f"{len(entries)} files, t {entries[0].get('timestep')} .. {last} s" if entries else "empty"
 
 
@@ -210,7 +311,14 @@ def main(directory):
         if bodies is not None:
             table.append((path, check_together(path, result, bodies)))
     for path in sorted(directory.rglob("*.vtp")):
-        table.append((path, check_particles(path, series)[1]))
+        if path.name == "walls.vtp":
+            table.append((path, check_walls(path)))
+        elif path.name.startswith("contacts_"):
+            table.append((path, check_contacts(path, series)))
+        elif path.name.startswith("force_chains_"):
+            table.append((path, check_chains(path)))
+        else:
+            table.append((path, check_particles(path, series)[1]))
     for path in sorted(directory.rglob("*.pvd")):
         table.append((path, check_collection(path, times, series)))
     check(table, directory, "no .vti, .vtp or .pvd here")

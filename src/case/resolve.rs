@@ -180,6 +180,7 @@ fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str)
         series_every: every("series_every", &output.series_every, 1000)?,
         fields_every: every("fields_every", &output.fields_every, 5)?,
         particles_every: every("particles_every", &output.particles_every, 50)?,
+        contacts_every: every("particles_every", &output.particles_every, 50)?,
         picture_every: every("picture_every", &output.picture_every, 10)?,
     })
 }

@@ -100,7 +100,7 @@ impl Headline {
         if let (Some(particles), Some(steps)) = (self.particles, self.steps) {
             lines.push(format!("particles, steps        {particles}, {steps}"));
         }
-        if let Some(mlups) = self.mlups {
+        if let Some(mlups) = self.mlups.filter(|mlups| *mlups > 0.0) {
             lines.push(format!("speed                   {mlups:.1} MLUPS"));
         }
         if let Some(hash) = &self.state_hash {

@@ -17,12 +17,19 @@
 //!
 //! - `Paper` is the model of Marquardt et al. (2024) and the default. A face that lies flat on another is a linear spring of
 //!   stiffness `k E* sqrt(A)`. But `sqrt(V d)` is not the gradient of anything where edges or corners are pressed in: an
-//!   impact with e = 1 loses or gains energy, the more the deeper it is (about 1 % at depths of 1 % of the edge of a cube).
+//!   impact with e = 1 loses energy, the more the deeper it is. A cube of 1 mm that hits a wall at 0.1 m/s loses up to 2 % at
+//!   E = 1e7 Pa, 5 % at 1e6 Pa, 12 % at 1e5 Pa, and 0.4 % at 1e9 Pa; two cubes that collide anyhow, at E = 1e7 Pa and 0.2 m/s,
+//!   have between 87 % and 100.4 % of their energy left.
 //! - `OverlapEnergy` is the gradient of a potential by construction, `dV = A n . dx + M . dw`, so elastic impacts of any
 //!   bodies conserve energy, whatever the depth. Its price is a stiff onset of flat faces: there `V = A d` and
-//!   `F ~ A^(5/4) d^(1/4)`, infinitely steep at `d = 0`. A box that rests on its face sinks in by next to nothing, and
-//!   its stiffness there, `F / (4 d)`, asks for time steps well below `sqrt(d / g)`. So take it where energy
-//!   matters (impacts, granular gases, checks), not for beds of flat bodies.
+//!   `F ~ A^(5/4) d^(1/4)`, infinitely steep at `d = 0`. A box that rests on its face should sink in by next to
+//!   nothing, and its stiffness there is `F / (4 d)`: no affordable time step resolves that, and the box hops (a cube of
+//!   1 mm with E = 1e7 Pa and steps of 1 us by a tenth of its edge). And corners are softer than by the paper's law, so that
+//!   impacts on them go deeper and are farther from those of rigid bodies. So take it where energy matters in
+//!   impacts (granular gases, checks), not for beds of bodies with flat faces.
+//!
+//! Friction is stiff near rest: steps longer than about `u_k m / (mu F)` (with a third of the mass for a body that may turn)
+//! let a sliding body jitter about its creep speed instead of approaching it; bounded, but not resolved.
 //!
 //! # Reference
 //! Volume and depth: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9. A potential of the overlap volume: Feng, Han and Owen

@@ -1,7 +1,9 @@
 //! What a contact is: the part of space that two (enlarged) bodies share.
 
-use super::{Geometry, sampled, sphere_sphere};
-use crate::math::{Quat, Vec3};
+use super::clip::Plane;
+use super::solid::Solid;
+use super::{Geometry, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
+use crate::math::{Mat3, Quat, Vec3};
 use crate::shape::Shape;
 use crate::wall::Surface;
 use std::sync::Arc;
@@ -26,23 +28,37 @@ pub struct Overlap {
 }
 
 /// A shape made ready for contacts: grown by the enlargement.
+///
+/// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
+/// all points within the enlargement.
 #[derive(Clone, Debug)]
 pub struct Contour {
     /// The shape as it is.
     pub shape: Arc<dyn Shape>,
     /// By how much its surface is grown (m).
     pub enlargement: f64,
+    solid: Option<Arc<Solid>>,
 }
 
 impl Contour {
     /// Prepares a shape, grown by `enlargement` (m).
     pub fn new(shape: Arc<dyn Shape>, enlargement: f64) -> Self {
-        Self { shape, enlargement }
+        let solid = shape
+            .as_polyhedron()
+            .map(|p| Arc::new(Solid::new(p, enlargement)));
+        Self {
+            shape,
+            enlargement,
+            solid,
+        }
     }
 
     /// Radius of a sphere about the centre of mass that holds the grown body (m).
     pub fn reach(&self) -> f64 {
-        self.shape.circumradius() + self.enlargement
+        match &self.solid {
+            Some(solid) => solid.reach,
+            None => self.shape.circumradius() + self.enlargement,
+        }
     }
 }
 
@@ -55,21 +71,47 @@ pub struct Body<'a> {
     pub orientation: Quat,
 }
 
+/// What the closed forms know.
+enum Form<'a> {
+    /// Radius (m).
+    Sphere(f64),
+    Solid(&'a Solid),
+    Other,
+}
+
+impl Body<'_> {
+    fn form(&self) -> Form<'_> {
+        match (&self.contour.solid, self.contour.shape.as_sphere()) {
+            (Some(solid), _) => Form::Solid(solid),
+            (None, Some(radius)) => Form::Sphere(radius + self.contour.enlargement),
+            (None, None) => Form::Other,
+        }
+    }
+
+    /// Maps the body frame to the world frame.
+    pub(super) fn rotation(&self) -> Mat3 {
+        self.orientation.to_rotation_matrix().into_inner()
+    }
+}
+
 /// Overlap of two bodies; `None` if they do not touch.
 ///
 /// `offset` (m) is the centre of the second body relative to the first, the nearest image in a periodic box. Pairs
 /// without a closed form are sampled with [`sampled::DEFAULT_SAMPLES`].
 pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) -> Option<Overlap> {
-    let grown = |body: &Body| {
-        body.contour
-            .shape
-            .as_sphere()
-            .map(|r| r + body.contour.enlargement)
-    };
     let samples = match geometry {
         Geometry::Sampled { samples } => samples,
-        Geometry::Exact => match (grown(first), grown(second)) {
-            (Some(a), Some(b)) => return sphere_sphere::overlap(a, b, offset),
+        Geometry::Exact => match (first.form(), second.form()) {
+            (Form::Sphere(a), Form::Sphere(b)) => return sphere_sphere::overlap(a, b, offset),
+            (Form::Solid(a), Form::Solid(b)) => {
+                return polyhedra::overlap(a, &first.rotation(), b, &second.rotation(), offset);
+            }
+            (Form::Sphere(radius), Form::Solid(solid)) => {
+                return sphere_polyhedron::overlap(radius, solid, &second.rotation(), offset);
+            }
+            (Form::Solid(solid), Form::Sphere(radius)) => {
+                return sphere_polyhedron::overlap_reversed(radius, solid, &first.rotation(), offset);
+            }
             _ => sampled::DEFAULT_SAMPLES,
         },
     };
@@ -78,21 +120,24 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
 
 /// Overlap of a body with a wall, seen from the centre of the body; `None` if they do not touch. The normal points
 /// from the body into the wall.
-pub fn measure_wall(_geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
+pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
+    if let (Geometry::Exact, Surface::Plane { point, normal }) = (geometry, wall) {
+        let wall = Plane {
+            normal: *normal,
+            offset: normal.dot(point),
+        };
+        match body.form() {
+            Form::Sphere(radius) => return sphere_plane::overlap(radius, &wall),
+            Form::Solid(solid) => return polyhedra::overlap_plane(solid, &body.rotation(), &wall),
+            Form::Other => {}
+        }
+    }
     let radius = body.contour.shape.as_sphere()? + body.contour.enlargement;
-    let (depth, normal) = (radius - wall.distance(Vec3::zeros()), -wall.normal(Vec3::zeros()));
-    // The cap of a sphere cut off by a plane.
-    let height = radius - depth;
-    let volume = std::f64::consts::PI * depth * depth * (3.0 * radius - depth) / 3.0;
-    let square = radius * radius - height * height;
-    (depth > 0.0).then(|| Overlap {
-        volume,
-        depth,
-        point: normal * (std::f64::consts::PI * square * square / (4.0 * volume)),
-        normal,
-        area: std::f64::consts::PI * square,
-        moment: Vec3::zeros(),
-    })
+    let wall = Plane {
+        normal: wall.normal(Vec3::zeros()),
+        offset: -wall.distance(Vec3::zeros()),
+    };
+    sphere_plane::overlap(radius, &wall)
 }
 
 #[cfg(test)]

@@ -2,14 +2,16 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  settling_velocity.png
-//!   fields.pvd     fields/fields_0000001000.vti ...
-//!   particles.pvd  particles/particles_0000001000.vtp ...
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp
+//!   fields.pvd        fields/fields_0000001000.vti ...
+//!   particles.pvd     particles/particles_0000001000.vtp ...
+//!   contacts.pvd      contacts/contacts_0000001000.vtp ...
+//!   force_chains.pvd  force_chains/force_chains_0000001000.vtp ...
 //!   pictures/velocity_0000001000.png ...
 //! ```
 //!
-//! The three folders appear with their first file. A run owns these names and no others. [`prepare`] removes what an earlier run left under them, so that frames
-//! of two runs never mix; files with other names are never touched.
+//! The folders appear with their first file. A run owns these names and no others. [`prepare`] removes what an earlier
+//! run left under them, so that frames of two runs never mix; files with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
 use crate::error::{Error, Result};
@@ -24,16 +26,22 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory.
-const TOP: [&str; 5] = [
+const TOP: [&str; 9] = [
     "summary.json",
     "series.csv",
     "settling_velocity.png",
     "fields.pvd",
     "particles.pvd",
+    "contacts.pvd",
+    "force_chains.pvd",
+    "walls.vtp",
+    "particle_series.csv",
 ];
 /// Directory, prefix and extension of the numbered files.
 const FIELDS: (&str, &str, &str) = ("fields", "fields_", ".vti");
 const PARTICLES: (&str, &str, &str) = ("particles", "particles_", ".vtp");
+const CONTACTS: (&str, &str, &str) = ("contacts", "contacts_", ".vtp");
+const FORCE_CHAINS: (&str, &str, &str) = ("force_chains", "force_chains_", ".vtp");
 const PICTURES: (&str, &str, &str) = ("pictures", "velocity_", ".png");
 
 impl OutputFiles {
@@ -74,6 +82,26 @@ impl OutputFiles {
         self.directory.join(TOP[4])
     }
 
+    /// The collection of all contact files.
+    pub fn contacts_collection(&self) -> PathBuf {
+        self.directory.join(TOP[5])
+    }
+
+    /// The collection of all files of force chains.
+    pub fn force_chains_collection(&self) -> PathBuf {
+        self.directory.join(TOP[6])
+    }
+
+    /// The walls.
+    pub fn walls(&self) -> PathBuf {
+        self.directory.join(TOP[7])
+    }
+
+    /// The time series of single particles.
+    pub fn particle_series(&self) -> PathBuf {
+        self.directory.join(TOP[8])
+    }
+
     /// The fluid fields at `step`.
     pub fn fields(&self, step: u64) -> PathBuf {
         self.numbered(FIELDS, step)
@@ -82,6 +110,16 @@ impl OutputFiles {
     /// The particle surfaces at `step`.
     pub fn particles(&self, step: u64) -> PathBuf {
         self.numbered(PARTICLES, step)
+    }
+
+    /// The contacts at `step`.
+    pub fn contacts(&self, step: u64) -> PathBuf {
+        self.numbered(CONTACTS, step)
+    }
+
+    /// The force chains at `step`.
+    pub fn force_chains(&self, step: u64) -> PathBuf {
+        self.numbered(FORCE_CHAINS, step)
     }
 
     /// The velocity slice at `step`.
@@ -103,7 +141,7 @@ pub fn prepare(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         fs::create_dir_all(directory)?;
         remove_matching(directory, |name| TOP.contains(&name))?;
-        for (folder, prefix, extension) in [FIELDS, PARTICLES, PICTURES] {
+        for (folder, prefix, extension) in [FIELDS, PARTICLES, CONTACTS, FORCE_CHAINS, PICTURES] {
             let folder = directory.join(folder);
             if !folder.is_dir() {
                 continue;
@@ -173,6 +211,12 @@ mod tests {
             files.fields(3),
             files.particles(12_345_678_901),
             files.picture(0),
+            files.particle_series(),
+            files.contacts_collection(),
+            files.contacts(3),
+            files.force_chains_collection(),
+            files.force_chains(3),
+            files.walls(),
             files.fields(4).with_extension("vti.tmp"),
         ];
         let foreign = [
@@ -193,7 +237,7 @@ mod tests {
             assert!(path.exists(), "{} is not ours", path.display());
         }
         let left = fs::read_dir(&directory).unwrap().count();
-        assert_eq!(left, 5, "three folders, two foreign files, no probe");
+        assert_eq!(left, 7, "five folders, two foreign files, no probe");
     }
 
     #[test]

@@ -1,18 +1,25 @@
-//! Pictures of a run as PNG: a slice through the velocity field, and settling velocity over time.
+//! Pictures of a run as PNG: a slice through the velocity field, the particles from the side, and settling velocity over
+//! time.
 
 mod axis;
 mod canvas;
 mod colour;
 mod labels;
 mod outline;
+mod page;
 mod plane;
 mod plot;
+mod raster;
 mod scales;
+mod scene;
+mod side_view;
 mod slice;
 mod text;
 
 pub use plot::{SettlingPlot, write_settling};
-pub use slice::{VelocitySlice, write_slice};
+pub use scene::{Clock, Scene};
+pub use side_view::write_side_view;
+pub use slice::write_slice;
 
 use super::atomic::write_atomically;
 use crate::error::Result;

@@ -9,10 +9,32 @@ use std::time::{Duration, Instant};
 pub struct Workload {
     /// Number of fluid steps to run.
     pub steps: u64,
-    /// Number of cells.
+    /// Number of cells; 0 in a dry run, whose speed is then told in steps.
     pub cells: usize,
-    /// Increase of `t*` per step (-).
-    pub t_star_per_step: f64,
+    /// Time step (s).
+    pub time_step: f64,
+    /// Unit of `t*` (s); without, times are told in seconds.
+    pub stokes_time: Option<f64>,
+}
+
+impl Workload {
+    /// Time after `step` steps, with its name before and its unit behind it.
+    fn time(&self, step: u64) -> (&'static str, String, &'static str) {
+        let time = step as f64 * self.time_step;
+        match self.stokes_time {
+            Some(unit) => ("t*", format!("{:.1}", time / unit), ""),
+            None => ("t", format!("{time:.3}"), " s"),
+        }
+    }
+
+    /// Speed at `rate` steps per second.
+    fn speed(&self, rate: f64) -> String {
+        if self.cells > 0 {
+            format!("{:.1} MLUPS", rate * self.cells as f64 * 1e-6)
+        } else {
+            format!("{rate:.0} steps/s")
+        }
+    }
 }
 
 /// Shows how far a run has come; used by one rank only.
@@ -118,11 +140,11 @@ impl Progress {
 
     fn finish_at(&mut self, step: u64, now: Instant) {
         let seconds = now.duration_since(self.start).as_secs_f64();
-        let mlups = step as f64 * self.work.cells as f64 / seconds.max(1e-9) * 1e-6;
+        let (name, time, unit) = self.work.time(step);
         let text = format!(
-            "{step} steps in {}, t* {:.1}, {mlups:.1} MLUPS",
+            "{step} steps in {}, {name} {time}{unit}, {}",
             clock(seconds),
-            step as f64 * self.work.t_star_per_step
+            self.work.speed(step as f64 / seconds.max(1e-9))
         );
         if let Target::Bar(bar) = &self.target {
             bar.finish_and_clear();
@@ -135,23 +157,15 @@ impl Progress {
     }
 
     fn status(&self, step: u64) -> String {
-        let Workload {
-            steps,
-            cells,
-            t_star_per_step,
-        } = self.work;
-        let t_star = |step: u64| step as f64 * t_star_per_step;
         let eta = if self.rate > 0.0 {
-            clock(steps.saturating_sub(step) as f64 / self.rate)
+            clock(self.work.steps.saturating_sub(step) as f64 / self.rate)
         } else {
             "?".to_string()
         };
-        format!(
-            "t* {:.1} of {:.1}  {:.1} MLUPS  ETA {eta}",
-            t_star(step),
-            t_star(steps),
-            self.rate * cells as f64 * 1e-6
-        )
+        let (name, now, unit) = self.work.time(step);
+        let (_, end, _) = self.work.time(self.work.steps);
+        let speed = self.work.speed(self.rate);
+        format!("{name} {now} of {end}{unit}  {speed}  ETA {eta}")
     }
 }
 
@@ -192,8 +206,21 @@ mod tests {
     const WORK: Workload = Workload {
         steps: 1000,
         cells: 2_000_000,
-        t_star_per_step: 0.05,
+        time_step: 1e-4,
+        stokes_time: Some(2e-3),
     };
+
+    #[test]
+    fn without_a_fluid_time_is_in_seconds_and_speed_in_steps() {
+        let dry = Workload {
+            cells: 0,
+            stokes_time: None,
+            ..WORK
+        };
+        let mut progress = Progress::with_target(dry, Target::Quiet, BAR_INTERVAL, Instant::now());
+        progress.rate = 100.0;
+        assert_eq!(progress.status(500), "t 0.050 of 0.100 s  100 steps/s  ETA 0:05");
+    }
 
     #[test]
     fn lines_come_at_intervals_with_rate_and_remaining_time() {

@@ -8,9 +8,15 @@ use std::path::{Path, PathBuf};
 /// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields.
 ///
 /// "settling velocity" is the mean velocity of the particles relative to the mean velocity of the mixture
-/// (fluid and solid by volume), along gravity, over the Stokes velocity. Net flux is that mean velocity of the
-/// mixture. Overlap is the depth of a contact over the diameter.
-pub const COLUMNS: [&str; 20] = [
+/// (fluid and solid by volume), along their weight less buoyancy, over the Stokes velocity. Net flux is that mean velocity of the
+/// mixture. Where particles as a whole are lighter than the fluid they settle against gravity. Overlap is the depth of a
+/// contact over the diameter.
+///
+/// The kinetic energy of the fluid is that of all cells, those inside of particles included; the momentum is that of
+/// particles and fluid with the fluid inside of particles taken off. The force on walls is that of all contacts on all
+/// walls, without that of the fluid. Gravitational energy counts weight less buoyancy, from the origin of the box, in
+/// directions that are not periodic. The Mach number is that of the fastest cell.
+pub const COLUMNS: [&str; 25] = [
     "step (-)",
     "t (s)",
     "t_star (-)",
@@ -31,6 +37,11 @@ pub const COLUMNS: [&str; 20] = [
     "momentum_x (kg m/s)",
     "momentum_y (kg m/s)",
     "momentum_z (kg m/s)",
+    "wall_force_x (N)",
+    "wall_force_y (N)",
+    "wall_force_z (N)",
+    "gravitational_energy (J)",
+    "max_mach (-)",
 ];
 
 /// One row of `series.csv`; units in [`COLUMNS`].
@@ -42,7 +53,7 @@ pub struct SeriesRow {
     pub time: f64,
     /// Time over `D / u_Stokes` (-).
     pub t_star: f64,
-    /// Mean particle velocity relative to the mixture, along gravity, over `u_Stokes` (-).
+    /// Mean particle velocity relative to the mixture, along their submerged weight, over `u_Stokes` (-).
     pub settling_velocity: f64,
     /// Mean particle velocity (m/s).
     pub mean_particle_velocity: [f64; 3],
@@ -64,39 +75,66 @@ pub struct SeriesRow {
     pub kinetic_energy_rotation: f64,
     /// Momentum of fluid and particles (kg m/s).
     pub momentum: [f64; 3],
+    /// Force of the particles on all walls, by contacts (N).
+    pub wall_force: [f64; 3],
+    /// Gravitational energy of the particles (J).
+    pub gravitational_energy: f64,
+    /// Largest Mach number of the fluid (-).
+    pub max_mach: f64,
 }
 
 /// Writes `series.csv` row by row.
 #[derive(Debug)]
-pub struct SeriesWriter {
-    path: PathBuf,
-    writer: csv::Writer<File>,
-}
+pub struct SeriesWriter(CsvWriter);
 
 impl SeriesWriter {
     /// Creates the file, replacing an older one, and writes the header.
     pub fn create(path: &Path) -> Result<Self> {
-        let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
-        let mut series = Self {
-            path: path.to_path_buf(),
-            writer: csv::WriterBuilder::new().has_headers(false).from_writer(file),
-        };
-        let header = series.writer.write_record(COLUMNS);
-        series.finish_row(header)?;
-        Ok(series)
+        CsvWriter::create(path, &COLUMNS).map(Self)
     }
 
     /// Appends one row and hands it to the operating system as a whole, so that a killed run leaves whole rows.
     pub fn write(&mut self, row: &SeriesRow) -> Result<()> {
-        let written = self.writer.serialize(row);
-        self.finish_row(written)
+        self.0.write(row)?;
+        self.0.flush()
+    }
+}
+
+/// A table that grows on disk.
+#[derive(Debug)]
+pub(super) struct CsvWriter {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl CsvWriter {
+    /// Creates the file, replacing an older one, and writes the header.
+    pub(super) fn create(path: &Path, columns: &[&str]) -> Result<Self> {
+        let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
+        let mut table = Self {
+            path: path.to_path_buf(),
+            writer: csv::WriterBuilder::new().has_headers(false).from_writer(file),
+        };
+        let header = table.writer.write_record(columns);
+        table.check(header)?;
+        table.flush()?;
+        Ok(table)
     }
 
-    fn finish_row(&mut self, written: csv::Result<()>) -> Result<()> {
-        written
-            .map_err(std::io::Error::from)
-            .and_then(|()| self.writer.flush())
-            .map_err(|source| Error::io("write", &self.path, source))
+    /// Appends one row.
+    pub(super) fn write(&mut self, row: &impl Serialize) -> Result<()> {
+        let written = self.writer.serialize(row);
+        self.check(written)
+    }
+
+    /// Hands all rows to the operating system.
+    pub(super) fn flush(&mut self) -> Result<()> {
+        let flushed = self.writer.flush();
+        self.check(flushed.map_err(csv::Error::from))
+    }
+
+    fn check(&self, done: csv::Result<()>) -> Result<()> {
+        done.map_err(|error| Error::io("write", &self.path, std::io::Error::from(error)))
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Summary {
     pub volume_fraction: f64,
     /// Reference velocities and dimensionless numbers.
     pub scales: ReferenceScales,
-    /// Number of cells.
+    /// Number of cells of the fluid; 0 in a dry run.
     pub cells: usize,
     /// Fluid steps done.
     pub steps: u64,
@@ -60,6 +60,20 @@ pub struct Summary {
     pub threads: usize,
     /// Hash over all populations and particle states at the end, 16 hexadecimal digits.
     pub state_hash: String,
+    /// Whether there was no fluid.
+    pub dry: bool,
+    /// Largest Mach number of the fluid at the times of `series.csv` (-).
+    pub mach: Option<f64>,
+    /// Cells per diameter of the first kind of particle (-).
+    pub cells_per_diameter: f64,
+    /// Kinds of particles, in the order of the case: `template` in the files of particles counts them from 0.
+    pub shapes: Vec<ShapeSummary>,
+    /// Walls: `wall` in `walls.vtp` counts them from 0.
+    pub walls: Vec<WallSummary>,
+    /// Collision operator, as in the case.
+    pub collision: Option<String>,
+    /// Where the balancing force acts, as in the case.
+    pub force_balance: Option<String>,
     /// Text of the case file with overrides applied.
     pub input: String,
 }
@@ -85,6 +99,32 @@ pub struct ReferenceScales {
     pub schiller_naumann_velocity: f64,
     /// Reynolds number at that velocity (-).
     pub schiller_naumann_reynolds: f64,
+}
+
+/// A kind of particle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShapeSummary {
+    /// Name of the shape.
+    pub kind: String,
+    /// Diameter of the sphere of equal volume (m).
+    pub equivalent_diameter: f64,
+    /// Density (kg/m^3).
+    pub density: f64,
+    /// Number of particles.
+    pub count: usize,
+}
+
+/// A wall.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WallSummary {
+    /// Name.
+    pub name: String,
+    /// `"plane"`, `"pipe"` (free inside) or `"rod"` (free outside).
+    pub kind: String,
+    /// Velocity of its pivot (m/s).
+    pub velocity: [f64; 3],
+    /// Angular velocity (1/s).
+    pub angular_velocity: [f64; 3],
 }
 
 impl Summary {
@@ -139,6 +179,23 @@ mod tests {
             ranks: 2,
             threads: 2,
             state_hash: "00ff00ff00ff00ff".into(),
+            dry: false,
+            mach: Some(0.02),
+            cells_per_diameter: 15.0,
+            shapes: vec![ShapeSummary {
+                kind: "sphere".into(),
+                equivalent_diameter: 1.5e-3,
+                density: 3250.0,
+                count: 3,
+            }],
+            walls: vec![WallSummary {
+                name: "z-".into(),
+                kind: "plane".into(),
+                velocity: [0.1, 0.0, 0.0],
+                angular_velocity: [0.0; 3],
+            }],
+            collision: Some("bgk".into()),
+            force_balance: None,
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }
     }
@@ -161,6 +218,12 @@ mod tests {
             "mlups",
             "stages",
             "state_hash",
+            "mach",
+            "cells_per_diameter",
+            "shapes",
+            "walls",
+            "collision",
+            "force_balance",
         ] {
             assert!(json.get(key).is_some(), "{key}");
         }

@@ -2,25 +2,26 @@
 //!
 //! Every particle is drawn once, at its wrapped position: one that crosses a periodic face sticks out of the box
 //! and its images are not drawn, so that counting connected surfaces counts particles. All data are point data,
-//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `velocity` (m/s), `speed`
-//! (m/s), `angular_velocity` (1/s), `contact_force` (N). If all particles are spheres, exact `Normals` make the
-//! coarse mesh look round. Time is in the `.pvd`: vtkio cannot write it here.
+//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `template` (which kind of
+//! particle, counted from 0 in the order of the case), `equivalent_diameter` (m), `velocity` (m/s), `speed` (m/s),
+//! `angular_velocity` (1/s), `contact_force` (N). If all particles are smooth, exact `Normals` make the coarse
+//! meshes look round; if one kind has edges there are none, so that edges look sharp. Time is in the `.pvd`: vtkio
+//! cannot write it here.
 
-use super::atomic::write_bytes;
+use super::polydata::PolyData;
 use crate::domain::Domain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
-use crate::shape::SurfaceMesh;
-use std::io;
+use crate::shape::{Shape, SurfaceMesh};
 use std::path::Path;
-use vtkio::model::{
-    Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers,
-};
-use vtkio::{IOBuffer, Vtk, xml::Compressor};
 
 /// Most triangles in one file for which the finer of two refinements is still taken.
 const TRIANGLE_BUDGET: usize = 200_000;
+/// A surface has an edge where its normal turns by more than 30 degrees this close to a corner of a triangle, as part of
+/// the way to its middle.
+const CORNER: f64 = 1e-3;
+const EDGE_COSINE: f64 = 0.866;
 
 /// Writes the surfaces of `particles` with their velocities and forces.
 pub fn write_particles(
@@ -29,95 +30,80 @@ pub fn write_particles(
     templates: &[Template],
     particles: &[Particle],
 ) -> Result<()> {
-    let vtk = Vtk {
-        version: Version::new_xml(1, 0),
-        title: String::new(),
-        byte_order: ByteOrder::LittleEndian,
-        data: DataSet::inline(surfaces(domain, templates, particles)),
-        file_path: None,
-    };
-    // vtkio drops errors of files (a full disk is `Ok`), but not of memory.
-    let mut bytes = Vec::new();
-    let compressor = if particles.is_empty() {
-        Compressor::None
-    } else {
-        Compressor::LZ4
-    };
-    vtk.try_into_xml_format(compressor, 1)
-        .and_then(|file| file.write(&mut bytes))
-        .map_err(|error| Error::io("encode", path, io::Error::other(error.to_string())))?;
-    if particles.is_empty() {
-        // vtkio leaves out counts that are zero, but VTK refuses a piece without them.
-        let text = String::from_utf8_lossy(&bytes);
-        bytes = text
-            .replace("<Piece>", "<Piece NumberOfPoints=\"0\" NumberOfPolys=\"0\">")
-            .into_bytes();
-    }
-    write_bytes(path, &bytes)
+    surfaces(domain, templates, particles).write(path)
 }
 
-fn surfaces(domain: &Domain, templates: &[Template], particles: &[Particle]) -> PolyDataPiece {
+fn surfaces(domain: &Domain, templates: &[Template], particles: &[Particle]) -> PolyData {
     let meshes = meshes(templates, particles);
     let of = |particle: &Particle| &meshes[particle.template as usize];
-    let triangles: usize = particles.iter().map(|p| of(p).triangles.len()).sum();
-    let mut points = Vec::new();
-    let mut normals = Vec::new();
-    let mut connectivity = Vec::with_capacity(3 * triangles);
+    let mut data = PolyData::default();
     for particle in particles {
         let mesh = of(particle);
-        let first = (points.len() / 3) as u64;
         let (centre, orientation) = (domain.wrap(particle.position()), particle.orientation());
-        for corner in &mesh.points {
-            let arm = orientation * corner;
-            points.extend((centre + arm).iter().map(|&x| x as f32));
-            normals.extend(arm.normalize().iter().map(|&x| x as f32));
+        let points: Vec<u64> = (mesh.points.iter())
+            .map(|corner| data.point(centre + orientation * corner))
+            .collect();
+        for triangle in &mesh.triangles {
+            data.polygon(triangle.map(|corner| points[corner as usize]));
         }
-        connectivity.extend(mesh.triangles.iter().flatten().map(|&i| first + u64::from(i)));
     }
 
-    let counts: Vec<usize> = particles.iter().map(|p| of(p).points.len()).collect();
-    let per_point = |value: &dyn Fn(&Particle) -> Vec3| -> Vec<f32> {
-        let mut all = Vec::with_capacity(points.len());
-        for (particle, &count) in particles.iter().zip(&counts) {
-            let value: [f64; 3] = value(particle).into();
-            all.extend(std::iter::repeat_n(value.map(|x| x as f32), count).flatten());
-        }
-        all
-    };
-    let repeat = |value: &dyn Fn(&Particle) -> f32| -> Vec<f32> {
-        particles
-            .iter()
-            .zip(&counts)
-            .flat_map(|(p, &count)| std::iter::repeat_n(value(p), count))
-            .collect()
-    };
-    let id: Vec<u64> = particles
-        .iter()
-        .zip(&counts)
-        .flat_map(|(p, &count)| std::iter::repeat_n(p.id, count))
-        .collect();
-    let mut data = vec![
-        DataArray::scalars("speed", 1).with_data(repeat(&|p| p.velocity().norm() as f32)),
-        DataArray::scalars("id", 1).with_data(id),
-        DataArray::vectors("velocity").with_data(per_point(&Particle::velocity)),
-        DataArray::vectors("angular_velocity").with_data(per_point(&Particle::angular_velocity)),
-        DataArray::vectors("contact_force").with_data(per_point(&|p| p.contact_force.into())),
-    ];
-    if templates.iter().all(|t| t.shape.as_sphere().is_some()) {
-        data.push(DataArray::normals("Normals").with_data(normals));
+    let count = |particle: &Particle| of(particle).points.len();
+    let diameters: Vec<f64> = templates.iter().map(|t| t.shape.equivalent_diameter()).collect();
+    data.scalars("speed", each(particles, &count, |p| p.velocity().norm()));
+    data.integers("id", each(particles, &count, |p| p.id).collect());
+    data.integers(
+        "template",
+        each(particles, &count, |p| p.template as u32).collect(),
+    );
+    data.scalars(
+        "equivalent_diameter",
+        each(particles, &count, |p| diameters[p.template as usize]),
+    );
+    data.vectors("velocity", each(particles, &count, Particle::velocity));
+    data.vectors(
+        "angular_velocity",
+        each(particles, &count, Particle::angular_velocity),
+    );
+    data.vectors(
+        "contact_force",
+        each(particles, &count, |p| Vec3::from(p.contact_force)),
+    );
+    let smooth = (templates.iter().zip(&meshes)).all(|(t, mesh)| is_smooth(&*t.shape, mesh));
+    if smooth {
+        let normals: Vec<Vec<Vec3>> = (templates.iter().zip(&meshes))
+            .map(|(t, mesh)| mesh.points.iter().map(|&p| t.shape.gradient(p)).collect())
+            .collect();
+        data.normals(particles.iter().flat_map(|p| {
+            let orientation = p.orientation();
+            (normals[p.template as usize].iter()).map(move |normal| orientation * normal)
+        }));
     }
-    PolyDataPiece {
-        points: IOBuffer::F32(points),
-        polys: Some(VertexNumbers::XML {
-            offsets: (1..=triangles as u64).map(|n| 3 * n).collect(),
-            connectivity,
-        }),
-        data: Attributes {
-            point: data.into_iter().map(Attribute::DataArray).collect(),
-            cell: Vec::new(),
-        },
-        ..PolyDataPiece::default()
+    data
+}
+
+/// One value per particle, repeated for each of its `count` points.
+fn each<'a, V: Clone + 'a>(
+    particles: &'a [Particle],
+    count: &'a impl Fn(&Particle) -> usize,
+    value: impl Fn(&Particle) -> V + 'a,
+) -> impl Iterator<Item = V> + 'a {
+    (particles.iter()).flat_map(move |p| std::iter::repeat_n(value(p), count(p)))
+}
+
+/// Whether the surface has no edges, as far as the mesh can tell.
+pub(super) fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
+    if shape.as_polyhedron().is_some() {
+        return false;
     }
+    mesh.triangles.iter().all(|triangle| {
+        let corners = triangle.map(|i| mesh.points[i as usize]);
+        let middle = corners.iter().sum::<Vec3>() / 3.0;
+        corners.iter().all(|corner| {
+            let beside = shape.gradient(corner.lerp(&middle, CORNER));
+            beside.dot(&shape.gradient(*corner)) > EDGE_COSINE
+        })
+    })
 }
 
 /// One mesh per template, as fine as the number of particles allows.
@@ -138,11 +124,12 @@ fn meshes(templates: &[Template], particles: &[Particle]) -> Vec<SurfaceMesh> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::polydata::{array, read};
     use super::*;
     use crate::math::Quat;
-    use crate::shape::Sphere;
+    use crate::shape::{Cuboid, Sphere};
     use std::sync::Arc;
-    use vtkio::model::Piece;
+    use vtkio::model::Attribute;
 
     const BOX: Domain = Domain {
         periodic: [true; 3],
@@ -156,28 +143,6 @@ mod tests {
             material: 0,
             density: 2.0,
         }]
-    }
-
-    fn read(path: &Path) -> PolyDataPiece {
-        match Vtk::import(path).unwrap().data {
-            DataSet::PolyData { mut pieces, .. } => match pieces.pop() {
-                Some(Piece::Inline(piece)) => *piece,
-                other => panic!("no inline piece but {other:?}"),
-            },
-            other => panic!("no polygons but {other:?}"),
-        }
-    }
-
-    fn array(piece: &PolyDataPiece, name: &str) -> Vec<f64> {
-        piece
-            .data
-            .point
-            .iter()
-            .find_map(|attribute| match attribute {
-                Attribute::DataArray(array) if array.name == name => array.data.cast_into::<f64>(),
-                _ => None,
-            })
-            .unwrap()
     }
 
     #[test]
@@ -201,6 +166,7 @@ mod tests {
         let points: Vec<f64> = piece.points.cast_into().unwrap();
         let (ids, speeds) = (array(&piece, "id"), array(&piece, "speed"));
         let (spins, forces) = (array(&piece, "angular_velocity"), array(&piece, "contact_force"));
+        let normals = array(&piece, "Normals");
         assert_eq!(ids.len(), 3 * 162, "two refinements of an icosahedron");
         for (i, point) in points.chunks(3).enumerate() {
             let particle = &particles[ids[i] as usize - 7];
@@ -209,8 +175,45 @@ mod tests {
             assert!((speeds[i] - particle.velocity().norm()).abs() < 1e-7);
             assert_eq!(spins[3 * i..3 * i + 3], particle.angular_velocity);
             assert_eq!(forces[3 * i..3 * i + 3], particle.contact_force);
+            let normal = Vec3::from_row_slice(&normals[3 * i..3 * i + 3]);
+            assert!((normal - arm / 0.25).norm() < 1e-5);
         }
+        assert_eq!(array(&piece, "template"), vec![0.0; ids.len()]);
+        assert!(
+            array(&piece, "equivalent_diameter")
+                .iter()
+                .all(|d| (d - 0.5).abs() < 1e-6)
+        );
         assert_eq!(piece.polys.unwrap().num_cells(), 3 * 320);
+    }
+
+    #[test]
+    fn bodies_with_edges_are_turned_and_have_no_normals() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particles.vtp");
+        let edges = Vec3::new(0.1, 0.2, 0.3);
+        let mut templates = templates();
+        templates.push(Template {
+            shape: Arc::new(Cuboid::new(edges).unwrap()),
+            ..templates[0].clone()
+        });
+        let mut particle = Particle::at(1, 1, Vec3::repeat(0.5));
+        // A quarter turn about y takes z to x.
+        particle.set_orientation(&Quat::from_axis_angle(
+            &Vec3::y_axis(),
+            std::f64::consts::FRAC_PI_2,
+        ));
+        write_particles(&path, &BOX, &templates, &[particle]).unwrap();
+        let piece = read(&path);
+        let points: Vec<f64> = piece.points.cast_into().unwrap();
+        for point in points.chunks(3) {
+            let arm = (Vec3::from_row_slice(point) - Vec3::repeat(0.5)).abs();
+            assert!((arm - Vec3::new(0.15, 0.1, 0.05)).norm() < 1e-6, "{arm}");
+        }
+        assert!(array(&piece, "template").iter().all(|&t| (t - 1.0).abs() < 1e-9));
+        let named =
+            |attribute: &Attribute| matches!(attribute, Attribute::DataArray(a) if a.name == "Normals");
+        assert!(!piece.data.point.iter().any(named));
     }
 
     #[test]

@@ -1,13 +1,25 @@
 //! Convex polyhedra: vertices, flat faces with any number of corners, and the planes they lie in.
 
-use crate::math::Vec3;
+mod mass;
+mod nearest;
+mod width;
+
+use super::hull::{self, Hull};
+use super::{Shape, ShapeError, SurfaceMesh, row};
+use crate::math::{Quat, Vec3};
+use nearest::Features;
+
+/// Relative tolerance for corners that were computed: closer ones are one, faces that are flat up to it are one face.
+pub const COMPUTED: f64 = 1e-9;
+/// The same for corners in single precision, as binary STL files hold them.
+pub const SINGLE_PRECISION: f64 = 1e-6;
 
 /// A flat face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
     /// Outward unit normal.
     pub normal: Vec3,
-    /// `normal . x` of its points (m).
+    /// `normal . x` of its points (m). No vertex of the body is above.
     pub offset: f64,
     /// Indices of its vertices, counter-clockwise seen from outside; at least three.
     pub corners: Vec<u32>,
@@ -20,6 +32,20 @@ pub struct Polyhedron {
     pub vertices: Vec<Vec3>,
     /// Faces.
     pub faces: Vec<Face>,
+    features: Features,
+    volume: f64,
+    inertia: Vec3,
+    circumradius: f64,
+    width: f64,
+}
+
+/// Where the body frame lies in the frame of the input: a body point `x` was given as `centre + rotation x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Centre of mass (m).
+    pub centre: Vec3,
+    /// From the body frame to the frame of the input.
+    pub rotation: Quat,
 }
 
 impl Polyhedron {
@@ -46,24 +72,223 @@ impl Polyhedron {
                 corners: corners.to_vec(),
             })
             .collect();
-        Self { vertices, faces }
+        Self::assemble(vertices, faces)
+    }
+
+    /// The convex hull of points (m), and where its centre and principal axes lie among them.
+    ///
+    /// Points closer together than `tolerance` times the extent are one (see [`COMPUTED`], [`SINGLE_PRECISION`]).
+    ///
+    /// # Errors
+    /// Fewer than four points, points in a plane, and numbers that are not finite.
+    pub fn hull(points: &[Vec3], tolerance: f64) -> Result<(Self, Placement), ShapeError> {
+        let hull = hull::hull(points, tolerance)?;
+        let at = |i: u32| hull.points[i as usize];
+        let reference = at(hull.triangles[0][0]);
+        let mass = mass::mass(hull.triangles.iter().map(|t| t.map(at)), reference);
+        let rotation = mass::principal_axes(&mass::inertia(&mass.spread));
+        let placement = Placement {
+            centre: mass.centre,
+            rotation,
+        };
+        Ok((Self::in_frame(&hull, &placement)?, placement))
+    }
+
+    /// The polyhedron with these corners (m): as [`Self::hull`], but every point must be on the surface of the hull.
+    ///
+    /// Points in the middle of a face or an edge are no corners and left out.
+    ///
+    /// # Errors
+    /// As [`Self::hull`], and [`ShapeError::Concave`] for the deepest point that is further than the tolerance inside.
+    pub fn from_corners(points: &[Vec3], tolerance: f64) -> Result<(Self, Placement), ShapeError> {
+        let (body, placement) = Self::hull(points, tolerance)?;
+        let depths = points
+            .iter()
+            .map(|p| -body.signed_distance(placement.to_body(*p)));
+        let deepest = depths.enumerate().fold(
+            (0, 0.0),
+            |best, (n, depth)| if depth > best.1 { (n, depth) } else { best },
+        );
+        // A face may be off its plane by the tolerance, and its offset is that of its furthest corner.
+        if deepest.1 > 4.0 * tolerance * 2.0 * body.circumradius {
+            let (index, depth) = deepest;
+            return Err(ShapeError::Concave {
+                index,
+                at: points[index].into(),
+                depth,
+            });
+        }
+        Ok((body, placement))
+    }
+
+    /// Flat faces from the triangles of a hull, in the body frame.
+    fn in_frame(hull: &Hull, placement: &Placement) -> Result<Self, ShapeError> {
+        let mut loops = hull::merge(hull);
+        if !is_closed(&loops) {
+            // Rounding has torn the flat faces apart; the triangles are closed whatever happens.
+            loops = hull.triangles.iter().map(|t| t.to_vec()).collect();
+        }
+        let mut used: Vec<u32> = loops.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let vertices: Vec<Vec3> = used
+            .iter()
+            .map(|&i| placement.to_body(hull.points[i as usize]))
+            .collect();
+        let mut faces = Vec::new();
+        for corners in loops {
+            let corners: Vec<u32> = corners
+                .iter()
+                .map(|c| used.binary_search(c).expect("corners are used") as u32)
+                .collect();
+            let at = |n: usize| vertices[corners[n] as usize];
+            // Newell's normal: the area vector, the best fit where corners are not quite in one plane.
+            let area = (2..corners.len()).fold(Vec3::zeros(), |sum, n| {
+                sum + (at(n - 1) - at(0)).cross(&(at(n) - at(0)))
+            });
+            let Some(normal) = area.try_normalize(0.0) else {
+                let extent = 2.0 * vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
+                return Err(ShapeError::Flat { extent, height: 0.0 });
+            };
+            let offset = vertices
+                .iter()
+                .map(|v| v.dot(&normal))
+                .fold(f64::NEG_INFINITY, f64::max);
+            faces.push(Face {
+                normal,
+                offset,
+                corners,
+            });
+        }
+        Ok(Self::assemble(vertices, faces))
+    }
+
+    /// Fills in what is computed once.
+    fn assemble(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
+        let triangles = faces
+            .iter()
+            .flat_map(fan)
+            .map(|t| t.map(|i| vertices[i as usize]));
+        let mass = mass::mass(triangles, Vec3::zeros());
+        Self {
+            features: Features::new(&vertices, &faces),
+            volume: mass.volume,
+            inertia: mass::inertia(&mass.spread).diagonal(),
+            circumradius: vertices.iter().map(Vec3::norm).fold(0.0, f64::max),
+            width: width::width(&vertices, &faces),
+            vertices,
+            faces,
+        }
+    }
+}
+
+impl Placement {
+    /// A point of the input in the body frame.
+    pub fn to_body(&self, point: Vec3) -> Vec3 {
+        self.rotation.inverse_transform_vector(&(point - self.centre))
+    }
+}
+
+/// Triangles of a face.
+fn fan(face: &Face) -> impl Iterator<Item = [u32; 3]> {
+    (2..face.corners.len()).map(|n| [face.corners[0], face.corners[n - 1], face.corners[n]])
+}
+
+/// Whether each edge is run through once each way, and the faces make up one sphere (Euler's formula).
+fn is_closed(loops: &[Vec<u32>]) -> bool {
+    let mut edges: Vec<(u32, u32)> = loops
+        .iter()
+        .flat_map(|c| (0..c.len()).map(|n| (c[n], c[(n + 1) % c.len()])))
+        .collect();
+    edges.sort_unstable();
+    let mut corners: Vec<u32> = loops.iter().flatten().copied().collect();
+    corners.sort_unstable();
+    corners.dedup();
+    loops.len() >= 4
+        && edges.windows(2).all(|pair| pair[0] != pair[1])
+        && edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
+        && corners.len() + loops.len() == edges.len() / 2 + 2
+}
+
+impl Shape for Polyhedron {
+    fn kind(&self) -> &'static str {
+        "polyhedron"
+    }
+
+    fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    fn inertia_per_mass(&self) -> Vec3 {
+        self.inertia
+    }
+
+    fn circumradius(&self) -> f64 {
+        self.circumradius
+    }
+
+    fn thickness(&self) -> f64 {
+        self.width
+    }
+
+    #[inline]
+    fn signed_distance(&self, point: Vec3) -> f64 {
+        self.features.distance(point)
+    }
+
+    fn gradient(&self, point: Vec3) -> Vec3 {
+        self.features.gradient(point)
+    }
+
+    fn support(&self, direction: Vec3) -> Vec3 {
+        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
+        for vertex in &self.vertices {
+            let height = vertex.dot(&direction);
+            if height > best.0 {
+                best = (height, *vertex);
+            }
+        }
+        best.1
+    }
+
+    fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {
+        let turn = orientation.to_rotation_matrix();
+        let first = turn * self.vertices[0];
+        self.vertices[1..]
+            .iter()
+            .fold((first, first), |(low, high), vertex| {
+                let vertex = turn * vertex;
+                (low.inf(&vertex), high.sup(&vertex))
+            })
+    }
+
+    /// The planes moved by `growth`: exact inwards, and outwards a little long beside edges; there the sphere that
+    /// holds the grown body cuts off what is far out.
+    fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
+        let (low, high) = row::ball(self.circumradius + growth.max(0.0), y, z)?;
+        let line = row::Line::new(orientation, y, z);
+        let mut clip = row::Clip { low, high };
+        for plane in &self.features.planes {
+            let [nx, ny, nz, offset] = *plane;
+            let rise = nx * line.direction.x + ny * line.direction.y + nz * line.direction.z;
+            let height = nx * line.origin.x + ny * line.origin.y + nz * line.origin.z;
+            clip.below(rise, offset + growth - height);
+        }
+        clip.interval()
+    }
+
+    fn as_polyhedron(&self) -> Option<&Polyhedron> {
+        Some(self)
+    }
+
+    /// Its flat faces, however fine a mesh is asked for.
+    fn surface_mesh(&self, _: u32) -> SurfaceMesh {
+        SurfaceMesh {
+            points: self.vertices.clone(),
+            triangles: self.faces.iter().flat_map(fan).collect(),
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_corners_of_a_box_run_counter_clockwise_seen_from_outside() {
-        let cuboid = Polyhedron::cuboid(Vec3::new(1.0, 2.0, 3.0));
-        for face in &cuboid.faces {
-            let [a, b, c] = [0, 1, 2].map(|i| cuboid.vertices[face.corners[i] as usize]);
-            assert!((b - a).cross(&(c - b)).normalize().dot(&face.normal) > 1.0 - 1e-12);
-            for &corner in &face.corners {
-                let height = cuboid.vertices[corner as usize].dot(&face.normal);
-                assert!((height - face.offset).abs() < 1e-15);
-            }
-        }
-    }
-}
+mod tests;

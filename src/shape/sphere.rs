@@ -1,6 +1,6 @@
 //! The sphere: everything in closed form.
 
-use super::{Shape, SurfaceMesh};
+use super::{Shape, SurfaceMesh, surface};
 use crate::math::{Quat, Vec3};
 use std::f64::consts::PI;
 
@@ -45,6 +45,10 @@ impl Shape for Sphere {
         direction.normalize() * self.radius
     }
 
+    fn bounds(&self, _: &Quat) -> (Vec3, Vec3) {
+        (Vec3::repeat(-self.radius), Vec3::repeat(self.radius))
+    }
+
     #[inline]
     fn row_interval(&self, _: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
         let radius = self.radius + growth;
@@ -58,40 +62,11 @@ impl Shape for Sphere {
 
     /// Icosahedron, each triangle split in four `refinement` times.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let golden = 0.5 + 0.5 * 5.0_f64.sqrt();
-        let mut points = Vec::new();
-        for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
-            points.push(Vec3::new(a, b, 0.0));
+        let mut mesh = surface::icosphere(refinement);
+        for point in &mut mesh.points {
+            *point *= self.radius;
         }
-        for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
-            points.push(Vec3::new(0.0, a, b));
-        }
-        for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
-            points.push(Vec3::new(b, 0.0, a));
-        }
-        #[rustfmt::skip]
-        let mut triangles: Vec<[u32; 3]> = vec![
-            [0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6],
-            [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10],
-            [8, 6, 7], [9, 8, 1],
-        ];
-        for _ in 0..refinement {
-            let mut middles = std::collections::HashMap::new();
-            let mut finer = Vec::with_capacity(4 * triangles.len());
-            for [a, b, c] in triangles {
-                let mut middle = |p: u32, q: u32| {
-                    *middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
-                        points.push(points[p as usize].normalize() + points[q as usize].normalize());
-                        (points.len() - 1) as u32
-                    })
-                };
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-                finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-            }
-            triangles = finer;
-        }
-        let points = points.iter().map(|p| p.normalize() * self.radius).collect();
-        SurfaceMesh { points, triangles }
+        mesh
     }
 }
 

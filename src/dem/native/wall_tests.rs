@@ -140,3 +140,459 @@ fn a_sphere_that_drops_on_a_wall_rebounds_with_the_set_restitution_and_one_memor
         );
     }
 }
+
+/// Friction `mu` at any speed worth the name, restitution `e`.
+fn sliding(mu: f64, restitution: f64) -> PairParams {
+    PairParams {
+        restitution,
+        friction_static: mu,
+        friction_kinetic: mu,
+        transition_velocity: 1e-6,
+    }
+}
+
+#[test]
+fn an_oblique_impact_that_slides_to_the_end_follows_rigid_body_theory() {
+    // The impulses are J = m (1 + e) V cos and mu J, and I = 2/5 m R^2.
+    let (mu, e, speed) = (0.1, 0.9, 0.1);
+    for degrees in [45.0_f64, 60.0] {
+        let angle = degrees.to_radians();
+        assert!(angle.tan() > 3.5 * mu * (1.0 + e), "it slides");
+        let mut thrown = Particle::at(0, 0, Vec3::new(3e-3, 4e-3, RADIUS));
+        thrown.velocity = [speed * angle.sin(), 0.0, -speed * angle.cos()];
+        let mut engine = engine(sliding(mu, e), vec![floor()], Vec3::zeros(), &[thrown]);
+        let dt = duration(mass(), RADIUS, modulus(), speed * angle.cos()) / 200.0;
+        run(&mut engine, 300, dt);
+        assert_eq!(engine.contacts().count, 0, "parted");
+        let after = first(&engine);
+        let normal = after.velocity[2] / (speed * angle.cos());
+        let tangential = after.velocity[0] / thrown.velocity[0];
+        let expected = 1.0 - mu * (1.0 + e) / angle.tan();
+        let spin = after.angular_velocity[1] * RADIUS / (2.5 * mu * (1.0 + e) * speed * angle.cos());
+        println!(
+            "{degrees} degrees: e {normal:.4}, e_t {tangential:.4} for {expected:.4}, spin off by {:.1e}",
+            spin - 1.0
+        );
+        assert!((normal - e).abs() < 0.002);
+        assert!((tangential - expected).abs() < 0.01, "{tangential}, {expected}");
+        assert!((spin - 1.0).abs() < 0.02, "{spin}");
+    }
+}
+
+#[test]
+fn a_sphere_placed_in_touching_rest_settles_to_the_hertz_depth_and_never_gains_energy() {
+    for restitution in [0.1, 0.5, 0.7, 0.926] {
+        let pair = PairParams {
+            restitution,
+            ..MATERIAL.pair
+        };
+        let gravity = Vec3::new(0.0, 0.0, -9.81);
+        let placed = Particle::at(0, 0, Vec3::new(3e-3, 4e-3, RADIUS));
+        let mut engine = engine(pair, vec![floor()], gravity, &[placed]);
+        // F = 4/3 E* sqrt(R) d^1.5 holds the weight.
+        let stiffness = 4.0 / 3.0 * modulus() * RADIUS.sqrt();
+        let depth = (mass() * 9.81 / stiffness).powf(2.0 / 3.0);
+        let period = std::f64::consts::TAU / (1.5 * 9.81 / depth).sqrt();
+        let energy = |engine: &Native| {
+            let (height, speed) = (first(engine).position[2] - RADIUS, first(engine).velocity[2]);
+            let pressed = (-height).max(0.0);
+            0.4 * stiffness * pressed.powf(2.5) + mass() * (9.81 * height + 0.5 * speed * speed)
+        };
+        let scale = mass() * 9.81 * depth;
+        let mut most = 0.0_f64;
+        for _ in 0..100 * 100 {
+            run(&mut engine, 1, period / 100.0);
+            most = most.max(energy(&engine) / scale);
+        }
+        let end = first(&engine);
+        println!(
+            "e = {restitution}: most energy {most:.1e}, depth off by {:.1e}, speed {:.1e} of the fall",
+            (RADIUS - end.position[2]) / depth - 1.0,
+            end.velocity[2].abs() / (9.81 * depth).sqrt()
+        );
+        assert!(most < 0.01, "bounded by what it started with, 0");
+        assert!(end.velocity[2].abs() < 0.06 * (9.81 * depth).sqrt());
+        // Strong damping, latched at next to no speed, lets it sink only slowly.
+        if restitution > 0.6 {
+            assert!(((RADIUS - end.position[2]) / depth - 1.0).abs() < 0.01);
+        }
+    }
+}
+
+#[test]
+fn an_elastic_sphere_in_a_closed_box_hits_all_six_walls_and_keeps_its_energy() {
+    let domain = Domain {
+        periodic: [false; 3],
+        ..TANK
+    };
+    let size = domain.size().x;
+    let walls: Vec<Wall> = (0..3)
+        .flat_map(|axis| {
+            let normal = Vec3::ith(axis, 1.0);
+            [
+                plane("low", Vec3::zeros(), normal),
+                plane("high", normal * size, -normal),
+            ]
+        })
+        .collect();
+    let mut thrown = Particle::at(0, 0, Vec3::new(5e-3, 6e-3, 7e-3));
+    thrown.velocity = [1.3, -1.0, 0.7];
+    let mut engine = alone(
+        domain,
+        contact(sliding(0.0, 1.0)),
+        walls,
+        Vec3::zeros(),
+        spheres(),
+        &[thrown],
+    );
+    let dt = duration(mass(), RADIUS, modulus(), 1.3) / 50.0;
+    let energy = thrown.velocity().norm_squared();
+    let (mut hit, mut off) = (std::collections::BTreeSet::new(), 0.0_f64);
+    for _ in 0..60_000 {
+        run(&mut engine, 1, dt);
+        hit.extend(engine.contact_states().iter().map(|state| state.wall().unwrap()));
+        if engine.contacts().count == 0 {
+            off = off.max((first(&engine).velocity().norm_squared() / energy - 1.0).abs());
+        }
+        let position = first(&engine).position();
+        assert!(position.min() > 0.9 * RADIUS && position.max() < size - 0.9 * RADIUS);
+    }
+    println!(
+        "{} impacts, energy off by at most {off:.1e}",
+        engine.contacts().begun
+    );
+    assert_eq!(hit.into_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+    assert!(engine.contacts().begun > 50 && off < 1e-3, "{off}");
+}
+
+/// A sphere that lies on the floor under gravity as deep as its weight presses it.
+fn lying(id: u64, x: f64, y: f64) -> Particle {
+    let stiffness = 4.0 / 3.0 * modulus() * RADIUS.sqrt();
+    let depth = (mass() * 9.81 / stiffness).powf(2.0 / 3.0);
+    Particle::at(id, 0, Vec3::new(x, y, RADIUS - depth))
+}
+
+const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
+
+#[test]
+fn a_piston_and_a_paddle_knock_a_resting_sphere_away_at_twice_their_speed() {
+    // Both reach the sphere after 10 ms at 0.1 m/s: the piston by 1 mm, the paddle, 5 mm from its axis, by 0.2.
+    let mut piston = floor();
+    piston.motion.velocity = Vec3::z() * 0.1;
+    let pivot = Vec3::new(1e-3, 0.0, 1e-3);
+    let mut paddle = plane("paddle", pivot, Vec3::new(0.2_f64.sin(), 0.0, 0.2_f64.cos()));
+    paddle.motion.angular_velocity = Vec3::y() * -20.0;
+    paddle.motion.pivot = pivot;
+    for wall in [piston, paddle] {
+        let resting = Particle::at(0, 0, Vec3::new(6e-3, 3e-3, 2e-3));
+        let mut engine = engine(sliding(0.0, 1.0), vec![wall], Vec3::zeros(), &[resting]);
+        run(&mut engine, 9_900, 1e-6);
+        assert_eq!(engine.contacts().begun, 0, "not yet there");
+        run(&mut engine, 600, 1e-6);
+        assert_eq!((engine.contacts().begun, engine.contacts().count), (1, 0));
+        let velocity = first(&engine).velocity();
+        println!("knocked away at {:?} of twice the speed", velocity / 0.2);
+        assert!((velocity / 0.2 - Vec3::z()).norm() < 5e-3);
+    }
+}
+
+#[test]
+fn a_belt_speeds_a_sphere_up_with_mu_g_until_it_rolls_at_two_sevenths_of_the_speed() {
+    let mut belt = floor();
+    belt.motion.velocity = Vec3::new(0.05, 0.0, 0.0);
+    let pair = PairParams {
+        transition_velocity: 1e-4,
+        ..sliding(0.2, 0.5)
+    };
+    let mut engine = engine(pair, vec![belt], GRAVITY, &[lying(0, 3e-3, 6e-3)]);
+    // It slides until mu g t = 2/7 V, at 7.3 ms.
+    run(&mut engine, 500, 1e-5);
+    let speed = first(&engine).velocity[0];
+    println!("after 5 ms {:.5} of mu g t", speed / (0.2 * 9.81 * 5e-3));
+    assert!((speed / (0.2 * 9.81 * 5e-3) - 1.0).abs() < 5e-3);
+    run(&mut engine, 1000, 1e-5);
+    let (speed, spin) = (first(&engine).velocity[0], first(&engine).angular_velocity[1]);
+    println!("rolls at {:.5} of 2/7", speed / 0.05 * 3.5);
+    assert!((speed / 0.05 - 2.0 / 7.0).abs() < 2e-3, "{speed}");
+    assert!(
+        (speed - spin * RADIUS - 0.05).abs() < 1e-4,
+        "the belt does not slip under it"
+    );
+}
+
+#[test]
+fn a_sphere_on_a_turntable_rolls_in_a_circle_at_two_sevenths_of_its_rate() {
+    // dv/dt = 2/7 W x v for a sphere that rolls on a plate turning at W (Weltner 1979).
+    let rate: f64 = 20.0;
+    let mut plate = floor();
+    plate.motion.angular_velocity = Vec3::z() * rate;
+    plate.motion.pivot = Vec3::new(6e-3, 6e-3, 0.0);
+    let mut sphere = lying(0, 8e-3, 6e-3);
+    let velocity = Vec3::new(0.01, 0.0, 0.0);
+    let matter = (Vec3::z() * rate).cross(&Vec3::new(2e-3, 0.0, 0.0));
+    // No slip: v - w x R z = the speed of the plate below.
+    let spin = Vec3::z().cross(&(velocity - matter)) / RADIUS;
+    sphere.velocity = velocity.into();
+    sphere.angular_velocity = spin.into();
+    let pair = PairParams {
+        transition_velocity: 1e-5,
+        ..sliding(0.3, 0.5)
+    };
+    let mut engine = engine(pair, vec![plate], GRAVITY, &[sphere]);
+    let turn = std::f64::consts::TAU / (2.0 / 7.0 * rate);
+    let dt = 1e-5;
+    let quarter = (0.25 * turn / dt).round() as usize;
+    run(&mut engine, quarter, dt);
+    let there = first(&engine).velocity();
+    println!("after a quarter {there:?}");
+    assert!((there - Vec3::new(0.0, 0.01, 0.0)).norm() < 3e-4);
+    run(&mut engine, 3 * quarter, dt);
+    let back = first(&engine).velocity();
+    let missed = (first(&engine).position() - sphere.position()).norm();
+    println!("after a turn {back:?}, missed by {missed:.1e} m");
+    assert!((back - velocity).norm() < 6e-4);
+    assert!(
+        missed < 0.05 * 0.01 / (2.0 / 7.0 * rate),
+        "{missed:e} m from where it began"
+    );
+}
+
+/// A pipe of 5 mm along y.
+fn pipe() -> Wall {
+    Wall {
+        name: "pipe".into(),
+        surface: Surface::Cylinder {
+            point: Vec3::new(6e-3, 0.0, 6e-3),
+            axis: Vec3::y(),
+            radius: 5e-3,
+            pipe: true,
+        },
+        motion: Motion::default(),
+        material: 0,
+    }
+}
+
+#[test]
+fn a_sphere_in_a_pipe_swings_like_a_pendulum_slower_if_it_rolls() {
+    // Small swings of length R_pipe - R: rolling adds 2/5 of the inertia.
+    for (friction, inertia) in [(0.0, 1.0_f64), (0.5, 1.4)] {
+        let pair = PairParams {
+            transition_velocity: 1e-6,
+            ..sliding(friction, 0.5)
+        };
+        let arm: f64 = 4e-3;
+        let angle: f64 = 0.05;
+        let place = Vec3::new(6e-3 + arm * angle.sin(), 3e-3, 6e-3 - arm * angle.cos());
+        let mut engine = engine(pair, vec![pipe()], GRAVITY, &[Particle::at(0, 0, place)]);
+        let period = std::f64::consts::TAU * (inertia * arm / 9.81).sqrt();
+        let dt = period / 20_000.0;
+        let mut crossings = Vec::new();
+        let mut last = first(&engine).position[0] - 6e-3;
+        for n in 0..44_000 {
+            run(&mut engine, 1, dt);
+            let now = first(&engine).position[0] - 6e-3;
+            if now * last < 0.0 {
+                crossings.push(f64::from(n) * dt);
+            }
+            last = now;
+        }
+        let measured = crossings[2] - crossings[0];
+        println!(
+            "friction {friction}: period off by {:.1e}",
+            measured / period - 1.0
+        );
+        assert!((measured / period - 1.0).abs() < 5e-3, "{}", measured / period);
+    }
+}
+
+#[test]
+fn a_sphere_lies_still_at_the_bottom_of_a_pipe() {
+    let mut engine = engine(
+        MATERIAL.pair,
+        vec![pipe()],
+        GRAVITY,
+        &[Particle::at(0, 0, Vec3::new(6e-3, 3e-3, 2e-3))],
+    );
+    run(&mut engine, 20_000, 2e-6);
+    let particle = first(&engine);
+    assert!((particle.position() - Vec3::new(6e-3, 3e-3, 2e-3)).norm() < 0.01 * RADIUS);
+    assert!(particle.velocity().norm() < 1e-5, "{:?}", particle.velocity);
+}
+
+#[test]
+fn walls_carry_the_weight_of_what_lies_on_them() {
+    // A pyramid of four in a pit with three sides.
+    let slope = |turn: f64| {
+        let (sin, cos) = turn.sin_cos();
+        let inwards = Vec3::new(cos, sin, 0.0);
+        plane(
+            "slope",
+            Vec3::new(6e-3, 6e-3, 0.0) - inwards * 1.45e-3,
+            inwards + 0.3 * Vec3::z(),
+        )
+    };
+    let third = std::f64::consts::TAU / 3.0;
+    let walls = vec![floor(), slope(0.1), slope(0.1 + third), slope(0.1 + 2.0 * third)];
+    let middle = Vec3::new(6e-3, 6e-3, 1e-3);
+    let all: Vec<Particle> = (0..4_u64)
+        .map(|n| {
+            let (sin, cos) = (third * n as f64).sin_cos();
+            let place = if n < 3 {
+                middle + Vec3::new(cos, sin, 0.0) * 1.17e-3
+            } else {
+                middle + Vec3::z() * 1.65e-3
+            };
+            Particle::at(n, 0, place)
+        })
+        .collect();
+    let mut engine = engine(MATERIAL.pair, walls, GRAVITY, &all);
+    run(&mut engine, 100_000, 2e-6);
+    let states = engine.contact_states();
+    let keys: Vec<_> = states.iter().map(|s| (s.first, s.second)).collect();
+    assert!(keys.is_sorted() && states.len() > 8, "{keys:?}");
+    let on_particles: Vec3 = (states.iter().filter(|s| s.wall().is_some()))
+        .map(|s| Vec3::from(s.force))
+        .sum();
+    let weight = 4.0 * mass() * 9.81;
+    println!(
+        "{} contacts, walls push with {:?} weights",
+        states.len(),
+        on_particles / weight
+    );
+    assert!((on_particles / weight - Vec3::z()).norm() < 1e-3);
+}
+
+#[test]
+fn unlike_walls_have_their_own_law_with_each_material() {
+    // Two spheres of two materials drop on two halves of a floor of two materials.
+    let soft = Material {
+        youngs_modulus: 1e6,
+        ..MATERIAL.material
+    };
+    let of = |restitution| PairParams {
+        restitution,
+        ..MATERIAL.pair
+    };
+    let model = ContactModel {
+        materials: vec![MATERIAL.material, soft],
+        pairs: vec![of(0.9), of(0.6), of(0.6), of(0.5)],
+        enlargement: 0.0,
+        geometry: Geometry::Exact,
+        law: ElasticLaw::Paper,
+    };
+    let templates: Arc<[Template]> = [0, 1]
+        .map(|material| Template {
+            material,
+            ..spheres()[0].clone()
+        })
+        .into();
+    for (of_wall, expected) in [(0, [0.9, 0.6]), (1, [0.6, 0.5])] {
+        let all = [0, 1].map(|n| {
+            let mut falling = Particle::at(n as u64, n, Vec3::new(3e-3 + 5e-3 * n as f64, 4e-3, RADIUS));
+            falling.velocity = [0.0, 0.0, -0.1];
+            falling
+        });
+        let mut wall = floor();
+        wall.material = of_wall;
+        let mut engine = alone(
+            TANK,
+            model.clone(),
+            vec![wall],
+            Vec3::zeros(),
+            templates.clone(),
+            &all,
+        );
+        run(&mut engine, 1000, 2e-6);
+        assert_eq!(engine.contacts().count, 0, "parted");
+        for (particle, e) in engine.particles().owned().iter().zip(expected) {
+            assert!(
+                (particle.velocity[2] / 0.1 - e).abs() < 0.003,
+                "{:?}",
+                particle.velocity
+            );
+        }
+    }
+}
+
+#[test]
+fn what_gets_behind_a_wall_or_out_of_the_box_is_named_with_the_wall() {
+    let deep = Particle::at(17, 0, Vec3::new(3e-3, 4e-3, 0.4e-3));
+    let behind = Particle::at(18, 0, Vec3::new(3e-3, 4e-3, 0.5e-3));
+    let mut fast = Particle::at(19, 0, Vec3::new(3e-3, 4e-3, 11.9e-3));
+    fast.velocity = [0.0, 0.0, 500.0];
+    let shelf = plane("shelf", Vec3::new(0.0, 0.0, 2e-3), Vec3::z());
+    let model = || Some(contact(MATERIAL.pair));
+    for (particle, contact, walls, words) in [
+        (
+            deep,
+            model(),
+            vec![floor()],
+            "and wall `z-`: overlap 6.000e-4 m deep",
+        ),
+        (behind, model(), vec![shelf], "1.500e-3 m behind the wall `shelf`"),
+        (
+            fast,
+            model(),
+            vec![],
+            "leaves the domain through its face z+, where there is no wall",
+        ),
+        (
+            fast,
+            None,
+            vec![plane("z+", Vec3::z() * 12e-3, -Vec3::z())],
+            "through its wall `z+`",
+        ),
+    ] {
+        let params = NativeParams {
+            contact,
+            walls,
+            gravity: Vec3::zeros(),
+            substeps: 1,
+        };
+        let cut = Decomposition::new(TANK, 1).unwrap();
+        let mut engine = Native::new(params, cut, 0, spheres(), &[particle]).unwrap();
+        let error = engine.advance(&Comm::Solo, &[Load::default()], 1e-6).unwrap_err();
+        println!("{error}");
+        assert_eq!(error.exit_code(), 3);
+        let (text, id) = (error.to_string(), format!("particle {} at (3.0", particle.id));
+        assert!(text.contains(words) && text.contains(&id), "{text}");
+        let place = first(&engine).position();
+        assert!((0.0..=12e-3).contains(&place.z), "it stays in the box: {place:?}");
+    }
+}
+
+#[test]
+fn only_periodic_directions_need_room_for_two_images() {
+    // Closed in z and only two diameters high.
+    let low = Domain {
+        cells: [12, 12, 4],
+        ..TANK
+    };
+    let all = [
+        Particle::at(0, 0, Vec3::new(3e-3, 3e-3, 2e-3)),
+        Particle::at(1, 0, Vec3::new(8e-3, 3e-3, 2e-3)),
+    ];
+    let with = |periodic| {
+        let params = NativeParams {
+            contact: Some(contact(MATERIAL.pair)),
+            substeps: 1,
+            ..NativeParams::default()
+        };
+        let cut = Decomposition::new(Domain { periodic, ..low }, 1).unwrap();
+        let wide = spheres()
+            .iter()
+            .map(|t| Template {
+                shape: Arc::new(Sphere { radius: 1.1e-3 }),
+                ..t.clone()
+            })
+            .collect();
+        Native::new(params, cut, 0, wide, &all)
+    };
+    assert!(with([true, true, false]).is_ok());
+    assert!(
+        with([true; 3])
+            .unwrap_err()
+            .to_string()
+            .contains("4.000000e-3 m wide")
+    );
+}

@@ -118,6 +118,23 @@ impl Canvas {
         }
     }
 
+    /// Mixes a colour into every pixel `(x, y)`, by `part` between 0 and 1.
+    pub(super) fn blend(&mut self, colour: [u8; 3], part: impl Fn(u32, u32) -> f32) {
+        let width = self.pixels.width();
+        for (index, pixel) in self.pixels.pixels_mut().iter_mut().enumerate() {
+            let part = part(index as u32 % width, index as u32 / width);
+            if part > 0.0 {
+                let mix = |old: u8, new: u8| {
+                    (f32::from(old) + part.min(1.0) * (f32::from(new) - f32::from(old))).round() as u8
+                };
+                let [r, g, b] = colour;
+                let mixed = [mix(pixel.red(), r), mix(pixel.green(), g), mix(pixel.blue(), b)];
+                *pixel = PremultipliedColorU8::from_rgba(mixed[0], mixed[1], mixed[2], 255)
+                    .expect("an opaque colour is premultiplied");
+            }
+        }
+    }
+
     /// A frame whose lines lie outside of the area `(left, top, right, bottom)`.
     pub(super) fn frame(&mut self, (l, t, r, b): (f32, f32, f32, f32), pencil: Pencil) {
         let h = 0.5 * pencil.width;

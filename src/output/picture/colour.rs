@@ -8,6 +8,10 @@ pub(super) fn rgb([r, g, b]: [u8; 3]) -> Color {
 }
 
 pub(super) const INK: [u8; 3] = [38, 38, 38];
+/// Walls.
+pub(super) const WALL: [u8; 3] = [96, 92, 88];
+/// Behind particles that nothing surrounds.
+pub(super) const BACKGROUND: [u8; 3] = [246, 246, 248];
 pub(super) const GREY: [u8; 3] = [110, 110, 110];
 pub(super) const GRID: [u8; 3] = [230, 230, 230];
 pub(super) const BLUE: [u8; 3] = [0, 90, 156];

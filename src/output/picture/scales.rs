@@ -56,6 +56,15 @@ impl Axes {
         (left.ceil() as u32, right.ceil() as u32)
     }
 
+    /// A coordinate (m) in the unit of the axes.
+    pub(super) fn coordinate(&self, axis: usize, at: f64) -> Coordinate {
+        Coordinate {
+            name: ["x", "y", "z"][axis],
+            number: format!(" = {:.2} ", at / self.unit.0),
+            unit: self.unit.1,
+        }
+    }
+
     fn axis_name(&self, axis: usize) -> Vec<Span<'static>> {
         let name = italic(["x", "y", "z"][axis]);
         match self.unit.1 {
@@ -86,7 +95,14 @@ impl Axes {
         canvas.text_upwards(&self.axis_name(plane.up), LABEL, beside, INK);
     }
 
-    pub(super) fn draw_bar(&self, canvas: &mut Canvas, (_, t, r, b): (f32, f32, f32, f32), prefix: &str) {
+    /// The colour bar right of the slice; `speed` says whose speed it means.
+    pub(super) fn draw_bar(
+        &self,
+        canvas: &mut Canvas,
+        (_, t, r, b): (f32, f32, f32, f32),
+        prefix: &str,
+        speed: &[Span],
+    ) {
         let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
         let rows = (b - t).round() as u32;
         let colours: Vec<[u8; 3]> = (0..rows)
@@ -105,10 +121,25 @@ impl Axes {
             let place = (right + 18.0, y + 0.36 * NUMBER);
             canvas.text(&[roman(&text)], NUMBER, place, Align::Start, INK);
         }
-        let unit = format!("| ({prefix}m/s)");
-        let label = [roman("speed |"), italic("u"), roman(&unit)];
+        let unit = format!(" ({prefix}m/s)");
+        let mut label = speed.to_vec();
+        label.push(roman(&unit));
         let place = (right + 60.0 + self.bar.widest(NUMBER), 0.5 * (t + b));
         canvas.text_upwards(&label, LABEL, place, INK);
+    }
+}
+
+/// Where along an axis, as text.
+pub(super) struct Coordinate {
+    name: &'static str,
+    number: String,
+    unit: Option<&'static str>,
+}
+
+impl Coordinate {
+    pub(super) fn spans(&self) -> Vec<Span<'_>> {
+        let unit = self.unit.map_or_else(|| italic("D"), roman);
+        vec![italic(self.name), roman(&self.number), unit]
     }
 }
 

@@ -1,143 +1,82 @@
-//! A slice through the middle of the box: velocity magnitude in colour, particles as outlines.
+//! A slice through the middle of the box: velocity magnitude in colour, particles as outlines, walls in grey.
 
-use super::axis::rounded_range;
-use super::canvas::{Align, Canvas, Pencil};
-use super::colour::{INK, viridis};
+use super::canvas::{Canvas, Pencil};
+use super::colour::{WALL, viridis};
 use super::outline;
+use super::page::{Panel, SpeedScale, page};
 use super::plane::Plane;
-use super::scales::{Axes, unit_prefix};
-use super::text::{above, italic, roman, width};
+use super::scales::Axes;
+use super::scene::Scene;
+use super::text::{italic, roman};
 use super::write_png;
-use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::particle::{Particle, Template};
+use crate::wall::Surface;
 use std::path::Path;
 
-/// What a velocity slice shows.
-#[derive(Clone, Copy, Debug)]
-pub struct VelocitySlice<'a> {
-    /// Name of the case, for the title.
-    pub case: &'a str,
-    /// Time over `D / u_Stokes` (-), for the title.
-    pub t_star: f64,
-    /// Box and cells.
-    pub domain: Domain,
-    /// Velocity (m/s) of all cells, x fastest.
-    pub velocity: &'a [[f32; 3]],
-    /// Geometries and materials.
-    pub templates: &'a [Template],
-    /// All particles.
-    pub particles: &'a [Particle],
-    /// Gravity; its largest component points down in the picture. If zero, z points up.
-    pub gravity: Vec3,
-    /// Velocity at the upper end of the colours (m/s); `None` takes the largest in this slice. Give the same one
-    /// to all pictures of a film.
-    pub largest_speed: Option<f64>,
-}
-
-/// Height of the slice in pixels unless it is very wide.
-const PANEL: f64 = 1000.0;
-/// Largest width of the slice in pixels.
-const WIDEST: f64 = 2200.0;
-const TOP: u32 = 90;
-const BOTTOM: u32 = 110;
-/// Smallest height of a picture in pixels.
-const LOWEST: u32 = 900;
-const TITLE: f32 = 30.0;
 /// Cuts smaller than this many pixels look like dirt and are left out.
 const SMALLEST_OUTLINE: f32 = 5.0;
 
 /// Draws the plane through the middle of the box that holds the direction of gravity and, if it can, x: the x-z
 /// plane for gravity along z. Lengths are in diameters of the first kind of particle, in metres without particles.
 ///
+/// `velocity` (m/s) is that of all cells, x fastest.
+///
 /// # Panics
 /// If there is not one velocity per cell.
-pub fn write_slice(path: &Path, picture: &VelocitySlice) -> Result<()> {
-    assert_eq!(
-        picture.velocity.len(),
-        picture.domain.cell_count(),
-        "one velocity per cell"
-    );
-    write_png(path, &draw(picture))
+pub fn write_slice(path: &Path, scene: &Scene, velocity: &[[f32; 3]]) -> Result<()> {
+    assert_eq!(velocity.len(), scene.domain.cell_count(), "one velocity per cell");
+    write_png(path, &draw(scene, velocity))
 }
 
-fn draw(picture: &VelocitySlice) -> Canvas {
-    let plane = Plane::new(&picture.domain, picture.gravity);
-    let scale = (PANEL / plane.size.1).min(WIDEST / plane.size.0);
-    let pixels = (
-        (plane.size.0 * scale).round().max(1.0) as u32,
-        (plane.size.1 * scale).round().max(1.0) as u32,
-    );
-    let field = plane.speeds(picture.velocity, pixels);
-    let largest = picture
+fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> Canvas {
+    let plane = Plane::new(&scene.domain, scene.gravity);
+    let Panel { pixels, scale } = Panel::of(&plane);
+    let field = plane.speeds(velocity, pixels);
+    let largest = scene
         .largest_speed
         .unwrap_or_else(|| f64::from(field.iter().copied().fold(0.0, f32::max)));
-    let (prefix, factor) = unit_prefix(largest);
-    // A fluid at rest but for rounding gets a scale on which that vanishes.
-    let top = if largest > 1e-9 && largest.is_finite() {
-        rounded_range(0.0, largest * factor, 10.0).1
-    } else {
-        1.0
-    };
-
+    let speeds = SpeedScale::up_to(largest);
     let colours: Vec<[u8; 3]> = field
         .iter()
-        .map(|&speed| viridis(f64::from(speed) * factor / top))
+        .map(|&speed| viridis(speeds.part(f64::from(speed))))
         .collect();
     let mut panel = Canvas::from_pixels(pixels.0, pixels.1, &colours);
-    draw_particles(&mut panel, picture, &plane, scale);
+    draw_particles(&mut panel, scene, &plane, scale);
+    let walls: Vec<Surface> = (scene.walls.iter())
+        .map(|wall| wall.surface_at(scene.clock.time))
+        .collect();
+    draw_walls(&mut panel, &plane, scale, &walls);
 
-    let diameter = picture.templates.first().map(|t| t.shape.equivalent_diameter());
-    let axes = Axes::new(diameter, &plane, pixels, top);
-    let time = format!(" = {:.1}", picture.t_star);
-    let time = [italic("t"), above("*"), roman(&time)];
-    let title = [roman(picture.case)];
-    let title_width = width(&title, TITLE) + width(&time, TITLE) + 2.0 * TITLE;
-    let (left, right) = axes.margins();
-    let page = (
-        left + right + pixels.0.max(title_width as u32),
-        (TOP + pixels.1 + BOTTOM).max(LOWEST),
-    );
-    let mut canvas = Canvas::new(page.0, page.1);
-    let corner = (
-        left + (page.0 - left - right - pixels.0) / 2,
-        TOP + (page.1 - TOP - BOTTOM - pixels.1) / 2,
-    );
-    canvas.paste(&panel, corner.0, corner.1);
-    let (l, t) = (corner.0 as f32, corner.1 as f32);
-    let area = (l, t, l + pixels.0 as f32, t + pixels.1 as f32);
-    canvas.frame(area, Pencil::new(INK, 2.0));
+    let diameter = scene.templates.first().map(|t| t.shape.equivalent_diameter());
+    let place = Axes::new(diameter, &plane, pixels, 1.0).coordinate(plane.normal, plane.height());
+    let speed = [roman("speed |"), italic("u"), roman("|")];
+    page(scene, &plane, &panel, speeds, &place.spans(), &speed)
+}
 
-    let inset = 0.5 * (title_width - pixels.0 as f32).max(0.0);
-    canvas.text(&title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
-    canvas.text(&time, TITLE, (area.2 + inset, t - 26.0), Align::End, INK);
-    axes.draw_axes(&mut canvas, &plane, area);
-    axes.draw_bar(&mut canvas, area, prefix);
-    canvas
+/// Covers the inside of walls with grey, as far as the picture shows them.
+///
+/// A pixel on the edge is covered in part.
+pub(super) fn draw_walls(panel: &mut Canvas, plane: &Plane, scale: f64, walls: &[Surface]) {
+    if walls.is_empty() {
+        return;
+    }
+    panel.blend(WALL, |x, y| {
+        let at = plane.point((f64::from(x) + 0.5) / scale, (f64::from(y) + 0.5) / scale);
+        let distance = (walls.iter().map(|wall| wall.distance(at))).fold(f64::INFINITY, f64::min);
+        (0.5 - distance * scale).clamp(0.0, 1.0) as f32
+    });
 }
 
 /// Outlines of all particles and their periodic images that the plane cuts, under a light veil.
-fn draw_particles(panel: &mut Canvas, picture: &VelocitySlice, plane: &Plane, scale: f64) {
-    let size = plane.domain.size();
-    let unit = |axis: usize| Vec3::from_fn(|i, _| f64::from(u8::from(i == axis)));
+fn draw_particles(panel: &mut Canvas, scene: &Scene, plane: &Plane, scale: f64) {
+    let unit = |axis: usize| Vec3::ith(axis, 1.0);
     let (across, up) = (unit(plane.across), unit(plane.up));
-    let middle = 0.5 * size[plane.normal] * unit(plane.normal);
-    for particle in picture.particles {
-        let shape = &*picture.templates[particle.template as usize].shape;
+    let middle = plane.height() * unit(plane.normal);
+    for particle in scene.particles {
+        let shape = &*scene.templates[particle.template as usize].shape;
         let reach = shape.circumradius();
-        let position = plane.domain.wrap(particle.position());
-        for image in 0..27 {
-            let shift = Vec3::new(
-                f64::from(image % 3 - 1),
-                f64::from(image / 3 % 3 - 1),
-                f64::from(image / 9 - 1),
-            );
-            let centre = position + shift.component_mul(&size);
-            let outside = |axis: usize| centre[axis] < -reach || centre[axis] > size[axis] + reach;
-            if outside(plane.across) || outside(plane.up) {
-                continue;
-            }
+        for centre in scene.images(particle.position(), reach, &[0, 1, 2]) {
             let outline = outline::cut(shape, &particle.orientation(), middle - centre, across, up);
             let points: Vec<(f32, f32)> = outline
                 .iter()
@@ -168,9 +107,19 @@ fn extent(points: &[(f32, f32)]) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::page::TOP;
+    use super::super::scene::Clock;
     use super::*;
+    use crate::domain::Domain;
+    use crate::particle::{Particle, Template};
     use crate::shape::Sphere;
+    use crate::wall::{Motion, Wall};
     use std::sync::Arc;
+
+    const CLOCK: Clock = Clock {
+        time: 12.3,
+        stokes_time: Some(1.0),
+    };
 
     const BOX: Domain = Domain {
         periodic: [true; 3],
@@ -197,17 +146,18 @@ mod tests {
         }]
     }
 
-    fn draw_with(gravity: Vec3, particles: &[Particle]) -> Canvas {
-        draw(&VelocitySlice {
+    fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Canvas {
+        let scene = Scene {
             case: "a rather long name of a case",
-            t_star: 12.3,
+            clock: CLOCK,
             domain: BOX,
-            velocity: &velocity(),
             templates: &templates(),
             particles,
+            walls,
             gravity,
             largest_speed: Some(1.0),
-        })
+        };
+        draw(&scene, &velocity())
     }
 
     /// Colour at a place of the box; the panel is 500 by 1000 pixels and centred.
@@ -227,7 +177,7 @@ mod tests {
     #[test]
     fn colours_are_those_of_the_middle_layer_with_gravity_pointing_down() {
         for (gravity, flipped) in [(-9.81, false), (0.0, false), (9.81, true)] {
-            let canvas = draw_with(Vec3::new(0.0, 0.0, gravity), &[]);
+            let canvas = draw_with(Vec3::new(0.0, 0.0, gravity), &[], &[]);
             for z in [0.5, 1.0, 2.0, 3.5] {
                 let down = if flipped { z } else { 4.0 - z };
                 let speed = (z / 0.1 - 0.5) / 39.0;
@@ -240,8 +190,8 @@ mod tests {
     #[test]
     fn a_particle_across_a_corner_is_outlined_on_all_four_corners_of_the_slice() {
         let corner = Particle::at(0, 0, Vec3::new(0.1, 0.55, 3.9));
-        let with = draw_with(Vec3::zeros(), &[corner]);
-        let without = draw_with(Vec3::zeros(), &[]);
+        let with = draw_with(Vec3::zeros(), &[corner], &[]);
+        let without = draw_with(Vec3::zeros(), &[], &[]);
         let differs = |x: f64, z: f64| colour_at(&with, x, 4.0 - z) != colour_at(&without, x, 4.0 - z);
         for (x, z) in [(0.05, 3.95), (1.95, 3.95), (0.05, 0.05), (1.95, 0.05)] {
             assert!(differs(x, z), "image at {x} {z}");
@@ -253,6 +203,31 @@ mod tests {
     }
 
     #[test]
+    fn what_lies_in_a_wall_is_grey() {
+        let wall = Wall {
+            name: "pipe".to_owned(),
+            surface: Surface::Cylinder {
+                point: Vec3::new(1.0, 0.55, 0.0),
+                axis: Vec3::z(),
+                radius: 0.75,
+                pipe: true,
+            },
+            motion: Motion::default(),
+            material: 0,
+        };
+        let (with, without) = (
+            draw_with(Vec3::zeros(), &[], &[wall]),
+            draw_with(Vec3::zeros(), &[], &[]),
+        );
+        for x in [0.1, 0.24, 1.76, 1.9] {
+            assert_eq!(colour_at(&with, x, 2.0), WALL);
+        }
+        for x in [0.26, 1.0, 1.74] {
+            assert_eq!(colour_at(&with, x, 2.0), colour_at(&without, x, 2.0));
+        }
+    }
+
+    #[test]
     fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures_at_least_900_pixels_high() {
         for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
             let domain = Domain {
@@ -260,16 +235,17 @@ mod tests {
                 cells,
                 dx: 1e-3,
             };
-            let canvas = draw(&VelocitySlice {
+            let scene = Scene {
                 case: "rest",
-                t_star: 0.0,
+                clock: CLOCK,
                 domain,
-                velocity: &vec![[0.0; 3]; domain.cell_count()],
                 templates: &[],
                 particles: &[],
+                walls: &[],
                 gravity: Vec3::zeros(),
                 largest_speed: None,
-            });
+            };
+            let canvas = draw(&scene, &vec![[0.0; 3]; domain.cell_count()]);
             assert!(canvas.height() >= 900 && canvas.width() < 2600);
         }
     }

@@ -1,0 +1,171 @@
+//! Bodies of every kind on the lattice: the cells they cover, and what volume these add up to.
+
+use super::*;
+use crate::domain::Domain;
+use crate::math::{Quat, nalgebra::Quaternion};
+use crate::particle::Template;
+use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use solid_fraction::cosine_ramp;
+use std::sync::Arc;
+
+/// Cells per diameter of the sphere of equal volume.
+const RESOLUTION: f64 = 12.0;
+const RAMP: f64 = 0.5;
+
+/// One body of each kind, volumes as they come.
+fn shapes() -> Vec<Arc<dyn Shape>> {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let points: Vec<Vec3> = (0..14)
+        .map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..1.0)).normalize())
+        .collect();
+    vec![
+        Arc::new(Sphere { radius: 0.7 }),
+        Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()),
+        Arc::new(Cuboid::new(Vec3::new(2.0, 1.2, 0.8)).unwrap()),
+        Arc::new(Polyhedron::hull(&points, 1e-9).unwrap().0),
+        Arc::new(Ellipsoid::new(Vec3::new(1.1, 0.6, 0.5)).unwrap()),
+        Arc::new(Cylinder::new(0.5, 1.3).unwrap()),
+        Arc::new(Capsule::new(0.4, 1.0).unwrap()),
+        Arc::new(Superellipsoid::new(Vec3::new(0.8, 0.7, 0.6), [0.4, 0.7]).unwrap()),
+    ]
+}
+
+fn random_orientation(random: &mut ChaCha8Rng) -> Quat {
+    let parts: [f64; 4] = std::array::from_fn(|_| random.random_range(-1.0..1.0));
+    Quat::new_normalize(Quaternion::new(parts[0], parts[1], parts[2], parts[3]))
+}
+
+/// Solid fraction of every cell of the box, x fastest.
+fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64> {
+    let units = Units {
+        dx: domain.dx,
+        dt: 1.0,
+        density: 1.0,
+    };
+    let params = CouplingParams {
+        units,
+        solid_ramp_width: RAMP,
+        gravity: Vec3::zeros(),
+        force_balance: ForceBalance::Mixture,
+    };
+    let template = Template {
+        shape: shape.clone(),
+        density: 1.0,
+        material: 0,
+    };
+    let store = ParticleStore {
+        templates: Arc::new([template]),
+        particles: vec![particle],
+        owned: 1,
+        owners: vec![0],
+    };
+    let decomposition = Decomposition::new(domain, 1).unwrap();
+    let mut coupling = Coupling::new(params, &decomposition, 0, shape.circumradius());
+    coupling.map(&store);
+    let mut solids = coupling.solids(&store);
+    let mut row = SolidRow::<f64>::new(domain.cells[0].div_ceil(crate::fluid::CHUNK));
+    let mut all = Vec::with_capacity(domain.cell_count());
+    for z in 0..domain.cells[2] {
+        for y in 0..domain.cells[1] {
+            row.clear();
+            Solids::<f64>::fill(&mut solids, y, z, &mut row);
+            all.extend((0..domain.cells[0]).map(|x| row.cell(x).0));
+        }
+    }
+    all
+}
+
+/// A box that holds the body at the resolution of these tests, whichever way it is turned.
+fn room(shape: &dyn Shape) -> Domain {
+    let dx = shape.equivalent_diameter() / RESOLUTION;
+    let cells = (2.0 * shape.circumradius() / dx).ceil() as usize + 4;
+    Domain {
+        periodic: [true; 3],
+        cells: [cells; 3],
+        dx,
+    }
+}
+
+fn random_pose(domain: &Domain, random: &mut ChaCha8Rng) -> Particle {
+    let somewhere = Vec3::from_fn(|_, _| 0.5 + random.random_range(-0.5..0.5) / domain.cells[0] as f64);
+    let mut particle = Particle::at(0, 0, somewhere.component_mul(&domain.size()));
+    particle.set_orientation(&random_orientation(random));
+    particle
+}
+
+#[test]
+fn every_cell_has_the_solid_fraction_of_its_distance() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for shape in shapes() {
+        let domain = room(&*shape);
+        for _ in 0..20 {
+            let particle = random_pose(&domain, &mut random);
+            let fractions = mapped(&shape, domain, particle);
+            for (n, fraction) in fractions.into_iter().enumerate() {
+                let [nx, ny, _] = domain.cells;
+                let cell = [n % nx, n / nx % ny, n / nx / ny].map(|n| (n as f64 + 0.5) * domain.dx);
+                let arm = particle.orientation().inverse() * (Vec3::from(cell) - particle.position());
+                let expected = cosine_ramp(shape.signed_distance(arm) / (RAMP * domain.dx));
+                assert!(
+                    (fraction - expected).abs() < 1e-9,
+                    "{}: {fraction} is not {expected}",
+                    shape.kind()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_mapped_volume_of_every_body_is_its_own_on_average_over_poses() {
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    for shape in shapes() {
+        let domain = room(&*shape);
+        let (mut sum, mut worst) = (0.0, 0.0_f64);
+        for _ in 0..200 {
+            let fractions = mapped(&shape, domain, random_pose(&domain, &mut random));
+            let ratio = fractions.iter().sum::<f64>() * domain.dx.powi(3) / shape.volume();
+            sum += ratio;
+            worst = if (ratio - 1.0).abs() > worst.abs() {
+                ratio - 1.0
+            } else {
+                worst
+            };
+        }
+        let mean = sum / 200.0 - 1.0;
+        println!(
+            "{}: mapped volume off by {:+.3} % on average, {:+.2} % at most",
+            shape.kind(),
+            100.0 * mean,
+            100.0 * worst
+        );
+        assert!(mean.abs() < 5e-3, "{}: {mean}", shape.kind());
+    }
+}
+
+#[test]
+fn a_body_across_one_two_or_three_periodic_faces_has_the_volume_it_has_inside() {
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    for shape in shapes() {
+        let domain = room(&*shape);
+        for _ in 0..20 {
+            let inside = random_pose(&domain, &mut random);
+            let volume = |particle| mapped(&shape, domain, particle).iter().sum::<f64>();
+            let whole = volume(inside);
+            for faces in 1..=3 {
+                let mut across = inside;
+                for axis in 0..faces {
+                    across.position[axis] -= (domain.cells[axis] / 2) as f64 * domain.dx;
+                }
+                across.position = domain.wrap(across.position()).into();
+                assert!(
+                    (volume(across) / whole - 1.0).abs() < 1e-10,
+                    "{} across {faces} faces",
+                    shape.kind()
+                );
+            }
+        }
+    }
+}

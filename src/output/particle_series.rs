@@ -1,0 +1,127 @@
+//! The paths of single particles, `particle_series.csv`.
+
+use super::series::CsvWriter;
+use crate::domain::Domain;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::Particle;
+use serde::Serialize;
+use std::path::Path;
+
+/// Particles whose paths are written: those with the lowest ids.
+pub const PARTICLES: usize = 16;
+
+/// Header of `particle_series.csv`: name and unit of every column. One row per particle and time.
+///
+/// Positions are continuous: they count the turns through periodic faces. The orientation is the unit quaternion
+/// that maps the body frame to the world frame, `w` its real part.
+pub const COLUMNS: [&str; 16] = [
+    "step (-)",
+    "t (s)",
+    "id (-)",
+    "x (m)",
+    "y (m)",
+    "z (m)",
+    "velocity_x (m/s)",
+    "velocity_y (m/s)",
+    "velocity_z (m/s)",
+    "angular_velocity_x (1/s)",
+    "angular_velocity_y (1/s)",
+    "angular_velocity_z (1/s)",
+    "orientation_w (-)",
+    "orientation_x (-)",
+    "orientation_y (-)",
+    "orientation_z (-)",
+];
+
+#[derive(Serialize)]
+struct Row {
+    step: u64,
+    time: f64,
+    id: u64,
+    position: [f64; 3],
+    velocity: [f64; 3],
+    angular_velocity: [f64; 3],
+    orientation: [f64; 4],
+}
+
+/// Writes `particle_series.csv`, one row for each of the first [`PARTICLES`] particles at a time.
+#[derive(Debug)]
+pub struct ParticleSeries {
+    writer: CsvWriter,
+    domain: Domain,
+    /// Where each particle was last, in the box and on its continuous path.
+    last: Vec<(Vec3, Vec3)>,
+}
+
+impl ParticleSeries {
+    /// Creates the file, replacing an older one, and writes the header.
+    pub fn create(path: &Path, domain: Domain) -> Result<Self> {
+        Ok(Self {
+            writer: CsvWriter::create(path, &COLUMNS)?,
+            domain,
+            last: Vec::new(),
+        })
+    }
+
+    /// Appends the first of `particles`, all of them in ascending order of id. A particle moves by less than half of the box
+    /// between two calls.
+    pub fn write(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
+        let first = &particles[..particles.len().min(PARTICLES)];
+        if self.last.len() != first.len() {
+            let here = first.iter().map(|p| self.domain.wrap(p.position()));
+            self.last = here.map(|at| (at, at)).collect();
+        }
+        for (particle, (inside, path)) in first.iter().zip(&mut self.last) {
+            let now = self.domain.wrap(particle.position());
+            *path += self.domain.nearest_image(now - *inside);
+            *inside = now;
+            let [i, j, k, w] = particle.orientation;
+            self.writer.write(&Row {
+                step,
+                time,
+                id: particle.id,
+                position: (*path).into(),
+                velocity: particle.velocity,
+                angular_velocity: particle.angular_velocity,
+                orientation: [w, i, j, k],
+            })?;
+        }
+        self.writer.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_goes_on_through_periodic_faces_and_only_the_first_particles_have_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particle_series.csv");
+        let domain = Domain {
+            periodic: [true, true, false],
+            cells: [10, 10, 10],
+            dx: 0.1,
+        };
+        let mut series = ParticleSeries::create(&path, domain).unwrap();
+        let mut particles: Vec<Particle> = (0..20).map(|id| Particle::at(id, 0, Vec3::repeat(0.5))).collect();
+        for step in 0..8_u64 {
+            let x = 0.5 + 0.2 * step as f64;
+            particles[3].position = domain.wrap(Vec3::new(x, 0.5, 0.5 - 0.01 * x)).into();
+            particles[3].angular_velocity = [1.0, 2.0, 3.0];
+            series.write(step, 0.125 * step as f64, &particles).unwrap();
+        }
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        assert_eq!(reader.headers().unwrap(), COLUMNS.to_vec());
+        let rows: Vec<Vec<f64>> = reader.deserialize().map(std::result::Result::unwrap).collect();
+        assert_eq!(rows.len(), 8 * PARTICLES);
+        let last = &rows[7 * PARTICLES + 3];
+        assert_eq!((last[0], last[1], last[2]), (7.0, 0.875, 3.0));
+        assert!(
+            (last[3] - 1.9).abs() < 1e-12 && (last[5] - 0.481).abs() < 1e-12,
+            "{last:?}"
+        );
+        assert_eq!(last[9..], [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,207 @@
+//! The particles from the side, coloured by their speeds: what there is to see without a fluid.
+
+use super::canvas::Canvas;
+use super::colour::{BACKGROUND, viridis};
+use super::page::{Panel, SpeedScale, page};
+use super::plane::Plane;
+use super::raster::{Corner, Raster};
+use super::scene::Scene;
+use super::slice::draw_walls;
+use super::text::{italic, roman};
+use super::write_png;
+use crate::error::Result;
+use crate::math::{Quat, Vec3};
+use crate::output::vtp::is_smooth;
+use crate::particle::Template;
+use crate::wall::Surface;
+use std::path::Path;
+
+/// Up to this many particles get finer meshes.
+const FEW: usize = 300;
+/// Light in the shade, over that of full light.
+const SHADE: f64 = 0.45;
+/// How far a direction may be from the line of sight, as the sine of the angle, and still count as along it.
+const ALONG: f64 = 1e-6;
+
+/// Draws all particles as seen from the side, along the axis of the box that
+/// [`write_slice`](super::write_slice) cuts across.
+///
+/// Walls that are seen edge on and pipes are drawn, too; others would hide what is behind them.
+pub fn write_side_view(path: &Path, scene: &Scene) -> Result<()> {
+    write_png(path, &draw(scene))
+}
+
+fn draw(scene: &Scene) -> Canvas {
+    let plane = Plane::new(&scene.domain, scene.gravity);
+    let Panel { pixels, scale } = Panel::of(&plane);
+    let fastest = || (scene.particles.iter()).fold(0.0, |most: f64, p| most.max(p.velocity().norm()));
+    let speeds = SpeedScale::up_to(scene.largest_speed.unwrap_or_else(fastest));
+    let refinement = if scene.particles.len() <= FEW { 3 } else { 2 };
+    let bodies: Vec<Body> = scene.templates.iter().map(|t| Body::new(t, refinement)).collect();
+    let mut raster = Raster::new(pixels.0, pixels.1, BACKGROUND);
+    let mut surface = 1;
+    for particle in scene.particles {
+        let body = &bodies[particle.template as usize];
+        let reach = scene.templates[particle.template as usize].shape.circumradius();
+        let colour = viridis(speeds.part(particle.velocity().norm()));
+        for centre in scene.images(particle.position(), reach, &[plane.across, plane.up]) {
+            let placed = Placed {
+                orientation: particle.orientation(),
+                centre,
+                plane: &plane,
+                scale,
+            };
+            surface = body.draw(&mut raster, &placed, colour, surface);
+        }
+    }
+    let mut panel = raster.canvas();
+    draw_walls(&mut panel, &plane, scale, &walls_edge_on(scene, &plane));
+    let what = [roman("seen along "), italic(["x", "y", "z"][plane.normal])];
+    let speed = [roman("speed of particles |"), italic("v"), roman("|")];
+    page(scene, &plane, &panel, speeds, &what, &speed)
+}
+
+/// The walls whose edge is seen, in the middle of the box: planes along the line of sight, and pipes by their outline.
+fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
+    let [_, _, towards] = plane.frame();
+    let seen = |surface: Surface| match surface {
+        Surface::Plane { normal, .. } => (normal.dot(&towards).abs() < ALONG).then_some(surface),
+        Surface::Cylinder { axis, pipe, .. } if axis.cross(&towards).norm() < ALONG || !pipe => {
+            (axis.cross(&towards).norm() < ALONG).then_some(surface)
+        }
+        Surface::Cylinder {
+            point,
+            axis,
+            radius,
+            pipe,
+        } => {
+            // Across the line of sight the widest part is seen, that beside the axis.
+            let shift = towards * (plane.point(0.0, 0.0) - point).dot(&towards);
+            (axis.dot(&towards).abs() < ALONG).then_some(Surface::Cylinder {
+                point: point + shift,
+                axis,
+                radius,
+                pipe,
+            })
+        }
+    };
+    (scene.walls.iter())
+        .filter_map(|wall| seen(wall.surface_at(scene.clock.time)))
+        .collect()
+}
+
+/// A body to draw: triangles with the normals of their corners, by the piece of surface they belong to.
+struct Body {
+    triangles: Vec<([(Vec3, Vec3); 3], u32)>,
+    pieces: u32,
+}
+
+/// Where a body is.
+struct Placed<'a> {
+    orientation: Quat,
+    centre: Vec3,
+    plane: &'a Plane,
+    scale: f64,
+}
+
+impl Body {
+    fn new(template: &Template, refinement: u32) -> Self {
+        let shape = &*template.shape;
+        if let Some(body) = shape.as_polyhedron() {
+            let mut triangles = Vec::new();
+            for (piece, face) in body.faces.iter().enumerate() {
+                let corner = |i: usize| (body.vertices[face.corners[i] as usize], face.normal);
+                let fan = 1..face.corners.len() - 1;
+                triangles.extend(fan.map(|i| ([corner(0), corner(i), corner(i + 1)], piece as u32)));
+            }
+            let pieces = body.faces.len() as u32;
+            return Self { triangles, pieces };
+        }
+        let mesh = shape.surface_mesh(refinement);
+        let smooth = is_smooth(shape, &mesh);
+        let one = |triangle: &[u32; 3]| {
+            let corners = triangle.map(|i| mesh.points[i as usize]);
+            let flat = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+            let flat = flat.try_normalize(0.0).unwrap_or_default();
+            let normal = |corner| if smooth { shape.gradient(corner) } else { flat };
+            (corners.map(|corner| (corner, normal(corner))), 0)
+        };
+        Self {
+            triangles: mesh.triangles.iter().map(one).collect(),
+            pieces: 1,
+        }
+    }
+
+    /// Draws the body with pieces from number `first` on; returns the next free number.
+    fn draw(&self, raster: &mut Raster, placed: &Placed, colour: [u8; 3], first: u32) -> u32 {
+        let [right, up, towards] = placed.plane.frame();
+        let sun = (0.6 * up - 0.45 * right + 0.7 * towards).normalize();
+        for (corners, piece) in &self.triangles {
+            let corner = |(arm, normal): (Vec3, Vec3)| {
+                let at = placed.centre + placed.orientation * arm;
+                let light = (placed.orientation * normal).dot(&sun).max(0.0);
+                Corner {
+                    at: Vec3::new(
+                        at[placed.plane.across],
+                        placed.plane.down(at[placed.plane.up]),
+                        at.dot(&towards),
+                    ) * placed.scale,
+                    light: SHADE + (1.0 - SHADE) * light,
+                }
+            };
+            raster.triangle(corners.map(corner), colour, first + piece);
+        }
+        first + self.pieces
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::Clock;
+    use super::*;
+    use crate::domain::Domain;
+    use crate::particle::Particle;
+    use crate::shape::Sphere;
+    use std::sync::Arc;
+
+    #[test]
+    fn the_nearer_particle_is_seen_in_the_colour_of_its_speed() {
+        let templates = [Template {
+            shape: Arc::new(Sphere { radius: 0.3 }),
+            density: 1.0,
+            material: 0,
+        }];
+        let moving = |y, speed| {
+            let mut particle = Particle::at(0, 0, Vec3::new(0.5, y, 0.5));
+            particle.velocity = [0.0, 0.0, speed];
+            particle
+        };
+        // Seen along y with x to the right and z upwards: small y is near.
+        for (near, far) in [(1.0, 0.0), (0.0, 1.0)] {
+            let particles = [moving(0.9, far), moving(0.2, near)];
+            let canvas = draw(&Scene {
+                case: "",
+                clock: Clock {
+                    time: 0.0,
+                    stokes_time: None,
+                },
+                domain: Domain {
+                    periodic: [false; 3],
+                    cells: [10; 3],
+                    dx: 0.1,
+                },
+                templates: &templates,
+                particles: &particles,
+                walls: &[],
+                gravity: -Vec3::z(),
+                largest_speed: Some(1.0),
+            });
+            let (x, y) = (canvas.width() / 2, canvas.height() / 2);
+            let first = 3 * (y * canvas.width() + x) as usize;
+            let [r, _, b] = canvas.rgb()[first..first + 3] else {
+                panic!()
+            };
+            assert_eq!(r > b, near > 0.5, "yellow is fast, violet is slow");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! VTK polygonal data (`.vtp`): points, vertices, lines and polygons with numbers on the points.
+
+use super::atomic::write_bytes;
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use std::io;
+use std::path::Path;
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers,
+};
+use vtkio::{IOBuffer, Vtk, xml::Compressor};
+
+/// Polygonal data in the making; every array has its values for all points, in their order.
+#[derive(Debug, Default)]
+pub(super) struct PolyData {
+    points: Vec<f32>,
+    vertices: Cells,
+    lines: Cells,
+    polygons: Cells,
+    arrays: Vec<DataArray>,
+}
+
+/// Cells of one kind: the points of all, and where each ends among them.
+#[derive(Debug, Default)]
+struct Cells {
+    connectivity: Vec<u64>,
+    offsets: Vec<u64>,
+}
+
+impl Cells {
+    fn add(&mut self, points: impl IntoIterator<Item = u64>) {
+        self.connectivity.extend(points);
+        self.offsets.push(self.connectivity.len() as u64);
+    }
+
+    /// What vtkio wants; nothing for none.
+    fn topology(self) -> Option<VertexNumbers> {
+        (!self.offsets.is_empty()).then_some(VertexNumbers::XML {
+            connectivity: self.connectivity,
+            offsets: self.offsets,
+        })
+    }
+}
+
+impl PolyData {
+    /// Adds a point (m) and returns its number.
+    pub(super) fn point(&mut self, at: Vec3) -> u64 {
+        self.points.extend(at.iter().map(|&x| x as f32));
+        (self.points.len() / 3 - 1) as u64
+    }
+
+    /// Makes a point a cell, so that it is seen.
+    pub(super) fn vertex(&mut self, point: u64) {
+        self.vertices.add([point]);
+    }
+
+    /// Adds a line through points.
+    pub(super) fn line(&mut self, points: impl IntoIterator<Item = u64>) {
+        self.lines.add(points);
+    }
+
+    /// Adds a polygon, counter-clockwise seen from its front.
+    pub(super) fn polygon(&mut self, points: impl IntoIterator<Item = u64>) {
+        self.polygons.add(points);
+    }
+
+    /// Numbers of all points.
+    pub(super) fn scalars(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
+        let values: Vec<f32> = values.into_iter().map(|x| x as f32).collect();
+        self.arrays.push(DataArray::scalars(name, 1).with_data(values));
+    }
+
+    /// Whole numbers of all points, of any type of VTK.
+    pub(super) fn integers<T>(&mut self, name: &str, values: Vec<T>)
+    where
+        IOBuffer: From<Vec<T>>,
+    {
+        self.arrays.push(DataArray::scalars(name, 1).with_data(values));
+    }
+
+    /// Vectors of all points.
+    pub(super) fn vectors(&mut self, name: &str, values: impl IntoIterator<Item = Vec3>) {
+        self.arrays.push(DataArray::vectors(name).with_data(flat(values)));
+    }
+
+    /// Normals of all points: what looks at them takes the surface for smooth.
+    pub(super) fn normals(&mut self, values: impl IntoIterator<Item = Vec3>) {
+        self.arrays
+            .push(DataArray::normals("Normals").with_data(flat(values)));
+    }
+
+    /// Writes a file that VTK reads, without points, too.
+    pub(super) fn write(self, path: &Path) -> Result<()> {
+        let empty = self.points.is_empty();
+        let piece = PolyDataPiece {
+            points: IOBuffer::F32(self.points),
+            verts: self.vertices.topology(),
+            lines: self.lines.topology(),
+            polys: self.polygons.topology(),
+            data: Attributes {
+                point: self.arrays.into_iter().map(Attribute::DataArray).collect(),
+                cell: Vec::new(),
+            },
+            ..PolyDataPiece::default()
+        };
+        let vtk = Vtk {
+            version: Version::new_xml(1, 0),
+            title: String::new(),
+            byte_order: ByteOrder::LittleEndian,
+            data: DataSet::inline(piece),
+            file_path: None,
+        };
+        let compressor = if empty { Compressor::None } else { Compressor::LZ4 };
+        // vtkio drops errors of files (a full disk is `Ok`), but not of memory.
+        let mut bytes = Vec::new();
+        vtk.try_into_xml_format(compressor, 1)
+            .and_then(|file| file.write(&mut bytes))
+            .map_err(|error| Error::io("encode", path, io::Error::other(error.to_string())))?;
+        if empty {
+            // vtkio leaves out counts that are zero, but VTK refuses a piece without them.
+            let counts =
+                "<Piece NumberOfPoints=\"0\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfPolys=\"0\">";
+            bytes = String::from_utf8_lossy(&bytes)
+                .replace("<Piece>", counts)
+                .into_bytes();
+        }
+        write_bytes(path, &bytes)
+    }
+}
+
+fn flat(values: impl IntoIterator<Item = Vec3>) -> Vec<f32> {
+    values
+        .into_iter()
+        .flat_map(|value| <[f64; 3]>::from(value).map(|x| x as f32))
+        .collect()
+}
+
+/// What vtkio reads back, for tests.
+#[cfg(test)]
+pub(super) fn read(path: &Path) -> PolyDataPiece {
+    match Vtk::import(path).unwrap().data {
+        DataSet::PolyData { mut pieces, .. } => match pieces.pop() {
+            Some(vtkio::model::Piece::Inline(piece)) => *piece,
+            other => panic!("no inline piece but {other:?}"),
+        },
+        other => panic!("no polygons but {other:?}"),
+    }
+}
+
+/// An array of [`read`] data.
+#[cfg(test)]
+pub(super) fn array(piece: &PolyDataPiece, name: &str) -> Vec<f64> {
+    let find = |attribute: &Attribute| match attribute {
+        Attribute::DataArray(array) if array.name == name => array.data.cast_into::<f64>(),
+        _ => None,
+    };
+    (piece.data.point.iter().find_map(find)).unwrap_or_else(|| panic!("no array {name}"))
+}

@@ -1,0 +1,69 @@
+//! The smallest width of a convex polyhedron.
+//!
+//! It is taken between a face and a corner, or between two edges whose common normal supports the body at both
+//! (Houle and Toussaint 1988, doi:10.1109/34.3916). The latter are the pairs of edges whose arcs on the sphere of normals
+//! cross when one of them is mirrored.
+
+use super::Face;
+use crate::math::Vec3;
+use std::collections::BTreeMap;
+
+/// Smallest distance of two parallel planes that hold the body between them (m).
+pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
+    let mut width = f64::INFINITY;
+    for face in faces {
+        let lowest = vertices
+            .iter()
+            .map(|v| face.normal.dot(v))
+            .fold(f64::INFINITY, f64::min);
+        width = width.min(face.offset - lowest);
+    }
+    let edges = edges(vertices, faces);
+    for (n, first) in edges.iter().enumerate() {
+        for second in &edges[..n] {
+            if arcs_cross(first.normals, second.normals.map(|normal| -normal)) {
+                let normal = first.along.cross(&second.along);
+                width = width.min((first.start - second.start).dot(&normal).abs() / normal.norm());
+            }
+        }
+    }
+    width
+}
+
+struct Edge {
+    start: Vec3,
+    along: Vec3,
+    /// Of the faces on either side.
+    normals: [Vec3; 2],
+}
+
+fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
+    let mut first_side = BTreeMap::new();
+    let mut edges = Vec::new();
+    for face in faces {
+        for (n, &from) in face.corners.iter().enumerate() {
+            let to = face.corners[(n + 1) % face.corners.len()];
+            if let Some(normal) = first_side.remove(&(to, from)) {
+                let start = vertices[from as usize];
+                let along = vertices[to as usize] - start;
+                edges.push(Edge {
+                    start,
+                    along,
+                    normals: [face.normal, normal],
+                });
+            } else {
+                first_side.insert((from, to), face.normal);
+            }
+        }
+    }
+    edges
+}
+
+/// Whether two arcs of great circles cross, each shorter than half a circle.
+fn arcs_cross([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> bool {
+    let (ab, cd) = (a.cross(&b), c.cross(&d));
+    let (c_side, d_side) = (c.dot(&ab), d.dot(&ab));
+    let (a_side, b_side) = (a.dot(&cd), b.dot(&cd));
+    // The last one tells crossing from lying opposite each other.
+    c_side * d_side < 0.0 && a_side * b_side < 0.0 && c_side * b_side > 0.0
+}

@@ -1,0 +1,147 @@
+//! The summary of a run.
+
+use crate::case::Setup;
+use crate::coupling::ForceBalance;
+use crate::fluid::{Collision, Precision, Real, Simd};
+use crate::output::{Estimate, ReferenceScales, ShapeSummary, Summary, WallSummary};
+use crate::simulation::Simulation;
+use crate::wall::Surface;
+use std::collections::BTreeMap;
+
+/// What was found out on the way.
+#[derive(Clone, Copy)]
+pub(super) struct Outcome {
+    /// Settling velocity over that of Stokes.
+    pub(super) estimate: Option<Estimate>,
+    pub(super) drift: Option<f64>,
+    pub(super) averaged_over: Option<[f64; 2]>,
+    pub(super) max_mach: f64,
+    pub(super) hash: u64,
+    pub(super) interrupted: bool,
+    pub(super) wall_seconds: f64,
+}
+
+pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcome: Outcome) -> Summary {
+    let Outcome {
+        estimate,
+        drift,
+        averaged_over,
+        max_mach,
+        hash,
+        interrupted,
+        wall_seconds,
+    } = outcome;
+    let steps = simulation.step;
+    let scales = setup.scales;
+    let over_schiller_naumann = scales.stokes_velocity / scales.schiller_naumann_velocity;
+    let per_step = |seconds: f64| seconds / steps.max(1) as f64;
+    let stages: BTreeMap<String, f64> = (simulation.timings.stages().iter())
+        .map(|&(name, seconds)| (name.to_owned(), per_step(seconds)))
+        .collect();
+    let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+    let wet = !setup.dry;
+    Summary {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        case: setup.name.clone(),
+        interrupted,
+        settling_velocity_over_stokes: estimate.map(|e| e.mean),
+        settling_velocity_over_schiller_naumann: estimate.map(|e| e.mean * over_schiller_naumann),
+        standard_error: estimate.and_then(|e| e.standard_error),
+        drift,
+        averaged_over,
+        particles: setup.particles.len(),
+        volume_fraction: scales.volume_fraction,
+        scales: reference_scales(setup),
+        cells,
+        steps,
+        dx: setup.domain.dx,
+        time_step: setup.units.dt,
+        relaxation_time: setup.relaxation_time,
+        mlups: steps as f64 * cells as f64 / wall_seconds / 1e6,
+        wall_seconds,
+        stages,
+        precision: precision_name(setup.precision).to_owned(),
+        simd: setup.simd.unwrap_or_else(Simd::best).name().to_owned(),
+        ranks: simulation.comm.size(),
+        threads: simulation.comm.size(),
+        state_hash: format!("{hash:016x}"),
+        dry: setup.dry,
+        mach: wet.then_some(max_mach),
+        cells_per_diameter: scales.diameter / setup.domain.dx,
+        shapes: shapes(setup),
+        walls: walls(setup),
+        collision: wet.then(|| collision_name(setup.collision).to_owned()),
+        force_balance: wet.then(|| balance_name(setup.force_balance).to_owned()),
+        input: setup.text.clone(),
+    }
+}
+
+fn reference_scales(setup: &Setup) -> ReferenceScales {
+    let scales = setup.scales;
+    ReferenceScales {
+        diameter: scales.diameter,
+        viscosity: scales.viscosity,
+        density_ratio: scales.density_ratio,
+        archimedes: scales.archimedes,
+        galileo: scales.archimedes.sqrt(),
+        stokes_velocity: scales.stokes_velocity,
+        stokes_time: scales.stokes_time,
+        schiller_naumann_velocity: scales.schiller_naumann_velocity,
+        schiller_naumann_reynolds: scales.schiller_naumann_reynolds,
+    }
+}
+
+fn shapes(setup: &Setup) -> Vec<ShapeSummary> {
+    let count = |index: usize| {
+        (setup.particles.iter())
+            .filter(|p| p.template as usize == index)
+            .count()
+    };
+    (setup.templates.iter().enumerate())
+        .map(|(index, template)| ShapeSummary {
+            kind: template.shape.kind().to_owned(),
+            equivalent_diameter: template.shape.equivalent_diameter(),
+            density: template.density,
+            count: count(index),
+        })
+        .collect()
+}
+
+fn walls(setup: &Setup) -> Vec<WallSummary> {
+    let kind = |surface: &Surface| match surface {
+        Surface::Plane { .. } => "plane",
+        Surface::Cylinder { pipe: true, .. } => "pipe",
+        Surface::Cylinder { .. } => "rod",
+    };
+    (setup.walls.iter())
+        .map(|wall| WallSummary {
+            name: wall.name.clone(),
+            kind: kind(&wall.surface).to_owned(),
+            velocity: wall.motion.velocity.into(),
+            angular_velocity: wall.motion.angular_velocity.into(),
+        })
+        .collect()
+}
+
+pub(in crate::simulation) fn precision_name(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    }
+}
+
+/// As in the case file.
+fn collision_name(collision: Collision) -> &'static str {
+    match collision {
+        Collision::Bgk => "bgk",
+        Collision::Trt { .. } => "trt",
+    }
+}
+
+/// As in the case file.
+fn balance_name(balance: ForceBalance) -> &'static str {
+    match balance {
+        ForceBalance::Mixture => "mixture",
+        ForceBalance::FluidOnly => "fluid_only",
+    }
+}

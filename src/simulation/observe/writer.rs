@@ -1,0 +1,190 @@
+//! What rank 0 writes.
+
+use super::row::{settles_for_ever, settling_direction, stokes_time};
+use super::summary::{self, Outcome};
+use super::{CONTACTS, Due, FIELDS, Frame, PARTICLES, PICTURES};
+use crate::case::Setup;
+use crate::error::Result;
+use crate::fluid::Real;
+use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
+use crate::output::progress::Workload;
+use crate::output::{
+    Collection, FieldSnapshot, OutputFiles, ParticleSeries, Progress, SeriesWriter, Summary, estimate_mean,
+    write_contacts, write_fields, write_force_chains, write_particles, write_walls,
+};
+use crate::simulation::Simulation;
+use crate::simulation::references::references;
+
+/// What rank 0 keeps open.
+pub(super) struct Writer<'a> {
+    pub(super) progress: Progress,
+    setup: &'a Setup,
+    files: OutputFiles,
+    series: Option<(SeriesWriter, ParticleSeries)>,
+    fields: Collection,
+    particles: Collection,
+    contacts: Collection,
+    force_chains: Collection,
+    walls_written: bool,
+    t_star: Vec<f64>,
+    settling: Vec<f64>,
+    steps: Vec<u64>,
+    max_mach: f64,
+}
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(setup: &'a Setup, quiet: bool) -> Self {
+        let files = OutputFiles::new(&setup.output.directory);
+        let work = Workload {
+            steps: setup.end_step,
+            cells: if setup.dry { 0 } else { setup.domain.cell_count() },
+            time_step: setup.units.dt,
+            stokes_time: stokes_time(setup),
+        };
+        Self {
+            progress: Progress::new(work, quiet),
+            setup,
+            series: None,
+            fields: Collection::new(files.fields_collection()),
+            particles: Collection::new(files.particles_collection()),
+            contacts: Collection::new(files.contacts_collection()),
+            force_chains: Collection::new(files.force_chains_collection()),
+            walls_written: false,
+            files,
+            t_star: Vec::new(),
+            settling: Vec::new(),
+            steps: Vec::new(),
+            max_mach: 0.0,
+        }
+    }
+
+    /// Writes the files that are due, and takes note of the sample if there is one.
+    pub(super) fn write(&mut self, frame: &Frame, due: Due) -> Result<()> {
+        let setup = self.setup;
+        let (step, particles) = (frame.step, &frame.particles);
+        let time = step as f64 * setup.units.dt;
+        self.write_rows(frame)?;
+        if let (true, Some(fields)) = (due[FIELDS], &frame.fields) {
+            let path = self.files.fields(step);
+            write_fields(
+                &path,
+                &FieldSnapshot {
+                    domain: setup.domain,
+                    time,
+                    velocity: &fields.velocity,
+                    pressure: &fields.pressure,
+                    solid_fraction: &fields.solid_fraction,
+                },
+            )?;
+            self.fields.add(time, &path)?;
+        }
+        if due[PARTICLES] {
+            let path = self.files.particles(step);
+            write_particles(&path, &setup.domain, &setup.templates, particles)?;
+            self.particles.add(time, &path)?;
+            if !self.walls_written && !setup.walls.is_empty() {
+                write_walls(&self.files.walls(), &setup.domain, &setup.walls)?;
+                self.walls_written = true;
+            }
+        }
+        if let (true, Some(contacts)) = (due[CONTACTS], &frame.contacts) {
+            let path = self.files.contacts(step);
+            write_contacts(&path, contacts)?;
+            self.contacts.add(time, &path)?;
+            let path = self.files.force_chains(step);
+            write_force_chains(&path, &setup.domain, particles, contacts)?;
+            self.force_chains.add(time, &path)?;
+        }
+        if due[PICTURES] {
+            let scene = Scene {
+                case: &setup.name,
+                clock: Clock {
+                    time,
+                    stokes_time: stokes_time(setup),
+                },
+                domain: setup.domain,
+                templates: &setup.templates,
+                particles,
+                walls: &setup.walls,
+                gravity: setup.gravity,
+                largest_speed: None,
+            };
+            let path = self.files.picture(step);
+            match &frame.fields {
+                Some(fields) => write_slice(&path, &scene, &fields.velocity),
+                None => write_side_view(&path, &scene),
+            }?;
+        }
+        Ok(())
+    }
+
+    fn write_rows(&mut self, frame: &Frame) -> Result<()> {
+        let Some(row) = &frame.row else {
+            return Ok(());
+        };
+        self.t_star.push(row.t_star);
+        self.settling.push(row.settling_velocity);
+        self.steps.push(row.step);
+        self.max_mach = self.max_mach.max(row.max_mach);
+        if self.setup.output.series_every == 0 {
+            return Ok(());
+        }
+        let (series, single) = match &mut self.series {
+            Some(open) => open,
+            none => none.insert((
+                SeriesWriter::create(&self.files.series())?,
+                ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
+            )),
+        };
+        series.write(row)?;
+        single.write(row.step, row.time, &frame.particles)
+    }
+
+    /// The plot and the summary.
+    pub(super) fn finish<T: Real>(
+        mut self,
+        simulation: &mut Simulation<T>,
+        hash: u64,
+        interrupted: bool,
+        wall_seconds: f64,
+    ) -> Result<Summary> {
+        let setup = self.setup;
+        let first = self.steps.partition_point(|&step| step < setup.average_from_step);
+        let steady = settles_for_ever(setup);
+        let estimate = steady.then(|| estimate_mean(&self.settling[first..])).flatten();
+        let averaged_over = estimate.map(|_| [self.t_star[first], self.t_star[self.t_star.len() - 1]]);
+        if settling_direction(setup).is_some() && !self.settling.is_empty() {
+            let references = references(&setup.scales);
+            write_settling(
+                &self.files.settling_plot(),
+                &SettlingPlot {
+                    case: &setup.name,
+                    t_star: &self.t_star,
+                    velocity: &self.settling,
+                    mean: averaged_over.zip(estimate),
+                    references: if steady { &references } else { &[] },
+                },
+            )?;
+        }
+        let outcome = Outcome {
+            estimate,
+            drift: estimate.and_then(|e| drift(&self.settling[first..], e.mean)),
+            averaged_over,
+            max_mach: self.max_mach,
+            hash,
+            interrupted,
+            wall_seconds,
+        };
+        let summary = summary::summary(setup, simulation, outcome);
+        summary.write(&self.files.summary())?;
+        self.progress.finish(simulation.step);
+        Ok(summary)
+    }
+}
+
+/// Difference of the means of the second and the first half of a series, over its mean; `None` for too few values.
+fn drift(series: &[f64], mean: f64) -> Option<f64> {
+    let (early, late) = series.split_at(series.len() / 2);
+    let of = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
+    (series.len() >= 4 && mean != 0.0).then(|| (of(late) - of(early)) / mean)
+}
