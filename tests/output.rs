@@ -259,7 +259,8 @@ fn pile(templates: &[Template]) -> Vec<Particle> {
         .map(|id| {
             let jitter = Vec3::from_fn(|_, _| 0.2 * (unit() - 0.5));
             let position =
-                (site(id).component_mul(&Vec3::new(1.1, 1.25, 1.0)) + jitter).add_scalar(0.58) * DIAMETER;
+                (site(id).component_mul(&Vec3::new(1.1, 1.25, 1.0)) + jitter + Vec3::new(0.58, 0.0, 0.58))
+                    * DIAMETER;
             let mut particle = Particle::at(id as u64, id * 5 % templates.len(), position);
             particle.velocity = [0.0, 0.0, -0.3 * position.z / height];
             let turn = Quat::from_euler_angles(6.0 * unit(), 1.5 * unit(), 6.0 * unit());
