@@ -217,7 +217,7 @@ impl<T: Real> Fluid<T> {
     /// Completes a sweep: populations travel to and from the neighbouring blocks, and walls send them back. Collective.
     pub fn exchange(&mut self) {
         self.halo.exchange(&mut self.populations, self.phase);
-        self.walls.bounce(&mut self.populations, self.phase);
+        self.walls.bounce_late(self.phase, &mut self.populations);
     }
 
     /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`; nothing

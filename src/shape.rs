@@ -7,6 +7,7 @@ pub mod cylinder;
 pub mod ellipsoid;
 pub mod error;
 mod hull;
+pub mod mesh;
 pub mod polyhedron;
 mod row;
 pub mod sphere;

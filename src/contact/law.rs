@@ -18,7 +18,8 @@
 //! - `Paper` is the model of Marquardt et al. (2024) and the default. A face that lies flat on another is a linear spring of
 //!   stiffness `k E* sqrt(A)`. But `sqrt(V d)` is not the gradient of anything where edges or corners are pressed in: an
 //!   impact with e = 1 loses energy, the more the deeper it is. A cube of 1 mm that hits a wall at 0.1 m/s loses up to 2 % at
-//!   E = 1e7 Pa, 5 % at 1e6 Pa, 12 % at 1e5 Pa, and 0.4 % at 1e9 Pa.
+//!   E = 1e7 Pa, 5 % at 1e6 Pa, 12 % at 1e5 Pa, and 0.4 % at 1e9 Pa; two cubes that collide anyhow, at E = 1e7 Pa and 0.2 m/s,
+//!   have between 87 % and 100.4 % of their energy left.
 //! - `OverlapEnergy` is the gradient of a potential by construction, `dV = A n . dx + M . dw`, so elastic impacts of any
 //!   bodies conserve energy, whatever the depth. Its price is a stiff onset of flat faces: there `V = A d` and
 //!   `F ~ A^(5/4) d^(1/4)`, infinitely steep at `d = 0`. A box that rests on its face should sink in by next to

@@ -45,17 +45,14 @@ pub struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    /// For particles with these circumradii (m, by template), enlarged by `enlargement` (m) in contacts.
+    /// For particles that lie in spheres of these radii (m, by template), enlarged for contacts.
     ///
-    /// A rank knows a particle if its centre is at most `R + R_max + 2 enlargement + 2 dx` from the rank's block: enough
-    /// for every contact of the particles inside the block, also after each has moved by a cell.
-    pub fn new(decomposition: Decomposition, rank: usize, circumradii: &[f64], enlargement: f64) -> Self {
+    /// A rank knows a particle if its centre is at most `R + R_max + 2 dx` from the rank's block: enough for every contact of
+    /// the particles inside the block, also after each has moved by a cell.
+    pub fn new(decomposition: Decomposition, rank: usize, radii: &[f64]) -> Self {
         let dx = decomposition.domain.dx;
-        let largest = circumradii.iter().copied().fold(0.0, f64::max);
-        let reach: Vec<f64> = circumradii
-            .iter()
-            .map(|radius| radius + largest + 2.0 * enlargement + 2.0 * dx)
-            .collect();
+        let largest = radii.iter().copied().fold(0.0, f64::max);
+        let reach: Vec<f64> = (radii.iter()).map(|radius| radius + largest + 2.0 * dx).collect();
         // The sender is the owner of before the move.
         let furthest = reach.iter().copied().fold(0.0, f64::max) + 1.5 * dx;
         let zones = (0..decomposition.ranks())
@@ -146,7 +143,7 @@ mod tests {
         for ranks in [1, 2, 3, 4, 6, 8, 12] {
             let cut = Decomposition::new(domain, ranks).unwrap();
             let all: Vec<_> = (0..ranks)
-                .map(|rank| Neighbourhood::new(cut.clone(), rank, &[0.4, 0.3], 0.05))
+                .map(|rank| Neighbourhood::new(cut.clone(), rank, &[0.45, 0.35]))
                 .collect();
             for n in 0..500_u32 {
                 let part = |k: u32| f64::from(n * k % 499) / 499.0;

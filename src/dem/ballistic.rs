@@ -27,7 +27,7 @@ impl Ballistic {
         all: &[Particle],
     ) -> Self {
         let radii: Vec<f64> = templates.iter().map(|t| t.shape.circumradius()).collect();
-        let near = Neighbourhood::new(decomposition, rank, &radii, 0.0);
+        let near = Neighbourhood::new(decomposition, rank, &radii);
         let population = Population::new(&near, rank, templates, all.iter().copied());
         Self { near, population }
     }

@@ -181,7 +181,7 @@ mod tests {
             let cut = Decomposition::new(domain, ranks).unwrap();
             on_threads(ranks, |comm| {
                 let rank = comm.rank();
-                let near = Neighbourhood::new(cut.clone(), rank, &[0.3], 0.0);
+                let near = Neighbourhood::new(cut.clone(), rank, &[0.3]);
                 let mut population = Population::new(&near, rank, templates.clone(), all.clone());
                 for load in 0..population.loads.len() {
                     population.loads[load].force.x = population.store.particles[load].id as f64;

@@ -73,7 +73,7 @@ pub struct Native {
     inertias: Vec<Inertia>,
     /// By template.
     contours: Vec<Contour>,
-    /// Circumradius plus enlargement by template (m).
+    /// Radius of a sphere that holds the enlarged body by template (m).
     bounds: Vec<f64>,
     /// Radius of the sphere of equal volume plus enlargement by template (m).
     radii: Vec<f64>,
@@ -103,13 +103,15 @@ impl Native {
     ) -> Result<Self> {
         assert!(params.substeps > 0);
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let circumradii: Vec<f64> = templates.iter().map(|t| t.shape.circumradius()).collect();
-        let bounds: Vec<f64> = circumradii.iter().map(|r| r + enlargement).collect();
+        let contours: Vec<Contour> = (templates.iter())
+            .map(|t| Contour::new(t.shape.clone(), enlargement))
+            .collect();
+        let bounds: Vec<f64> = contours.iter().map(Contour::reach).collect();
         if params.contact.is_some() {
             check_images(&decomposition, all, &bounds)?;
         }
         let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
-        let near = Neighbourhood::new(decomposition, rank, &circumradii, enlargement);
+        let near = Neighbourhood::new(decomposition, rank, &bounds);
         let spun = all.iter().map(|particle| {
             let mut particle = *particle;
             let (momentum, velocity) = (Vec3::from(particle.angular_momentum), particle.angular_velocity());
@@ -120,9 +122,6 @@ impl Native {
             }
             particle
         });
-        let contours = (templates.iter())
-            .map(|t| Contour::new(t.shape.clone(), enlargement))
-            .collect();
         let population = Population::new(&near, rank, templates, spun);
         let (lo, extent) = near.window(rank);
         let radii = (population.store.templates.iter())

@@ -75,11 +75,11 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
                 flow.solid += i128::from(solid.fraction_total());
             }
             solids.collect(y, z, solid);
-            let populations = &mut fluid.populations;
+            let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
+            fluid.walls.bounce_row(entered, populations, y, z);
             if fluid.wrap_x {
                 wrap_row_x(&layout, fluid.phase, populations, y as isize, z as isize);
             } else if fluid.walls.at_row_ends() {
-                let entered = fluid.phase.next();
                 fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
             }
         }

@@ -13,7 +13,8 @@
 //! (x, i)` and `far = (w, -i)`, whichever phase it is: entering [`Phase::Away`] `far` is set from `near`, entering
 //! [`Phase::Home`] `near` from `far`; their sum is the momentum of the link in both. The rank of `x` does it for its own
 //! block, ghosts included, after the halo exchange has brought what `w`, if it was swept elsewhere, made of `near` or `far`.
-//! Links across the faces at the ends of rows are done while the row is in the cache ([`RowEnds`]); no message touches them.
+//! No message touches links across the faces at the ends of rows ([`RowEnds`]) and links between two cells of the block: they
+//! are done within the sweep, as soon as both rows have been swept, while these are in the cache.
 //!
 //! Wall cells of the box that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]), others are not swept
 //! at all: they stay finite and count nowhere.
@@ -99,11 +100,14 @@ struct Run {
     /// Place `(x, i)` of the first link; `(w, -i)` lies a distance from it that the direction tells.
     near: usize,
     count: u32,
+    /// First of the corrections, or `NO_CORRECTION`.
+    correction: u32,
     wall: u16,
     direction: u8,
-    /// Whether the links take corrections.
-    moves: bool,
 }
+
+/// Of links to walls at rest.
+const NO_CORRECTION: u32 = u32::MAX;
 
 /// Consecutive wall cells of a row.
 #[derive(Clone, Copy, Debug)]
@@ -126,11 +130,15 @@ pub(crate) struct WallRow<T> {
 /// All walls of a block.
 pub(crate) struct Walls<T> {
     motions: Vec<WallMotion>,
-    /// Links that wait for the halo exchange.
-    runs: Vec<Run>,
+    /// Links to wall cells beyond the block, which wait for the halo exchange.
+    late: Vec<Run>,
+    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at all if
+    /// there is none. The memory they touch is in the cache then.
+    early: Vec<Run>,
+    early_rows: Vec<usize>,
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
-    /// `6 w_i c_i . u_w` of the links to moving walls, in the order of the runs.
+    /// `6 w_i c_i . u_w` of the links to moving walls.
     corrections: Vec<T>,
     /// At the two ends of rows, where they meet closed faces.
     ends: Vec<RowEnds<T>>,
@@ -210,7 +218,9 @@ impl<T: Real> Walls<T> {
         let size = layout.size;
         let mut walls = Self {
             motions: boundary.motions.to_vec(),
-            runs: Vec::new(),
+            late: Vec::new(),
+            early: Vec::new(),
+            early_rows: Vec::new(),
             to_far: std::array::from_fn(|i| {
                 (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
             }),
@@ -269,39 +279,63 @@ impl<T: Real> Walls<T> {
 
     fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2]) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
+        let mut early: Vec<(usize, Run)> = Vec::new();
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             for i in 1..Q {
                 let [cx, cy, cz] = C[i];
+                let beyond = !(0..ny).contains(&(y - cy)) || !(0..nz).contains(&(z - cz));
+                // The later of the two rows.
+                let completed = (z * ny + y).max((z - cz) * ny + y - cy) as usize;
                 // The others are done at the ends of rows.
                 let first = isize::from(closed[0] && cx > 0);
                 let end = nx - isize::from(closed[1] && cx < 0);
-                let mut open: Option<Run> = None;
+                let mut last: Option<(bool, Run)> = None;
+                let mut put = |run: Option<(bool, Run)>, late: &mut Vec<Run>| match run {
+                    Some((true, run)) => late.push(run),
+                    Some((false, run)) => early.push((completed, run)),
+                    None => {}
+                };
                 for x in first..end {
                     let wall = map.at(x - cx, y - cy, z - cz);
                     if wall == NO_WALL || map.at(x, y, z) != NO_WALL {
-                        self.runs.extend(open.take());
+                        put(last.take(), &mut self.late);
                         continue;
                     }
-                    if open.is_some_and(|run| run.wall != wall) {
-                        self.runs.extend(open.take());
+                    let is_late = beyond || !(0..nx).contains(&(x - cx));
+                    if last.is_some_and(|(late, run)| run.wall != wall || late != is_late) {
+                        put(last.take(), &mut self.late);
                     }
                     let motion = self.motions[usize::from(wall)];
-                    let moves = motion.moves();
-                    let run = open.get_or_insert_with(|| Run {
-                        near: i * layout.stride + layout.cell(x, y, z),
-                        count: 0,
-                        wall,
-                        direction: i as u8,
-                        moves,
+                    let (_, run) = last.get_or_insert_with(|| {
+                        let run = Run {
+                            near: i * layout.stride + layout.cell(x, y, z),
+                            count: 0,
+                            correction: if motion.moves() {
+                                self.corrections.len() as u32
+                            } else {
+                                NO_CORRECTION
+                            },
+                            wall,
+                            direction: i as u8,
+                        };
+                        (is_late, run)
                     });
                     run.count += 1;
-                    if moves {
+                    if motion.moves() {
                         self.corrections.push(map.correction(&motion, [x, y, z], i));
                     }
                 }
-                self.runs.extend(open.take());
+                put(last.take(), &mut self.late);
             }
         }
+        assert!(self.corrections.len() < NO_CORRECTION as usize);
+        if early.is_empty() {
+            return;
+        }
+        early.sort_by_key(|&(row, _)| row);
+        let rows = 0..=(ny * nz) as usize;
+        self.early_rows = rows.map(|row| early.partition_point(|e| e.0 < row)).collect();
+        self.early = early.into_iter().map(|(_, run)| run).collect();
     }
 
     fn find_cells(&mut self, map: &Map) {
@@ -391,18 +425,31 @@ impl<T: Real> Walls<T> {
         }
     }
 
-    /// Bounces all other links, after the halo exchange; `entered` is the phase after the sweep.
-    pub(crate) fn bounce(&self, populations: &mut [T], entered: Phase) {
-        let mut corrections = self.corrections.iter();
-        for run in &self.runs {
+    /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
+    #[inline(always)]
+    pub(crate) fn bounce_row(&self, entered: Phase, populations: &mut [T], y: usize, z: usize) {
+        let row = z * self.size[1] + y;
+        if let (Some(&first), Some(&end)) = (self.early_rows.get(row), self.early_rows.get(row + 1)) {
+            self.bounce(&self.early[first..end], entered, populations);
+        }
+    }
+
+    /// Bounces the links that lead out of the block, after the halo exchange.
+    pub(crate) fn bounce_late(&self, entered: Phase, populations: &mut [T]) {
+        self.bounce(&self.late, entered, populations);
+    }
+
+    #[inline(always)]
+    fn bounce(&self, runs: &[Run], entered: Phase, populations: &mut [T]) {
+        for run in runs {
             let far = self.far(run);
             let (from, to) = match entered {
                 Phase::Away => (run.near, far),
                 Phase::Home => (far, run.near),
             };
             let count = run.count as usize;
-            if run.moves {
-                for (k, &correction) in (0..count).zip(&mut corrections) {
+            if let Some(corrections) = self.corrections_of(run) {
+                for (k, &correction) in corrections.iter().enumerate() {
                     populations[to + k] = populations[from + k] + correction;
                 }
             } else if count < CHUNK {
@@ -415,6 +462,12 @@ impl<T: Real> Walls<T> {
         }
     }
 
+    #[inline(always)]
+    fn corrections_of(&self, run: &Run) -> Option<&[T]> {
+        let first = run.correction as usize;
+        (run.correction != NO_CORRECTION).then(|| &self.corrections[first..first + run.count as usize])
+    }
+
     /// Place `(w, -i)` of the first link of a run.
     #[inline(always)]
     fn far(&self, run: &Run) -> usize {
@@ -424,12 +477,11 @@ impl<T: Real> Walls<T> {
 
     /// Sets `far` of every link so that `near`, given in the phase `Home`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [T]) {
-        let mut corrections = self.corrections.iter();
-        for run in &self.runs {
-            let far = self.far(run);
+        for run in self.late.iter().chain(&self.early) {
+            let (far, corrections) = (self.far(run), self.corrections_of(run));
             for k in 0..run.count as usize {
-                let correction = if run.moves { corrections.next() } else { None };
-                populations[far + k] = populations[run.near + k] - *correction.unwrap_or(&T::ZERO);
+                let correction = corrections.map_or(T::ZERO, |corrections| corrections[k]);
+                populations[far + k] = populations[run.near + k] - correction;
             }
         }
         for ends in &self.ends {
@@ -457,7 +509,7 @@ impl<T: Real> Walls<T> {
                 load.torque[a] -= i128::from(to_fixed((near + far) * (r[b] * c[d] - r[d] * c[b])));
             }
         };
-        for run in &self.runs {
+        for run in self.late.iter().chain(&self.early) {
             let (far, i) = (self.far(run), usize::from(run.direction));
             let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
             for k in 0..run.count as usize {

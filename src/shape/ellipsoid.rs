@@ -67,7 +67,7 @@ impl Ellipsoid {
         } else {
             for _ in 0..60 {
                 let term = terms(s);
-                let sum = term.norm_squared();
+                let root = term.norm();
                 let slope: f64 = (0..3)
                     .map(|i| {
                         if pull[i] > 0.0 {
@@ -77,9 +77,9 @@ impl Ellipsoid {
                         }
                     })
                     .sum();
-                let step = sum * (sum.sqrt() - 1.0) / slope;
-                s += step;
-                if !(step > 1e-15 * s) {
+                s += root * root * (root - 1.0) / slope;
+                // The error of the next step is the square of this one.
+                if root - 1.0 < 1e-10 {
                     break;
                 }
             }

@@ -105,22 +105,51 @@ fn on_all(what: &str, limit: f64, mut check: impl FnMut(&dyn Shape, &mut ChaCha8
     assert!(worst.is_empty(), "{worst}");
 }
 
-/// Volume, first and second moments of the turned body, by rows.
-fn integrate(shape: &dyn Shape, orientation: &Quat, rows: u32) -> (f64, Vec3, Mat3) {
-    let (low, high) = shape.bounds(orientation);
-    let step = (high - low) / f64::from(rows);
+/// Where the shadow of the body along x ends in y, at this z; `within` is in the shadow.
+fn slice(shape: &dyn Shape, turn: &Quat, [low, within, high]: [f64; 3], z: f64) -> (f64, f64) {
+    let end = |mut outside: f64| {
+        let mut inside = within;
+        for _ in 0..24 {
+            let middle = 0.5 * (inside + outside);
+            if shape.row_interval(turn, middle, z, 0.0).is_some() {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    };
+    (end(low), end(high))
+}
+
+/// Volume, first and second moments of the turned body, by rows. The sine puts more rows where they become short.
+fn integrate(shape: &dyn Shape, turn: &Quat, rows: u32) -> (f64, Vec3, Mat3) {
+    let nodes = |low: f64, high: f64| {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let step = std::f64::consts::PI / f64::from(rows);
+        (0..rows).map(move |n| {
+            let angle = step * (f64::from(n) + 0.5 - 0.5 * f64::from(rows));
+            (middle + half * angle.sin(), half * angle.cos() * step)
+        })
+    };
+    let (low, high) = shape.bounds(turn);
+    let [bottom, top] =
+        [-1.0, 1.0].map(|s| turn * shape.support(turn.inverse_transform_vector(&(Vec3::z() * s))));
     let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
-    for n in 0..rows * rows {
-        let y = low.y + step.y * (f64::from(n % rows) + 0.5);
-        let z = low.z + step.z * (f64::from(n / rows) + 0.5);
-        if let Some((a, b)) = shape.row_interval(orientation, y, z, 0.0) {
-            let weight = step.y * step.z;
-            let moments = [b - a, (b * b - a * a) / 2.0, (b * b * b - a * a * a) / 3.0].map(|m| m * weight);
-            volume += moments[0];
-            first += Vec3::new(moments[1], y * moments[0], z * moments[0]);
-            let (xy, xz, yz) = (y * moments[1], z * moments[1], y * z * moments[0]);
-            let (yy, zz) = (y * y * moments[0], z * z * moments[0]);
-            second += Mat3::new(moments[2], xy, xz, xy, yy, yz, xz, yz, zz);
+    for (z, z_weight) in nodes(low.z, high.z) {
+        // The line from the lowest to the highest point is in the body.
+        let within = bottom.y + (top.y - bottom.y) * (z - bottom.z) / (top.z - bottom.z);
+        let ends = slice(shape, turn, [low.y, within, high.y], z);
+        for (y, y_weight) in nodes(ends.0, ends.1) {
+            let Some((a, b)) = shape.row_interval(turn, y, z, 0.0) else {
+                continue;
+            };
+            let powers = [b - a, (b * b - a * a) / 2.0, (b * b * b - a * a * a) / 3.0];
+            let [one, x, xx] = powers.map(|m| m * y_weight * z_weight);
+            volume += one;
+            first += Vec3::new(x, y * one, z * one);
+            let (xy, xz, yz) = (y * x, z * x, y * z * one);
+            second += Mat3::new(xx, xy, xz, xy, y * y * one, yz, xz, yz, z * z * one);
         }
     }
     (volume, first, second)
@@ -129,11 +158,10 @@ fn integrate(shape: &dyn Shape, orientation: &Quat, rows: u32) -> (f64, Vec3, Ma
 #[test]
 fn volume_centre_and_inertia_are_those_of_the_body() {
     on_all("moments", 1e-3, |shape, rng| {
-        let rows = if shape.kind() == "superellipsoid" { 64 } else { 160 };
         let mut worst = 0.0_f64;
         for _ in 0..200 {
             let orientation = orientation(rng);
-            let (volume, first, second) = integrate(shape, &orientation, rows);
+            let (volume, first, second) = integrate(shape, &orientation, 48);
             let turn = orientation.to_rotation_matrix();
             let inertia = turn * Mat3::from_diagonal(&shape.inertia_per_mass()) * turn.transpose();
             let found = (Mat3::identity() * second.trace() - second) / shape.volume();
@@ -196,8 +224,8 @@ fn to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
 
 #[test]
 fn the_distance_is_that_to_a_fine_mesh() {
-    on_all("distance to the mesh", 6e-3, |shape, rng| {
-        let mesh = shape.surface_mesh(4);
+    on_all("distance to the mesh", 1e-2, |shape, rng| {
+        let mesh = shape.surface_mesh(5);
         let triangles: Vec<_> = mesh
             .triangles
             .iter()
@@ -399,14 +427,14 @@ fn a_row_of_the_body_ends_on_its_surface() {
 fn a_row_of_the_grown_body_holds_every_point_as_close() {
     on_all("missing length", 1e-9, |shape, rng| {
         let (mut worst, mut excess, mut rows) = (0.0_f64, 0.0_f64, 0);
-        for _ in 0..1000 {
+        for _ in 0..400 {
             let growth = [0.02, 0.1, 0.3][rng.random_range(0..3)] * shape.thickness();
             let (turn, y, z) = random_row(shape, rng);
             let height = |x: f64| shape.signed_distance(turn.inverse_transform_vector(&Vec3::new(x, y, z)));
             let reach = shape.circumradius() + growth;
             let found = shape.row_interval(&turn, y, z, growth);
-            for n in -100..=100 {
-                let x = reach * f64::from(n) / 100.0;
+            for n in -20..=20 {
+                let x = reach * f64::from(n) / 20.0;
                 if height(x) <= growth {
                     let (low, high) = found.expect("a row");
                     worst = worst.max(low - x).max(x - high);
@@ -426,7 +454,7 @@ fn a_row_of_the_grown_body_holds_every_point_as_close() {
 fn a_row_of_the_shrunk_body_holds_only_points_as_deep() {
     on_all("excess depth", 1e-9, |shape, rng| {
         let (mut worst, mut missing, mut present) = (0.0_f64, 0, 0);
-        for _ in 0..1000 {
+        for _ in 0..400 {
             let growth = [-0.02, -0.1, -0.3, -0.49, -0.6][rng.random_range(0..5)] * shape.thickness();
             let (turn, y, z) = random_row(shape, rng);
             let height = |x: f64| shape.signed_distance(turn.inverse_transform_vector(&Vec3::new(x, y, z)));
@@ -434,8 +462,8 @@ fn a_row_of_the_shrunk_body_holds_only_points_as_deep() {
             if let Some((low, high)) = found {
                 worst = worst.max(height(low) - growth).max(height(high) - growth);
             }
-            for n in -100..=100 {
-                let x = shape.circumradius() * f64::from(n) / 100.0;
+            for n in -20..=20 {
+                let x = shape.circumradius() * f64::from(n) / 20.0;
                 if height(x) <= growth {
                     present += 1;
                     missing += i32::from(!found.is_some_and(|(low, high)| (low..=high).contains(&x)));
@@ -546,19 +574,31 @@ fn timing() {
             }
         }
         let rows: Vec<_> = (0..2000).map(|_| random_row(&*shape, &mut rng)).collect();
-        let start = std::time::Instant::now();
-        let mut sum = 0.0;
-        for _ in 0..20 {
-            sum += points.iter().map(|&p| shape.signed_distance(p)).sum::<f64>();
-        }
-        let distance = start.elapsed().as_secs_f64() / 40_000.0 * 1e9;
-        let start = std::time::Instant::now();
-        for growth in [shell, -shell] {
-            for (turn, y, z) in &rows {
-                sum += shape.row_interval(turn, *y, *z, growth).map_or(0.0, |row| row.1);
-            }
-        }
-        let row = start.elapsed().as_secs_f64() / 4000.0 * 1e9;
-        println!("{name}: distance {distance:.0} ns, row {row:.0} ns ({sum:.1e})");
+        let least = |run: &mut dyn FnMut() -> f64, calls: usize| {
+            let mut sum = 0.0;
+            let times = (0..10).map(|_| {
+                let start = std::time::Instant::now();
+                sum += run();
+                start.elapsed().as_secs_f64() * 1e9 / calls as f64
+            });
+            (times.fold(f64::INFINITY, f64::min), sum)
+        };
+        let distance = least(
+            &mut || points.iter().map(|&p| shape.signed_distance(p)).sum(),
+            points.len(),
+        );
+        let row = |(turn, y, z): &(Quat, f64, f64)| {
+            [shell, -shell]
+                .iter()
+                .map(|g| shape.row_interval(turn, *y, *z, *g).map_or(0.0, |row| row.1))
+                .sum::<f64>()
+        };
+        let row = least(&mut || rows.iter().map(row).sum(), 2 * rows.len());
+        println!(
+            "{name}: distance {:.0} ns, row {:.0} ns ({:.1e})",
+            distance.0,
+            row.0,
+            distance.1 + row.1
+        );
     }
 }

@@ -192,7 +192,7 @@ fn a_run_between_moving_walls_resumed_half_way_goes_on_to_the_same_bits_on_1_2_a
         .iter()
         .filter(|r| ContactState::wall_of(r.second).is_some())
         .count();
-    assert!(walls > 5 && records.len() > walls, "{walls} of {}", records.len());
+    assert!(walls > 5, "{walls} of {}", records.len());
     for ranks in [1, 2, 4] {
         on_threads(ranks, |comm| {
             let mut engine = engine(ranks, &comm, middle);

@@ -10,8 +10,9 @@
 //! (a u2 r_x + b v2 r_y) k1 / c - r_z m1 = 0                       (towards the pole)
 //! ```
 //!
-//! by Newton's method from the highest planes of a fixed grid. A step that does not lead higher is
-//! halved; where Newton fails, a search on ever finer stencils takes over.
+//! by Newton's method from the highest planes of a fixed grid. Where a step does not lead higher, the highest
+//! place of a stencil that becomes ever finer is the next start. The height is wrong in second order of what is wrong
+//! with the place, and never too high. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
 
 use crate::math::Vec3;
 
@@ -19,8 +20,10 @@ use crate::math::Vec3;
 const GRID: usize = 8;
 /// Highest points of the grid within this part of the shortest semi-axis of the highest may turn out the highest.
 const SLACK: f64 = 0.3;
-/// Steps of the coordinates that no longer count.
-const CONVERGED: f64 = 1e-11;
+/// Steps of the coordinates that no longer count: the height depends on them in second order.
+const CONVERGED: f64 = 1e-8;
+/// Stencils after which the highest place so far is taken.
+const MOST_STENCILS: u32 = 300;
 
 /// A point `u, v >= 0` with `u^p + v^p = 1` and the dual one, the gradient of the norm, `m = u^(p-1)`, `k = v^(p-1)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -192,29 +195,40 @@ impl Chart {
     /// The highest place that can be reached uphill.
     fn climb(&self, p: Vec3, start: [f64; 2]) -> Place {
         let mut here = self.place(p, start);
-        let noise = 1e-15 * self.semi_axes.max();
-        for _ in 0..40 {
-            let Some(step) = self.newton_step(p, &here) else {
+        let mut reach = 0.25 / GRID as f64;
+        for _ in 0..MOST_STENCILS {
+            if reach <= CONVERGED {
                 break;
-            };
-            let mut taken = None;
-            for halving in 0..6 {
-                let scale = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125][halving];
-                let at: [f64; 2] = std::array::from_fn(|i| (here.at[i] + scale * step[i]).clamp(0.0, 1.0));
-                let there = self.place(p, at);
-                if there.height >= here.height - noise {
-                    taken = Some(there);
-                    break;
-                }
             }
-            let Some(there) = taken else { break };
-            let moved = (0..2).fold(0.0_f64, |m, i| m.max((there.at[i] - here.at[i]).abs()));
-            here = there;
-            if moved <= CONVERGED {
-                return here;
+            match self.newton(p, here) {
+                Ok(found) => return found,
+                Err(reached) => here = reached,
+            }
+            match self.highest_around(p, &here, reach) {
+                Some(higher) => here = higher,
+                None => reach *= 0.5,
             }
         }
-        self.search(p, here)
+        here
+    }
+
+    /// Newton's method while it leads uphill; an error where it does not.
+    fn newton(&self, p: Vec3, mut here: Place) -> Result<Place, Place> {
+        let noise = 1e-14 * self.semi_axes.max();
+        for _ in 0..20 {
+            let step = self.newton_step(p, &here).ok_or(here)?;
+            let at = [0, 1].map(|i| (here.at[i] + step[i]).clamp(0.0, 1.0));
+            let there = self.place(p, at);
+            if there.height < here.height - noise {
+                return Err(here);
+            }
+            here = there;
+            // The whole step: one that the rim of the octant cut short has not arrived.
+            if step.iter().all(|x| x.abs() <= CONVERGED) {
+                return Ok(here);
+            }
+        }
+        Err(here)
     }
 
     /// Newton's step for the two equations of the head of this module.
@@ -244,24 +258,16 @@ impl Chart {
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
 
-    /// The highest of the places around, on stencils that are halved when the middle is the highest.
-    fn search(&self, p: Vec3, mut here: Place) -> Place {
-        let mut reach = 0.5 / GRID as f64;
-        while reach > CONVERGED {
-            let mut best = here;
-            for n in 0..9 {
-                let shift = [(n % 3) as f64 - 1.0, (n / 3) as f64 - 1.0];
-                let at: [f64; 2] = std::array::from_fn(|i| (here.at[i] + reach * shift[i]).clamp(0.0, 1.0));
-                let there = self.place(p, at);
-                best = if there.height > best.height { there } else { best };
-            }
-            if best.height > here.height {
-                here = best;
-            } else {
-                reach *= 0.5;
-            }
+    /// The highest of the places around, if one is higher.
+    fn highest_around(&self, p: Vec3, here: &Place, reach: f64) -> Option<Place> {
+        let mut best = *here;
+        for n in 0..9 {
+            let shift = [f64::from(n % 3 - 1), f64::from(n / 3 - 1)];
+            let at = [0, 1].map(|i| (here.at[i] + reach * shift[i]).clamp(0.0, 1.0));
+            let there = self.place(p, at);
+            best = if there.height > best.height { there } else { best };
         }
-        here
+        (best.height > here.height).then_some(best)
     }
 }
 

@@ -1,0 +1,184 @@
+use super::*;
+use crate::math::Quat;
+use crate::shape::Cuboid;
+use std::path::PathBuf;
+
+/// Corners of a cuboid as triangles, counter-clockwise from outside.
+fn box_facets(edges: Vec3) -> Vec<[Vec3; 3]> {
+    let mesh = Cuboid::new(edges).unwrap().surface_mesh(0);
+    mesh.triangles
+        .iter()
+        .map(|t| t.map(|i| mesh.points[i as usize]))
+        .collect()
+}
+
+fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
+    let mut text = "solid test\n".to_owned();
+    for facet in facets {
+        text += " facet normal 0 0 0\n  outer loop\n";
+        for c in facet {
+            text += &format!("   vertex {} {} {}\n", c.x, c.y, c.z);
+        }
+        text += "  endloop\n endfacet\n";
+    }
+    (text + "endsolid test\n").into_bytes()
+}
+
+fn binary_stl(facets: &[[Vec3; 3]], head: &str) -> Vec<u8> {
+    let mut bytes = head.as_bytes().to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((facets.len() as u32).to_le_bytes());
+    for facet in facets {
+        bytes.extend([0; 12]);
+        for x in facet.iter().flatten() {
+            bytes.extend((*x as f32).to_le_bytes());
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+fn read_bytes(name: &str, bytes: &[u8], hull: bool) -> Result<(Polyhedron, Placement), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    read(&path, 1e-3, hull).map_err(|e| {
+        let message = e.to_string();
+        assert!(message.contains(name), "the file is named: {message}");
+        message
+    })
+}
+
+const OBJ_CUBE: &str = "# unit cube\nmtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n\
+    v 0 1 1\nvn 0 0 1\nf 4 3 2 1\nf 5//1 6//1 7//1 8//1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn a_cube_from_any_file_is_the_cuboid() {
+    let edges = Vec3::repeat(1.0);
+    let cuboid = Cuboid::new(edges * 1e-3).unwrap();
+    let facets = box_facets(edges);
+    for (name, bytes) in [
+        ("text.stl", text_stl(&facets)),
+        ("binary.STL", binary_stl(&facets, "cube")),
+        ("misleading.stl", binary_stl(&facets, "solid cube\n")),
+        ("cube.obj", OBJ_CUBE.as_bytes().to_vec()),
+    ] {
+        let (body, placement) = read_bytes(name, &bytes, false).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((body.vertices.len(), body.faces.len()), (8, 6), "{name}");
+        assert_eq!(placement.rotation, Quat::identity());
+        assert!((body.volume() / cuboid.volume() - 1.0).abs() < 1e-12);
+        assert!((body.inertia_per_mass() - cuboid.inertia_per_mass()).amax() < 1e-18);
+        for n in 0..1000 {
+            let x = Vec3::from_fn(|i, _| (f64::from(n) * [0.618, 0.414, 0.732][i]).fract() * 2e-3 - 1e-3);
+            assert!(
+                (body.signed_distance(x) - cuboid.signed_distance(x)).abs() < 1e-12,
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_turned_box_in_single_precision_has_six_faces() {
+    let turn = Quat::from_scaled_axis(Vec3::new(0.3, 0.5, -0.7));
+    let shift = Vec3::new(20.0, -3.0, 5.0);
+    let facets: Vec<_> = box_facets(Vec3::new(1.0, 2.0, 3.0))
+        .iter()
+        .map(|f| f.map(|c| turn * c + shift))
+        .collect();
+    let (body, placement) = read_bytes("box.stl", &binary_stl(&facets, ""), false).unwrap();
+    assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
+    assert!((body.volume() / 6e-9 - 1.0).abs() < 1e-5);
+    assert!((placement.centre - shift * 1e-3).norm() < 1e-8);
+}
+
+#[test]
+fn the_stone_of_the_cases_is_a_convex_body_of_one_millimetre() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("cases/stone.stl");
+    let (stone, _) = read(&path, 1e-3, false).unwrap_or_else(|e| panic!("{e}"));
+    assert!((stone.equivalent_diameter() / 1e-3 - 1.0).abs() < 1e-5);
+    assert!((12..=60).contains(&stone.faces.len()), "{}", stone.faces.len());
+    assert!(stone.thickness() > 0.5e-3 && stone.circumradius() < 1e-3);
+}
+
+#[test]
+fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
+    let cube = box_facets(Vec3::repeat(1.0));
+    let change = |change: &dyn Fn(&mut Vec<[Vec3; 3]>)| {
+        let mut facets = cube.clone();
+        change(&mut facets);
+        binary_stl(&facets, "")
+    };
+    // One corner pulled in: all other facets stay where they are.
+    let corner = cube[0][0];
+    let dent = |f: &mut Vec<[Vec3; 3]>| {
+        for x in f.iter_mut().flatten().filter(|x| **x == corner) {
+            *x *= 0.3;
+        }
+    };
+    let flip = |f: &mut [Vec3; 3]| f.swap(1, 2);
+    let cases: Vec<(&str, Vec<u8>, &str)> = vec![
+        ("open.stl", change(&|f| f.truncate(11)), "open: facet"),
+        (
+            "inverted.stl",
+            change(&|f| f.iter_mut().for_each(flip)),
+            "inside out",
+        ),
+        (
+            "one_flipped.stl",
+            change(&|f| flip(&mut f[5])),
+            "and 5 run through",
+        ),
+        ("dent.stl", change(&dent), "concave: facet"),
+        (
+            "nan.stl",
+            change(&|f| f[7][1].y = f64::NAN),
+            "facet 7 has a corner at (0.5, NaN, 0.5)",
+        ),
+        ("infinite.stl", change(&|f| f[2][0].x = f64::INFINITY), "facet 2"),
+        (
+            "flat.stl",
+            change(&|f| f.iter_mut().flatten().for_each(|x| x.z = 0.0)),
+            "flat",
+        ),
+        (
+            "point.stl",
+            change(&|f| f.iter_mut().flatten().for_each(|x| *x = Vec3::x())),
+            "at least 4",
+        ),
+        ("empty.stl", Vec::new(), "STL"),
+        ("none.stl", change(&Vec::clear), "no facets"),
+        ("garbage.stl", b"hello, world".to_vec(), "no STL file"),
+        (
+            "text_nan.stl",
+            b"solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 nan 0\n".to_vec(),
+            "facet 0",
+        ),
+        ("wrong.ply", Vec::new(), "must be `stl` or `obj`"),
+        ("bad.obj", b"v 0 0 0\nf 1 2 3\n".to_vec(), "OBJ"),
+        ("none.obj", b"v 0 0 0\n".to_vec(), "no facets"),
+    ];
+    for (name, bytes, expected) in cases {
+        let message = read_bytes(name, &bytes, false).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    }
+    let remedied = ["open", "inverted", "one_flipped", "dent"];
+    for (name, bytes) in [
+        ("open.stl", change(&|f| f.truncate(11))),
+        ("inverted.stl", change(&|f| f.iter_mut().for_each(flip))),
+        ("dent.stl", change(&dent)),
+    ] {
+        assert!(remedied.iter().any(|r| name.starts_with(r)));
+        let message = read_bytes(name, &bytes, false).unwrap_err();
+        assert!(message.contains("`hull = true`"), "{message}");
+        assert!(read_bytes(name, &bytes, true).is_ok(), "{name}");
+    }
+}
+
+#[test]
+fn a_file_that_claims_four_thousand_million_facets_takes_no_memory() {
+    let mut bytes = binary_stl(&box_facets(Vec3::repeat(1.0)), "");
+    bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    let message = read_bytes("huge.stl", &bytes, false).unwrap_err();
+    assert!(message.contains("facet 12 cannot be read"), "{message}");
+}
