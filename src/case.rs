@@ -4,9 +4,13 @@
 //! [`Error::Input`](crate::Error::Input) with file, line, key, value and remedy.
 
 mod checks;
+mod dry;
 pub mod file;
 pub mod forms;
+mod hertz;
+mod kinds;
 pub mod located;
+mod materials;
 mod overrides;
 mod physics;
 mod placement;
@@ -14,6 +18,7 @@ mod resolve;
 mod scales;
 mod source;
 mod space;
+mod walls;
 
 use crate::contact::ContactModel;
 use crate::coupling::ForceBalance;
@@ -27,6 +32,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use file::schema;
+pub use hertz::Hertz;
 pub use resolve::load;
 
 /// A case resolved to numbers: everything a run needs, checked.

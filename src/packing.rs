@@ -11,6 +11,7 @@ pub mod relax;
 
 use crate::domain::Domain;
 use crate::math::Vec3;
+use crate::wall::Surface;
 pub use neighbours::close_pairs;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -41,12 +42,10 @@ impl Ball {
     }
 }
 
-/// Number of spheres whose volume is at least a fraction of the box (-).
-pub fn count_for_volume_fraction(domain: &Domain, fraction: f64, sphere_volume: f64) -> u64 {
-    // A fraction that was computed from a whole number of spheres gives that number back.
-    (fraction * domain.volume() / sphere_volume - 1e-9)
-        .ceil()
-        .max(1.0) as u64
+/// Number of bodies of `body_volume` (m^3) whose volume is at least a fraction (-) of `volume` (m^3).
+pub fn count_for_volume_fraction(volume: f64, fraction: f64, body_volume: f64) -> u64 {
+    // A fraction that was computed from a whole number of bodies gives that number back.
+    (fraction * volume / body_volume - 1e-9).ceil().max(1.0) as u64
 }
 
 /// Numbers in `[0, 1)`, the same on any machine.
@@ -59,10 +58,16 @@ impl Uniform {
     }
 }
 
-/// Positions (m) of `balls`, random and no closer than they may be to each other and to `fixed` ones.
+/// Positions (m) of `balls`, random and no closer than they may be to each other, to `fixed` ones, and to walls.
 ///
 /// `None` if there is no room for them.
-pub fn pack(domain: &Domain, fixed: &[(Vec3, Ball)], balls: &[Ball], seed: u64) -> Option<Vec<Vec3>> {
+pub fn pack(
+    domain: &Domain,
+    walls: &[Surface],
+    fixed: &[(Vec3, Ball)],
+    balls: &[Ball],
+    seed: u64,
+) -> Option<Vec<Vec3>> {
     let mut random = Uniform(ChaCha8Rng::seed_from_u64(seed));
     let size = domain.size();
     let mut positions: Vec<Vec3> = fixed.iter().map(|(position, _)| *position).collect();
@@ -97,6 +102,16 @@ pub fn pack(domain: &Domain, fixed: &[(Vec3, Ball)], balls: &[Ball], seed: u64) 
             positions[b] = domain.wrap(positions[b] + (1.0 - share) * push);
             moved = true;
         }
+        for i in fixed.len()..positions.len() {
+            for wall in walls {
+                let distance = wall.distance(positions[i]);
+                if distance < reaches[i] {
+                    let push = (reaches[i] * OVERSHOOT - distance) * wall.normal(positions[i]);
+                    positions[i] = domain.wrap(positions[i] + push);
+                    moved = true;
+                }
+            }
+        }
         if !moved {
             return Some(positions.split_off(fixed.len()));
         }
@@ -125,10 +140,13 @@ mod tests {
     fn the_number_of_spheres_is_that_of_the_published_study() {
         let volume = std::f64::consts::PI / 6.0;
         for (edge, fraction, count) in [(10, 0.1, 191), (12, 0.1, 331), (12, 0.3, 991), (15, 0.3, 1934)] {
-            assert_eq!(count_for_volume_fraction(&cube(edge), fraction, volume), count);
+            assert_eq!(
+                count_for_volume_fraction(cube(edge).volume(), fraction, volume),
+                count
+            );
         }
         let exact = 191.0 * volume / 1000.0;
-        assert_eq!(count_for_volume_fraction(&cube(10), exact, volume), 191);
+        assert_eq!(count_for_volume_fraction(cube(10).volume(), exact, volume), 191);
     }
 
     #[test]
@@ -136,8 +154,8 @@ mod tests {
         for (edge, fraction) in [(2, 0.2), (4, 0.35), (15, 0.3), (15, 0.35)] {
             let domain = cube(edge);
             let volume = std::f64::consts::PI / 6.0;
-            let count = count_for_volume_fraction(&domain, fraction, volume) as usize;
-            let positions = pack(&domain, &[], &vec![BALL; count], 7).unwrap();
+            let count = count_for_volume_fraction(domain.volume(), fraction, volume) as usize;
+            let positions = pack(&domain, &[], &[], &vec![BALL; count], 7).unwrap();
             assert_eq!(positions.len(), count);
             for (i, a) in positions.iter().enumerate() {
                 assert_eq!(domain.wrap(*a), *a);
@@ -152,9 +170,9 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_bits_and_another_seed_other_positions() {
         let domain = cube(6);
-        let once = pack(&domain, &[], &[BALL; 80], 3).unwrap();
-        assert_eq!(once, pack(&domain, &[], &[BALL; 80], 3).unwrap());
-        assert_ne!(once, pack(&domain, &[], &[BALL; 80], 4).unwrap());
+        let once = pack(&domain, &[], &[], &[BALL; 80], 3).unwrap();
+        assert_eq!(once, pack(&domain, &[], &[], &[BALL; 80], 3).unwrap());
+        assert_ne!(once, pack(&domain, &[], &[], &[BALL; 80], 4).unwrap());
         // Stored, so that a change of the random numbers or of the pushing is noticed.
         assert_eq!(once[0].x.to_bits(), 3.954_396_976_792_451_4_f64.to_bits());
     }
@@ -166,7 +184,7 @@ mod tests {
             (Vec3::new(0.05, 2.0, 3.9), BALL),
             (Vec3::new(2.0, 2.0, 2.0), BALL),
         ];
-        let positions = pack(&domain, &fixed, &[BALL; 30], 1).unwrap();
+        let positions = pack(&domain, &[], &fixed, &[BALL; 30], 1).unwrap();
         for (centre, _) in fixed {
             for p in &positions {
                 assert!(domain.nearest_image(p - centre).norm() >= 1.0 + DEFAULT_GAP);
@@ -176,6 +194,6 @@ mod tests {
 
     #[test]
     fn what_has_no_room_is_refused_instead_of_squeezed() {
-        assert!(pack(&cube(2), &[], &[BALL; 14], 1).is_none());
+        assert!(pack(&cube(2), &[], &[], &[BALL; 14], 1).is_none());
     }
 }

@@ -2,27 +2,48 @@
 //!
 //! `turbid check --schema` prints what stands here as a JSON schema. Numbers are in SI units unless said otherwise.
 
-use super::forms::{Entry, Gravity, Size};
+mod contacts;
+mod particles;
+mod shapes;
+mod walls;
+
+use super::forms::{Gravity, Size};
 use super::located::Located;
 use crate::coupling::ForceBalance;
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A case of turbid: resolved particles in a fluid in a periodic box. SI units.
+pub use contacts::{ContactSection, GeometryKind, MaterialSection, PairSection};
+pub use particles::ParticleSection;
+pub use shapes::{
+    CubeSection, CuboidSection, CylinderSection, EllipsoidSection, PolyhedronSection, ShapeSection,
+    SphereSection, SuperellipsoidSection,
+};
+pub use walls::{FaceSection, FacesSection, PlaneSection, RoundSection, WallSection};
+
+/// A case of turbid: resolved particles in a fluid in a box, or particles alone (`[dry]`). SI units.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
     /// The box.
     pub domain: DomainSection,
-    /// The fluid.
-    pub fluid: Located<FluidSection>,
+    /// Walls in the box besides its closed faces.
+    #[serde(default)]
+    pub walls: Vec<Located<WallSection>>,
+    /// The fluid. A case has either `[fluid]` and `[lattice]`, or `[dry]`.
+    pub fluid: Option<Located<FluidSection>>,
     /// Cell size, time step and method.
-    pub lattice: Located<LatticeSection>,
+    pub lattice: Option<Located<LatticeSection>>,
+    /// Particles without a fluid.
+    pub dry: Option<Located<DrySection>>,
     /// Kinds of particles; the diameter of the first kind is the reference length.
     #[serde(default)]
     pub particles: Vec<Located<ParticleSection>>,
-    /// Contacts between particles. The defaults are those of Marquardt et al. (2024).
+    /// Materials that particles and walls name.
+    #[serde(default)]
+    pub materials: Vec<Located<MaterialSection>>,
+    /// Contacts of particles with each other and with walls. The defaults are those of Marquardt et al. (2024).
     #[serde(default)]
     pub contact: ContactSection,
     /// What drives the flow.
@@ -41,13 +62,33 @@ pub struct Case {
 pub struct DomainSection {
     /// Edges: `[x, y, z]` in m, or `{ diameters = [x, y, z] }`. Rounded to whole cells, with a warning.
     pub size: Located<Size>,
-    /// Periodic directions. Default and only choice in this version: `[true, true, true]`.
+    /// Periodic directions; the others are closed by no-slip walls. Default `[true, true, true]`.
     #[serde(default = "all_periodic")]
     pub periodic: Located<[bool; 3]>,
+    /// Motion and material of closed faces: `"z+" = { velocity = [1e-3, 0, 0] }`. Default: all at rest.
+    #[serde(default)]
+    pub faces: FacesSection,
 }
 
 fn all_periodic() -> Located<[bool; 3]> {
     [true; 3].into()
+}
+
+/// Particles without a fluid: exactly one of `time_step`, `impact_speed`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DrySection {
+    /// Time step (s), of which contacts should last 50 or more.
+    pub time_step: Option<Located<f64>>,
+    /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the duration of the shortest one.
+    pub impact_speed: Option<Located<f64>>,
+    /// By how much every surface is grown for contacts (m). Default 0.
+    #[serde(default = "nothing")]
+    pub enlargement: Located<f64>,
+}
+
+fn nothing() -> Located<f64> {
+    0.0.into()
 }
 
 /// The fluid: its density, and exactly one of `viscosity`, `archimedes`, `galileo`.
@@ -77,9 +118,11 @@ pub struct LatticeSection {
     pub relaxation_time: Option<Located<f64>>,
     /// Time step of the fluid (s).
     pub time_step: Option<Located<f64>>,
-    /// Collision operator. Default and only choice in this version: "bgk".
+    /// Collision operator: "bgk", or "trt" with `magic_parameter`. Default "bgk".
     #[serde(default)]
-    pub collision: Collision,
+    pub collision: CollisionKind,
+    /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells. Default 3/16.
+    pub magic_parameter: Option<Located<f64>>,
     /// How solids enter the collision. Default and only choice in this version: "paper".
     #[serde(default)]
     pub coupling: Coupling,
@@ -95,10 +138,12 @@ fn solid_ramp_width() -> Located<f64> {
 /// Collision operator.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Collision {
+pub enum CollisionKind {
     /// Bhatnagar, Gross and Krook: one relaxation time.
     #[default]
     Bgk,
+    /// Two relaxation times.
+    Trt,
 }
 
 /// How solids enter the collision.
@@ -110,110 +155,18 @@ pub enum Coupling {
     Paper,
 }
 
-/// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ParticleSection {
-    /// Geometry.
-    pub shape: ShapeSection,
-    /// Density (kg/m^3).
-    pub density: Located<f64>,
-    /// Solid volume over volume of the box (-), at most 0.35: random positions.
-    pub volume_fraction: Option<Located<f64>>,
-    /// Number of particles: random positions.
-    pub count: Option<Located<u64>>,
-    /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header.
-    pub file: Option<Located<String>>,
-    /// Positions: `[x, y, z]` (m), or `{ position = [...], velocity = [...], angular_velocity = [...] }`.
-    pub list: Option<Vec<Located<Entry>>>,
-    /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
-    pub seed: Option<Located<u64>>,
-    /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters.
-    pub minimum_gap: Option<Located<f64>>,
-}
-
-/// Geometry of a particle.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ShapeSection {
-    /// A sphere.
-    Sphere(SphereSection),
-}
-
-/// A sphere.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SphereSection {
-    /// Diameter (m).
-    pub diameter: Located<f64>,
-}
-
-/// Contacts between particles; the defaults are those of Marquardt et al. (2024).
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ContactSection {
-    /// Whether particles touch at all. Default true.
-    pub enabled: bool,
-    /// Young's modulus (Pa). Default 5000, far below real materials, so that contacts last many time steps.
-    pub youngs_modulus: Located<f64>,
-    /// Poisson's ratio (-), above -1 and at most 0.5. Default 0.245.
-    pub poisson_ratio: Located<f64>,
-    /// Coefficient of restitution (-), above 0 and at most 1. Default 0.926.
-    pub restitution: Located<f64>,
-    /// Static friction coefficient (-). Default 0.32.
-    pub friction_static: Located<f64>,
-    /// Kinetic friction coefficient (-). Default 0.16.
-    pub friction_kinetic: Located<f64>,
-    /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
-    pub transition_velocity: Located<f64>,
-    /// By how much every surface is grown for contacts (cells). Default 0.2.
-    pub enlargement: Located<f64>,
-    /// How overlaps are measured. Default "exact".
-    pub geometry: GeometryKind,
-    /// Samples per direction of the sampled geometry. Default 8.
-    pub samples: Located<u32>,
-    /// Sub-steps of the particles in each fluid step. Default 1.
-    pub substeps: Located<u32>,
-}
-
-impl Default for ContactSection {
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            youngs_modulus: 5e3.into(),
-            poisson_ratio: 0.245.into(),
-            restitution: 0.926.into(),
-            friction_static: 0.32.into(),
-            friction_kinetic: 0.16.into(),
-            transition_velocity: 1e-3.into(),
-            enlargement: 0.2.into(),
-            geometry: GeometryKind::Exact,
-            samples: 8.into(),
-            substeps: 1.into(),
-        }
-    }
-}
-
-/// How overlaps are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum GeometryKind {
-    /// Closed forms where they exist.
-    Exact,
-    /// The sampled scheme of Marquardt et al. (2024).
-    Sampled,
-}
-
 /// What drives the flow.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrivingSection {
     /// Gravity (m/s^2): `[x, y, z]`, or a number for the direction -z. Default 9.80665.
     pub gravity: Located<Gravity>,
-    /// Where the force that balances the submerged weight acts. Default "mixture".
-    pub force_balance: ForceBalance,
-    /// Whether a controller removes the mean volume flux. Default true.
-    pub zero_net_flux: bool,
+    /// Where the force that balances the submerged weight acts; closed directions have none, their walls bear the
+    /// weight. Default "mixture".
+    pub force_balance: Option<Located<ForceBalance>>,
+    /// Whether a controller removes the mean volume flux. Default: true, but false in a box that is closed along
+    /// gravity or has moving walls.
+    pub zero_net_flux: Option<Located<bool>>,
     /// Uniform acceleration of the fluid besides all else (m/s^2). Default `[0, 0, 0]`.
     pub body_acceleration: Located<[f64; 3]>,
 }
@@ -222,8 +175,8 @@ impl Default for DrivingSection {
     fn default() -> Self {
         Self {
             gravity: Gravity::Downwards(9.80665).into(),
-            force_balance: ForceBalance::Mixture,
-            zero_net_flux: true,
+            force_balance: None,
+            zero_net_flux: None,
             body_acceleration: [0.0; 3].into(),
         }
     }
@@ -250,7 +203,7 @@ pub struct RunSection {
 pub enum Duration {
     /// Seconds.
     Time(f64),
-    /// Steps of the fluid.
+    /// Steps.
     Steps(u64),
     /// Units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
     StokesTimes(f64),
@@ -264,7 +217,7 @@ pub enum Every {
     Never,
     /// Seconds.
     Time(f64),
-    /// Steps of the fluid.
+    /// Steps.
     Steps(u64),
     /// Units of `t* = D / u_Stokes`.
     StokesTimes(f64),
@@ -276,12 +229,14 @@ pub enum Every {
 pub struct OutputSection {
     /// Directory for all output, relative to where turbid is started. Default `out/<name of the case file>`.
     pub directory: Option<Located<String>>,
-    /// Rows of series.csv. Default: 1000 over the run.
+    /// Rows of series.csv, which all means are taken from: cannot be "never". Default: 1000 over the run.
     pub series_every: Option<Located<Every>>,
     /// Fields (.vti): velocity, pressure, solid fraction. Default: 5 over the run.
     pub fields_every: Option<Located<Every>>,
     /// Particles (.vtp). Default: 50 over the run.
     pub particles_every: Option<Located<Every>>,
+    /// Contacts (.vtp). Default: as often as particles.
+    pub contacts_every: Option<Located<Every>>,
     /// Pictures (.png). Default: 10 over the run.
     pub picture_every: Option<Located<Every>>,
 }

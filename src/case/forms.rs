@@ -49,12 +49,56 @@ pub enum Entry {
     Moving(MovingEntry),
 }
 
+/// How a particle of a list is turned: exactly one of `axis` with `angle`, and `quaternion`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OrientationSection {
+    /// Axis it is turned about, of any length.
+    pub axis: Option<Triple>,
+    /// Angle (degrees), right-handed.
+    pub angle: Option<Located<f64>>,
+    /// Quaternion `[i, j, k, w]` of any length, from the axes of the shape to those of the box.
+    pub quaternion: Option<[Located<f64>; 4]>,
+}
+
+/// Sizes of random particles.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Sizes {
+    /// Factors and their shares.
+    Shares(Vec<Located<SizeShare>>),
+    /// Evenly spread factors.
+    Spread(SizeSpread),
+}
+
+/// One size and how many particles have it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SizeShare {
+    /// Factor on all lengths of the shape (-).
+    pub scale: Located<f64>,
+    /// Share of the number of particles (-); shares need not add up to 1.
+    pub share: Located<f64>,
+}
+
+/// Sizes evenly spread over a range, the same number of particles in each step.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SizeSpread {
+    /// Smallest and largest factor on all lengths (-); each step has the factor in its middle.
+    pub uniform: [Located<f64>; 2],
+    /// Number of sizes, from 1 to 1000. Default 5.
+    pub steps: Option<Located<u32>>,
+}
+
 /// One particle of a list with its motion.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MovingEntry {
     /// Centre (m).
     pub position: Triple,
+    /// Orientation. Default: the axes of the shape along those of the box.
+    pub orientation: Option<Located<OrientationSection>>,
     /// Velocity (m/s). Default `[0, 0, 0]`.
     #[serde(default = "zero")]
     pub velocity: Triple,
@@ -63,7 +107,8 @@ pub struct MovingEntry {
     pub angular_velocity: Triple,
 }
 
-fn zero() -> Triple {
+/// Three zeros.
+pub(super) fn zero() -> Triple {
     [0.0.into(), 0.0.into(), 0.0.into()]
 }
 
@@ -103,6 +148,8 @@ forms!(Size, "[x, y, z] in metres or { diameters = [x, y, z] }", seq Metres, map
 forms!(Gravity, "a number (along -z) or [x, y, z] in m/s^2", seq Vector, number Downwards);
 forms!(Entry, "[x, y, z] or { position = [x, y, z], velocity = [x, y, z] }", seq Position, map Moving);
 
+forms!(Sizes, "[{ scale = ..., share = ... }] or { uniform = [0.8, 1.2], steps = 5 }", seq Shares, map Spread);
+
 fn either(name: &'static str, first: &Schema, second: &Schema) -> Schema {
     json_schema!({ "title": name, "anyOf": [first, second] })
 }
@@ -137,5 +184,16 @@ impl JsonSchema for Entry {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let position = generator.subschema_for::<Triple>();
         either("Entry", &position, &generator.subschema_for::<MovingEntry>())
+    }
+}
+
+impl JsonSchema for Sizes {
+    fn schema_name() -> Cow<'static, str> {
+        "Sizes".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let shares = generator.subschema_for::<Vec<SizeShare>>();
+        either("Sizes", &shares, &generator.subschema_for::<SizeSpread>())
     }
 }

@@ -8,13 +8,25 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Keys that replace each other: setting one by an option removes the others.
-const ALTERNATIVES: [&[&str]; 6] = [
+const ALTERNATIVES: [&[&str]; 8] = [
     &["viscosity", "archimedes", "galileo"],
-    &["relaxation_time", "time_step"],
+    &["relaxation_time", "time_step", "impact_speed"],
     &["volume_fraction", "count", "file", "list"],
     &["time", "steps", "stokes_times"],
-    &["sphere"],
+    &[
+        "sphere",
+        "cuboid",
+        "cube",
+        "ellipsoid",
+        "cylinder",
+        "capsule",
+        "superellipsoid",
+        "polyhedron",
+        "mesh",
+    ],
     &["diameters"],
+    &["edge", "equivalent_diameter"],
+    &["plane", "pipe", "rod"],
 ];
 
 /// One key of each of the alternatives that make up a table of their own.

@@ -1,17 +1,22 @@
 //! Where the particles of a case are at the start.
 
+mod overlaps;
+mod random;
+
 use super::checks::at;
-use super::file::{Case, ParticleSection};
-use super::forms::{Entry, MovingEntry, Triple};
+use super::file::Case;
+use super::forms::{Entry, MovingEntry, OrientationSection, Triple};
+use super::kinds::Kinds;
 use super::located::Located;
 use super::source::Source;
+use super::walls::PlacedWall;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
-use crate::math::Vec3;
-use crate::packing::{self, Ball, positions};
+use crate::math::nalgebra::Quaternion;
+use crate::math::{Quat, Vec3};
+use crate::packing::positions;
 use crate::particle::{Particle, Template};
 use std::collections::HashMap;
-use std::fmt::Write;
 use std::ops::Range;
 use std::path::Path;
 
@@ -20,7 +25,10 @@ pub(super) struct Placer<'a> {
     pub(super) source: &'a Source,
     pub(super) case: &'a Case,
     pub(super) domain: Domain,
-    pub(super) templates: &'a [Template],
+    pub(super) kinds: &'a Kinds,
+    pub(super) walls: &'a [PlacedWall],
+    /// Volume of the box that is in no wall (m^3).
+    pub(super) free_volume: f64,
     /// Folder that positions files are relative to.
     pub(super) folder: &'a Path,
 }
@@ -62,6 +70,7 @@ impl Placer<'_> {
                 continue;
             }
             for (name, span) in [
+                ("sizes", kind.sizes.as_ref().map(|v| &v.span)),
                 ("seed", kind.seed.as_ref().map(|v| &v.span)),
                 ("minimum_gap", kind.minimum_gap.as_ref().map(|v| &v.span)),
             ] {
@@ -81,40 +90,15 @@ impl Placer<'_> {
         }
         self.number(&mut placed)?;
         self.refuse_overlaps(&placed)?;
+        self.refuse_overlaps_with_walls(&placed)?;
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
         self.pack(&random, &mut particles)?;
         particles.sort_by_key(|p| p.id);
         Ok(particles)
     }
 
-    fn radius(&self, template: usize) -> f64 {
-        self.templates[template].shape.circumradius()
-    }
-
-    /// Number of random particles of a kind, refused if there is no room for them.
-    fn count(&self, index: usize, kind: &ParticleSection) -> Result<usize> {
-        let volume = self.templates[index].shape.volume();
-        let limit = packing::MAX_VOLUME_FRACTION;
-        if let Some(fraction) = &kind.volume_fraction {
-            let key = format!("particles.{index}.volume_fraction");
-            let remedy = format!("random packing goes up to {limit}");
-            let wanted = format!("above 0 and at most {limit}");
-            self.source
-                .satisfies(&key, fraction, |x| x > 0.0 && x <= limit, &wanted, &remedy)?;
-            return Ok(packing::count_for_volume_fraction(&self.domain, fraction.value, volume) as usize);
-        }
-        let count = kind.count.as_ref().expect("checked by exactly_one");
-        let most = (limit * self.domain.volume() / volume) as u64;
-        if count.value > most {
-            return Err(self.source.out_of_range(
-                &format!("particles.{index}.count"),
-                &count.span,
-                &count.value.to_string(),
-                &format!("at most {most}"),
-                &format!("random packing goes up to a volume fraction of {limit}; take a larger box or fewer particles"),
-            ));
-        }
-        Ok(count.value as usize)
+    fn template(&self, particle: &Particle) -> &Template {
+        &self.kinds.templates[particle.template as usize]
     }
 
     fn read(&self, index: usize, file: &Located<String>, placed: &mut Vec<Placed>) -> Result<()> {
@@ -128,8 +112,9 @@ impl Placer<'_> {
         for placement in positions::parse(&text, &name).map_err(Error::Input)? {
             let line = format!("{name}:{}", placement.line);
             let position = self.inside(&line, &file.span, placement.position)?;
-            let mut particle = Particle::at(placement.id.unwrap_or(0), index, position);
-            particle.set_orientation(&placement.orientation);
+            let kind = &self.kinds.kinds[index];
+            let mut particle = Particle::at(placement.id.unwrap_or(0), kind.first, position);
+            particle.set_orientation(&kind.turned(&placement.orientation));
             placed.push(Placed {
                 particle,
                 has_id: placement.id.is_some(),
@@ -145,6 +130,7 @@ impl Placer<'_> {
         let moving = match &entry.value {
             Entry::Position(position) => MovingEntry {
                 position: position.clone(),
+                orientation: None,
                 velocity: still.clone(),
                 angular_velocity: still,
             },
@@ -159,20 +145,77 @@ impl Placer<'_> {
             &entry.span,
             numbers(&moving.position)?.into(),
         )?;
-        let mut particle = Particle::at(0, index, position);
+        let kind = &self.kinds.kinds[index];
+        let mut particle = Particle::at(0, kind.first, position);
+        let given = match &moving.orientation {
+            Some(section) => self.orientation(&format!("{key}.orientation"), section)?,
+            None => Quat::identity(),
+        };
+        let orientation = kind.turned(&given);
+        particle.set_orientation(&orientation);
         particle.velocity = numbers(&moving.velocity)?;
         particle.angular_velocity = numbers(&moving.angular_velocity)?;
-        // The body starts with its principal axes along those of the world.
-        particle.angular_momentum = self.templates[index]
-            .inertia()
-            .component_mul(&particle.angular_velocity())
-            .into();
+        // L = R I R^T w, with the moments of inertia about the axes of the body.
+        let in_body = orientation.inverse_transform_vector(&particle.angular_velocity());
+        let momentum = self.template(&particle).inertia().component_mul(&in_body);
+        particle.angular_momentum = orientation.transform_vector(&momentum).into();
         Ok(Placed {
             particle,
             has_id: false,
             span: entry.span.clone(),
             line: None,
         })
+    }
+
+    /// An orientation from an axis and an angle, or from a quaternion.
+    fn orientation(&self, key: &str, section: &Located<OrientationSection>) -> Result<Quat> {
+        let (span, given) = (&section.span, &section.value);
+        let first = |numbers: &[Located<f64>]| numbers[0].span.clone();
+        let choices = [
+            ("axis", given.axis.as_ref().map(|axis| first(axis))),
+            ("quaternion", given.quaternion.as_ref().map(|q| first(q))),
+        ];
+        let example = "e.g. { axis = [0, 0, 1], angle = 45 }";
+        let direction = "not all zero";
+        if self.source.exactly_one(key, span, &choices)? == 1 {
+            if let Some(angle) = &given.angle {
+                let title = format!("`{key}.angle` belongs to an axis, but there is a quaternion");
+                return Err(self
+                    .source
+                    .error(&angle.span, &title, "has no effect here", "remove it"));
+            }
+            let quaternion = given.quaternion.as_ref().expect("checked by exactly_one");
+            let [i, j, k, w] = quaternion.each_ref().map(|x| x.value);
+            let norm = (i * i + j * j + k * k + w * w).sqrt();
+            if !norm.is_finite() || norm <= 0.0 {
+                let value = format!("{:?}", [i, j, k, w]);
+                let key = format!("{key}.quaternion");
+                return Err(self
+                    .source
+                    .out_of_range(&key, span, &value, direction, "[i, j, k, w]"));
+            }
+            let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
+            return Ok(Quat::new_unchecked(unit));
+        }
+        let axis = given.axis.as_ref().expect("checked by exactly_one");
+        let axis: Vec3 = (self.source)
+            .finite(&format!("{key}.axis"), span, axis.each_ref().map(|x| x.value))?
+            .into();
+        let Some(axis) = axis.try_normalize(0.0) else {
+            let key = format!("{key}.axis");
+            return Err(self
+                .source
+                .out_of_range(&key, span, "[0, 0, 0]", direction, example));
+        };
+        let Some(angle) = &given.angle else {
+            let title = format!("`{key}` has an axis, but no angle");
+            return Err(self.source.error(span, &title, "by how much?", example));
+        };
+        let key = format!("{key}.angle");
+        let degrees = (self.source).satisfies(&key, angle, |_| true, "a finite number", "in degrees")?;
+        let half = 0.5 * degrees.to_radians();
+        let (sine, cosine) = (libm::sin(half), libm::cos(half));
+        Ok(Quat::new_normalize(Quaternion::from_parts(cosine, axis * sine)))
     }
 
     /// The position if it lies in the box, wrapped: the upper faces are the lower ones.
@@ -214,129 +257,6 @@ impl Placer<'_> {
         let first = seen.keys().max().map_or(0, |id| id + 1);
         for (id, p) in (first..).zip(placed.iter_mut().filter(|p| !p.has_id)) {
             p.particle.id = id;
-        }
-        Ok(())
-    }
-
-    fn refuse_overlaps(&self, placed: &[Placed]) -> Result<()> {
-        let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
-        let radii: Vec<f64> = placed
-            .iter()
-            .map(|p| self.radius(p.particle.template as usize))
-            .collect();
-        // Touching is allowed, and rounding must not make it an overlap.
-        let reaches: Vec<f64> = radii.iter().map(|r| r * (1.0 - 1e-12)).collect();
-        let pairs = packing::close_pairs(&self.domain, &positions, &reaches);
-        let Some(&(first, second)) = pairs.first() else {
-            return Ok(());
-        };
-        let mut list = String::new();
-        for &(a, b) in pairs.iter().take(3) {
-            let direct = positions[b] - positions[a];
-            let nearest = self.domain.nearest_image(direct);
-            let through = if nearest == direct {
-                ""
-            } else {
-                ", through the periodic faces"
-            };
-            let names = [a, b].map(|i| match &placed[i].line {
-                Some(line) => format!("{} ({line})", placed[i].particle.id),
-                None => placed[i].particle.id.to_string(),
-            });
-            write!(
-                list,
-                "\nparticles {} and {}: centres {:.6e} m apart{through}, surfaces touch at {:.6e} m",
-                names[0],
-                names[1],
-                nearest.norm(),
-                radii[a] + radii[b]
-            )
-            .expect("a string can always grow");
-        }
-        if pairs.len() > 3 {
-            write!(list, "\nand {} more", pairs.len() - 3).expect("a string can always grow");
-        }
-        let title = format!("{} pairs of particles overlap at the start", pairs.len());
-        let spans = [&placed[first].span, &placed[second].span];
-        let places = [(spans[0], "one of them"), (spans[1], "the other")];
-        let places = if spans[0] == spans[1] {
-            &[(spans[0], "from here")][..]
-        } else {
-            &places[..]
-        };
-        Err(self.source.error_at(
-            places,
-            &title,
-            &format!("move them apart or take smaller ones:{list}"),
-        ))
-    }
-
-    /// Adds the random particles, at a distance from all others.
-    fn pack(&self, random: &[(usize, usize)], particles: &mut Vec<Particle>) -> Result<()> {
-        let Some(&(first, _)) = random.first() else {
-            return Ok(());
-        };
-        let mut gaps = vec![0.0; self.templates.len()];
-        let mut seed = 0_u64;
-        for &(index, _) in random {
-            let kind = &self.case.particles[index].value;
-            let key = format!("particles.{index}.minimum_gap");
-            gaps[index] = match &kind.minimum_gap {
-                Some(gap) => self.source.non_negative(&key, gap, "gaps are in metres")?,
-                None => 2.0 * self.radius(index) * packing::DEFAULT_GAP,
-            };
-            // One section: its own seed. Several: each of them matters.
-            seed = seed
-                .wrapping_mul(0x9E37_79B9_7F4A_7C15)
-                .wrapping_add(kind.seed.as_ref().map_or(1, |s| s.value));
-        }
-        let ball = |index: usize| Ball {
-            radius: self.radius(index),
-            half_gap: 0.5 * gaps[index],
-        };
-        let fixed: Vec<(Vec3, Ball)> = particles
-            .iter()
-            .map(|p| (p.position(), ball(p.template as usize)))
-            .collect();
-        let kinds: Vec<usize> = random
-            .iter()
-            .flat_map(|&(index, count)| std::iter::repeat_n(index, count))
-            .collect();
-        let balls: Vec<Ball> = kinds.iter().map(|&index| ball(index)).collect();
-        let fraction = |grow: f64| {
-            let all = fixed.iter().map(|(_, b)| b).chain(&balls);
-            let volume = |b: &Ball| 4.0 / 3.0 * std::f64::consts::PI * (b.radius + grow * b.half_gap).powi(3);
-            all.map(volume).sum::<f64>() / self.domain.volume()
-        };
-        let (solid, grown) = (fraction(0.0), fraction(1.0));
-        // One particle more than the fraction asks for is a rounding, not a denser packing.
-        let one = balls.iter().map(|b| 4.2 * b.radius.powi(3)).fold(0.0, f64::max) / self.domain.volume();
-        let packed = if solid <= packing::MAX_VOLUME_FRACTION + one && grown <= packing::MAX_GROWN_FRACTION {
-            packing::pack(&self.domain, &fixed, &balls, seed)
-        } else {
-            None
-        };
-        let Some(packed) = packed else {
-            let kind = &self.case.particles[first];
-            let gap = kind.value.minimum_gap.as_ref().map(|g| &g.span);
-            return Err(self.source.error(
-                gap.unwrap_or(&kind.span),
-                &format!(
-                    "no room for {} random particles: volume fraction {solid:.3}, with their gaps {grown:.3}",
-                    balls.len()
-                ),
-                "random positions",
-                &format!(
-                    "random packing goes up to a volume fraction of {} and, with the gaps, {}; take fewer particles, a \
-                     larger box or a smaller `minimum_gap`",
-                    packing::MAX_VOLUME_FRACTION,
-                    packing::MAX_GROWN_FRACTION
-                ),
-            ));
-        };
-        let next = particles.iter().map(|p| p.id + 1).max().unwrap_or(0);
-        for (id, (position, kind)) in (next..).zip(packed.into_iter().zip(kinds)) {
-            particles.push(Particle::at(id, kind, position));
         }
         Ok(())
     }

@@ -1,20 +1,27 @@
 //! From what the user wrote to what a run needs: every derived number, and every check on the way.
 
 use super::checks::Clock;
-use super::file::{Case, Duration, ParticleSection, ShapeSection};
-use super::located::Located;
-use super::physics::{contact, gravity, time_step, viscosity};
+use super::dry::{self, Medium};
+use super::file::{Case, Duration, Every};
+use super::kinds::kinds;
+use super::materials::Materials;
+use super::physics::{collision, gravity, time_step, viscosity};
 use super::placement::Placer;
 use super::scales::Reference;
 use super::source::Source;
-use super::space::domain;
+use super::space::{domain, refuse_double_contacts};
+use super::walls::{free_volume, walls};
 use super::{OutputPlan, Setup};
-use crate::error::{Error, Result};
-use crate::fluid::{Collision, Simd};
-use crate::particle::Template;
-use crate::shape::Sphere;
+use crate::domain::Domain;
+use crate::error::Result;
+use crate::fluid::{Collision, Precision, Simd};
+use crate::math::Vec3;
+use crate::units::Units;
+use crate::wall::Wall;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+
+/// Most sub-steps of the particles in a step.
+const MAX_SUBSTEPS: u32 = 10_000;
 
 /// Reads a case file, applies `--set` options, checks everything and derives every number.
 pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
@@ -29,79 +36,119 @@ pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
 fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
     let (case, text) = source.parse::<Case>()?;
     let mut warnings = Vec::new();
-    let templates = templates(source, &case)?;
-    let diameter = templates[0].shape.equivalent_diameter();
-    let domain = domain(source, &case, &templates, &mut warnings)?;
+    let medium = Medium::of(source, &case)?;
+    let materials = Materials::new(source, &case)?;
+    let kinds = kinds(source, &case, &materials)?;
+    let templates = &kinds.templates;
+    let (lattice, grown) = match &medium {
+        Medium::Wet(_, lattice) => (Some(&lattice.value), &case.contact.enlargement),
+        Medium::Dry(dry) => (None, &dry.value.enlargement),
+    };
+    let domain = domain(source, &case, lattice, &kinds, &mut warnings)?;
+    let enlargement = match &medium {
+        Medium::Wet(..) => domain.dx * source.non_negative("contact.enlargement", grown, "in cells")?,
+        Medium::Dry(_) => source.non_negative("dry.enlargement", grown, "in metres")?,
+    };
+    let contact = materials.contact(source, &case, enlargement)?;
+    let reach = (templates.iter())
+        .map(|template| template.shape.circumradius() + enlargement)
+        .fold(0.0, f64::max);
+    let walls = walls(source, &case, &domain, &materials, reach)?;
     let gravity = gravity(source, &case)?;
-    let density = source.positive(
-        "fluid.density",
-        &case.fluid.value.density,
-        "in kg/m^3; water has 1000",
-    )?;
-    let reference = Reference {
-        diameter,
+    let substeps = substeps(source, &case)?;
+    let reference = |density: f64| Reference {
+        diameter: kinds.diameter,
         density_ratio: templates[0].density / density,
         gravity: gravity.norm(),
     };
-    let viscosity = viscosity(source, &case, &reference)?;
-    let (units, relaxation_time) = time_step(source, &case, domain.dx, viscosity, density)?;
-    let ramp = "in cells; 0.5 is usual";
-    let solid_ramp_width = source.satisfies(
-        "lattice.solid_ramp_width",
-        &case.lattice.value.solid_ramp_width,
-        |width| width > 0.0 && width <= 2.0,
-        "above 0 and at most 2 cells",
-        ramp,
-    )?;
-    let particles = Placer {
+    // Density and viscosity of the fluid, if there is one.
+    let mut fluid = None;
+    let (units, relaxation_time, operator, solid_ramp_width, precision);
+    match &medium {
+        Medium::Wet(section, lattice) => {
+            let density = source.positive(
+                "fluid.density",
+                &section.value.density,
+                "in kg/m^3; water has 1000",
+            )?;
+            let viscosity = viscosity(source, section, &reference(density))?;
+            fluid = Some((density, viscosity));
+            (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
+            operator = collision(source, &lattice.value)?;
+            precision = section.value.precision;
+            solid_ramp_width = source.satisfies(
+                "lattice.solid_ramp_width",
+                &lattice.value.solid_ramp_width,
+                |width| width > 0.0 && width <= 2.0,
+                "above 0 and at most 2 cells",
+                "in cells; 0.5 is usual",
+            )?;
+        }
+        Medium::Dry(section) => {
+            units = Units {
+                dx: domain.dx,
+                dt: dry::time_step(source, section, substeps, templates, &materials)?,
+                density: 0.0,
+            };
+            (relaxation_time, operator) = (1.0, Collision::Bgk);
+            (solid_ramp_width, precision) = (0.5, Precision::F32);
+        }
+    }
+    let placer = Placer {
         source,
         case: &case,
         domain,
-        templates: &templates,
+        kinds: &kinds,
+        walls: &walls,
+        free_volume: free_volume(&domain, &walls),
         folder,
+    };
+    let particles = placer.place()?;
+    if contact.is_some() {
+        refuse_double_contacts(source, &case, &domain, templates, &particles, enlargement)?;
     }
-    .place()?;
     let solid: f64 = particles
         .iter()
         .map(|p| templates[p.template as usize].shape.volume())
         .sum();
-    let scales = reference.scales(viscosity, solid / domain.volume());
+    let volume_fraction = solid / placer.free_volume;
+    let scales = match fluid {
+        Some((density, viscosity)) => reference(density).scales(viscosity, volume_fraction),
+        None => dry::scales(kinds.diameter, volume_fraction),
+    };
     let clock = Clock {
         time_step: units.dt,
         stokes_time: scales.stokes_time,
     };
     let end_step = source.steps("run.end", &case.run.end, clock)?;
-    let substeps = &case.contact.substeps;
-    if substeps.value == 0 {
-        return Err(source.out_of_range(
-            "contact.substeps",
-            &substeps.span,
-            "0",
-            "at least 1",
-            "1 is usual",
-        ));
-    }
     let acceleration = &case.driving.body_acceleration;
+    let walls: Vec<Wall> = walls.into_iter().map(|placed| placed.wall).collect();
     Ok(Setup {
         name: name.to_string(),
         text,
         warnings,
         domain,
         units,
-        precision: case.fluid.value.precision,
+        precision,
         simd: simd(source, &case)?,
-        dry: false,
+        dry: fluid.is_none(),
         relaxation_time,
-        collision: Collision::Bgk,
+        collision: operator,
         solid_ramp_width,
-        walls: Vec::new(),
-        templates: templates.into(),
+        templates: kinds.templates.into(),
         particles,
-        contact: contact(source, &case, domain.dx)?,
-        substeps: substeps.value,
+        contact,
+        substeps,
         gravity,
-        force_balance: case.driving.force_balance,
-        zero_net_flux: case.driving.zero_net_flux,
+        force_balance: case
+            .driving
+            .force_balance
+            .as_ref()
+            .map_or_else(Default::default, |b| b.value),
+        zero_net_flux: match &case.driving.zero_net_flux {
+            Some(given) => given.value,
+            None => fluid.is_some() && flux_is_known_to_vanish(&domain, &walls, gravity),
+        },
         body_acceleration: source
             .finite(
                 "driving.body_acceleration",
@@ -109,6 +156,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
                 acceleration.value,
             )?
             .into(),
+        walls,
         scales,
         end_step,
         average_from_step: average_from(source, &case, clock, end_step)?,
@@ -117,28 +165,28 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
     })
 }
 
-fn templates(source: &Source, case: &Case) -> Result<Vec<Template>> {
-    if case.particles.is_empty() {
-        return Err(Error::Input(format!(
-            "{}: the case has no [[particles]]; the diameter of the first kind is the reference length, and \
-             `count = 0` runs the fluid alone",
-            source.path
-        )));
+/// Whether nothing but the controller keeps the fluid from falling or rising, and nothing drags it along.
+fn flux_is_known_to_vanish(domain: &Domain, walls: &[Wall], gravity: Vec3) -> bool {
+    let closed = (0..3).any(|i| !domain.periodic[i] && gravity[i] != 0.0);
+    let moving = walls
+        .iter()
+        .any(|wall| wall.motion.velocity != Vec3::zeros() || wall.motion.angular_velocity != Vec3::zeros());
+    !closed && !moving
+}
+
+fn substeps(source: &Source, case: &Case) -> Result<u32> {
+    let substeps = &case.contact.substeps;
+    if (1..=MAX_SUBSTEPS).contains(&substeps.value) {
+        return Ok(substeps.value);
     }
-    let one = |(index, section): (usize, &Located<ParticleSection>)| {
-        let ShapeSection::Sphere(sphere) = &section.value.shape;
-        let key = format!("particles.{index}.shape.sphere.diameter");
-        let diameter = source.positive(&key, &sphere.diameter, "diameters are in metres")?;
-        let key = format!("particles.{index}.density");
-        Ok(Template {
-            shape: Arc::new(Sphere {
-                radius: 0.5 * diameter,
-            }),
-            material: 0,
-            density: source.positive(&key, &section.value.density, "in kg/m^3; glass has 2500")?,
-        })
-    };
-    case.particles.iter().enumerate().map(one).collect()
+    let wanted = format!("at least 1 and at most {MAX_SUBSTEPS}");
+    Err(source.out_of_range(
+        "contact.substeps",
+        &substeps.span,
+        &substeps.value.to_string(),
+        &wanted,
+        "1 is usual",
+    ))
 }
 
 fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Result<u64> {
@@ -172,15 +220,29 @@ fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str)
         Some(directory) => PathBuf::from(&directory.value),
         None => Path::new("out").join(name),
     };
+    if let Some(every) = &output.series_every
+        && every.value == Every::Never
+    {
+        return Err(source.error(
+            &every.span,
+            "`output.series_every` is \"never\", but the means of a run are taken from the rows of series.csv",
+            "no rows, no means",
+            "give an interval, e.g. { steps = 100 }, or leave the key out",
+        ));
+    }
     let every = |key, value: &Option<_>, number| {
         source.interval(&format!("output.{key}"), value.as_ref(), clock, end_step / number)
     };
+    let particles_every = every("particles_every", &output.particles_every, 50)?;
     Ok(OutputPlan {
         directory,
         series_every: every("series_every", &output.series_every, 1000)?,
         fields_every: every("fields_every", &output.fields_every, 5)?,
-        particles_every: every("particles_every", &output.particles_every, 50)?,
-        contacts_every: every("particles_every", &output.particles_every, 50)?,
+        particles_every,
+        contacts_every: match &output.contacts_every {
+            Some(_) => every("contacts_every", &output.contacts_every, 50)?,
+            None => particles_every,
+        },
         picture_every: every("picture_every", &output.picture_every, 10)?,
     })
 }

@@ -1,71 +1,77 @@
 //! The box: its cells, and whether the particles fit in.
 
-use super::file::{Case, ShapeSection};
+use super::dry;
+use super::file::{Case, LatticeSection};
 use super::forms::Size;
+use super::kinds::Kinds;
+use super::located::Located;
 use super::source::Source;
 use crate::domain::Domain;
-use crate::error::Result;
-use crate::particle::Template;
+use crate::error::{Error, Result};
+use crate::particle::{Particle, Template};
 
 /// More cells than any machine of today holds.
 const MAX_CELLS: f64 = 1e12;
+/// Fewest cells across a body that the fluid sees it by.
+const THINNEST_CELLS: f64 = 4.0;
 
-/// The box in cells; what had to be rounded goes to `warnings`.
+/// The box in cells; what had to be rounded goes to `warnings`. Without a lattice the cells are those of a dry run.
 pub(super) fn domain(
     source: &Source,
     case: &Case,
-    templates: &[Template],
+    lattice: Option<&LatticeSection>,
+    kinds: &Kinds,
     warnings: &mut Vec<String>,
 ) -> Result<Domain> {
-    let periodic = &case.domain.periodic;
-    if periodic.value != [true; 3] {
-        return Err(source.error(
-            &periodic.span,
-            "walls are not part of this version: every direction is periodic",
-            "must be [true, true, true]",
-            "write periodic = [true, true, true], or leave the key out",
-        ));
-    }
-    let diameter = templates[0].shape.equivalent_diameter();
-    let per_diameter = source.satisfies(
-        "lattice.cells_per_diameter",
-        &case.lattice.value.cells_per_diameter,
-        |n| n >= 2.0,
-        "a finite number of at least 2",
-        "9 to 27 cells are usual",
-    )?;
-    let dx = diameter / per_diameter;
+    let diameter = kinds.diameter;
     let size = &case.domain.size;
     let (edges, unit) = match &size.value {
-        Size::Metres(edges) => (edges, diameter),
-        Size::Relative(relative) => (&relative.diameters, 1.0),
+        Size::Metres(edges) => (edges, 1.0),
+        Size::Relative(relative) => (&relative.diameters, diameter),
     };
+    let mut lengths = [0.0; 3];
+    for i in 0..3 {
+        let remedy = "three edges in metres, or { diameters = [6, 6, 6] }";
+        lengths[i] = unit * source.positive("domain.size", &edges[i], remedy)?;
+    }
+    let per_diameter = match lattice {
+        Some(lattice) => source.satisfies(
+            "lattice.cells_per_diameter",
+            &lattice.cells_per_diameter,
+            |n| n >= 2.0,
+            "a finite number of at least 2",
+            "9 to 27 cells are usual",
+        )?,
+        None => diameter / dry::cell(lengths, &kinds.templates),
+    };
+    let dx = diameter / per_diameter;
     let mut cells = [0; 3];
     let mut total = 1.0;
     let mut rounded = false;
     for i in 0..3 {
-        let edge = source.positive(
-            "domain.size",
-            &edges[i],
-            "three edges in metres, or { diameters = [6, 6, 6] }",
-        )?;
-        let exact = edge / unit * per_diameter;
+        // Without the detour by metres a box in diameters is free of rounding.
+        let in_diameters = edges[i].value / if unit == 1.0 { diameter } else { 1.0 };
+        let exact = in_diameters * per_diameter;
         total *= exact.max(1.0);
         if total > MAX_CELLS {
             let title = format!("the box has more than {MAX_CELLS:e} cells");
-            let remedy = "take a smaller `domain.size` or fewer `lattice.cells_per_diameter`";
+            let remedy = if lattice.is_some() {
+                "take a smaller `domain.size` or fewer `lattice.cells_per_diameter`"
+            } else {
+                "take a smaller `domain.size` or larger particles"
+            };
             return Err(source.error(&edges[i].span, &title, "too large", remedy));
         }
         cells[i] = exact.round().max(1.0) as usize;
         rounded |= (exact - cells[i] as f64).abs() > 1e-9 * exact;
     }
     let domain = Domain {
-        periodic: [true; 3],
+        periodic: case.domain.periodic.value,
         cells,
         dx,
     };
-    let used = domain.size();
     if rounded {
+        let used = domain.size();
         let (x, y, z) = (used.x, used.y, used.z);
         warnings.push(source.warning(
             &size.span,
@@ -77,17 +83,122 @@ pub(super) fn domain(
             "",
         ));
     }
-    for (template, section) in templates.iter().zip(&case.particles) {
-        let ShapeSection::Sphere(sphere) = &section.value.shape;
-        let width = 2.0 * template.shape.circumradius();
-        let half = 0.5 * used.min();
-        if width > half * (1.0 + 1e-9) {
-            return Err(source.error_at(
-                &[(&sphere.diameter.span, "too large for"), (&size.span, "this box")],
-                &format!("a particle of {width} m is larger than half the box, {half:.6e} m"),
-                &format!("the smallest edge must be at least {:.6e} m", 2.0 * width),
+    refuse_what_is_too_large(source, case, kinds, &domain)?;
+    if lattice.is_some() {
+        warn_of_what_is_too_thin(source, case, kinds, dx, warnings);
+    }
+    Ok(domain)
+}
+
+/// A body may meet no image of itself, and must fit between walls.
+fn refuse_what_is_too_large(source: &Source, case: &Case, kinds: &Kinds, domain: &Domain) -> Result<()> {
+    let size = &case.domain.size.span;
+    let used = domain.size();
+    for (kind, section) in kinds.kinds.iter().zip(&case.particles) {
+        let span = &section.value.shape.span;
+        let places = [(span, "too large for"), (size, "this box")];
+        for template in &kinds.templates[kind.templates()] {
+            let (width, thickness) = (2.0 * template.shape.circumradius(), template.shape.thickness());
+            for i in 0..3 {
+                let axis = ["x", "y", "z"][i];
+                if domain.periodic[i] && width > 0.5 * used[i] * (1.0 + 1e-9) {
+                    let title = format!(
+                        "a particle of {width} m is larger than half the box, {:.6e} m in {axis}",
+                        0.5 * used[i]
+                    );
+                    let remedy = format!("the smallest edge must be at least {:.6e} m", 2.0 * width);
+                    return Err(source.error_at(&places, &title, &remedy));
+                }
+                if !domain.periodic[i] && thickness > used[i] * (1.0 + 1e-9) {
+                    let title = format!(
+                        "a particle {thickness:.6e} m thick does not fit between walls {:.6e} m apart in {axis}",
+                        used[i]
+                    );
+                    return Err(source.error_at(&places, &title, "take a larger box or a smaller particle"));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn warn_of_what_is_too_thin(
+    source: &Source,
+    case: &Case,
+    kinds: &Kinds,
+    dx: f64,
+    warnings: &mut Vec<String>,
+) {
+    for (index, (kind, section)) in kinds.kinds.iter().zip(&case.particles).enumerate() {
+        let thinnest = kinds.templates[kind.templates()]
+            .iter()
+            .map(|template| template.shape.thickness() / dx)
+            .fold(f64::INFINITY, f64::min);
+        if thinnest < THINNEST_CELLS {
+            let cells = kinds.diameter / dx * THINNEST_CELLS / thinnest;
+            warnings.push(source.warning(
+                &section.value.shape.span,
+                &format!(
+                    "`particles.{index}.shape` is {thinnest:.2} cells thick, below {THINNEST_CELLS}: the fluid resolves it \
+                     poorly"
+                ),
+                "thin",
+                &format!("take lattice.cells_per_diameter = {cells:.1} or more"),
             ));
         }
     }
-    Ok(domain)
+}
+
+/// Refuses a box in which a pair could touch through two images: the nearest one is all the engine looks at.
+///
+/// `enlargement` (m) is by how much every surface is grown for contacts.
+pub(super) fn refuse_double_contacts(
+    source: &Source,
+    case: &Case,
+    domain: &Domain,
+    templates: &[Template],
+    particles: &[Particle],
+    enlargement: f64,
+) -> Result<()> {
+    let mut reaches: Vec<f64> = particles
+        .iter()
+        .map(|p| templates[p.template as usize].shape.circumradius() + enlargement)
+        .collect();
+    reaches.sort_unstable_by(f64::total_cmp);
+    let [.., second, largest] = reaches[..] else {
+        return Ok(());
+    };
+    let needed = 2.0 * (largest + second);
+    let size = domain.size();
+    for i in (0..3).filter(|&i| domain.periodic[i] && size[i] < needed) {
+        let axis = ["x", "y", "z"][i];
+        return Err(double_contact(
+            source,
+            &case.domain.size,
+            size[i],
+            axis,
+            [largest, second],
+            needed,
+        ));
+    }
+    Ok(())
+}
+
+fn double_contact(
+    source: &Source,
+    size: &Located<Size>,
+    edge: f64,
+    axis: &str,
+    [largest, second]: [f64; 2],
+    needed: f64,
+) -> Error {
+    source.error(
+        &size.span,
+        &format!("the box is {edge:.6e} m wide in {axis}, where two particles could touch through two periodic images at once"),
+        "too narrow",
+        &format!(
+            "make it at least {needed:.6e} m wide: the largest reach {largest:.6e} m and {second:.6e} m from their centres, \
+             contact enlargement included"
+        ),
+    )
 }

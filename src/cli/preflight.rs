@@ -1,7 +1,7 @@
 //! What a run will be like: derived numbers, cost, and what lies outside the usual range.
 
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
-use crate::case::Setup;
+use crate::case::{Hertz, Setup};
 use crate::contact::ContactModel;
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
@@ -14,44 +14,10 @@ const USUAL_CONTACT_STEPS: f64 = 50.0;
 /// Largest usual depth of a contact in diameters.
 const USUAL_DEPTH: f64 = 0.1;
 
-/// Two equal spheres of the first kind in contact, by Hertz.
-#[derive(Clone, Copy, Debug)]
-struct Hertz {
-    /// `E / (2 (1 - nu^2))` (Pa).
-    modulus: f64,
-    /// Half the radius (m).
-    radius: f64,
-    /// Half the mass (kg).
-    mass: f64,
-}
-
-impl Hertz {
-    fn new(setup: &Setup, contact: &ContactModel) -> Self {
-        let material = &contact.materials[setup.templates[0].material];
-        Self {
-            modulus: material.youngs_modulus
-                / (2.0 * (1.0 - material.poisson_ratio * material.poisson_ratio)),
-            radius: 0.25 * setup.scales.diameter,
-            mass: 0.5 * setup.templates[0].mass(),
-        }
-    }
-
-    /// Duration (s) of an impact at relative speed `speed` (m/s), `2.868 (m^2 / (R E^2 v))^(1/5)`.
-    fn duration(&self, speed: f64) -> f64 {
-        let scale = self.mass * self.mass / (self.radius * self.modulus * self.modulus * speed);
-        2.868 * libm::pow(scale, 0.2)
-    }
-
-    /// Largest depth (m) of an impact, `(15 m v^2 / (16 sqrt(R) E))^(2/5)`.
-    fn impact_depth(&self, speed: f64) -> f64 {
-        let scale = 15.0 * self.mass * speed * speed / (16.0 * self.radius.sqrt() * self.modulus);
-        libm::pow(scale, 0.4)
-    }
-
-    /// Depth (m) under a steady force (N), `(3 F / (4 E sqrt(R)))^(2/3)`.
-    fn static_depth(&self, force: f64) -> f64 {
-        libm::pow(0.75 * force / (self.modulus * self.radius.sqrt()), 2.0 / 3.0)
-    }
+/// Two particles of the first kind in contact, as spheres of their volume.
+fn hertz(setup: &Setup, contact: &ContactModel) -> Hertz {
+    let template = &setup.templates[0];
+    Hertz::new(template, &contact.materials[template.material])
 }
 
 /// Weight of one particle of the first kind less its buoyancy (N).
@@ -190,7 +156,7 @@ fn contact_rows(setup: &Setup) -> Vec<[String; 3]> {
     let Some(contact) = &setup.contact else {
         return vec![row("contacts", "off".to_string(), String::new())];
     };
-    let hertz = Hertz::new(setup, contact);
+    let hertz = hertz(setup, contact);
     let terminal = setup.scales.schiller_naumann_velocity;
     let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.scales.diameter);
     let cells = |d: f64| format!("{:.3} cells", d / setup.domain.dx);
@@ -257,7 +223,7 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
         }
     }
     if let Some(contact) = &setup.contact {
-        let hertz = Hertz::new(setup, contact);
+        let hertz = hertz(setup, contact);
         let steps = hertz.duration(setup.scales.schiller_naumann_velocity) / setup.units.dt;
         let resolved = steps * f64::from(setup.substeps);
         if resolved < USUAL_CONTACT_STEPS {
@@ -292,32 +258,4 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
         advice.push(e.to_string());
     }
     advice
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The driver of Marquardt et al. (2024): D = 3 mm, E = 5 kPa, N = 9.
-    const PAPER: Hertz = Hertz {
-        modulus: 2660.0,
-        radius: 0.75e-3,
-        mass: 0.5 * 3300.0 * 1.413_716_7e-8,
-    };
-
-    #[test]
-    fn one_submerged_weight_indents_as_the_paper_has_it() {
-        let weight = 2300.0 * 9.81 * 1.413_716_7e-8;
-        assert!((PAPER.static_depth(weight) / 3e-3 - 0.074).abs() < 5e-4);
-    }
-
-    #[test]
-    fn depth_and_duration_conserve_energy_and_agree_with_each_other() {
-        let speed = 0.1;
-        let depth = PAPER.impact_depth(speed);
-        let stored = 8.0 / 15.0 * PAPER.modulus * PAPER.radius.sqrt() * depth.powf(2.5);
-        assert!((stored / (0.5 * PAPER.mass * speed * speed) - 1.0).abs() < 1e-12);
-        // Hertz: the duration is 2.94 times the depth over the speed.
-        assert!((PAPER.duration(speed) * speed / depth / 2.9432 - 1.0).abs() < 1e-3);
-    }
 }

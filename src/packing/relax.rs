@@ -206,12 +206,12 @@ mod tests {
 
     /// Bodies of equal volume (that of a sphere of diameter 1) at a volume fraction, not yet relaxed.
     fn thrown(domain: &Domain, shape: Arc<dyn Shape>, fraction: f64) -> (Vec<Contour>, Vec<Pose>) {
-        let count = count_for_volume_fraction(domain, fraction, shape.volume()) as usize;
+        let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
         let ball = Ball {
             radius: 0.5 * shape.equivalent_diameter(),
             half_gap: 0.5 * GAP,
         };
-        let positions = pack(domain, &[], &vec![ball; count], 1).unwrap();
+        let positions = pack(domain, &[], &[], &vec![ball; count], 1).unwrap();
         let poses = positions.into_iter().zip(random_orientations(count, 1));
         let poses = poses.map(|(position, orientation)| Pose {
             contour: 0,

@@ -1,0 +1,34 @@
+//! Kinds of particles as the user writes them.
+
+use super::shapes::ShapeSection;
+use crate::case::forms::{Entry, Sizes};
+use crate::case::located::Located;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParticleSection {
+    /// Geometry.
+    pub shape: Located<ShapeSection>,
+    /// Density (kg/m^3).
+    pub density: Located<f64>,
+    /// Name of its material. Default "default", which is that of `[contact]`.
+    pub material: Option<Located<String>>,
+    /// Solid volume over volume of the box (-), at most 0.35: random positions and orientations.
+    pub volume_fraction: Option<Located<f64>>,
+    /// Number of particles: random positions and orientations.
+    pub count: Option<Located<u64>>,
+    /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header.
+    pub file: Option<Located<String>>,
+    /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
+    pub list: Option<Vec<Located<Entry>>>,
+    /// Sizes of random particles as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
+    /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
+    pub sizes: Option<Located<Sizes>>,
+    /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
+    pub seed: Option<Located<u64>>,
+    /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume.
+    pub minimum_gap: Option<Located<f64>>,
+}

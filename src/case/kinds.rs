@@ -1,0 +1,305 @@
+//! Kinds of particles: their shapes, sizes and materials.
+
+use super::file::{Case, ParticleSection, ShapeSection};
+use super::forms::{Sizes, Triple};
+use super::located::Located;
+use super::materials::Materials;
+use super::source::Source;
+use crate::error::{Error, Result};
+use crate::math::{Quat, Vec3};
+use crate::particle::Template;
+use crate::shape::{
+    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, polyhedron,
+};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Most sizes of one kind.
+const MAX_SIZES: u32 = 1000;
+
+/// One `[[particles]]` section.
+#[derive(Clone, Debug)]
+pub(super) struct Kind {
+    /// Its first template; the others follow.
+    pub(super) first: usize,
+    /// Share of the number of particles that each of its templates has (-); they add up to 1.
+    pub(super) shares: Vec<f64>,
+    /// From the body frame to the axes in which the case gives the shape.
+    pub(super) rotation: Quat,
+}
+
+impl Kind {
+    /// Its templates.
+    pub(super) fn templates(&self) -> Range<usize> {
+        self.first..self.first + self.shares.len()
+    }
+
+    /// Orientation of the body, from that of the shape as the case gives it.
+    pub(super) fn turned(&self, given: &Quat) -> Quat {
+        // Without the product a shape that is given along its own axes keeps every bit.
+        if self.rotation == Quat::identity() {
+            *given
+        } else {
+            given * self.rotation
+        }
+    }
+}
+
+/// All kinds and templates of a case.
+#[derive(Debug)]
+pub(super) struct Kinds {
+    /// One for each section.
+    pub(super) kinds: Vec<Kind>,
+    /// Those of the first section, then those of the second, ...
+    pub(super) templates: Vec<Template>,
+    /// Diameter of the sphere of the volume of the first shape as written (m).
+    pub(super) diameter: f64,
+}
+
+/// A shape as the case writes it.
+struct Written {
+    shape: Arc<dyn Shape>,
+    rotation: Quat,
+}
+
+impl Written {
+    fn upright(shape: impl Shape + 'static) -> Self {
+        Self {
+            shape: Arc::new(shape),
+            rotation: Quat::identity(),
+        }
+    }
+}
+
+/// Builds all kinds.
+pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials) -> Result<Kinds> {
+    if case.particles.is_empty() {
+        return Err(Error::Input(format!(
+            "{}: the case has no [[particles]]; the diameter of the first kind is the reference length, and \
+             `count = 0` runs the fluid alone",
+            source.path
+        )));
+    }
+    let mut all = Kinds {
+        kinds: Vec::new(),
+        templates: Vec::new(),
+        diameter: 0.0,
+    };
+    for (index, section) in case.particles.iter().enumerate() {
+        let kind = &section.value;
+        let key = format!("particles.{index}");
+        let builder = Builder {
+            source,
+            key: &key,
+            section: kind,
+        };
+        let scale = builder.scale()?;
+        let written = builder.build(scale)?;
+        if index == 0 {
+            all.diameter = written.shape.equivalent_diameter();
+        }
+        let density = source.positive(
+            &format!("{key}.density"),
+            &kind.density,
+            "in kg/m^3; glass has 2500",
+        )?;
+        let material = materials.index(source, &format!("{key}.material"), kind.material.as_ref())?;
+        let sizes = builder.sizes()?;
+        let total: f64 = sizes.iter().map(|(_, share)| share).sum();
+        all.kinds.push(Kind {
+            first: all.templates.len(),
+            shares: sizes.iter().map(|(_, share)| share / total).collect(),
+            rotation: written.rotation,
+        });
+        for (size, _) in sizes {
+            let shape = if size == 1.0 {
+                written.shape.clone()
+            } else {
+                builder.build(scale * size)?.shape
+            };
+            all.templates.push(Template {
+                shape,
+                density,
+                material,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Builds the shapes of one section.
+struct Builder<'a> {
+    source: &'a Source,
+    key: &'a str,
+    section: &'a ParticleSection,
+}
+
+impl Builder<'_> {
+    fn equivalent_diameter(&self) -> Option<&Located<f64>> {
+        match &self.section.shape.value {
+            ShapeSection::Sphere(_) => None,
+            ShapeSection::Cuboid(s) => s.equivalent_diameter.as_ref(),
+            ShapeSection::Cube(s) => s.equivalent_diameter.as_ref(),
+            ShapeSection::Ellipsoid(s) => s.equivalent_diameter.as_ref(),
+            ShapeSection::Cylinder(s) | ShapeSection::Capsule(s) => s.equivalent_diameter.as_ref(),
+            ShapeSection::Superellipsoid(s) => s.equivalent_diameter.as_ref(),
+            ShapeSection::Polyhedron(s) => s.equivalent_diameter.as_ref(),
+        }
+    }
+
+    /// Factor on all lengths that gives the shape the volume asked for (-).
+    fn scale(&self) -> Result<f64> {
+        if let ShapeSection::Cube(cube) = &self.section.shape.value {
+            let span = |value: &Option<Located<f64>>| value.as_ref().map(|v| v.span.clone());
+            let choices = [
+                ("edge", span(&cube.edge)),
+                ("equivalent_diameter", span(&cube.equivalent_diameter)),
+            ];
+            let section = self.shape_key();
+            self.source
+                .exactly_one(&section, &self.section.shape.span, &choices)?;
+        }
+        let Some(wanted) = self.equivalent_diameter() else {
+            return Ok(1.0);
+        };
+        let wanted = self.positive("equivalent_diameter", wanted)?;
+        Ok(wanted / self.build(1.0)?.shape.equivalent_diameter())
+    }
+
+    /// The shape with all lengths multiplied by `scale`.
+    fn build(&self, scale: f64) -> Result<Written> {
+        match &self.section.shape.value {
+            ShapeSection::Sphere(sphere) => Ok(Written::upright(Sphere {
+                radius: 0.5 * scale * self.positive("diameter", &sphere.diameter)?,
+            })),
+            ShapeSection::Cuboid(cuboid) => {
+                self.made(Cuboid::new(scale * self.lengths("edges", &cuboid.edges)?))
+            }
+            ShapeSection::Cube(cube) => {
+                let edge = match &cube.edge {
+                    Some(edge) => self.positive("edge", edge)?,
+                    None => 1.0,
+                };
+                self.made(Cuboid::new(Vec3::repeat(scale * edge)))
+            }
+            ShapeSection::Ellipsoid(ellipsoid) => self.made(Ellipsoid::new(
+                0.5 * scale * self.lengths("axes", &ellipsoid.axes)?,
+            )),
+            ShapeSection::Cylinder(cylinder) => {
+                let diameter = self.positive("diameter", &cylinder.diameter)?;
+                let length = self.positive("length", &cylinder.length)?;
+                self.made(Cylinder::new(0.5 * scale * diameter, scale * length))
+            }
+            ShapeSection::Capsule(capsule) => {
+                let diameter = self.positive("diameter", &capsule.diameter)?;
+                let remedy = "`length` is that from tip to tip; for equal ones take a sphere";
+                let length = self.source.satisfies(
+                    &format!("{}.length", self.shape_key()),
+                    &capsule.length,
+                    |length| length > diameter,
+                    &format!("more than its diameter, {diameter}"),
+                    remedy,
+                )?;
+                self.made(Capsule::new(0.5 * scale * diameter, scale * (length - diameter)))
+            }
+            ShapeSection::Superellipsoid(superellipsoid) => {
+                let axes = self.lengths("axes", &superellipsoid.axes)?;
+                let exponents = superellipsoid.exponents.each_ref().map(|e| e.value);
+                self.made(Superellipsoid::new(0.5 * scale * axes, exponents))
+            }
+            ShapeSection::Polyhedron(given) => {
+                let points: Vec<Vec3> = (given.vertices.value.iter())
+                    .map(|&vertex| scale * Vec3::from(vertex))
+                    .collect();
+                let built = if given.hull {
+                    Polyhedron::hull(&points, polyhedron::COMPUTED)
+                } else {
+                    Polyhedron::from_corners(&points, polyhedron::COMPUTED)
+                };
+                let (shape, placement) = built.map_err(|e| self.bad(&given.vertices.span, &e))?;
+                Ok(Written {
+                    shape: Arc::new(shape),
+                    rotation: placement.rotation,
+                })
+            }
+        }
+    }
+
+    fn made(&self, shape: std::result::Result<impl Shape + 'static, ShapeError>) -> Result<Written> {
+        shape
+            .map(Written::upright)
+            .map_err(|e| self.bad(&self.section.shape.span, &e))
+    }
+
+    /// What the shape says is wrong with it, at its place in the case.
+    fn bad(&self, span: &Range<usize>, error: &ShapeError) -> Error {
+        let title = format!("`{}`: {error}", self.shape_key());
+        self.source.error(span, &title, "no body can be made of this", "")
+    }
+
+    fn shape_key(&self) -> String {
+        format!("{}.shape.{}", self.key, self.section.shape.value.name())
+    }
+
+    fn positive(&self, name: &str, number: &Located<f64>) -> Result<f64> {
+        let key = format!("{}.{name}", self.shape_key());
+        self.source.positive(&key, number, "lengths are in metres")
+    }
+
+    fn lengths(&self, name: &str, numbers: &Triple) -> Result<Vec3> {
+        let [x, y, z] = numbers;
+        Ok(Vec3::new(
+            self.positive(name, x)?,
+            self.positive(name, y)?,
+            self.positive(name, z)?,
+        ))
+    }
+
+    /// Factors on all lengths, and their shares.
+    fn sizes(&self) -> Result<Vec<(f64, f64)>> {
+        let Some(sizes) = &self.section.sizes else {
+            return Ok(vec![(1.0, 1.0)]);
+        };
+        let source = self.source;
+        let key = format!("{}.sizes", self.key);
+        let remedy = "scales are factors on the lengths of the shape, e.g. 0.8";
+        match &sizes.value {
+            Sizes::Shares(list) if list.is_empty() => {
+                Err(source.error(&sizes.span, &format!("`{key}` is empty"), "no size", remedy))
+            }
+            Sizes::Shares(list) => list
+                .iter()
+                .map(|entry| {
+                    let scale = source.positive(&format!("{key}.scale"), &entry.value.scale, remedy)?;
+                    let share = source.positive(
+                        &format!("{key}.share"),
+                        &entry.value.share,
+                        "e.g. 0.5 for a half",
+                    )?;
+                    Ok((scale, share))
+                })
+                .collect(),
+            Sizes::Spread(spread) => {
+                let [from, to] = &spread.uniform;
+                let key = format!("{key}.uniform");
+                let low = source.positive(&key, from, remedy)?;
+                let high = source.satisfies(
+                    &key,
+                    to,
+                    |x| x >= low,
+                    &format!("a number of at least {low}"),
+                    "the smallest factor comes first",
+                )?;
+                let steps = spread.steps.as_ref().map_or(5, |s| s.value);
+                if !(1..=MAX_SIZES).contains(&steps) {
+                    let span = spread.steps.as_ref().map_or(&sizes.span, |s| &s.span);
+                    let key = format!("{}.sizes.steps", self.key);
+                    let wanted = format!("from 1 to {MAX_SIZES}");
+                    return Err(source.out_of_range(&key, span, &steps.to_string(), &wanted, "5 is usual"));
+                }
+                let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
+                Ok((0..steps).map(|step| (middle(step), 1.0)).collect())
+            }
+        }
+    }
+}

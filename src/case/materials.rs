@@ -1,0 +1,213 @@
+//! Materials by name, and the contact model.
+
+use super::file::{Case, ContactSection, GeometryKind, PairSection};
+use super::located::Located;
+use super::source::{Source, nearest};
+use crate::contact::{ContactModel, Geometry, Material, PairParams};
+use crate::error::Result;
+
+/// Name of the material of `[contact]`.
+const DEFAULT: &str = "default";
+
+/// Elasticity by name.
+#[derive(Debug)]
+pub(super) struct Materials {
+    names: Vec<String>,
+    elasticity: Vec<Material>,
+}
+
+/// Checks of the numbers that several sections share.
+struct Checks<'a>(&'a Source);
+
+impl Checks<'_> {
+    fn youngs_modulus(&self, section: &str, number: &Located<f64>) -> Result<f64> {
+        self.0
+            .positive(&format!("{section}.youngs_modulus"), number, "in Pa")
+    }
+
+    fn poisson_ratio(&self, section: &str, number: &Located<f64>) -> Result<f64> {
+        self.0.satisfies(
+            &format!("{section}.poisson_ratio"),
+            number,
+            |x| x > -1.0 && x <= 0.5,
+            "above -1 and at most 0.5",
+            "0.2 to 0.3 is usual",
+        )
+    }
+
+    fn restitution(&self, section: &str, number: &Located<f64>) -> Result<f64> {
+        self.0.satisfies(
+            &format!("{section}.restitution"),
+            number,
+            |x| x > 0.0 && x <= 1.0,
+            "above 0 and at most 1",
+            "1 is elastic; 0.926 is usual for glass",
+        )
+    }
+
+    fn friction(&self, section: &str, name: &str, number: &Located<f64>) -> Result<f64> {
+        self.0
+            .non_negative(&format!("{section}.{name}"), number, "0 is smooth")
+    }
+
+    fn transition_velocity(&self, section: &str, number: &Located<f64>) -> Result<f64> {
+        self.0
+            .positive(&format!("{section}.transition_velocity"), number, "in m/s")
+    }
+
+    fn pair(&self, contact: &ContactSection) -> Result<PairParams> {
+        Ok(PairParams {
+            restitution: self.restitution("contact", &contact.restitution)?,
+            friction_static: self.friction("contact", "friction_static", &contact.friction_static)?,
+            friction_kinetic: self.friction("contact", "friction_kinetic", &contact.friction_kinetic)?,
+            transition_velocity: self.transition_velocity("contact", &contact.transition_velocity)?,
+        })
+    }
+
+    /// The numbers a pair gives, and those of `[contact]` for the rest.
+    fn special(&self, key: &str, pair: &PairSection, rest: &PairParams) -> Result<PairParams> {
+        let mut special = *rest;
+        if let Some(number) = &pair.restitution {
+            special.restitution = self.restitution(key, number)?;
+        }
+        if let Some(number) = &pair.friction_static {
+            special.friction_static = self.friction(key, "friction_static", number)?;
+        }
+        if let Some(number) = &pair.friction_kinetic {
+            special.friction_kinetic = self.friction(key, "friction_kinetic", number)?;
+        }
+        if let Some(number) = &pair.transition_velocity {
+            special.transition_velocity = self.transition_velocity(key, number)?;
+        }
+        Ok(special)
+    }
+}
+
+impl Materials {
+    /// That of `[contact]` first, then those listed.
+    pub(super) fn new(source: &Source, case: &Case) -> Result<Self> {
+        let checks = Checks(source);
+        let contact = &case.contact;
+        let mut all = Self {
+            names: vec![DEFAULT.to_string()],
+            elasticity: vec![Material {
+                youngs_modulus: checks.youngs_modulus("contact", &contact.youngs_modulus)?,
+                poisson_ratio: checks.poisson_ratio("contact", &contact.poisson_ratio)?,
+            }],
+        };
+        for (index, section) in case.materials.iter().enumerate() {
+            let (key, section) = (format!("materials.{index}"), &section.value);
+            let name = section.name.value.trim();
+            if name.is_empty() || all.names.iter().any(|known| known == name) {
+                let why = if name == DEFAULT {
+                    "the name of the material of [contact]"
+                } else {
+                    "empty or given twice"
+                };
+                let title = format!("`{key}.name` is \"{name}\", which is {why}");
+                let remedy = "every material needs a name of its own";
+                return Err(source.error(&section.name.span, &title, "not a new name", remedy));
+            }
+            let Material {
+                youngs_modulus,
+                poisson_ratio,
+            } = all.elasticity[0];
+            all.elasticity.push(Material {
+                youngs_modulus: match &section.youngs_modulus {
+                    Some(number) => checks.youngs_modulus(&key, number)?,
+                    None => youngs_modulus,
+                },
+                poisson_ratio: match &section.poisson_ratio {
+                    Some(number) => checks.poisson_ratio(&key, number)?,
+                    None => poisson_ratio,
+                },
+            });
+            all.names.push(name.to_string());
+        }
+        Ok(all)
+    }
+
+    /// Index of a material by its name; without one that of `[contact]`.
+    pub(super) fn index(&self, source: &Source, key: &str, name: Option<&Located<String>>) -> Result<usize> {
+        let Some(name) = name else {
+            return Ok(0);
+        };
+        if let Some(index) = self.names.iter().position(|known| *known == name.value) {
+            return Ok(index);
+        }
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let known = names.join(", ");
+        let remedy = match nearest(&name.value, &names) {
+            Some(near) => format!("did you mean \"{near}\"? materials here: {known}"),
+            None => format!("materials here: {known}; add a section [[materials]]"),
+        };
+        let title = format!("`{key}` is \"{}\", but there is no such material", name.value);
+        Err(source.error(&name.span, &title, "unknown material", &remedy))
+    }
+
+    /// The contact model in SI units, if contacts are on; surfaces are grown by `enlargement` (m).
+    pub(super) fn contact(
+        &self,
+        source: &Source,
+        case: &Case,
+        enlargement: f64,
+    ) -> Result<Option<ContactModel>> {
+        let contact = &case.contact;
+        let samples = &contact.samples;
+        if !(2..=1000).contains(&samples.value) {
+            let value = samples.value.to_string();
+            let key = "contact.samples";
+            return Err(source.out_of_range(key, &samples.span, &value, "from 2 to 1000", "8 is usual"));
+        }
+        // Checked even where contacts are off: a wrong number is wrong.
+        let checks = Checks(source);
+        let usual = checks.pair(contact)?;
+        let n = self.names.len();
+        let mut pairs = vec![usual; n * n];
+        let mut given: Vec<(usize, usize)> = Vec::new();
+        for (index, section) in contact.pairs.iter().enumerate() {
+            let key = format!("contact.pairs.{index}");
+            let [first, second] = &section.value.materials;
+            let name = format!("{key}.materials");
+            let a = self.index(source, &name, Some(first))?;
+            let b = self.index(source, &name, Some(second))?;
+            let both = (a.min(b), a.max(b));
+            if let Some(earlier) = given.iter().position(|pair| *pair == both) {
+                let places = [
+                    (&contact.pairs[earlier].span, "given here"),
+                    (&section.span, "and here"),
+                ];
+                let title = format!(
+                    "the pair of \"{}\" and \"{}\" is given twice",
+                    first.value, second.value
+                );
+                return Err(source.error_at(&places, &title, "remove one of them"));
+            }
+            given.push(both);
+            let special = checks.special(&key, &section.value, &usual)?;
+            pairs[a * n + b] = special;
+            pairs[b * n + a] = special;
+        }
+        Ok(contact.enabled.then(|| ContactModel {
+            materials: self.elasticity.clone(),
+            pairs,
+            enlargement,
+            geometry: match contact.geometry {
+                GeometryKind::Exact => Geometry::Exact,
+                GeometryKind::Sampled => Geometry::Sampled {
+                    samples: samples.value,
+                },
+            },
+            law: contact.law,
+        }))
+    }
+
+    /// The stiffest of all: its `E / (1 - nu^2)` is largest.
+    pub(super) fn stiffest(&self) -> &Material {
+        let stiffness = |m: &Material| m.youngs_modulus / (1.0 - m.poisson_ratio * m.poisson_ratio);
+        self.elasticity
+            .iter()
+            .max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
+            .expect("there is always that of [contact]")
+    }
+}

@@ -1,0 +1,170 @@
+//! Particles at random places, clear of each other, of those that are listed, and of walls.
+
+use super::Placer;
+use crate::case::file::ParticleSection;
+use crate::contact::Contour;
+use crate::error::{Error, Result};
+use crate::math::{Quat, Vec3};
+use crate::packing::relax::{Pose, random_orientations, relax};
+use crate::packing::{self, Ball};
+use crate::particle::Particle;
+use crate::wall::Surface;
+
+impl Placer<'_> {
+    /// Number of random particles of a kind, refused if there is no room for them.
+    pub(super) fn count(&self, index: usize, kind: &ParticleSection) -> Result<usize> {
+        let templates = &self.kinds.templates[self.kinds.kinds[index].templates()];
+        let shares = &self.kinds.kinds[index].shares;
+        let volume: f64 = templates
+            .iter()
+            .zip(shares)
+            .map(|(template, share)| share * template.shape.volume())
+            .sum();
+        let limit = packing::MAX_VOLUME_FRACTION;
+        if let Some(fraction) = &kind.volume_fraction {
+            let key = format!("particles.{index}.volume_fraction");
+            let remedy = format!("random packing goes up to {limit}");
+            let wanted = format!("above 0 and at most {limit}");
+            self.source
+                .satisfies(&key, fraction, |x| x > 0.0 && x <= limit, &wanted, &remedy)?;
+            return Ok(packing::count_for_volume_fraction(self.free_volume, fraction.value, volume) as usize);
+        }
+        let count = kind.count.as_ref().expect("checked by exactly_one");
+        let most = (limit * self.free_volume / volume) as u64;
+        if count.value > most {
+            return Err(self.source.out_of_range(
+                &format!("particles.{index}.count"),
+                &count.span,
+                &count.value.to_string(),
+                &format!("at most {most}"),
+                &format!("random packing goes up to a volume fraction of {limit}; take a larger box or fewer particles"),
+            ));
+        }
+        Ok(count.value as usize)
+    }
+
+    /// Adds the random particles, at a distance from all others.
+    pub(super) fn pack(&self, random: &[(usize, usize)], particles: &mut Vec<Particle>) -> Result<()> {
+        let Some(&(first, _)) = random.first() else {
+            return Ok(());
+        };
+        let templates = &self.kinds.templates;
+        // Of the spheres of the same volume.
+        let radius = |template: usize| match templates[template].shape.as_sphere() {
+            Some(radius) => radius,
+            None => 0.5 * templates[template].shape.equivalent_diameter(),
+        };
+        let mut gaps = vec![0.0; templates.len()];
+        let mut drawn = Vec::new();
+        let mut seed = 0_u64;
+        for &(index, count) in random {
+            let kind = &self.case.particles[index].value;
+            let key = format!("particles.{index}.minimum_gap");
+            for template in self.kinds.kinds[index].templates() {
+                gaps[template] = match &kind.minimum_gap {
+                    Some(gap) => self.source.non_negative(&key, gap, "gaps are in metres")?,
+                    None => 2.0 * radius(template) * packing::DEFAULT_GAP,
+                };
+            }
+            for (template, count) in self.allot(index, count) {
+                drawn.extend(std::iter::repeat_n(template, count));
+            }
+            // One section: its own seed. Several: each of them matters.
+            seed = seed
+                .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+                .wrapping_add(kind.seed.as_ref().map_or(1, |s| s.value));
+        }
+        let ball = |template: usize| Ball {
+            radius: radius(template),
+            half_gap: 0.5 * gaps[template],
+        };
+        let fixed: Vec<(Vec3, Ball)> = particles
+            .iter()
+            .map(|p| (p.position(), ball(p.template as usize)))
+            .collect();
+        let balls: Vec<Ball> = drawn.iter().map(|&template| ball(template)).collect();
+        let fraction = |grow: f64| {
+            let all = fixed.iter().map(|(_, b)| b).chain(&balls);
+            let volume = |b: &Ball| 4.0 / 3.0 * std::f64::consts::PI * (b.radius + grow * b.half_gap).powi(3);
+            all.map(volume).sum::<f64>() / self.free_volume
+        };
+        let (solid, grown) = (fraction(0.0), fraction(1.0));
+        // One particle more than the fraction asks for is a rounding, not a denser packing.
+        let one = balls.iter().map(|b| 4.2 * b.radius.powi(3)).fold(0.0, f64::max) / self.free_volume;
+        let refused = || self.no_room(first, balls.len(), solid, grown);
+        if solid > packing::MAX_VOLUME_FRACTION + one || grown > packing::MAX_GROWN_FRACTION {
+            return Err(refused());
+        }
+        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
+        let positions = packing::pack(&self.domain, &walls, &fixed, &balls, seed).ok_or_else(refused)?;
+        let orientations = random_orientations(positions.len(), seed);
+        let is_sphere = |template: usize| templates[template].shape.as_sphere().is_some();
+        let fresh = positions.iter().zip(&orientations).zip(&drawn);
+        let mut poses: Vec<Pose> = particles
+            .iter()
+            .map(|p| Pose {
+                contour: p.template as usize,
+                position: p.position(),
+                orientation: p.orientation(),
+            })
+            .chain(fresh.map(|((&position, &orientation), &template)| Pose {
+                contour: template,
+                position,
+                orientation: if is_sphere(template) {
+                    Quat::identity()
+                } else {
+                    orientation
+                },
+            }))
+            .collect();
+        // Spheres are clear of each other already.
+        if poses.iter().any(|pose| !is_sphere(pose.contour)) {
+            let contours: Vec<Contour> = templates
+                .iter()
+                .zip(&gaps)
+                .map(|(template, gap)| Contour::new(template.shape.clone(), 0.5 * gap))
+                .collect();
+            if !relax(self.domain, &walls, &contours, &mut poses, particles.len()) {
+                return Err(refused());
+            }
+        }
+        let next = particles.iter().map(|p| p.id + 1).max().unwrap_or(0);
+        let fresh = poses.drain(particles.len()..);
+        particles.extend((next..).zip(fresh).map(|(id, pose)| {
+            let mut particle = Particle::at(id, pose.contour, pose.position);
+            particle.set_orientation(&pose.orientation);
+            particle
+        }));
+        Ok(())
+    }
+
+    /// How many of `count` particles of a kind have which template: its shares, rounded by the largest remainders.
+    fn allot(&self, index: usize, count: usize) -> Vec<(usize, usize)> {
+        let kind = &self.kinds.kinds[index];
+        let exact: Vec<f64> = kind.shares.iter().map(|share| share * count as f64).collect();
+        let mut counts: Vec<usize> = exact.iter().map(|x| x.floor() as usize).collect();
+        let mut order: Vec<usize> = (0..counts.len()).collect();
+        order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())));
+        let missing = count.saturating_sub(counts.iter().sum());
+        for &i in order.iter().take(missing) {
+            counts[i] += 1;
+        }
+        kind.templates().zip(counts).collect()
+    }
+
+    fn no_room(&self, first: usize, count: usize, solid: f64, grown: f64) -> Error {
+        let kind = &self.case.particles[first];
+        let gap = kind.value.minimum_gap.as_ref().map(|g| &g.span);
+        self.source.error(
+            gap.unwrap_or(&kind.span),
+            &format!("no room for {count} random particles: volume fraction {solid:.3}, with their gaps {grown:.3}"),
+            "random positions",
+            &format!(
+                "random packing goes up to a volume fraction of {} and, with the gaps, {}, less for long or flat bodies; \
+                 take fewer particles, a larger box or a smaller `minimum_gap`",
+                packing::MAX_VOLUME_FRACTION,
+                packing::MAX_GROWN_FRACTION
+            ),
+        )
+    }
+}
