@@ -206,9 +206,13 @@ impl<T: Real> Fluid<T> {
         measure: bool,
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
-        match self.collision {
-            Collision::Bgk => T::sweep::<_, false>(self, acceleration, solids, flow.as_mut()),
-            Collision::Trt { .. } => T::sweep::<_, true>(self, acceleration, solids, flow.as_mut()),
+        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
+        let (trt, seen) = (self.collision != Collision::Bgk, flow.as_mut());
+        match (trt, !self.walls.is_empty()) {
+            (false, false) => T::sweep::<_, false, false>(self, acceleration, solids, seen),
+            (false, true) => T::sweep::<_, false, true>(self, acceleration, solids, seen),
+            (true, false) => T::sweep::<_, true, false>(self, acceleration, solids, seen),
+            (true, true) => T::sweep::<_, true, true>(self, acceleration, solids, seen),
         }
         self.phase = self.phase.next();
         flow

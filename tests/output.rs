@@ -15,7 +15,7 @@ use turbid::output::{
     estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
 };
 use turbid::particle::{Particle, Template};
-use turbid::shape::{Cuboid, Polyhedron, Shape, Sphere};
+use turbid::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
 use turbid::simulation::RunOptions;
 use turbid::wall::{Motion, Surface, Wall};
 
@@ -220,20 +220,24 @@ const TANK: Domain = Domain {
     dx: DIAMETER / 12.0,
 };
 
-/// Spheres, cubes, plates and stones, turned at random.
+/// One template of every kind of shape.
 fn mixture() -> Vec<Template> {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut unit = || 2.0 * (random.next_u64() as f64 / u64::MAX as f64) - 1.0;
     let stone: Vec<Vec3> = (0..24)
         .map(|_| Vec3::new(unit(), unit(), unit()).normalize() * (0.5 * DIAMETER) * (1.0 + 0.2 * unit()))
         .collect();
-    let shapes: [Arc<dyn Shape>; 4] = [
+    let shapes: [Arc<dyn Shape>; 8] = [
         Arc::new(Sphere {
             radius: 0.5 * DIAMETER,
         }),
         Arc::new(Cuboid::new(Vec3::repeat(0.8 * DIAMETER)).unwrap()),
         Arc::new(Cuboid::new(Vec3::new(1.4, 0.9, 0.35) * DIAMETER).unwrap()),
         Arc::new(Polyhedron::hull(&stone, 1e-9).unwrap().0),
+        Arc::new(Ellipsoid::new(Vec3::new(0.7, 0.5, 0.3) * DIAMETER).unwrap()),
+        Arc::new(Capsule::new(0.35 * DIAMETER, 0.7 * DIAMETER).unwrap()),
+        Arc::new(Cylinder::new(0.45 * DIAMETER, 0.9 * DIAMETER).unwrap()),
+        Arc::new(Superellipsoid::new(Vec3::repeat(0.45 * DIAMETER), [0.4, 0.4]).unwrap()),
     ];
     shapes
         .into_iter()
@@ -255,8 +259,9 @@ fn pile(templates: &[Template]) -> Vec<Particle> {
         .map(|id| {
             let jitter = Vec3::from_fn(|_, _| 0.2 * (unit() - 0.5));
             let position =
-                (site(id).component_mul(&Vec3::new(1.1, 1.25, 1.0)) + jitter).add_scalar(0.58) * DIAMETER;
-            let mut particle = Particle::at(id as u64, id * 7 % templates.len(), position);
+                (site(id).component_mul(&Vec3::new(1.1, 1.25, 1.0)) + jitter + Vec3::new(0.58, 0.0, 0.58))
+                    * DIAMETER;
+            let mut particle = Particle::at(id as u64, id * 5 % templates.len(), position);
             particle.velocity = [0.0, 0.0, -0.3 * position.z / height];
             let turn = Quat::from_euler_angles(6.0 * unit(), 1.5 * unit(), 6.0 * unit());
             particle.set_orientation(&turn);

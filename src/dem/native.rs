@@ -20,6 +20,8 @@
 #[cfg(test)]
 mod bricks;
 #[cfg(test)]
+mod carried_tests;
+#[cfg(test)]
 mod cube_tests;
 mod failures;
 mod ledger;

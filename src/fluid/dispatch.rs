@@ -12,7 +12,7 @@ use bytemuck::Pod;
 /// Storage type of populations: `f32` or `f64`.
 pub trait Real: Number + Pod + Send + Sync {
     #[doc(hidden)]
-    fn sweep<S: Solids<Self>, const TRT: bool>(
+    fn sweep<S: Solids<Self>, const TRT: bool, const WALLS: bool>(
         fluid: &mut Fluid<Self>,
         acceleration: [f64; 3],
         solids: &mut S,
@@ -22,7 +22,7 @@ pub trait Real: Number + Pod + Send + Sync {
 
 /// Sweeps all rows of a block.
 #[inline(always)]
-fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
+fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS: bool>(
     fluid: &mut Fluid<T>,
     acceleration: [f64; 3],
     solids: &mut S,
@@ -31,8 +31,8 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
     let base = fluid.populations.root();
-    let whole = 0..layout.chunks_per_row();
     let row = Row {
+        chunks: layout.chunks_per_row(),
         keep: Keep {
             even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
             odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
@@ -41,7 +41,7 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
     };
     for z in 0..nz {
         for y in 0..ny {
-            let walls = fluid.walls.row(y, z);
+            let walls = if WALLS { fluid.walls.row(y, z) } else { None };
             fluid.solid_row.clear();
             solids.fill(y, z, &mut fluid.solid_row);
             if let Some(walls) = walls {
@@ -51,16 +51,14 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
             // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
             let places: Places<T> = indices.map(|place| unsafe { base.add(place) });
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
-            for chunks in walls.map_or(std::slice::from_ref(&whole), |walls| &walls.live) {
-                let chunks = chunks.clone();
-                // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested
-                // in `layout`), so the ranges can be written and do not overlap.
-                unsafe {
-                    if flow.is_some() {
-                        sweep_row::<T, R, TRT, true>(&places, &row, chunks, solid, measured);
-                    } else {
-                        sweep_row::<T, R, TRT, false>(&places, &row, chunks, solid, measured);
-                    }
+            let dead = walls.map_or(&[][..], |walls| &walls.dead);
+            // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
+            // `layout`), so the ranges can be written and do not overlap.
+            unsafe {
+                if flow.is_some() {
+                    sweep_row::<T, R, TRT, true>(&places, &row, dead, solid, measured);
+                } else {
+                    sweep_row::<T, R, TRT, false>(&places, &row, dead, solid, measured);
                 }
             }
             if let Some(walls) = walls {
@@ -76,10 +74,12 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool>(
             }
             solids.collect(y, z, solid);
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
-            fluid.walls.bounce_row(entered, populations, y, z);
+            if WALLS {
+                fluid.walls.bounce_row(entered, populations, y, z);
+            }
             if fluid.wrap_x {
                 wrap_row_x(&layout, fluid.phase, populations, y as isize, z as isize);
-            } else if fluid.walls.at_row_ends() {
+            } else if WALLS && fluid.walls.at_row_ends() {
                 fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
             }
         }
@@ -142,7 +142,7 @@ fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: 
 macro_rules! real {
     ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
-            fn sweep<S: Solids<Self>, const TRT: bool>(
+            fn sweep<S: Solids<Self>, const TRT: bool, const WALLS: bool>(
                 fluid: &mut Fluid<Self>,
                 acceleration: [f64; 3],
                 solids: &mut S,
@@ -152,35 +152,35 @@ macro_rules! real {
                 {
                     use super::simd::{$avx2, $avx512, $sse2};
                     #[target_feature(enable = "avx2")]
-                    fn avx2<S: Solids<$t>, const TRT: bool>(
+                    fn avx2<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
                         f: &mut Fluid<$t>,
                         a: [f64; 3],
                         s: &mut S,
                         flow: Option<&mut Flow>,
                     ) {
-                        sweep_block::<$t, $avx2, S, TRT>(f, a, s, flow);
+                        sweep_block::<$t, $avx2, S, TRT, WALLS>(f, a, s, flow);
                     }
                     #[target_feature(enable = "avx512f")]
-                    fn avx512<S: Solids<$t>, const TRT: bool>(
+                    fn avx512<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
                         f: &mut Fluid<$t>,
                         a: [f64; 3],
                         s: &mut S,
                         flow: Option<&mut Flow>,
                     ) {
-                        sweep_block::<$t, $avx512, S, TRT>(f, a, s, flow);
+                        sweep_block::<$t, $avx512, S, TRT, WALLS>(f, a, s, flow);
                     }
                     let (f, a, s) = (fluid, acceleration, solids);
                     return match f.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<S, TRT>(f, a, s, flow) },
+                        Simd::Avx512 => unsafe { avx512::<S, TRT, WALLS>(f, a, s, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<S, TRT>(f, a, s, flow) },
-                        Simd::Sse2 => sweep_block::<$t, $sse2, S, TRT>(f, a, s, flow),
-                        Simd::Scalar => sweep_block::<$t, $t, S, TRT>(f, a, s, flow),
+                        Simd::Avx2 => unsafe { avx2::<S, TRT, WALLS>(f, a, s, flow) },
+                        Simd::Sse2 => sweep_block::<$t, $sse2, S, TRT, WALLS>(f, a, s, flow),
+                        Simd::Scalar => sweep_block::<$t, $t, S, TRT, WALLS>(f, a, s, flow),
                     };
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                sweep_block::<$t, $t, S, TRT>(fluid, acceleration, solids, flow);
+                sweep_block::<$t, $t, S, TRT, WALLS>(fluid, acceleration, solids, flow);
             }
         }
     };

@@ -117,13 +117,15 @@ pub(crate) type Places<T> = [*mut T; Q];
 
 /// What a row needs besides its populations.
 pub(crate) struct Row<T> {
+    /// Number of registers of [`CHUNK`] cells.
+    pub(crate) chunks: usize,
     /// What relaxation leaves.
     pub(crate) keep: Keep<T>,
     /// Body acceleration.
     pub(crate) acceleration: [T; 3],
 }
 
-/// Momentum along a row, written by a measuring sweep; at least as many numbers each as the row has in whole chunks.
+/// Momentum along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
 pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
 }
@@ -143,22 +145,24 @@ const LINE: usize = 64;
 /// slower, none at all by a third.
 const AHEAD: usize = 768;
 
-/// Collides and streams some chunks of one row in place.
+/// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or empty.
 ///
 /// # Safety
-/// For every `i`, `chunks.end * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap; the
-/// arrays of `solids` and `measured` hold as many.
+/// For every `i`, `chunks * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap.
 #[inline(always)]
 pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const MEASURE: bool>(
     places: &Places<T>,
     row: &Row<T>,
-    chunks: Range<usize>,
+    dead: &[bool],
     solids: &mut SolidRow<T>,
     measured: &mut Measured<T>,
 ) {
     let a = row.acceleration.map(R::splat);
     let one = R::splat(T::ONE);
-    for chunk in chunks {
+    for chunk in 0..row.chunks {
+        if dead.get(chunk) == Some(&true) {
+            continue;
+        }
         let is_solid = solids.is_used(chunk);
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
@@ -167,12 +171,12 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                     prefetch(place.wrapping_add(x).wrapping_byte_add(AHEAD));
                 }
             }
-            // SAFETY: x + WIDTH <= chunks.end * CHUNK, promised readable by the caller.
+            // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
             let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
             let (deviation, momentum, rho, u) = moments(&g);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
             if is_solid {
-                // SAFETY: x + WIDTH <= chunks.end * CHUNK, and the arrays hold a chunk more, here and below.
+                // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
                 let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
                 // SAFETY: as above.
                 let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };

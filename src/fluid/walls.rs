@@ -121,9 +121,9 @@ struct WallCells {
 #[derive(Debug)]
 pub(crate) struct WallRow<T> {
     cells: Vec<WallCells>,
-    /// Chunks that hold at least one fluid cell; the others need no sweep.
-    pub(crate) live: Vec<Range<usize>>,
-    /// Live chunks with wall cells: 1 in fluid, 0 in walls.
+    /// By chunk: all cells are wall and need no sweep.
+    pub(crate) dead: Vec<bool>,
+    /// Other chunks with wall cells: 1 in fluid, 0 in walls.
     mixed: Vec<(usize, [T; CHUNK])>,
 }
 
@@ -357,6 +357,11 @@ impl<T: Real> Walls<T> {
         }
     }
 
+    /// Whether there are none, in the whole box.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.motions.is_empty()
+    }
+
     /// Number of cells of the block in no wall.
     pub(crate) fn fluid_cells(&self) -> usize {
         self.fluid_cells
@@ -383,7 +388,7 @@ impl<T: Real> Walls<T> {
     /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both ends of
     /// a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a chunk is swept,
     /// too). `entered` is the phase after the sweep.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn bounce_row_ends(
         &self,
         layout: &Layout,
@@ -426,7 +431,7 @@ impl<T: Real> Walls<T> {
     }
 
     /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn bounce_row(&self, entered: Phase, populations: &mut [T], y: usize, z: usize) {
         let row = z * self.size[1] + y;
         if let (Some(&first), Some(&end)) = (self.early_rows.get(row), self.early_rows.get(row + 1)) {
@@ -530,8 +535,7 @@ impl<T: Real> Walls<T> {
 impl<T: Real> WallRow<T> {
     /// From the wall of every cell; `None` if all are fluid.
     fn new(walls: &[u16]) -> Option<Self> {
-        let (mut cells, mut live, mut mixed) =
-            (Vec::<WallCells>::new(), Vec::<Range<usize>>::new(), Vec::new());
+        let (mut cells, mut dead, mut mixed) = (Vec::<WallCells>::new(), Vec::new(), Vec::new());
         for (x, &wall) in walls.iter().enumerate().filter(|&(_, &wall)| wall != NO_WALL) {
             match cells.last_mut() {
                 Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
@@ -544,14 +548,8 @@ impl<T: Real> WallRow<T> {
         }
         for (chunk, walls) in walls.chunks(CHUNK).enumerate() {
             let fluid = walls.iter().filter(|&&wall| wall == NO_WALL).count();
-            if fluid == 0 {
-                continue;
-            }
-            match live.last_mut() {
-                Some(live) if live.end == chunk => live.end += 1,
-                _ => live.push(chunk..chunk + 1),
-            }
-            if fluid < walls.len() {
+            dead.push(fluid == 0);
+            if fluid > 0 && fluid < walls.len() {
                 let mut mask = [T::ONE; CHUNK];
                 for (mask, &wall) in mask.iter_mut().zip(walls) {
                     *mask = if wall == NO_WALL { T::ONE } else { T::ZERO };
@@ -559,7 +557,7 @@ impl<T: Real> WallRow<T> {
                 mixed.push((chunk, mask));
             }
         }
-        (!cells.is_empty()).then_some(Self { cells, live, mixed })
+        (!cells.is_empty()).then_some(Self { cells, dead, mixed })
     }
 
     /// Calls `visit` for all stretches of wall cells.
@@ -571,7 +569,7 @@ impl<T: Real> WallRow<T> {
     }
 
     /// Empties the wall cells, whose populations lie at `places` (of the first cell of the row).
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn clear(&self, places: &[usize; Q], populations: &mut [T]) {
         for (chunk, mask) in &self.mixed {
             for place in places {

@@ -92,7 +92,7 @@ fn each<'a, V: Clone + 'a>(
 }
 
 /// Whether the surface has no edges, as far as the mesh can tell.
-pub(super) fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
+fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
     if shape.as_polyhedron().is_some() {
         return false;
     }
@@ -127,7 +127,7 @@ mod tests {
     use super::super::polydata::{array, read};
     use super::*;
     use crate::math::Quat;
-    use crate::shape::{Cuboid, Sphere};
+    use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Sphere, Superellipsoid};
     use std::sync::Arc;
     use vtkio::model::Attribute;
 
@@ -214,6 +214,25 @@ mod tests {
         let named =
             |attribute: &Attribute| matches!(attribute, Attribute::DataArray(a) if a.name == "Normals");
         assert!(!piece.data.point.iter().any(named));
+    }
+
+    #[test]
+    fn only_bodies_without_edges_are_smooth() {
+        let axes = Vec3::new(0.1, 0.2, 0.4);
+        let shapes: [(Arc<dyn Shape>, bool); 6] = [
+            (Arc::new(Sphere { radius: 0.1 }), true),
+            (Arc::new(Ellipsoid::new(axes).unwrap()), true),
+            (Arc::new(Superellipsoid::new(axes, [0.5, 0.7]).unwrap()), true),
+            (Arc::new(Capsule::new(0.1, 0.3).unwrap()), true),
+            (Arc::new(Cylinder::new(0.1, 0.3).unwrap()), false),
+            (Arc::new(Cuboid::new(axes).unwrap()), false),
+        ];
+        for (shape, smooth) in shapes {
+            for refinement in [1, 2] {
+                let mesh = shape.surface_mesh(refinement);
+                assert_eq!(is_smooth(&*shape, &mesh), smooth, "{}", shape.kind());
+            }
+        }
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl Capsule {
     }
 
     /// From the nearest point of the axis.
-    fn from_axis(&self, point: Vec3) -> Vec3 {
+    fn off_axis(&self, point: Vec3) -> Vec3 {
         Vec3::new(point.x, point.y, point.z - point.z.clamp(-self.half, self.half))
     }
 }
@@ -70,11 +70,11 @@ impl Shape for Capsule {
 
     #[inline]
     fn signed_distance(&self, point: Vec3) -> f64 {
-        self.from_axis(point).norm() - self.radius
+        self.off_axis(point).norm() - self.radius
     }
 
     fn gradient(&self, point: Vec3) -> Vec3 {
-        self.from_axis(point).try_normalize(0.0).unwrap_or_else(Vec3::x)
+        self.off_axis(point).try_normalize(0.0).unwrap_or_else(Vec3::x)
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {

@@ -53,7 +53,7 @@ impl Shape for Cylinder {
     }
 
     fn circumradius(&self) -> f64 {
-        (self.radius * self.radius + self.half * self.half).sqrt()
+        Vec3::new(self.radius, 0.0, self.half).norm()
     }
 
     fn thickness(&self) -> f64 {
@@ -62,10 +62,10 @@ impl Shape for Cylinder {
 
     #[inline]
     fn signed_distance(&self, point: Vec3) -> f64 {
-        let side = (point.x * point.x + point.y * point.y).sqrt() - self.radius;
+        let side = point.xy().norm() - self.radius;
         let end = point.z.abs() - self.half;
         if side > 0.0 && end > 0.0 {
-            (side * side + end * end).sqrt()
+            Vec3::new(side, end, 0.0).norm()
         } else {
             side.max(end)
         }

@@ -6,15 +6,15 @@
 use super::polyhedron::SINGLE_PRECISION;
 use super::{Placement, Polyhedron, Shape, ShapeError};
 use crate::math::Vec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
 /// Larger files are refused unread (bytes).
 const LARGEST_FILE: u64 = 256 << 20;
-/// More facets make contacts and mapping useless slow.
-const MOST_FACETS: usize = 200_000;
+/// More facets would make contacts too slow to be of use, and set-up, which compares edges pair by pair.
+const MOST_FACETS: usize = 10_000;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
 /// Reads the body in a file; `scale` is the length in metres of 1 in the file. With `hull`, takes the hull of all points
@@ -93,7 +93,7 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
         ignore_lines: true,
         ..Default::default()
     };
-    let no_materials = |_: &Path| Ok((Vec::new(), Default::default()));
+    let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
         .map_err(|e| format!("is no OBJ file that can be read: {e}"))?;
     let mut facets = Vec::new();

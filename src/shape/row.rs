@@ -101,38 +101,37 @@ pub(super) fn convex(
     let end = |from: f64, to: f64| {
         let forward = (to - from).signum();
         let mut x = from;
-        let mut excess = function(x).0 - level;
         for _ in 0..100 {
             let (value, slope) = function(x);
-            excess = value - level;
+            let excess = value - level;
             if excess <= 0.0 {
-                break;
+                return Some(x);
             }
             let step = -excess / slope;
             // Uphill, or out at the other end: the function stays above the level.
-            if !(step * forward > 0.0) || (to - (x + step)) * forward < 0.0 {
+            let is_forward = step * forward > 0.0;
+            if !is_forward || (to - (x + step)) * forward < 0.0 {
                 return None;
             }
             x += step;
             if step.abs() <= tolerance {
-                excess = function(x).0 - level;
                 break;
             }
         }
-        Some((x, excess.max(0.0)))
+        Some(x)
     };
     let (low, high) = (end(low, high)?, end(high, low)?);
-    if low.0 > high.0 {
-        return None;
+    if low > high || !inner {
+        return (low <= high).then_some((low, high));
     }
-    if !inner {
-        return Some((low.0, high.0));
-    }
-    let middle = 0.5 * (low.0 + high.0);
+    let middle = 0.5 * (low + high);
     let room = level - function(middle).0;
     if room <= 0.0 {
         return None;
     }
-    let inwards = |(x, excess): (f64, f64)| x + (middle - x) * (excess / (excess + room));
+    let inwards = |x: f64| {
+        let excess = (function(x).0 - level).max(0.0);
+        x + (middle - x) * (excess / (excess + room))
+    };
     Some((inwards(low), inwards(high)))
 }

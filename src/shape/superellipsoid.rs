@@ -88,8 +88,12 @@ fn norm(p: f64, u: f64, v: f64) -> (f64, [f64; 2]) {
         return (0.0, [0.0, 0.0]);
     }
     let (u, v) = (u / largest, v / largest);
-    let norm = libm::pow(libm::pow(u, p) + libm::pow(v, p), 1.0 / p);
-    (largest * norm, [u, v].map(|x| libm::pow(x / norm, p - 1.0)))
+    let powers = [libm::pow(u, p), libm::pow(v, p)];
+    let sum = powers[0] + powers[1];
+    let norm = libm::pow(sum, 1.0 / p);
+    // (x / norm)^(p - 1)
+    let slope = |x: f64, power: f64| if x > 0.0 { power / sum * (norm / x) } else { 0.0 };
+    (largest * norm, [slope(u, powers[0]), slope(v, powers[1])])
 }
 
 /// `int |x|^i |y|^j |z|^k dV` over the body with semi-axes 1.

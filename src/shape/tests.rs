@@ -4,6 +4,7 @@ use super::*;
 use crate::math::Mat3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::fmt::Write as _;
 
 /// All kinds, in millimetres, also at the rims of what is allowed.
 fn shapes() -> Vec<(String, Box<dyn Shape>)> {
@@ -98,8 +99,8 @@ fn on_all(what: &str, limit: f64, mut check: impl FnMut(&dyn Shape, &mut ChaCha8
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let error = check(&*shape, &mut rng);
         println!("{name}: {what} {error:.2e}");
-        if !(error <= limit) {
-            worst += &format!("\n{name}: {what} {error:.2e} > {limit:.0e}");
+        if error.is_nan() || error > limit {
+            let _ = write!(worst, "\n{name}: {what} {error:.2e} > {limit:.0e}");
         }
     }
     assert!(worst.is_empty(), "{worst}");
@@ -109,7 +110,7 @@ fn on_all(what: &str, limit: f64, mut check: impl FnMut(&dyn Shape, &mut ChaCha8
 fn slice(shape: &dyn Shape, turn: &Quat, [low, within, high]: [f64; 3], z: f64) -> (f64, f64) {
     let end = |mut outside: f64| {
         let mut inside = within;
-        for _ in 0..24 {
+        for _ in 0..18 {
             let middle = 0.5 * (inside + outside);
             if shape.row_interval(turn, middle, z, 0.0).is_some() {
                 inside = middle;
@@ -158,10 +159,12 @@ fn integrate(shape: &dyn Shape, turn: &Quat, rows: u32) -> (f64, Vec3, Mat3) {
 #[test]
 fn volume_centre_and_inertia_are_those_of_the_body() {
     on_all("moments", 1e-3, |shape, rng| {
+        // Faces and tips make chords that are not smooth.
+        let rows = if shape.as_polyhedron().is_some() { 128 } else { 64 };
         let mut worst = 0.0_f64;
         for _ in 0..200 {
             let orientation = orientation(rng);
-            let (volume, first, second) = integrate(shape, &orientation, 48);
+            let (volume, first, second) = integrate(shape, &orientation, rows);
             let turn = orientation.to_rotation_matrix();
             let inertia = turn * Mat3::from_diagonal(&shape.inertia_per_mass()) * turn.transpose();
             let found = (Mat3::identity() * second.trace() - second) / shape.volume();
@@ -225,7 +228,7 @@ fn to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
 #[test]
 fn the_distance_is_that_to_a_fine_mesh() {
     on_all("distance to the mesh", 1e-2, |shape, rng| {
-        let mesh = shape.surface_mesh(5);
+        let mesh = shape.surface_mesh(if shape.kind() == "superellipsoid" { 5 } else { 4 });
         let triangles: Vec<_> = mesh
             .triangles
             .iter()
@@ -295,7 +298,7 @@ fn the_distance_is_right_on_the_axes_in_the_planes_of_symmetry_and_at_the_centre
         let (_, high) = shape.bounds(&Quat::identity());
         let mut worst = 0.0_f64;
         for n in 0..5_i32.pow(3) {
-            let at = Vec3::new((n % 5) as f64, (n / 5 % 5) as f64, (n / 25) as f64);
+            let at = Vec3::from([n % 5, n / 5 % 5, n / 25].map(f64::from));
             for scale in [1e-14, 0.3, 0.5, 0.7] {
                 let p = (at - Vec3::repeat(2.0)).component_mul(&high) * scale;
                 let (distance, gradient) = (shape.signed_distance(p), shape.gradient(p));

@@ -1,6 +1,6 @@
 //! Claims about cubes: how deep they rest, how they bounce off edges and corners, how they creep.
 
-use super::wall_tests::{MATERIAL, TANK, alone, first, floor, plane, run};
+use super::wall_tests::{GRAVITY, MATERIAL, TANK, alone, first, floor, plane, run};
 use super::*;
 use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
 use crate::math::Quat;
@@ -85,8 +85,7 @@ fn depth_at_rest(geometry: Geometry) -> f64 {
     let modulus = PairLaw::new(&model.into(), 0, 0).modulus;
     let depth = 3.0 * std::f64::consts::PI.sqrt() * mass * 9.81 / (4.0 * modulus * edge);
     let placed = Particle::at(0, 0, Vec3::new(3.1e-3, 4.2e-3, 0.5 * edge));
-    let gravity = Vec3::new(0.0, 0.0, -9.81);
-    let mut engine = alone(TANK, model.into(), vec![floor()], gravity, cubes(edge), &[placed]);
+    let mut engine = alone(TANK, model.into(), vec![floor()], GRAVITY, cubes(edge), &[placed]);
     let period = std::f64::consts::TAU * (depth / 9.81).sqrt();
     run(&mut engine, 30 * 100, period / 100.0);
     // The mean of some periods, as samples come and go.
@@ -269,12 +268,11 @@ fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
         Vec3::new(6e-3, 6e-3, 6e-3) + Vec3::new(angle.sin(), 0.0, angle.cos()) * 0.5 * EDGE,
     );
     cube.set_orientation(&Quat::from_axis_angle(&Vec3::y_axis(), angle));
-    let gravity = Vec3::new(0.0, 0.0, -9.81);
     let mut engine = alone(
         TANK,
         model(pair, ElasticLaw::Paper),
         vec![incline],
-        gravity,
+        GRAVITY,
         cubes(EDGE),
         &[cube],
     );
@@ -309,7 +307,6 @@ fn a_soft_edge_or_corner_never_gains_more_than_two_per_cent_and_nothing_by_the_e
 fn a_cube_placed_in_touching_rest_on_face_edge_or_corner_never_gains_energy() {
     // Energy above the one it starts with, in weights times edges.
     for orientation in [tilted(0.0, 0.0), tilted(45.0, 0.0), tilted(20.0, 30.0)] {
-        let gravity = Vec3::new(0.0, 0.0, -9.81);
         let lowest = (0..8)
             .map(|n| Vec3::from_fn(|i, _| if n >> i & 1 == 0 { -0.5 * EDGE } else { 0.5 * EDGE }))
             .map(|corner| orientation.transform_vector(&corner).z)
@@ -320,7 +317,7 @@ fn a_cube_placed_in_touching_rest_on_face_edge_or_corner_never_gains_energy() {
             TANK,
             model(MATERIAL.pair, ElasticLaw::Paper),
             vec![floor()],
-            gravity,
+            GRAVITY,
             cubes(EDGE),
             &[placed],
         );

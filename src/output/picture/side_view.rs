@@ -11,13 +11,14 @@ use super::text::{italic, roman};
 use super::write_png;
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
-use crate::output::vtp::is_smooth;
 use crate::particle::Template;
 use crate::wall::Surface;
 use std::path::Path;
 
 /// Up to this many particles get finer meshes.
 const FEW: usize = 300;
+/// How far inside of a triangle the normals of its corners are taken, as part of the way to its middle.
+const INSIDE: f64 = 1e-3;
 /// Light in the shade, over that of full light.
 const SHADE: f64 = 0.45;
 /// How far a direction may be from the line of sight, as the sine of the angle, and still count as along it.
@@ -118,13 +119,12 @@ impl Body {
             return Self { triangles, pieces };
         }
         let mesh = shape.surface_mesh(refinement);
-        let smooth = is_smooth(shape, &mesh);
+        // Normals from just inside of each triangle: on an edge of the body they are those of its side.
         let one = |triangle: &[u32; 3]| {
             let corners = triangle.map(|i| mesh.points[i as usize]);
-            let flat = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-            let flat = flat.try_normalize(0.0).unwrap_or_default();
-            let normal = |corner| if smooth { shape.gradient(corner) } else { flat };
-            (corners.map(|corner| (corner, normal(corner))), 0)
+            let middle = corners.iter().sum::<Vec3>() / 3.0;
+            let normal = |corner: &Vec3| shape.gradient(corner.lerp(&middle, INSIDE));
+            (corners.map(|corner| (corner, normal(&corner))), 0)
         };
         Self {
             triangles: mesh.triangles.iter().map(one).collect(),

@@ -1,6 +1,7 @@
 use super::*;
 use crate::math::Quat;
 use crate::shape::Cuboid;
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Corners of a cuboid as triangles, counter-clockwise from outside.
@@ -17,7 +18,7 @@ fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
     for facet in facets {
         text += " facet normal 0 0 0\n  outer loop\n";
         for c in facet {
-            text += &format!("   vertex {} {} {}\n", c.x, c.y, c.z);
+            let _ = writeln!(text, "   vertex {} {} {}", c.x, c.y, c.z);
         }
         text += "  endloop\n endfacet\n";
     }
@@ -162,13 +163,11 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
         let message = read_bytes(name, &bytes, false).unwrap_err();
         assert!(message.contains(expected), "{message}");
     }
-    let remedied = ["open", "inverted", "one_flipped", "dent"];
     for (name, bytes) in [
         ("open.stl", change(&|f| f.truncate(11))),
         ("inverted.stl", change(&|f| f.iter_mut().for_each(flip))),
         ("dent.stl", change(&dent)),
     ] {
-        assert!(remedied.iter().any(|r| name.starts_with(r)));
         let message = read_bytes(name, &bytes, false).unwrap_err();
         assert!(message.contains("`hull = true`"), "{message}");
         assert!(read_bytes(name, &bytes, true).is_ok(), "{name}");

@@ -21,7 +21,7 @@ pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
     let edges = edges(vertices, faces);
     for (n, first) in edges.iter().enumerate() {
         for second in &edges[..n] {
-            if arcs_cross(first.normals, second.normals.map(|normal| -normal)) {
+            if mirrored_arcs_cross(first, second) {
                 let normal = first.along.cross(&second.along);
                 width = width.min((first.start - second.start).dot(&normal).abs() / normal.norm());
             }
@@ -35,6 +35,8 @@ struct Edge {
     along: Vec3,
     /// Of the faces on either side.
     normals: [Vec3; 2],
+    /// Their cross product.
+    across: Vec3,
 }
 
 fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
@@ -50,6 +52,7 @@ fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
                     start,
                     along,
                     normals: [face.normal, normal],
+                    across: face.normal.cross(&normal),
                 });
             } else {
                 first_side.insert((from, to), face.normal);
@@ -59,11 +62,12 @@ fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
     edges
 }
 
-/// Whether two arcs of great circles cross, each shorter than half a circle.
-fn arcs_cross([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> bool {
-    let (ab, cd) = (a.cross(&b), c.cross(&d));
-    let (c_side, d_side) = (c.dot(&ab), d.dot(&ab));
-    let (a_side, b_side) = (a.dot(&cd), b.dot(&cd));
-    // The last one tells crossing from lying opposite each other.
-    c_side * d_side < 0.0 && a_side * b_side < 0.0 && c_side * b_side > 0.0
+/// Whether the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a circle.
+fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
+    let [a, b] = first.normals;
+    let [c, d] = second.normals;
+    let (c_side, d_side) = (c.dot(&first.across), d.dot(&first.across));
+    let (a_side, b_side) = (a.dot(&second.across), b.dot(&second.across));
+    // The last one tells the arc itself from its mirror image.
+    c_side * d_side < 0.0 && a_side * b_side < 0.0 && c_side * b_side < 0.0
 }

@@ -45,7 +45,9 @@ impl Pair {
     fn new(p: f64, coordinate: f64) -> Self {
         let is_primal = p >= 2.0;
         let power = if is_primal { p } else { p / (p - 1.0) };
-        let (x, y) = (1.0 - coordinate, coordinate);
+        // The larger one made 1, whose power is free.
+        let largest = coordinate.max(1.0 - coordinate);
+        let (x, y) = ((1.0 - coordinate) / largest, coordinate / largest);
         let (x_power, y_power) = if is_two(power) {
             (x * x, y * y)
         } else {
@@ -71,8 +73,8 @@ impl Pair {
             (m, lower)
         };
         let ((m, m_by_u), (k, k_by_v)) = (dual(x, x_power, u), dual(y, y_power, v));
-        let du = -(1.0 + u * (k - m)) / norm;
-        let dv = (1.0 - v * (k - m)) / norm;
+        let du = -(1.0 + u * (k - m)) / (largest * norm);
+        let dv = (1.0 - v * (k - m)) / (largest * norm);
         let (dm, dk) = ((power - 1.0) * m_by_u * du, (power - 1.0) * k_by_v * dv);
         if is_primal {
             Self {
@@ -200,10 +202,11 @@ impl Chart {
             if reach <= CONVERGED {
                 break;
             }
-            match self.newton(p, here) {
-                Ok(found) => return found,
-                Err(reached) => here = reached,
+            let (reached, arrived) = self.newton(p, here);
+            if arrived {
+                return reached;
             }
+            here = reached;
             match self.highest_around(p, &here, reach) {
                 Some(higher) => here = higher,
                 None => reach *= 0.5,
@@ -212,23 +215,24 @@ impl Chart {
         here
     }
 
-    /// Newton's method while it leads uphill; an error where it does not.
-    fn newton(&self, p: Vec3, mut here: Place) -> Result<Place, Place> {
+    /// Newton's method while it leads uphill, and whether it has arrived.
+    fn newton(&self, p: Vec3, mut here: Place) -> (Place, bool) {
         let noise = 1e-14 * self.semi_axes.max();
         for _ in 0..20 {
-            let step = self.newton_step(p, &here).ok_or(here)?;
-            let at = [0, 1].map(|i| (here.at[i] + step[i]).clamp(0.0, 1.0));
-            let there = self.place(p, at);
+            let Some(step) = self.newton_step(p, &here) else {
+                break;
+            };
+            let there = self.place(p, [0, 1].map(|i| (here.at[i] + step[i]).clamp(0.0, 1.0)));
             if there.height < here.height - noise {
-                return Err(here);
+                break;
             }
             here = there;
             // The whole step: one that the rim of the octant cut short has not arrived.
             if step.iter().all(|x| x.abs() <= CONVERGED) {
-                return Ok(here);
+                return (here, true);
             }
         }
-        Err(here)
+        (here, false)
     }
 
     /// Newton's step for the two equations of the head of this module.
