@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! w = 1 / V + (r x n) . I^-1 (r x n) / V,     r = p - x,  I = inertia per unit of mass, V = volume
-//! l = d (1 + overshoot) / (w_a + w_b)
+//! l = (d (1 + overshoot) + clearance) / (w_a + w_b)
 //! x -= l n / V,   turned by  - l I^-1 (r x n) / V      (the first body; the second the other way)
 //! ```
 //!
@@ -26,8 +26,10 @@ use rand_chacha::rand_core::SeedableRng;
 
 /// Rounds before giving up; cubes at a volume fraction of 0.3 take some dozen.
 const MAX_ROUNDS: usize = 3000;
-/// Push a little further than needed, so that the end is reached in finitely many rounds.
+/// Push a little further than needed, in parts of the depth and of the reach of the smaller body: where edges cross, the
+/// depth is but a part of the way out, and rounds would go on down to rounding errors.
 const OVERSHOOT: f64 = 0.02;
+const CLEARANCE: f64 = 5e-4;
 /// Largest turn of one push: the tangent of half the angle.
 const LARGEST_TURN: f64 = 0.1;
 /// Tells the stream of random orientations from that of positions with the same seed.
@@ -91,7 +93,8 @@ pub fn relax(
             if a < fixed {
                 weights[0] = None;
             }
-            push(&domain, poses, [a, b], weights, levers, &overlap);
+            let clearance = CLEARANCE * radii[a].min(radii[b]);
+            push(&domain, poses, [a, b], weights, levers, &overlap, clearance);
         }
         for i in fixed..poses.len() {
             for wall in walls {
@@ -104,6 +107,7 @@ pub fn relax(
                 };
                 touched = true;
                 let mover = Some(&movers[poses[i].contour]);
+                let clearance = CLEARANCE * radii[i];
                 push(
                     &domain,
                     poses,
@@ -111,6 +115,7 @@ pub fn relax(
                     [mover, None],
                     [overlap.point; 2],
                     &overlap,
+                    clearance,
                 );
             }
         }
@@ -160,6 +165,7 @@ fn push(
     movers: [Option<&Mover>; 2],
     levers: [Vec3; 2],
     overlap: &Overlap,
+    clearance: f64,
 ) {
     let answers: [Option<(Vec3, f64, f64)>; 2] = std::array::from_fn(|i| {
         movers[i].map(|mover| {
@@ -168,7 +174,7 @@ fn push(
         })
     });
     let total: f64 = answers.iter().flatten().map(|(_, weight, _)| weight).sum();
-    let size = overlap.depth * (1.0 + OVERSHOOT) / total;
+    let size = (overlap.depth * (1.0 + OVERSHOOT) + clearance) / total;
     for (i, sign) in [(0, -1.0), (1, 1.0)] {
         let Some((turn, _, volume)) = answers[i] else {
             continue;
