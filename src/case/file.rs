@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 pub use contacts::{ContactSection, GeometryKind, MaterialSection, PairSection};
 pub use particles::ParticleSection;
 pub use shapes::{
-    CubeSection, CuboidSection, CylinderSection, EllipsoidSection, PolyhedronSection, ShapeSection,
-    SphereSection, SuperellipsoidSection,
+    CubeSection, CuboidSection, CylinderSection, EllipsoidSection, MeshSection, PolyhedronSection,
+    ShapeSection, SphereSection, SuperellipsoidSection,
 };
 pub use walls::{FaceSection, FacesSection, PlaneSection, RoundSection, WallSection};
 

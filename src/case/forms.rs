@@ -91,6 +91,16 @@ pub struct SizeSpread {
     pub steps: Option<Located<u32>>,
 }
 
+/// Unit of the lengths in a mesh file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LengthUnit {
+    /// By name.
+    Name(String),
+    /// In metres.
+    Metres(f64),
+}
+
 /// One particle of a list with its motion.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -114,7 +124,7 @@ pub(super) fn zero() -> Triple {
 
 /// Implements `Deserialize` from an array, a table or a number, whichever the type has.
 macro_rules! forms {
-    ($type:ident, $expecting:literal $(, seq $seq:ident)? $(, map $map:ident)? $(, number $number:ident)?) => {
+    ($type:ident, $expecting:literal $(, seq $seq:ident)? $(, map $map:ident)? $(, number $number:ident)? $(, text $text:ident)?) => {
         impl<'de> Deserialize<'de> for $type {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                 struct Form;
@@ -137,6 +147,9 @@ macro_rules! forms {
                     fn visit_i64<E>(self, number: i64) -> Result<$type, E> {
                         Ok($type::$number(number as f64))
                     })?
+                    $(fn visit_str<E>(self, text: &str) -> Result<$type, E> {
+                        Ok($type::$text(text.to_string()))
+                    })?
                 }
                 deserializer.deserialize_any(Form)
             }
@@ -149,6 +162,8 @@ forms!(Gravity, "a number (along -z) or [x, y, z] in m/s^2", seq Vector, number 
 forms!(Entry, "[x, y, z] or { position = [x, y, z], velocity = [x, y, z] }", seq Position, map Moving);
 
 forms!(Sizes, "[{ scale = ..., share = ... }] or { uniform = [0.8, 1.2], steps = 5 }", seq Shares, map Spread);
+
+forms!(LengthUnit, "a unit such as \"mm\", or a number of metres", number Metres, text Name);
 
 fn either(name: &'static str, first: &Schema, second: &Schema) -> Schema {
     json_schema!({ "title": name, "anyOf": [first, second] })
@@ -195,5 +210,16 @@ impl JsonSchema for Sizes {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let shares = generator.subschema_for::<Vec<SizeShare>>();
         either("Sizes", &shares, &generator.subschema_for::<SizeSpread>())
+    }
+}
+
+impl JsonSchema for LengthUnit {
+    fn schema_name() -> Cow<'static, str> {
+        "LengthUnit".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let name = generator.subschema_for::<String>();
+        either("LengthUnit", &name, &generator.subschema_for::<f64>())
     }
 }

@@ -1,7 +1,8 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
-use super::file::{Case, ParticleSection, ShapeSection};
-use super::forms::{Sizes, Triple};
+use super::checks::at;
+use super::file::{Case, MeshSection, ParticleSection, ShapeSection};
+use super::forms::{LengthUnit, Sizes, Triple};
 use super::located::Located;
 use super::materials::Materials;
 use super::source::Source;
@@ -9,10 +10,21 @@ use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
 use crate::particle::Template;
 use crate::shape::{
-    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, polyhedron,
+    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, mesh,
+    polyhedron,
 };
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
+
+/// Units of length, and how many metres they are.
+const UNITS: [(&str, f64); 5] = [
+    ("m", 1.0),
+    ("cm", 1e-2),
+    ("mm", 1e-3),
+    ("um", 1e-6),
+    ("in", 0.0254),
+];
 
 /// Most sizes of one kind.
 const MAX_SIZES: u32 = 1000;
@@ -72,7 +84,7 @@ impl Written {
 }
 
 /// Builds all kinds.
-pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials) -> Result<Kinds> {
+pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, folder: &Path) -> Result<Kinds> {
     if case.particles.is_empty() {
         return Err(Error::Input(format!(
             "{}: the case has no [[particles]]; the diameter of the first kind is the reference length, and \
@@ -92,6 +104,7 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials) -> Resu
             source,
             key: &key,
             section: kind,
+            folder,
         };
         let scale = builder.scale()?;
         let written = builder.build(scale)?;
@@ -132,6 +145,8 @@ struct Builder<'a> {
     source: &'a Source,
     key: &'a str,
     section: &'a ParticleSection,
+    /// Folder that mesh files are relative to.
+    folder: &'a Path,
 }
 
 impl Builder<'_> {
@@ -144,6 +159,7 @@ impl Builder<'_> {
             ShapeSection::Cylinder(s) | ShapeSection::Capsule(s) => s.equivalent_diameter.as_ref(),
             ShapeSection::Superellipsoid(s) => s.equivalent_diameter.as_ref(),
             ShapeSection::Polyhedron(s) => s.equivalent_diameter.as_ref(),
+            ShapeSection::Mesh(s) => s.equivalent_diameter.as_ref(),
         }
     }
 
@@ -222,6 +238,39 @@ impl Builder<'_> {
                     rotation: placement.rotation,
                 })
             }
+            ShapeSection::Mesh(mesh) => {
+                let path = self.folder.join(&mesh.file.value);
+                let unit = self.unit(mesh)?;
+                let given = self.positive("scale", &mesh.scale)?;
+                let (shape, placement) = mesh::read(&path, scale * unit * given, mesh.hull)
+                    .map_err(|e| self.bad(&mesh.file.span, &e))?;
+                Ok(Written {
+                    shape: Arc::new(shape),
+                    rotation: placement.rotation,
+                })
+            }
+        }
+    }
+
+    /// Metres in the unit of a mesh file.
+    fn unit(&self, section: &MeshSection) -> Result<f64> {
+        let Some(unit) = &section.unit else {
+            return Ok(1.0);
+        };
+        let key = format!("{}.unit", self.shape_key());
+        let known: Vec<&str> = UNITS.iter().map(|(name, _)| *name).collect();
+        let remedy = format!("known units: {}; or a number of metres", known.join(", "));
+        match &unit.value {
+            LengthUnit::Metres(metres) => self.source.positive(&key, &at(&unit.span, *metres), &remedy),
+            LengthUnit::Name(name) => match UNITS.iter().find(|(known, _)| known == name) {
+                Some((_, metres)) => Ok(*metres),
+                None => {
+                    let value = format!("\"{name}\"");
+                    Err(self
+                        .source
+                        .out_of_range(&key, &unit.span, &value, "a unit of length", &remedy))
+                }
+            },
         }
     }
 

@@ -46,6 +46,7 @@ fn make_way(key: &str, table: &mut DeTable<'_>) {
         table.remove(*other);
     }
     if ["file", "list"].contains(&key) {
+        table.remove("sizes");
         table.remove("seed");
         table.remove("minimum_gap");
     }

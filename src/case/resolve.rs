@@ -38,7 +38,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
     let mut warnings = Vec::new();
     let medium = Medium::of(source, &case)?;
     let materials = Materials::new(source, &case)?;
-    let kinds = kinds(source, &case, &materials)?;
+    let kinds = kinds(source, &case, &materials, folder)?;
     let templates = &kinds.templates;
     let (lattice, grown) = match &medium {
         Medium::Wet(_, lattice) => (Some(&lattice.value), &case.contact.enlargement),

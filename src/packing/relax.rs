@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! w = 1 / V + (r x n) . I^-1 (r x n) / V,     r = p - x,  I = inertia per unit of mass, V = volume
-//! l = (d (1 + overshoot) + clearance) / (w_a + w_b)
+//! l = (d + overshoot) / (w_a + w_b)
 //! x -= l n / V,   turned by  - l I^-1 (r x n) / V      (the first body; the second the other way)
 //! ```
 //!
@@ -17,7 +17,7 @@
 //! Computer Graphics Forum 39, section 3.3, without compliance.
 
 use super::Uniform;
-use crate::contact::{Body, Contour, Geometry, Overlap, PairFinder, measure, measure_wall};
+use crate::contact::{Body, Contour, Geometry, PairFinder, measure, measure_wall};
 use crate::domain::Domain;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::wall::Surface;
@@ -26,10 +26,10 @@ use rand_chacha::rand_core::SeedableRng;
 
 /// Rounds before giving up; cubes at a volume fraction of 0.3 take some dozen.
 const MAX_ROUNDS: usize = 3000;
-/// Push a little further than needed, in parts of the depth and of the reach of the smaller body: where edges cross, the
-/// depth is but a part of the way out, and rounds would go on down to rounding errors.
+/// Push a little further than needed, so that the end is reached in finitely many rounds: by this part of the depth,
 const OVERSHOOT: f64 = 0.02;
-const CLEARANCE: f64 = 5e-4;
+/// and by this part of the reach of the smaller body, as overlaps shrink without end otherwise.
+const MARGIN: f64 = 1e-3;
 /// Largest turn of one push: the tangent of half the angle.
 const LARGEST_TURN: f64 = 0.1;
 /// Tells the stream of random orientations from that of positions with the same seed.
@@ -93,8 +93,8 @@ pub fn relax(
             if a < fixed {
                 weights[0] = None;
             }
-            let clearance = CLEARANCE * radii[a].min(radii[b]);
-            push(&domain, poses, [a, b], weights, levers, &overlap, clearance);
+            let way = overlap.depth * (1.0 + OVERSHOOT) + MARGIN * radii[a].min(radii[b]);
+            push(&domain, poses, [a, b], weights, levers, overlap.normal, way);
         }
         for i in fixed..poses.len() {
             for wall in walls {
@@ -107,15 +107,14 @@ pub fn relax(
                 };
                 touched = true;
                 let mover = Some(&movers[poses[i].contour]);
-                let clearance = CLEARANCE * radii[i];
                 push(
                     &domain,
                     poses,
                     [i, i],
                     [mover, None],
                     [overlap.point; 2],
-                    &overlap,
-                    clearance,
+                    overlap.normal,
+                    overlap.depth * (1.0 + OVERSHOOT) + MARGIN * radii[i],
                 );
             }
         }
@@ -157,31 +156,31 @@ impl Mover {
     }
 }
 
-/// Moves two bodies apart; one without a mover stays.
+/// Moves two bodies apart by `way` (m) along `normal`; one without a mover stays.
 fn push(
     domain: &Domain,
     poses: &mut [Pose],
     bodies: [usize; 2],
     movers: [Option<&Mover>; 2],
     levers: [Vec3; 2],
-    overlap: &Overlap,
-    clearance: f64,
+    normal: Vec3,
+    way: f64,
 ) {
     let answers: [Option<(Vec3, f64, f64)>; 2] = std::array::from_fn(|i| {
         movers[i].map(|mover| {
-            let (turn, weight) = mover.answer(&poses[bodies[i]].orientation, levers[i], overlap.normal);
+            let (turn, weight) = mover.answer(&poses[bodies[i]].orientation, levers[i], normal);
             (turn, weight, mover.volume)
         })
     });
     let total: f64 = answers.iter().flatten().map(|(_, weight, _)| weight).sum();
-    let size = (overlap.depth * (1.0 + OVERSHOOT) + clearance) / total;
+    let size = way / total;
     for (i, sign) in [(0, -1.0), (1, 1.0)] {
         let Some((turn, _, volume)) = answers[i] else {
             continue;
         };
         let pose = &mut poses[bodies[i]];
-        let way = overlap.normal * (sign * size * volume);
-        pose.position = domain.wrap(pose.position + way);
+        let shift = normal * (sign * size * volume);
+        pose.position = domain.wrap(pose.position + shift);
         let mut tangent = turn * (0.5 * sign * size);
         let length = tangent.norm();
         if length > LARGEST_TURN {

@@ -1,6 +1,6 @@
 //! Shapes as the user writes them.
 
-use crate::case::forms::Triple;
+use crate::case::forms::{LengthUnit, Triple};
 use crate::case::located::Located;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,8 @@ pub enum ShapeSection {
     Superellipsoid(SuperellipsoidSection),
     /// A convex polyhedron by its vertices.
     Polyhedron(PolyhedronSection),
+    /// A convex body from an STL or OBJ file.
+    Mesh(MeshSection),
 }
 
 /// A sphere.
@@ -103,6 +105,28 @@ pub struct PolyhedronSection {
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
+/// A convex body from a file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSection {
+    /// STL (binary or text) or OBJ file, relative to the case file: a closed surface, outward facets.
+    pub file: Located<String>,
+    /// Unit of the lengths in the file: "m", "cm", "mm", "um", "in", or a number of metres. Default "m".
+    pub unit: Option<Located<LengthUnit>>,
+    /// Factor on all lengths (-). Default 1.
+    #[serde(default = "one")]
+    pub scale: Located<f64>,
+    /// Whether to take the convex hull of a body that is not convex, instead of refusing it. Default false.
+    #[serde(default)]
+    pub hull: bool,
+    /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    pub equivalent_diameter: Option<Located<f64>>,
+}
+
+fn one() -> Located<f64> {
+    1.0.into()
+}
+
 impl ShapeSection {
     /// The key of this shape.
     pub fn name(&self) -> &'static str {
@@ -115,6 +139,7 @@ impl ShapeSection {
             Self::Capsule(_) => "capsule",
             Self::Superellipsoid(_) => "superellipsoid",
             Self::Polyhedron(_) => "polyhedron",
+            Self::Mesh(_) => "mesh",
         }
     }
 }
