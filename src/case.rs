@@ -24,7 +24,7 @@ use crate::contact::ContactModel;
 use crate::coupling::ForceBalance;
 use crate::domain::Domain;
 use crate::fluid::{Collision, Precision, Simd};
-use crate::math::Vec3;
+use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
 use crate::units::Units;
 use crate::wall::Wall;
@@ -63,6 +63,8 @@ pub struct Setup {
     pub solid_ramp_width: f64,
     /// Geometries and materials.
     pub templates: Arc<[Template]>,
+    /// From the axes of the body to those in which the case gives its shape, for each template.
+    pub frames: Vec<Quat>,
     /// Initial state of all particles, ascending ids.
     pub particles: Vec<Particle>,
     /// Walls: the closed faces of the box, and those the case lists.

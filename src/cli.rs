@@ -4,13 +4,13 @@ mod bench;
 mod check;
 mod doctor;
 mod machine;
+mod pack;
 mod preflight;
 mod run;
 mod terminal;
 
 use crate::case::{self, Setup};
-use crate::error::{Error, Result};
-use crate::packing::positions;
+use crate::error::Result;
 use clap::{Args, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -119,7 +119,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
-        Command::Pack(arguments) => pack(&arguments),
+        Command::Pack(arguments) => pack::pack(&arguments),
         Command::Doctor => {
             say(&doctor::report());
             Ok(())
@@ -142,18 +142,6 @@ fn load(path: &Path, changes: &Changes) -> Result<Setup> {
         warn(warning);
     }
     Ok(setup)
-}
-
-fn pack(arguments: &PackArguments) -> Result<()> {
-    let setup = load(&arguments.case.case, &arguments.case.changes)?;
-    let out = &arguments.out;
-    std::fs::write(out, positions::format(&setup.particles)).map_err(|e| Error::io("write", out, e))?;
-    let (count, fraction) = (setup.particles.len(), setup.scales.volume_fraction);
-    say(&format!(
-        "{count} particles, volume fraction {fraction:.6}, written to {}",
-        out.display()
-    ));
-    Ok(())
 }
 
 #[cfg(test)]

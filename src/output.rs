@@ -25,6 +25,7 @@ pub mod vti;
 pub mod vtp;
 pub mod walls;
 
+pub(crate) use atomic::write_bytes;
 pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
 pub use directory::OutputFiles;
 pub use particle_series::ParticleSeries;

@@ -28,6 +28,15 @@ pub enum Surface {
 }
 
 impl Surface {
+    /// Name of the kind for messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Plane { .. } => "plane",
+            Self::Cylinder { pipe: true, .. } => "pipe",
+            Self::Cylinder { .. } => "rod",
+        }
+    }
+
     /// Signed distance of a point to the wall (m): positive in the free space, negative in the wall.
     pub fn distance(&self, at: Vec3) -> f64 {
         match self {

@@ -46,7 +46,7 @@ pub enum Entry {
     /// Centre (m), at rest.
     Position(Triple),
     /// Centre and motion.
-    Moving(MovingEntry),
+    Moving(Box<MovingEntry>),
 }
 
 /// How a particle of a list is turned: exactly one of `axis` with `angle`, and `quaternion`.

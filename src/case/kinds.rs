@@ -61,11 +61,19 @@ impl Kind {
 #[derive(Debug)]
 pub(super) struct Kinds {
     /// One for each section.
-    pub(super) kinds: Vec<Kind>,
+    pub(super) sections: Vec<Kind>,
     /// Those of the first section, then those of the second, ...
     pub(super) templates: Vec<Template>,
     /// Diameter of the sphere of the volume of the first shape as written (m).
     pub(super) diameter: f64,
+}
+
+impl Kinds {
+    /// [`Kind::rotation`] of each template.
+    pub(super) fn frames(&self) -> Vec<Quat> {
+        let of = |kind: &Kind| std::iter::repeat_n(kind.rotation, kind.shares.len());
+        self.sections.iter().flat_map(of).collect()
+    }
 }
 
 /// A shape as the case writes it.
@@ -93,7 +101,7 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, folder:
         )));
     }
     let mut all = Kinds {
-        kinds: Vec::new(),
+        sections: Vec::new(),
         templates: Vec::new(),
         diameter: 0.0,
     };
@@ -119,19 +127,14 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, folder:
         let material = materials.index(source, &format!("{key}.material"), kind.material.as_ref())?;
         let sizes = builder.sizes()?;
         let total: f64 = sizes.iter().map(|(_, share)| share).sum();
-        all.kinds.push(Kind {
+        all.sections.push(Kind {
             first: all.templates.len(),
             shares: sizes.iter().map(|(_, share)| share / total).collect(),
             rotation: written.rotation,
         });
         for (size, _) in sizes {
-            let shape = if size == 1.0 {
-                written.shape.clone()
-            } else {
-                builder.build(scale * size)?.shape
-            };
             all.templates.push(Template {
-                shape,
+                shape: builder.build(scale * size)?.shape,
                 density,
                 material,
             });
@@ -262,15 +265,14 @@ impl Builder<'_> {
         let remedy = format!("known units: {}; or a number of metres", known.join(", "));
         match &unit.value {
             LengthUnit::Metres(metres) => self.source.positive(&key, &at(&unit.span, *metres), &remedy),
-            LengthUnit::Name(name) => match UNITS.iter().find(|(known, _)| known == name) {
-                Some((_, metres)) => Ok(*metres),
-                None => {
+            LengthUnit::Name(name) => {
+                let metres = UNITS.iter().find(|(known, _)| known == name);
+                metres.map(|(_, metres)| *metres).ok_or_else(|| {
                     let value = format!("\"{name}\"");
-                    Err(self
-                        .source
-                        .out_of_range(&key, &unit.span, &value, "a unit of length", &remedy))
-                }
-            },
+                    self.source
+                        .out_of_range(&key, &unit.span, &value, "a unit of length", &remedy)
+                })
+            }
         }
     }
 

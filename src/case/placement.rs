@@ -112,7 +112,7 @@ impl Placer<'_> {
         for placement in positions::parse(&text, &name).map_err(Error::Input)? {
             let line = format!("{name}:{}", placement.line);
             let position = self.inside(&line, &file.span, placement.position)?;
-            let kind = &self.kinds.kinds[index];
+            let kind = &self.kinds.sections[index];
             let mut particle = Particle::at(placement.id.unwrap_or(0), kind.first, position);
             particle.set_orientation(&kind.turned(&placement.orientation));
             placed.push(Placed {
@@ -134,7 +134,7 @@ impl Placer<'_> {
                 velocity: still.clone(),
                 angular_velocity: still,
             },
-            Entry::Moving(moving) => moving.clone(),
+            Entry::Moving(moving) => (**moving).clone(),
         };
         let numbers = |t: &Triple| {
             self.source
@@ -145,7 +145,7 @@ impl Placer<'_> {
             &entry.span,
             numbers(&moving.position)?.into(),
         )?;
-        let kind = &self.kinds.kinds[index];
+        let kind = &self.kinds.sections[index];
         let mut particle = Particle::at(0, kind.first, position);
         let given = match &moving.orientation {
             Some(section) => self.orientation(&format!("{key}.orientation"), section)?,

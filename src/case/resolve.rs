@@ -135,6 +135,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         relaxation_time,
         collision: operator,
         solid_ramp_width,
+        frames: kinds.frames(),
         templates: kinds.templates.into(),
         particles,
         contact,
@@ -233,6 +234,12 @@ fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str)
     let every = |key, value: &Option<_>, number| {
         source.interval(&format!("output.{key}"), value.as_ref(), clock, end_step / number)
     };
+    if let (Some(_), Some(fields)) = (&case.dry, &output.fields_every)
+        && fields.value != Every::Never
+    {
+        let title = "`output.fields_every` has no meaning in a dry run";
+        return Err(source.error(&fields.span, title, "there is no field to write", "remove it"));
+    }
     let particles_every = every("particles_every", &output.particles_every, 50)?;
     Ok(OutputPlan {
         directory,

@@ -4,10 +4,9 @@ use super::dry;
 use super::file::{Case, LatticeSection};
 use super::forms::Size;
 use super::kinds::Kinds;
-use super::located::Located;
 use super::source::Source;
 use crate::domain::Domain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::particle::{Particle, Template};
 
 /// More cells than any machine of today holds.
@@ -25,9 +24,10 @@ pub(super) fn domain(
 ) -> Result<Domain> {
     let diameter = kinds.diameter;
     let size = &case.domain.size;
-    let (edges, unit) = match &size.value {
-        Size::Metres(edges) => (edges, 1.0),
-        Size::Relative(relative) => (&relative.diameters, diameter),
+    // The unit of the edges in metres and in diameters.
+    let (edges, unit, relative) = match &size.value {
+        Size::Metres(edges) => (edges, 1.0, diameter),
+        Size::Relative(relative) => (&relative.diameters, diameter, 1.0),
     };
     let mut lengths = [0.0; 3];
     for i in 0..3 {
@@ -50,8 +50,7 @@ pub(super) fn domain(
     let mut rounded = false;
     for i in 0..3 {
         // Without the detour by metres a box in diameters is free of rounding.
-        let in_diameters = edges[i].value / if unit == 1.0 { diameter } else { 1.0 };
-        let exact = in_diameters * per_diameter;
+        let exact = edges[i].value / relative * per_diameter;
         total *= exact.max(1.0);
         if total > MAX_CELLS {
             let title = format!("the box has more than {MAX_CELLS:e} cells");
@@ -94,7 +93,7 @@ pub(super) fn domain(
 fn refuse_what_is_too_large(source: &Source, case: &Case, kinds: &Kinds, domain: &Domain) -> Result<()> {
     let size = &case.domain.size.span;
     let used = domain.size();
-    for (kind, section) in kinds.kinds.iter().zip(&case.particles) {
+    for (kind, section) in kinds.sections.iter().zip(&case.particles) {
         let span = &section.value.shape.span;
         let places = [(span, "too large for"), (size, "this box")];
         for template in &kinds.templates[kind.templates()] {
@@ -129,7 +128,7 @@ fn warn_of_what_is_too_thin(
     dx: f64,
     warnings: &mut Vec<String>,
 ) {
-    for (index, (kind, section)) in kinds.kinds.iter().zip(&case.particles).enumerate() {
+    for (index, (kind, section)) in kinds.sections.iter().zip(&case.particles).enumerate() {
         let thinnest = kinds.templates[kind.templates()]
             .iter()
             .map(|template| template.shape.thickness() / dx)
@@ -170,35 +169,19 @@ pub(super) fn refuse_double_contacts(
     };
     let needed = 2.0 * (largest + second);
     let size = domain.size();
-    for i in (0..3).filter(|&i| domain.periodic[i] && size[i] < needed) {
-        let axis = ["x", "y", "z"][i];
-        return Err(double_contact(
-            source,
-            &case.domain.size,
-            size[i],
-            axis,
-            [largest, second],
-            needed,
-        ));
-    }
-    Ok(())
-}
-
-fn double_contact(
-    source: &Source,
-    size: &Located<Size>,
-    edge: f64,
-    axis: &str,
-    [largest, second]: [f64; 2],
-    needed: f64,
-) -> Error {
-    source.error(
-        &size.span,
-        &format!("the box is {edge:.6e} m wide in {axis}, where two particles could touch through two periodic images at once"),
+    let Some(i) = (0..3).find(|&i| domain.periodic[i] && size[i] < needed) else {
+        return Ok(());
+    };
+    let (edge, axis) = (size[i], ["x", "y", "z"][i]);
+    Err(source.error(
+        &case.domain.size.span,
+        &format!(
+            "the box is {edge:.6e} m wide in {axis}, where two particles could touch through two periodic images at once"
+        ),
         "too narrow",
         &format!(
             "make it at least {needed:.6e} m wide: the largest reach {largest:.6e} m and {second:.6e} m from their centres, \
              contact enlargement included"
         ),
-    )
+    ))
 }

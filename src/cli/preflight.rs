@@ -1,10 +1,12 @@
 //! What a run will be like: derived numbers, cost, and what lies outside the usual range.
 
+mod bodies;
+
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
 use crate::case::{Hertz, Setup};
 use crate::contact::ContactModel;
 use crate::error::{Error, Result};
-use crate::fluid::Precision;
+use crate::fluid::{Collision, Precision};
 use crate::simulation::decompose;
 
 /// Largest usual speed on the lattice (cells per step): compressibility errors grow with its square.
@@ -52,33 +54,95 @@ pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
     }
 }
 
+/// A row of name, value and remark.
+type Row = [String; 3];
+
+fn row(name: &str, value: String, remark: &str) -> Row {
+    [name.to_string(), value, remark.to_string()]
+}
+
 /// Rows of name, value and remark.
-pub(super) fn rows(setup: &Setup) -> Vec<[String; 3]> {
-    let row = |name: &str, value: String, remark: &str| [name.to_string(), value, remark.to_string()];
-    let (scales, units) = (&setup.scales, &setup.units);
-    let [x, y, z] = setup.domain.cells;
+pub(super) fn rows(setup: &Setup) -> Vec<Row> {
+    let mut rows = Vec::new();
     let cells = setup.domain.cell_count();
-    let size = setup.domain.size() / scales.diameter;
+    let size = setup.domain.size();
+    if setup.dry {
+        let edges = format!("{:.4e} x {:.4e} x {:.4e} m", size.x, size.y, size.z);
+        rows.push(row("box", edges, "no fluid"));
+    } else {
+        let [x, y, z] = setup.domain.cells;
+        let size = size / setup.scales.diameter;
+        let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
+        rows.push(row("cells", cells.to_string(), &remark));
+        let remark = memory().map_or(String::new(), |m| format!("of {}", in_bytes(m)));
+        rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
+    }
+    rows.extend(bodies::wall_rows(setup));
+    rows.push(row("particles", setup.particles.len().to_string(), ""));
+    rows.push(row(
+        "volume fraction",
+        format!("{:.5}", setup.scales.volume_fraction),
+        "",
+    ));
+    rows.extend(bodies::shape_rows(setup));
+    rows.extend(if setup.dry {
+        dry_rows(setup)
+    } else {
+        fluid_rows(setup)
+    });
+    rows.extend(contact_rows(setup));
+    if !setup.dry {
+        rows.extend(cost_rows(setup));
+    }
+    rows
+}
+
+/// What particles without a fluid do.
+fn dry_rows(setup: &Setup) -> Vec<Row> {
+    let units = &setup.units;
+    let remark = format!("averages from step {}", setup.average_from_step);
+    let mut rows = vec![
+        row("time step", format!("{:.6e} s", units.dt), ""),
+        row("steps", setup.end_step.to_string(), &remark),
+        row("time", format!("{:.4} s", setup.end_step as f64 * units.dt), ""),
+    ];
+    if let Some(contact) = &setup.contact {
+        let speed = fall_speed(setup);
+        if speed > 0.0 {
+            let steps = hertz(setup, contact).duration(speed) / units.dt;
+            let remark = format!("steps, Hertz impact at {speed:.3} m/s, a fall through the box");
+            rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
+        }
+    }
+    rows
+}
+
+/// Speed (m/s) after a fall through the box.
+fn fall_speed(setup: &Setup) -> f64 {
+    // Gravity times the extent of the box along it.
+    let drop: f64 = (setup.gravity.iter())
+        .zip(setup.domain.size().iter())
+        .map(|(g, length)| g.abs() * length)
+        .sum();
+    (2.0 * drop).sqrt()
+}
+
+/// Numbers of the lattice and of settling.
+fn fluid_rows(setup: &Setup) -> Vec<Row> {
+    let (scales, units) = (&setup.scales, &setup.units);
     let speed = |u: f64| u / units.velocity();
     let mach = 3.0_f64.sqrt();
-    let per_stokes_time = scales.stokes_time / units.dt;
-    let stokes_times = setup.end_step as f64 / per_stokes_time;
-    let threads = threads(setup.threads);
-    let rate = mlups_per_thread(setup.precision) * threads.min(cores()) as f64;
-    let seconds = cells as f64 * setup.end_step as f64 / (rate * 1e6);
-    let precision = match setup.precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
+    let collision = match setup.collision {
+        Collision::Bgk => "one relaxation time".to_string(),
+        Collision::Trt { magic } => format!("two relaxation times, magic parameter {magic:.5}"),
     };
-    let box_remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
-    let memory = memory().map_or(String::new(), |m| format!("of {}", in_bytes(m)));
     let mut rows = vec![
-        row("cells", cells.to_string(), &box_remark),
-        row("memory", in_bytes(memory_needed(setup)), &memory),
-        row("particles", setup.particles.len().to_string(), ""),
-        row("volume fraction", format!("{:.5}", scales.volume_fraction), ""),
         row("density ratio", format!("{:.5}", scales.density_ratio), ""),
-        row("diameter", format!("{:.6e} m", scales.diameter), ""),
+        row(
+            "diameter",
+            format!("{:.6e} m", scales.diameter),
+            "of the sphere of equal volume",
+        ),
         row(
             "cells per diameter",
             format!("{:.3}", scales.diameter / setup.domain.dx),
@@ -89,77 +153,97 @@ pub(super) fn rows(setup: &Setup) -> Vec<[String; 3]> {
         row(
             "relaxation time",
             format!("{:.5}", setup.relaxation_time),
-            "time steps",
+            &format!("time steps; {collision}"),
         ),
         row(
             "viscosity",
             format!("{:.6e} m^2/s", scales.viscosity),
             "kinematic",
         ),
+    ];
+    let averages = format!("averages from step {}", setup.average_from_step);
+    if !scales.stokes_time.is_finite() {
+        rows.push(row("steps", setup.end_step.to_string(), &averages));
+        return rows;
+    }
+    let on_lattice = |u: f64| format!("on the lattice {:.5}, Mach {:.4}", speed(u), mach * speed(u));
+    let star = scales.schiller_naumann_velocity;
+    let per_stokes_time = scales.stokes_time / units.dt;
+    let stokes_times = setup.end_step as f64 / per_stokes_time;
+    rows.extend([
         row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
         row(
             "u_Stokes",
             format!("{:.6e} m/s", scales.stokes_velocity),
-            &format!(
-                "on the lattice {:.5}, Mach {:.4}",
-                speed(scales.stokes_velocity),
-                mach * speed(scales.stokes_velocity)
-            ),
+            &on_lattice(scales.stokes_velocity),
         ),
         row(
             "u* (one sphere)",
-            format!("{:.6e} m/s", scales.schiller_naumann_velocity),
-            &format!(
-                "Schiller-Naumann; on the lattice {:.5}, Mach {:.4}",
-                speed(scales.schiller_naumann_velocity),
-                mach * speed(scales.schiller_naumann_velocity)
-            ),
+            format!("{star:.6e} m/s"),
+            &format!("Schiller-Naumann; {}", on_lattice(star)),
         ),
         row("Re at u*", format!("{:.4}", scales.schiller_naumann_reynolds), ""),
-    ];
-    if scales.stokes_time.is_finite() {
-        let remark = format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time);
-        rows.push(row("steps per t*", format!("{per_stokes_time:.2}"), &remark));
-        let remark = format!(
-            "{stokes_times:.2} t*, averages from step {}",
-            setup.average_from_step
-        );
-        rows.push(row("steps", setup.end_step.to_string(), &remark));
-    } else {
-        let remark = format!("averages from step {}", setup.average_from_step);
-        rows.push(row("steps", setup.end_step.to_string(), &remark));
-    }
-    rows.extend(contact_rows(setup));
-    let remark =
-        format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it");
-    rows.push(row("estimated time", in_time(seconds), &remark));
+        row(
+            "steps per t*",
+            format!("{per_stokes_time:.2}"),
+            &format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time),
+        ),
+        row(
+            "steps",
+            setup.end_step.to_string(),
+            &format!("{stokes_times:.2} t*, {averages}"),
+        ),
+    ]);
+    rows
+}
+
+/// Time and disk space.
+fn cost_rows(setup: &Setup) -> Vec<Row> {
+    let cells = setup.domain.cell_count();
+    let threads = threads(setup.threads);
+    let rate = mlups_per_thread(setup.precision) * threads.min(cores()) as f64;
+    let seconds = cells as f64 * setup.end_step as f64 / (rate * 1e6);
+    let precision = match setup.precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    };
     // Those due, the first state included, and the last state.
     let every = setup.output.fields_every;
     let fields = setup
         .end_step
         .checked_div(every)
         .map_or(0, |n| n + 1 + u64::from(!setup.end_step.is_multiple_of(every)));
-    let remark = format!(
-        "{fields} files before compression, in {}",
-        setup.output.directory.display()
-    );
-    rows.push(row(
-        "field output",
-        in_bytes((fields * cells as u64 * 20) as f64),
-        &remark,
-    ));
-    rows
+    vec![
+        row(
+            "estimated time",
+            in_time(seconds),
+            &format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it"),
+        ),
+        row(
+            "field output",
+            in_bytes((fields * cells as u64 * 20) as f64),
+            &format!(
+                "{fields} files before compression, in {}",
+                setup.output.directory.display()
+            ),
+        ),
+    ]
 }
 
-fn contact_rows(setup: &Setup) -> Vec<[String; 3]> {
-    let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
+fn contact_rows(setup: &Setup) -> Vec<Row> {
     let Some(contact) = &setup.contact else {
-        return vec![row("contacts", "off".to_string(), String::new())];
+        return vec![row("contacts", "off".to_string(), "")];
     };
     let hertz = hertz(setup, contact);
     let terminal = setup.scales.schiller_naumann_velocity;
     let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.scales.diameter);
-    let cells = |d: f64| format!("{:.3} cells", d / setup.domain.dx);
+    let cells = |d: f64| {
+        if setup.dry {
+            format!("{d:.3e} m")
+        } else {
+            format!("{:.3} cells", d / setup.domain.dx)
+        }
+    };
     let mut rows = Vec::new();
     if terminal > 0.0 {
         for (speed, name) in [(terminal, "u*"), (0.1 * terminal, "u* / 10")] {
@@ -169,23 +253,69 @@ fn contact_rows(setup: &Setup) -> Vec<[String; 3]> {
                 n => format!(", {n} sub-steps each"),
             };
             let remark = format!("steps, Hertz impact at {name}{substeps}");
-            rows.push(row("contact lasts", format!("{steps:.0}"), remark));
+            rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
         }
         let impact = hertz.impact_depth(terminal);
         rows.push(row(
             "overlap, impact",
             depth(impact),
-            format!("{}, at u*, dry", cells(impact)),
+            &format!("{}, at u*, dry", cells(impact)),
         ));
     }
     let resting = hertz.static_depth(submerged_weight(setup));
-    let remark = format!("{}, one submerged weight", cells(resting));
-    rows.push(row("overlap, at rest", depth(resting), remark));
+    let weight = if setup.dry { "weight" } else { "submerged weight" };
+    let remark = format!("{}, one {weight}", cells(resting));
+    rows.push(row("overlap, at rest", depth(resting), &remark));
     rows
 }
 
 /// What lies outside the usual range, each with an admissible value.
 pub(super) fn advice(setup: &Setup) -> Vec<String> {
+    let mut advice = if setup.dry {
+        Vec::new()
+    } else {
+        fluid_advice(setup)
+    };
+    if let Some(contact) = &setup.contact {
+        let hertz = hertz(setup, contact);
+        let steps = hertz.duration(setup.scales.schiller_naumann_velocity) / setup.units.dt;
+        let resolved = steps * f64::from(setup.substeps);
+        if resolved < USUAL_CONTACT_STEPS {
+            let substeps = (USUAL_CONTACT_STEPS / steps).ceil();
+            let modulus = contact.materials[setup.templates[0].material].youngs_modulus
+                * libm::pow(resolved / USUAL_CONTACT_STEPS, 2.5);
+            advice.push(format!(
+                "an impact at u* lasts {resolved:.1} steps of the particles, below {USUAL_CONTACT_STEPS}; take \
+                 contact.substeps = {substeps:.0} or contact.youngs_modulus = {modulus:.3e}"
+            ));
+        }
+        let depth = hertz.static_depth(submerged_weight(setup)) / setup.scales.diameter;
+        if depth > USUAL_DEPTH {
+            let modulus = contact.materials[setup.templates[0].material].youngs_modulus
+                * libm::pow(depth / USUAL_DEPTH, 1.5);
+            advice.push(format!(
+                "a resting particle sinks {:.1} % of a diameter into its neighbour, above {:.0} %; take \
+                 contact.youngs_modulus = {modulus:.3e} or more",
+                100.0 * depth,
+                100.0 * USUAL_DEPTH
+            ));
+        }
+    }
+    if setup.threads > cores() {
+        advice.push(format!(
+            "{} threads on {} cores only get in each other's way; leave --threads and run.threads out for one per core",
+            setup.threads,
+            cores()
+        ));
+    }
+    if let Err(e) = refuse_what_does_not_fit(setup) {
+        advice.push(e.to_string());
+    }
+    advice
+}
+
+/// What lies outside the usual range of the lattice.
+fn fluid_advice(setup: &Setup) -> Vec<String> {
     let mut advice = Vec::new();
     let tau = setup.relaxation_time;
     if tau < 0.51 {
@@ -221,41 +351,6 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
                  compressible; take lattice.relaxation_time = {tau:.4} or lattice.cells_per_diameter = {cells:.0}"
             ));
         }
-    }
-    if let Some(contact) = &setup.contact {
-        let hertz = hertz(setup, contact);
-        let steps = hertz.duration(setup.scales.schiller_naumann_velocity) / setup.units.dt;
-        let resolved = steps * f64::from(setup.substeps);
-        if resolved < USUAL_CONTACT_STEPS {
-            let substeps = (USUAL_CONTACT_STEPS / steps).ceil();
-            let modulus = contact.materials[setup.templates[0].material].youngs_modulus
-                * libm::pow(resolved / USUAL_CONTACT_STEPS, 2.5);
-            advice.push(format!(
-                "an impact at u* lasts {resolved:.1} steps of the particles, below {USUAL_CONTACT_STEPS}; take \
-                 contact.substeps = {substeps:.0} or contact.youngs_modulus = {modulus:.3e}"
-            ));
-        }
-        let depth = hertz.static_depth(submerged_weight(setup)) / setup.scales.diameter;
-        if depth > USUAL_DEPTH {
-            let modulus = contact.materials[setup.templates[0].material].youngs_modulus
-                * libm::pow(depth / USUAL_DEPTH, 1.5);
-            advice.push(format!(
-                "a resting particle sinks {:.1} % of a diameter into its neighbour, above {:.0} %; take \
-                 contact.youngs_modulus = {modulus:.3e} or more",
-                100.0 * depth,
-                100.0 * USUAL_DEPTH
-            ));
-        }
-    }
-    if setup.threads > cores() {
-        advice.push(format!(
-            "{} threads on {} cores only get in each other's way; leave --threads and run.threads out for one per core",
-            setup.threads,
-            cores()
-        ));
-    }
-    if let Err(e) = refuse_what_does_not_fit(setup) {
-        advice.push(e.to_string());
     }
     advice
 }

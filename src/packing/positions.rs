@@ -14,6 +14,9 @@ const EXPECTED: &str = "expected lines of x;y;z;rx;ry;rz;id (metres, degrees), o
 /// Numbers of particles stay below this, so that programs that read them as floating point keep them apart.
 const MAX_ID: u64 = 1 << 53;
 
+/// Sine of the angle about y above which those about x and z can no longer be told apart.
+const LOCKED: f64 = 1.0 - 1e-12;
+
 /// One line of a positions file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
@@ -109,16 +112,29 @@ fn header(fields: &[&str]) -> Result<Vec<usize>, String> {
     }
 }
 
-/// The lines of a positions file; numbers are written so that reading gives back the same bits.
-pub fn format(particles: &[Particle]) -> String {
+/// The lines of a positions file; positions are written so that reading gives back the same bits.
+///
+/// `frames` are, for each template, the rotations from the axes of the body to those in which its shape was given: the
+/// angles in a file belong to the latter.
+pub fn format(particles: &[Particle], frames: &[Quat]) -> String {
     let mut text = String::new();
     for particle in particles {
         let [x, y, z] = particle.position;
-        let [rx, ry, rz] = angles(&particle.orientation());
+        let [rx, ry, rz] = angles(&given(particle, frames));
         let id = particle.id;
         writeln!(text, "{x:?};{y:?};{z:?};{rx:?};{ry:?};{rz:?};{id}").expect("a string can always grow");
     }
     text
+}
+
+/// Orientation of the shape as it was given.
+fn given(particle: &Particle, frames: &[Quat]) -> Quat {
+    let frame = &frames[particle.template as usize];
+    if *frame == Quat::identity() {
+        particle.orientation()
+    } else {
+        particle.orientation() * frame.inverse()
+    }
 }
 
 /// Orientation from angles about x, then y, then z (degrees).
@@ -135,8 +151,14 @@ fn from_angles(degrees: [f64; 3]) -> Quat {
 /// Angles about x, then y, then z (degrees) of an orientation.
 fn angles(orientation: &Quat) -> [f64; 3] {
     let (i, j, k, w) = (orientation.i, orientation.j, orientation.k, orientation.w);
+    let sine = 2.0 * (w * j - k * i);
+    if sine.abs() > LOCKED {
+        // Turns about x and z are the same then: all of them is about z.
+        let rz = 2.0 * libm::atan2(k - sine.signum() * i, w + sine.signum() * j);
+        return [0.0, sine.signum() * 90.0, rz.to_degrees()];
+    }
     let rx = libm::atan2(2.0 * (w * i + j * k), 1.0 - 2.0 * (i * i + j * j));
-    let ry = libm::asin((2.0 * (w * j - k * i)).clamp(-1.0, 1.0));
+    let ry = libm::asin(sine);
     let rz = libm::atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k));
     [rx, ry, rz].map(f64::to_degrees)
 }
@@ -150,7 +172,7 @@ mod tests {
         #[test]
         fn positions_come_back_to_the_last_bit(p in prop::array::uniform3(0.0..1.0_f64), id in 0..MAX_ID) {
             let particle = Particle::at(id, 0, p.into());
-            let back = parse(&format(&[particle]), "p").unwrap();
+            let back = parse(&format(&[particle], &[Quat::identity()]), "p").unwrap();
             prop_assert_eq!(back.len(), 1);
             prop_assert_eq!(back[0].position, particle.position());
             prop_assert_eq!(back[0].id, Some(id));
@@ -165,6 +187,15 @@ mod tests {
             for (a, b) in back.iter().zip([rx, ry, rz]) {
                 prop_assert!((a - b).abs() < 1e-9);
             }
+        }
+    }
+
+    #[test]
+    fn bodies_that_stand_upright_keep_their_orientation() {
+        for degrees in [[30.0, 90.0, 50.0], [-70.0, -90.0, 20.0], [10.0, 89.99, -120.0]] {
+            let orientation = from_angles(degrees);
+            let back = from_angles(angles(&orientation));
+            assert!(back.angle_to(&orientation) < 1e-5, "{degrees:?}");
         }
     }
 

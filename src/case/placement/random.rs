@@ -13,8 +13,8 @@ use crate::wall::Surface;
 impl Placer<'_> {
     /// Number of random particles of a kind, refused if there is no room for them.
     pub(super) fn count(&self, index: usize, kind: &ParticleSection) -> Result<usize> {
-        let templates = &self.kinds.templates[self.kinds.kinds[index].templates()];
-        let shares = &self.kinds.kinds[index].shares;
+        let templates = &self.kinds.templates[self.kinds.sections[index].templates()];
+        let shares = &self.kinds.sections[index].shares;
         let volume: f64 = templates
             .iter()
             .zip(shares)
@@ -60,7 +60,7 @@ impl Placer<'_> {
         for &(index, count) in random {
             let kind = &self.case.particles[index].value;
             let key = format!("particles.{index}.minimum_gap");
-            for template in self.kinds.kinds[index].templates() {
+            for template in self.kinds.sections[index].templates() {
                 gaps[template] = match &kind.minimum_gap {
                     Some(gap) => self.source.non_negative(&key, gap, "gaps are in metres")?,
                     None => 2.0 * radius(template) * packing::DEFAULT_GAP,
@@ -140,7 +140,7 @@ impl Placer<'_> {
 
     /// How many of `count` particles of a kind have which template: its shares, rounded by the largest remainders.
     fn allot(&self, index: usize, count: usize) -> Vec<(usize, usize)> {
-        let kind = &self.kinds.kinds[index];
+        let kind = &self.kinds.sections[index];
         let exact: Vec<f64> = kind.shares.iter().map(|share| share * count as f64).collect();
         let mut counts: Vec<usize> = exact.iter().map(|x| x.floor() as usize).collect();
         let mut order: Vec<usize> = (0..counts.len()).collect();
