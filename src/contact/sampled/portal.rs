@@ -6,7 +6,7 @@
 //! the furthest point along that normal which has the offset beyond it tells that the bodies are apart.
 //!
 //! # Reference
-//! Snethen (2008), XenoCollide, Game Programming Gems 7, section 2.5.
+//! Snethen (2008), `XenoCollide`, Game Programming Gems 7, section 2.5.
 
 use super::side::Side;
 use crate::math::Vec3;

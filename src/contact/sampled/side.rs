@@ -171,8 +171,9 @@ impl<'a> Side<'a> {
                 }
                 let leave = self.approach(line, to, -1.0, precision);
                 match (enter, leave) {
-                    (Approach::Missed, _) | (_, Approach::Missed) => [None; 2],
-                    (Approach::Behind, Approach::Behind) => [None; 2],
+                    (Approach::Missed, _) | (_, Approach::Missed) | (Approach::Behind, Approach::Behind) => {
+                        [None; 2]
+                    }
                     (Approach::Behind, Approach::Met(leave)) => [Some((f64::NEG_INFINITY, leave)), None],
                     (Approach::Met(enter), Approach::Behind) => [Some((enter, f64::INFINITY)), None],
                     (Approach::Met(enter), Approach::Met(leave)) => [Some((enter, leave)), None],
