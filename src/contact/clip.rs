@@ -17,7 +17,7 @@
 //! Powell and Abel (2015), J. Comput. Phys. 297, 340, doi:10.1016/j.jcp.2015.05.022 (the graph; our own rules for
 //! joining, by twins of half-edges, also hold where two vertices share two edges).
 
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 
 /// A plane, `normal . x = offset`; the body lies where `normal . x <= offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +53,8 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// The cube `|x|, |y|, |z| <= half`; its faces are numbered from `first`: x-, x+, y-, ...
-    pub(super) fn cube(half: f64, first: u32) -> Self {
+    /// The box between two corners; its faces are numbered from `first`: x-, x+, y-, ...
+    pub(super) fn cuboid(lo: Vec3, hi: Vec3, first: u32) -> Self {
         let corners = (0..8_u32)
             .map(|n| {
                 let side = |axis: u32| n >> axis & 1;
@@ -65,7 +65,7 @@ impl Graph {
                     [0, 2, 1]
                 };
                 Corner {
-                    position: Vec3::from_fn(|i, _| if side(i as u32) == 1 { half } else { -half }),
+                    position: Vec3::from_fn(|i, _| if side(i as u32) == 1 { hi[i] } else { lo[i] }),
                     // At the other end the edges along y and z have changed places.
                     twin: std::array::from_fn(|k| 4 * (n ^ (1 << order[k])) + [0, 2, 1][k]),
                     face: std::array::from_fn(|k| {
@@ -76,6 +76,15 @@ impl Graph {
             })
             .collect();
         Self { corners }
+    }
+
+    /// The same body turned.
+    #[must_use]
+    pub(super) fn turned(mut self, turn: &Mat3) -> Self {
+        for corner in &mut self.corners {
+            corner.position = turn * corner.position;
+        }
+        self
     }
 
     /// Positions of the corners (m); those with more than three faces come several times.
@@ -186,6 +195,28 @@ impl Clipper {
     /// Corners that are left (m).
     pub(super) fn positions(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.live.iter().map(|&v| self.corners[v as usize].position)
+    }
+
+    /// The corner furthest along a direction; there must be one.
+    pub(super) fn furthest(&self, along: &Vec3) -> Vec3 {
+        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
+        for x in self.positions() {
+            let reach = along.dot(&x);
+            if reach > best.0 {
+                best = (reach, x);
+            }
+        }
+        best.1
+    }
+
+    /// Vectors along all edges (m), either way.
+    pub(super) fn edge_vectors(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.live.iter().flat_map(move |&v| {
+            let corner = &self.corners[v as usize];
+            corner
+                .twin
+                .map(|end| self.corners[(end >> 2) as usize].position - corner.position)
+        })
     }
 
     /// Highest that any corner can lie above a plane (m), cheaply.

@@ -53,6 +53,11 @@ impl Contour {
         }
     }
 
+    /// Tables of the grown polyhedron, if it is one.
+    pub(super) fn solid(&self) -> Option<&Solid> {
+        self.solid.as_deref()
+    }
+
     /// Radius of a sphere about the centre of mass that holds the grown body (m).
     pub fn reach(&self) -> f64 {
         match &self.solid {
@@ -121,23 +126,22 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
 /// Overlap of a body with a wall, seen from the centre of the body; `None` if they do not touch. The normal points
 /// from the body into the wall.
 pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
-    if let (Geometry::Exact, Surface::Plane { point, normal }) = (geometry, wall) {
-        let wall = Plane {
-            normal: *normal,
-            offset: normal.dot(point),
-        };
-        match body.form() {
-            Form::Sphere(radius) => return sphere_plane::overlap(radius, &wall),
-            Form::Solid(solid) => return polyhedra::overlap_plane(solid, &body.rotation(), &wall),
-            Form::Other => {}
+    let samples = match (geometry, wall) {
+        (Geometry::Sampled { samples }, _) => samples,
+        (Geometry::Exact, Surface::Plane { point, normal }) => {
+            let plane = Plane {
+                normal: *normal,
+                offset: normal.dot(point),
+            };
+            match body.form() {
+                Form::Sphere(radius) => return sphere_plane::overlap(radius, &plane),
+                Form::Solid(solid) => return polyhedra::overlap_plane(solid, &body.rotation(), &plane),
+                Form::Other => sampled::DEFAULT_SAMPLES,
+            }
         }
-    }
-    let radius = body.contour.shape.as_sphere()? + body.contour.enlargement;
-    let wall = Plane {
-        normal: wall.normal(Vec3::zeros()),
-        offset: -wall.distance(Vec3::zeros()),
+        (Geometry::Exact, Surface::Cylinder { .. }) => sampled::DEFAULT_SAMPLES,
     };
-    sphere_plane::overlap(radius, &wall)
+    sampled::overlap_wall(body, wall, samples)
 }
 
 #[cfg(test)]

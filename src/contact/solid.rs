@@ -64,7 +64,11 @@ impl Solid {
         }
         let half = circumradius * 1.01 + SHARPEST * enlargement;
         let mut clipper = Clipper::default();
-        clipper.load(&Graph::cube(half, planes.len() as u32));
+        clipper.load(&Graph::cuboid(
+            Vec3::repeat(-half),
+            Vec3::repeat(half),
+            planes.len() as u32,
+        ));
         for (number, plane) in planes.iter().enumerate() {
             let cut = clipper.cut(plane, number as u32, SAME * circumradius);
             assert!(cut != Cut::Emptied, "a polyhedron has an inside");

@@ -39,7 +39,7 @@ fn a_sphere_in_shear_turns_at_half_the_shear_rate() {
     let (mut spin, mut before, mut samples) = (0.0, 0.0, 0.0);
     run(&setup, &decomposition, |time, sphere| {
         // The flow starts from rest; the last unit of strain counts.
-        if rate * time > 7.0 {
+        if rate * time > 4.6 {
             spin += sphere.angular_velocity[1];
             samples += 1.0;
         } else {

@@ -1,0 +1,177 @@
+//! A box that fits the overlap of two sides closely, aligned with it.
+//!
+//! A polyhedron that holds the overlap is cut out of the box of their furthest points by half-spaces: flat faces known
+//! beforehand, and planes that touch a side between it and a corner of the polyhedron. Corners are taken where they
+//! count: the furthest in eight directions round the normal, which shows how the overlap lies; then, in the directions
+//! of the box, as long as the corner is far from the overlap. A polyhedron of which nothing is left proves that the
+//! sides do not touch.
+
+use super::side::Side;
+use crate::contact::clip::{Clipper, Cut, Graph};
+use crate::math::{Mat3, Vec3};
+use std::cell::RefCell;
+
+/// How far a corner may lie outside, in parts of the thickness.
+const TIGHT: f64 = 0.02;
+/// Most cuts in each direction of the box; each halves the way to a thin overlap.
+const CUTS: u32 = 40;
+/// Directions round the normal, those of the eighths of a circle.
+const ROUND: [(f64, f64); 8] = {
+    const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [
+        (1.0, 0.0),
+        (H, H),
+        (0.0, 1.0),
+        (-H, H),
+        (-1.0, 0.0),
+        (-H, -H),
+        (0.0, -1.0),
+        (H, -H),
+    ]
+};
+/// By how much the box is wider than what it holds, in parts of its edges.
+const MARGIN: f64 = 1e-6;
+
+thread_local! {
+    static CLIPPER: RefCell<Clipper> = RefCell::default();
+}
+
+/// An oriented box: unit vectors along the edges, the third the normal, and the products of its corners with them (m).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub axes: Mat3,
+    pub lo: Vec3,
+    pub hi: Vec3,
+}
+
+impl Frame {
+    /// A point by its coordinates along the axes (m).
+    pub(super) fn point(&self, coordinates: Vec3) -> Vec3 {
+        self.axes * coordinates
+    }
+
+    pub(super) fn axis(&self, n: usize) -> Vec3 {
+        self.axes.column(n).into()
+    }
+}
+
+/// Box about the overlap, the third axis along `normal`; `None` if there is no overlap.
+pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
+    CLIPPER.with_borrow_mut(|clipper| {
+        let axes = axes(
+            normal,
+            if normal.x.abs() < 0.6 {
+                Vec3::x()
+            } else {
+                Vec3::y()
+            },
+        );
+        let (lo, hi) = furthest(sides, &axes)?;
+        clipper.load(&Graph::cuboid(lo, hi, 0).turned(&axes));
+        for plane in sides.iter().flat_map(|side| side.planes()) {
+            if clipper.cut(&plane, 0, 0.0) == Cut::Emptied {
+                return None;
+            }
+        }
+        // Two rounds: the second finds the corners that the first made.
+        for (u, v) in ROUND.into_iter().chain(ROUND) {
+            refine(clipper, sides, axes * Vec3::new(u, v, 0.0), normal, 1)?;
+        }
+        let axes = self::axes(normal, longest_side(clipper, &axes));
+        for n in [2, 0, 1] {
+            let axis: Vec3 = axes.column(n).into();
+            refine(clipper, sides, axis, normal, CUTS)?;
+            refine(clipper, sides, -axis, normal, CUTS)?;
+        }
+        let (lo, hi) = extent(clipper, &axes);
+        let margin = (hi - lo) * MARGIN + Vec3::repeat(f64::MIN_POSITIVE);
+        let (lo, hi) = (lo - margin, hi + margin);
+        (hi - lo)
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(Frame { axes, lo, hi })
+    })
+}
+
+/// Unit vectors with the third along `normal` and the first near `along`.
+fn axes(normal: Vec3, along: Vec3) -> Mat3 {
+    let second = normal.cross(&along).normalize();
+    Mat3::from_columns(&[second.cross(&normal), second, normal])
+}
+
+/// The box of the furthest points of both along the axes.
+fn furthest(sides: [&Side; 2], axes: &Mat3) -> Option<(Vec3, Vec3)> {
+    let (mut lo, mut hi) = (Vec3::repeat(f64::NEG_INFINITY), Vec3::repeat(f64::INFINITY));
+    for n in 0..3 {
+        let axis: Vec3 = axes.column(n).into();
+        for side in sides {
+            if let (Some(high), Some(low)) = (side.support(axis), side.support(-axis)) {
+                hi[n] = hi[n].min(axis.dot(&high));
+                lo[n] = lo[n].max(axis.dot(&low));
+            }
+        }
+    }
+    (0..3).all(|n| lo[n] < hi[n]).then_some((lo, hi))
+}
+
+fn extent(clipper: &Clipper, axes: &Mat3) -> (Vec3, Vec3) {
+    let (mut lo, mut hi) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    for x in clipper.positions() {
+        let x = axes.tr_mul(&x);
+        (lo, hi) = (lo.inf(&x), hi.sup(&x));
+    }
+    (lo, hi)
+}
+
+/// Cuts off the furthest corner along a direction, up to `cuts` times, while it is far outside.
+fn refine(clipper: &mut Clipper, sides: [&Side; 2], along: Vec3, normal: Vec3, cuts: u32) -> Option<()> {
+    for _ in 0..cuts {
+        let corner = clipper.furthest(&along);
+        let thickness = (clipper.furthest(&normal) - clipper.furthest(&-normal)).dot(&normal);
+        let mut done = true;
+        for side in sides {
+            let distance = side.distance(corner);
+            if distance > TIGHT * thickness
+                && let Some(plane) = side.cut(corner, distance, clipper.positions())
+            {
+                match clipper.cut(&plane, 0, 0.0) {
+                    Cut::Trimmed => done = false,
+                    Cut::Missed => {}
+                    Cut::Emptied => return None,
+                }
+            }
+        }
+        if done {
+            break;
+        }
+    }
+    Some(())
+}
+
+/// The direction, among those of the edges across the normal, in which the box round the corners has least area.
+fn longest_side(clipper: &Clipper, axes: &Mat3) -> Vec3 {
+    let normal: Vec3 = axes.column(2).into();
+    let mut best = (f64::INFINITY, axes.column(0).into());
+    let scale = (clipper.furthest(&best.1) - clipper.furthest(&-best.1)).norm();
+    for edge in clipper.edge_vectors() {
+        let flat = edge - normal * normal.dot(&edge);
+        let length = flat.norm();
+        if length <= 1e-9 * scale {
+            continue;
+        }
+        let along = flat / length;
+        let across = normal.cross(&along);
+        let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for x in clipper.positions() {
+            for (n, value) in [along.dot(&x), across.dot(&x)].into_iter().enumerate() {
+                (lo[n], hi[n]) = (lo[n].min(value), hi[n].max(value));
+            }
+        }
+        let area = (hi[0] - lo[0]) * (hi[1] - lo[1]);
+        // Not for the last digits: the first of equals.
+        if area < best.0 * (1.0 - 1e-9) {
+            best = (area, along);
+        }
+    }
+    best.1
+}

@@ -1,0 +1,261 @@
+//! What takes part in a sampled contact, known by distance and gradient only: a body in its place, or a wall.
+
+use crate::contact::clip::Plane;
+use crate::contact::overlap::Body;
+use crate::contact::solid::Solid;
+use crate::math::{Mat3, Vec3};
+use crate::shape::Shape;
+use crate::wall::Surface;
+
+/// Steps of Newton's method after which a grazing line is given up.
+const STEPS: u32 = 40;
+
+/// A straight line, `from + along t` (m).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub from: Vec3,
+    /// Unit vector.
+    pub along: Vec3,
+}
+
+impl Line {
+    pub(super) fn at(&self, t: f64) -> Vec3 {
+        self.from + self.along * t
+    }
+}
+
+/// Where a line meets a side: one interval or, outside of a pipe, two.
+pub(super) type Intervals = [Option<(f64, f64)>; 2];
+
+/// A body or a wall, world axes, from the centre of the first body.
+pub(super) enum Side<'a> {
+    /// A convex body grown by an enlargement.
+    Body {
+        shape: &'a dyn Shape,
+        to_body: Mat3,
+        centre: Vec3,
+        growth: f64,
+        /// Its faces if it has only flat ones.
+        solid: Option<&'a Solid>,
+    },
+    Wall(Surface),
+}
+
+impl<'a> Side<'a> {
+    pub(super) fn body(body: &'a Body<'a>, centre: Vec3) -> Self {
+        Self::Body {
+            shape: body.contour.shape.as_ref(),
+            to_body: body.rotation().transpose(),
+            centre,
+            growth: body.contour.enlargement,
+            solid: body.contour.solid(),
+        }
+    }
+
+    /// Signed distance to the surface (m), negative inside.
+    pub(super) fn distance(&self, at: Vec3) -> f64 {
+        match self {
+            Self::Body {
+                shape,
+                to_body,
+                centre,
+                growth,
+                ..
+            } => shape.signed_distance(to_body * (at - centre)) - growth,
+            Self::Wall(surface) => surface.distance(at),
+        }
+    }
+
+    /// Gradient of the distance, outwards.
+    pub(super) fn gradient(&self, at: Vec3) -> Vec3 {
+        match self {
+            Self::Body {
+                shape,
+                to_body,
+                centre,
+                ..
+            } => to_body.tr_mul(&shape.gradient(to_body * (at - centre))),
+            Self::Wall(surface) => surface.normal(at),
+        }
+    }
+
+    /// The furthest point of a body along a unit vector; walls have none.
+    pub(super) fn support(&self, along: Vec3) -> Option<Vec3> {
+        match self {
+            Self::Body {
+                shape,
+                to_body,
+                centre,
+                growth,
+                ..
+            } => Some(centre + to_body.tr_mul(&shape.support(to_body * along)) + along * *growth),
+            Self::Wall(_) => None,
+        }
+    }
+
+    /// Half-spaces that hold it, known beforehand.
+    pub(super) fn planes(&self) -> impl Iterator<Item = Plane> + '_ {
+        let faces = match self {
+            Self::Body {
+                solid: Some(solid),
+                to_body,
+                centre,
+                ..
+            } => Some((solid.planes.iter(), to_body, centre)),
+            _ => None,
+        };
+        let wall = match self {
+            Self::Wall(Surface::Plane { point, normal }) => Some(Plane {
+                normal: *normal,
+                offset: normal.dot(point),
+            }),
+            _ => None,
+        };
+        let faces = faces.into_iter().flat_map(|(planes, to_body, centre)| {
+            planes.map(move |plane| {
+                let normal = to_body.tr_mul(&plane.normal);
+                Plane {
+                    normal,
+                    offset: plane.offset + normal.dot(centre),
+                }
+            })
+        });
+        faces.chain(wall)
+    }
+
+    /// A half-space that holds the side and not `at`, a point at the distance `distance > 0` from it: the surface is
+    /// convex, so the plane touches it. What is outside of a pipe is not; there the chord below the part of the
+    /// pipe in the reach of `corners` holds all of it that counts, if they lie on one side of the axis.
+    pub(super) fn cut(&self, at: Vec3, distance: f64, corners: impl Iterator<Item = Vec3>) -> Option<Plane> {
+        if let Self::Wall(Surface::Cylinder {
+            point,
+            axis,
+            radius,
+            pipe: true,
+        }) = self
+        {
+            let away = -self.gradient(at);
+            let across = axis.cross(&away);
+            let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+            for corner in corners {
+                let arm = corner - point;
+                if arm.dot(&away) < 0.0 {
+                    return None;
+                }
+                let x = arm.dot(&across);
+                (lo, hi) = (lo.min(x), hi.max(x));
+            }
+            let height = |x: f64| (radius * radius - x * x).max(0.0).sqrt();
+            let chord = away * (hi - lo) - across * (height(hi) - height(lo));
+            let normal = -chord.try_normalize(0.0)?;
+            return Some(Plane {
+                normal,
+                offset: normal.dot(&(point + across * lo + away * height(lo))),
+            });
+        }
+        let normal = self.gradient(at);
+        Some(Plane {
+            normal,
+            offset: normal.dot(&at) - distance,
+        })
+    }
+
+    /// Where a line meets the side. Parts before `from` and after `to` are of no interest: intervals may be cut off
+    /// there. Ends are right to `precision` (m), or far better.
+    pub(super) fn intervals(&self, line: &Line, from: f64, to: f64, precision: f64) -> Intervals {
+        match self {
+            Self::Body { .. } => {
+                let enter = self.approach(line, from, 1.0, precision);
+                if enter == Approach::Missed {
+                    return [None; 2];
+                }
+                let leave = self.approach(line, to, -1.0, precision);
+                match (enter, leave) {
+                    (Approach::Missed, _) | (_, Approach::Missed) | (Approach::Behind, Approach::Behind) => {
+                        [None; 2]
+                    }
+                    (Approach::Behind, Approach::Met(leave)) => [Some((f64::NEG_INFINITY, leave)), None],
+                    (Approach::Met(enter), Approach::Behind) => [Some((enter, f64::INFINITY)), None],
+                    (Approach::Met(enter), Approach::Met(leave)) => [Some((enter, leave)), None],
+                }
+            }
+            Self::Wall(surface) => wall_intervals(surface, line),
+        }
+    }
+
+    /// Newton's method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex along a
+    /// line, so the steps never pass the surface.
+    fn approach(&self, line: &Line, start: f64, sign: f64, precision: f64) -> Approach {
+        let mut t = start;
+        for step in 0..STEPS {
+            let at = line.at(t);
+            let distance = self.distance(at);
+            if distance <= precision && (step > 0 || distance <= 0.0) {
+                return Approach::Met(t);
+            }
+            let slope = sign * self.gradient(at).dot(&line.along);
+            if slope >= 0.0 {
+                return if step == 0 {
+                    Approach::Behind
+                } else {
+                    Approach::Missed
+                };
+            }
+            t -= sign * distance / slope;
+        }
+        Approach::Missed
+    }
+}
+
+/// How a line comes to a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Approach {
+    /// There.
+    Met(f64),
+    /// From the start on it only goes away.
+    Behind,
+    /// It passes by.
+    Missed,
+}
+
+fn wall_intervals(surface: &Surface, line: &Line) -> Intervals {
+    let whole = Some((f64::NEG_INFINITY, f64::INFINITY));
+    match surface {
+        Surface::Plane { point, normal } => {
+            let (height, slope) = ((line.from - point).dot(normal), line.along.dot(normal));
+            if slope > 0.0 {
+                [Some((f64::NEG_INFINITY, -height / slope)), None]
+            } else if slope < 0.0 {
+                [Some((-height / slope, f64::INFINITY)), None]
+            } else {
+                [whole.filter(|_| height <= 0.0), None]
+            }
+        }
+        Surface::Cylinder {
+            point,
+            axis,
+            radius,
+            pipe,
+        } => {
+            let across = |v: Vec3| v - *axis * axis.dot(&v);
+            let (arm, along) = (across(line.from - point), across(line.along));
+            let (a, b, c) = (
+                along.norm_squared(),
+                arm.dot(&along),
+                arm.norm_squared() - radius * radius,
+            );
+            let square = b * b - a * c;
+            let meets = a > 0.0 && square > 0.0;
+            let ends = meets.then(|| ((-b - square.sqrt()) / a, (-b + square.sqrt()) / a));
+            let parallel_inside = a == 0.0 && c <= 0.0;
+            match (ends, pipe) {
+                (Some((enter, leave)), true) => {
+                    [Some((f64::NEG_INFINITY, enter)), Some((leave, f64::INFINITY))]
+                }
+                (Some(ends), false) => [Some(ends), None],
+                (None, true) => [whole.filter(|_| !parallel_inside), None],
+                (None, false) => [whole.filter(|_| parallel_inside), None],
+            }
+        }
+    }
+}

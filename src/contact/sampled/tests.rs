@@ -1,0 +1,609 @@
+use super::*;
+use crate::contact::truth::{self, frame as axes_along, in_sphere, random, random_direction, random_turn};
+use crate::contact::{Contour, Geometry, measure, measure_wall, sphere_plane, sphere_sphere};
+use crate::math::Quat;
+use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Shape, Sphere, Superellipsoid, SurfaceMesh};
+use rand::Rng;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+const SAMPLED: Geometry = Geometry::Sampled {
+    samples: DEFAULT_SAMPLES,
+};
+
+/// Counts what is asked.
+#[derive(Debug)]
+struct Counting<S> {
+    shape: S,
+    asked: AtomicU64,
+}
+
+impl<S> Counting<S> {
+    fn new(shape: S) -> Arc<Self> {
+        let asked = AtomicU64::new(0);
+        Arc::new(Self { shape, asked })
+    }
+
+    fn ask(&self) -> &S {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        &self.shape
+    }
+
+    fn take(&self) -> u64 {
+        self.asked.swap(0, Ordering::Relaxed)
+    }
+}
+
+impl<S: Shape> Shape for Counting<S> {
+    fn kind(&self) -> &'static str {
+        self.shape.kind()
+    }
+    fn volume(&self) -> f64 {
+        self.shape.volume()
+    }
+    fn inertia_per_mass(&self) -> Vec3 {
+        self.shape.inertia_per_mass()
+    }
+    fn circumradius(&self) -> f64 {
+        self.shape.circumradius()
+    }
+    fn thickness(&self) -> f64 {
+        self.shape.thickness()
+    }
+    fn signed_distance(&self, point: Vec3) -> f64 {
+        self.ask().signed_distance(point)
+    }
+    fn gradient(&self, point: Vec3) -> Vec3 {
+        self.ask().gradient(point)
+    }
+    fn support(&self, direction: Vec3) -> Vec3 {
+        self.ask().support(direction)
+    }
+    fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
+        self.shape.row_interval(orientation, y, z, growth)
+    }
+    fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
+        self.shape.surface_mesh(refinement)
+    }
+}
+
+fn contour(shape: impl Shape + 'static, enlargement: f64) -> Contour {
+    Contour::new(Arc::new(shape), enlargement)
+}
+
+fn body(contour: &Contour, orientation: Quat) -> Body<'_> {
+    Body { contour, orientation }
+}
+
+/// Largest errors of sampled spheres against the lens: volume, depth, force `sqrt(V d)`, area, angle of the normals
+/// (degrees); and how many distances, gradients and supports were asked for at most.
+fn compare_with_lens(radius: f64, deep: f64, enlargement: f64, runs: u32) -> ([f64; 5], u64) {
+    let mut random = random(7);
+    let counting = Counting::new(Sphere { radius });
+    let contour = Contour::new(counting.clone(), enlargement);
+    let body = body(&contour, Quat::identity());
+    let (mut worst, mut asked) = ([0.0_f64; 5], 0);
+    for _ in 0..runs {
+        let offset = random_direction(&mut random) * (2.0 * (radius + enlargement) - deep);
+        let exact = sphere_sphere::overlap(radius + enlargement, radius + enlargement, offset).unwrap();
+        counting.take();
+        let sampled = overlap(&body, &body, offset, 8).expect("no contact is lost");
+        asked = asked.max(counting.take());
+        let errors = [
+            sampled.volume / exact.volume - 1.0,
+            sampled.depth / exact.depth - 1.0,
+            (sampled.volume * sampled.depth / (exact.volume * exact.depth)).sqrt() - 1.0,
+            sampled.area / exact.area - 1.0,
+            sampled.normal.angle(&exact.normal).to_degrees(),
+        ];
+        for (worst, error) in worst.iter_mut().zip(errors) {
+            *worst = worst.max(error.abs());
+        }
+        assert!((sampled.point - exact.point).norm() < 0.05 * (radius * deep).sqrt());
+    }
+    (worst, asked)
+}
+
+#[test]
+fn sampled_spheres_agree_with_the_lens_far_better_than_the_reference_code_and_at_a_twentieth_of_its_cost() {
+    // Depths in cells, radii of 4.5 and 9 cells. The reference code, measured: force 0.93 +- 0.13 at a depth of 0.02,
+    // 1.00 +- 0.015 at 0.8, angles of 1 to 7 degrees, up to a quarter of the contacts unseen, 75 000 distances.
+    for (radius, deep) in [
+        (4.5, 0.02),
+        (4.5, 0.1),
+        (4.5, 0.8),
+        (9.0, 0.1),
+        (9.0, 0.8),
+        (4.5, 1e-6),
+        (4.5, 4.0),
+    ] {
+        let (worst, asked) = compare_with_lens(radius, deep, 0.2, 60);
+        println!("{radius} {deep}: {worst:?}, asked {asked}");
+        assert!(worst[0] < 0.02 && worst[1] < 0.005, "{worst:?}");
+        assert!(worst[2] < 0.01, "force {worst:?}");
+        assert!(worst[3] < 0.03, "area {worst:?}");
+        assert!(worst[4] < 0.5, "normal {worst:?}");
+        assert!(asked < 3700, "{asked}");
+    }
+}
+
+/// Interval of a line in an ellipsoid.
+fn in_ellipsoid(axes: Vec3, turn: Quat, centre: Vec3) -> impl Fn(Vec3, Vec3) -> Option<(f64, f64)> {
+    move |from, along| {
+        let scaled = |v: Vec3| turn.inverse_transform_vector(&v).component_div(&axes);
+        let (arm, along) = (scaled(from - centre), scaled(along));
+        let (a, b, c) = (along.norm_squared(), arm.dot(&along), arm.norm_squared() - 1.0);
+        let square = b * b - a * c;
+        (square > 0.0).then(|| ((-b - square.sqrt()) / a, (-b + square.sqrt()) / a))
+    }
+}
+
+#[test]
+fn sampled_ellipsoids_agree_with_lines_through_them() {
+    let axes = Vec3::new(1.0, 0.6, 0.4);
+    let counting = Counting::new(Ellipsoid::new(axes).unwrap());
+    let contour = Contour::new(counting.clone(), 0.0);
+    let mut random = random(11);
+    let (mut touching, mut worst, mut most, mut sum) = (0, [0.0_f64; 5], 0, 0);
+    while touching < 200 {
+        let turns = [random_turn(&mut random), random_turn(&mut random)];
+        let offset = random_direction(&mut random) * random.random_range(0.7..1.9);
+        let inside = [
+            in_ellipsoid(axes, turns[0], Vec3::zeros()),
+            in_ellipsoid(axes, turns[1], offset),
+        ];
+        counting.take();
+        let [first, second] = turns.map(|turn| body(&contour, turn));
+        let measured = overlap(&first, &second, offset, 8);
+        let asked = counting.take();
+        let Some(measured) = measured else {
+            assert!(!truth::any(&inside[0], &inside[1], 0.5 * offset, 1.0), "not seen");
+            continue;
+        };
+        if measured.depth > 0.3 {
+            continue;
+        }
+        touching += 1;
+        (most, sum) = (most.max(asked), sum + asked);
+        let frame = axes_along(measured.normal);
+        let truth = truth::lines(&inside[0], &inside[1], &frame, measured.point, 2.0, 96).unwrap();
+        let errors = [
+            (measured.volume / truth.volume - 1.0).abs(),
+            (measured.point - truth.centre).norm() / truth.area.norm().sqrt(),
+            measured.normal.angle(&truth.area).to_degrees(),
+            (measured.area / truth.area.norm() - 1.0).abs(),
+            (measured.moment - truth.moment).norm() / truth.area.norm(),
+        ];
+        for (worst, error) in worst.iter_mut().zip(errors) {
+            *worst = worst.max(error);
+        }
+    }
+    println!(
+        "off by {worst:?}, asked {most} at most, {} on average",
+        sum / touching
+    );
+    assert!(
+        worst[0] < 0.03 && worst[1] < 0.02 && worst[2] < 1.5 && worst[3] < 0.05,
+        "{worst:?}"
+    );
+    assert!(worst[4] < 0.05, "{worst:?}");
+    assert!(most < 3700, "{most}");
+}
+
+#[test]
+fn the_area_is_minus_the_gradient_of_the_volume_to_a_few_per_cent() {
+    let contour = contour(Ellipsoid::new(Vec3::new(1.0, 0.6, 0.4)).unwrap(), 0.05);
+    let mut random = random(12);
+    for _ in 0..40 {
+        let turns = [random_turn(&mut random), random_turn(&mut random)];
+        let [first, second] = turns.map(|turn| body(&contour, turn));
+        let offset = random_direction(&mut random);
+        let at = |shift: Vec3| overlap(&first, &second, offset + shift, 16);
+        let Some(here) = at(Vec3::zeros()) else { continue };
+        let step = 0.05 * here.depth;
+        let gradient = Vec3::from_fn(|i, _| {
+            let volume = |s: f64| at(Vec3::ith(i, s)).map_or(0.0, |o| o.volume);
+            (volume(step) - volume(-step)) / (2.0 * step)
+        });
+        let error = (gradient + here.normal * here.area).norm() / here.area;
+        assert!(error < 0.05, "{error}: {here:?}");
+    }
+}
+
+#[test]
+fn a_cube_face_down_on_a_wall_is_a_cuboid() {
+    let edge = 1.209;
+    let cube = contour(Cuboid::new(Vec3::repeat(edge)).unwrap(), 0.0);
+    let mut random = random(13);
+    for depth in [1e-5, 0.008, 0.1] {
+        let turn = random_turn(&mut random);
+        let normal = turn * Vec3::z();
+        let wall = Surface::Plane {
+            point: -normal * (0.5 * edge - depth),
+            normal,
+        };
+        let overlap = measure_wall(SAMPLED, &body(&cube, turn), &wall).unwrap();
+        assert!(
+            (overlap.volume / (edge * edge * depth) - 1.0).abs() < 0.01,
+            "{overlap:?}"
+        );
+        assert!(
+            (overlap.depth / depth - 1.0).abs() < 1e-3 && (overlap.area / (edge * edge) - 1.0).abs() < 0.01
+        );
+        assert!(overlap.normal.angle(&-normal) < 1e-3 && overlap.moment.norm() < 0.01 * edge * edge * edge);
+    }
+}
+
+#[test]
+fn sampled_cubes_and_walls_agree_with_the_exact_ones() {
+    let cube = contour(Cuboid::new(Vec3::repeat(1.0)).unwrap(), 0.0);
+    let mut random = random(14);
+    let (mut squares, mut runs, mut worst) = (0.0, 0.0, 0.0_f64);
+    for _ in 0..300 {
+        let turns = [random_turn(&mut random), random_turn(&mut random)];
+        let [first, second] = turns.map(|turn| body(&cube, turn));
+        let offset = random_direction(&mut random) * random.random_range(0.8..1.5);
+        let wall = Surface::Plane {
+            point: offset * 0.5,
+            normal: -offset.normalize(),
+        };
+        for (exact, sampled) in [
+            (
+                measure(Geometry::Exact, &first, &second, offset),
+                measure(SAMPLED, &first, &second, offset),
+            ),
+            (
+                measure_wall(Geometry::Exact, &first, &wall),
+                measure_wall(SAMPLED, &first, &wall),
+            ),
+        ] {
+            let Some(exact) = exact else {
+                assert!(sampled.is_none_or(|o| o.volume < 1e-12), "{sampled:?}");
+                continue;
+            };
+            let Some(sampled) = sampled else {
+                assert!(exact.volume < 1e-7, "{exact:?}");
+                continue;
+            };
+            let force = |o: &Overlap| (o.volume * o.depth).sqrt();
+            let error = force(&sampled) / force(&exact) - 1.0;
+            if exact.depth > 1e-3 {
+                worst = worst.max(error.abs());
+                assert!(
+                    sampled.normal.angle(&exact.normal).to_degrees() < 8.0,
+                    "{sampled:?} {exact:?}"
+                );
+            }
+            (squares, runs) = (squares + error * error, runs + 1.0);
+        }
+    }
+    println!(
+        "force off by {} in the mean, {worst} at most",
+        f64::sqrt(squares / runs)
+    );
+    assert!(f64::sqrt(squares / runs) < 0.04, "{}", f64::sqrt(squares / runs));
+}
+
+#[test]
+fn no_contact_is_lost_however_thin() {
+    let mut random = random(15);
+    let axes = Vec3::new(1.0, 0.7, 0.5);
+    let contour = contour(Ellipsoid::new(axes).unwrap(), 0.0);
+    for depth in [1e-2, 1e-4, 1e-6, 1e-8] {
+        for _ in 0..30 {
+            let turns = [random_turn(&mut random), random_turn(&mut random)];
+            let [first, second] = turns.map(|turn| body(&contour, turn));
+            // Both furthest points along a direction, put on each other and moved together.
+            let along = random_direction(&mut random);
+            let furthest =
+                |turn: Quat, along: Vec3| turn * contour.shape.support(turn.inverse_transform_vector(&along));
+            let offset = furthest(turns[0], along) - furthest(turns[1], -along) - along * depth;
+            let overlap = overlap(&first, &second, offset, 8).expect("they touch");
+            assert!((overlap.depth / depth - 1.0).abs() < 0.2, "{depth} {overlap:?}");
+            assert!(
+                overlap.normal.angle(&along).to_degrees() < 3.0 + 60.0 * depth.sqrt(),
+                "{depth} {overlap:?}"
+            );
+            let apart = offset + along * (depth * (1.0 + 1e-6) + 1e-13);
+            assert!(super::overlap(&first, &second, apart, 8).is_none(), "{depth}");
+        }
+    }
+}
+
+#[test]
+fn a_sphere_on_a_wall_makes_a_cap_and_one_below_is_whole() {
+    let sphere = contour(Sphere { radius: 1.0 }, 0.1);
+    for depth in [1e-8, 1e-4, 0.1, 1.0, 2.0, 2.19, 2.3, 5.0] {
+        let normal = Vec3::new(0.48, 0.6, 0.64);
+        let wall = Surface::Plane {
+            point: normal * (depth - 1.1),
+            normal,
+        };
+        let exact = measure_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
+        let sampled = measure_wall(SAMPLED, &body(&sphere, Quat::identity()), &wall).unwrap();
+        assert!(
+            (sampled.volume / exact.volume - 1.0).abs() < 0.02,
+            "{depth} {sampled:?} {exact:?}"
+        );
+        assert!(
+            (sampled.depth / exact.depth - 1.0).abs() < 0.01,
+            "{depth} {sampled:?} {exact:?}"
+        );
+        assert!((sampled.point - exact.point).norm() < 0.03 * exact.depth.sqrt());
+        assert!(
+            (sampled.area - exact.area).abs() < 0.03 * exact.area.max(0.1),
+            "{depth}"
+        );
+        assert!(sampled.normal.angle(&exact.normal) < 0.01 || exact.area < 0.1);
+    }
+    let plane = crate::contact::clip::Plane {
+        normal: Vec3::z(),
+        offset: -1.2,
+    };
+    assert!(sphere_plane::overlap(1.1, &plane).is_none());
+}
+
+#[test]
+fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
+    let axis = Vec3::new(0.6, 0.0, 0.8);
+    let shapes: [(Contour, Quat); 3] = [
+        (contour(Sphere { radius: 1.0 }, 0.0), Quat::identity()),
+        (
+            contour(Capsule::new(0.5, 1.5).unwrap(), 0.0),
+            random_turn(&mut random(16)),
+        ),
+        (
+            contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0),
+            random_turn(&mut random(17)),
+        ),
+    ];
+    for (contour, turn) in &shapes {
+        for (pipe, distance) in [(true, 2.0), (true, 2.4), (false, 3.4), (false, 3.0)] {
+            // The axis passes at `distance`.
+            let across = Vec3::new(0.0, 1.0, 0.0);
+            let wall = Surface::Cylinder {
+                point: -across * distance,
+                axis,
+                radius: 2.6,
+                pipe,
+            };
+            let body = body(contour, *turn);
+            let (mut count, mut sum) = (0.0, Vec3::zeros());
+            let n = 160;
+            let step = 2.6 / f64::from(n);
+            for k in 0..n {
+                for j in 0..n {
+                    for i in 0..n {
+                        let at =
+                            Vec3::new(f64::from(i), f64::from(j), f64::from(k)) * step - Vec3::repeat(1.3);
+                        let inside = contour.shape.signed_distance(turn.inverse_transform_vector(&at)) < 0.0;
+                        if inside && wall.distance(at) < 0.0 {
+                            count += 1.0;
+                            sum += at;
+                        }
+                    }
+                }
+            }
+            let volume = count * step * step * step;
+            match measure_wall(Geometry::Exact, &body, &wall) {
+                Some(overlap) => {
+                    let name = contour.shape.kind();
+                    assert!(
+                        (overlap.volume - volume).abs() < 0.03 * volume + 2e-5,
+                        "{name} {distance} {overlap:?} {volume}"
+                    );
+                    if count > 1000.0 {
+                        assert!((overlap.point - sum / count).norm() < 0.03, "{name} {distance}");
+                        assert!(
+                            overlap.depth > 0.0
+                                && overlap.normal.dot(&across) * if pipe { 1.0 } else { -1.0 } > 0.9
+                        );
+                    }
+                }
+                None => assert!(volume < 1e-5, "{} {distance}: {volume}", contour.shape.kind()),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_body_wider_than_its_pipe_is_stuck_on_both_sides() {
+    let sphere = contour(Sphere { radius: 1.0 }, 0.0);
+    let wall = Surface::Cylinder {
+        point: Vec3::new(0.01, 0.0, 0.0),
+        axis: Vec3::z(),
+        radius: 0.9,
+        pipe: true,
+    };
+    let overlap = measure_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
+    // What a hole of radius 0.9 leaves of a sphere, about.
+    let left = 4.0 / 3.0 * std::f64::consts::PI * (1.0_f64 - 0.81).powf(1.5);
+    assert!((overlap.volume / left - 1.0).abs() < 0.1, "{overlap:?} {left}");
+}
+
+#[test]
+fn swapping_the_bodies_turns_the_normal_round_and_changes_no_digit() {
+    let contours = [
+        contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.02),
+        contour(Cylinder::new(0.5, 1.2).unwrap(), 0.0),
+    ];
+    let mut random = random(18);
+    for _ in 0..50 {
+        let first = body(&contours[0], random_turn(&mut random));
+        let second = body(&contours[1], random_turn(&mut random));
+        let offset = random_direction(&mut random);
+        let (one, other) = (
+            overlap(&first, &second, offset, 8),
+            overlap(&second, &first, -offset, 8),
+        );
+        let (Some(one), Some(other)) = (one, other) else {
+            assert!(one.is_none() && other.is_none());
+            continue;
+        };
+        assert_eq!(one.volume.to_bits(), other.volume.to_bits());
+        assert_eq!(one.depth.to_bits(), other.depth.to_bits());
+        assert_eq!(one.area.to_bits(), other.area.to_bits());
+        assert_eq!(one.normal, -other.normal);
+        assert!((one.point - offset - other.point).norm() < 1e-15);
+        let moved = other.moment + offset.cross(&other.normal) * other.area;
+        assert!((one.moment + moved).norm() < 1e-15);
+    }
+}
+
+#[test]
+fn turning_the_whole_changes_the_view_only() {
+    let contour = contour(
+        Superellipsoid::new(Vec3::new(1.0, 0.7, 0.5), [0.5, 0.5]).unwrap(),
+        0.0,
+    );
+    let mut random = random(19);
+    for _ in 0..10 {
+        let turns = [random_turn(&mut random), random_turn(&mut random)];
+        let (offset, turn) = (random_direction(&mut random) * 1.2, random_turn(&mut random));
+        let at = |turn: Quat| {
+            let [first, second] = turns.map(|t| body(&contour, turn * t));
+            overlap(&first, &second, turn * offset, 8)
+        };
+        let (Some(one), Some(other)) = (at(Quat::identity()), at(turn)) else {
+            continue;
+        };
+        assert!(
+            (one.volume / other.volume - 1.0).abs() < 0.03,
+            "{one:?} {other:?}"
+        );
+        assert!(
+            (turn * one.normal).angle(&other.normal) < 0.03,
+            "{one:?} {other:?}"
+        );
+    }
+}
+
+#[test]
+fn any_pair_in_any_pose_gives_finite_overlaps_or_none() {
+    let contours = [
+        contour(Sphere { radius: 0.6 }, 0.0),
+        contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.01),
+        contour(Cylinder::new(0.5, 1.0).unwrap(), 0.0),
+        contour(Capsule::new(0.4, 1.0).unwrap(), 0.0),
+        contour(
+            Superellipsoid::new(Vec3::new(0.8, 0.7, 0.5), [0.4, 0.6]).unwrap(),
+            0.0,
+        ),
+        contour(Cuboid::new(Vec3::new(1.0, 0.8, 0.6)).unwrap(), 0.02),
+    ];
+    let quarter = Quat::from_axis_angle(&Vec3::y_axis(), std::f64::consts::FRAC_PI_2);
+    for a in &contours {
+        for b in &contours {
+            for turn in [Quat::identity(), quarter, random_turn(&mut random(20))] {
+                for offset in [0.0, 1e-300, 1e-9, 0.3, 1.0, 1.2, 1.5] {
+                    for direction in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
+                        let (first, second) = (body(a, Quat::identity()), body(b, turn));
+                        let found = overlap(&first, &second, direction * offset, 8);
+                        let Some(o) = found else { continue };
+                        let numbers = [o.volume, o.depth, o.area];
+                        let kinds = [a.shape.kind(), b.shape.kind()];
+                        assert!(
+                            numbers.iter().all(|x| x.is_finite() && *x >= 0.0),
+                            "{kinds:?} {o:?}"
+                        );
+                        assert!(
+                            o.point.iter().chain(&o.moment).all(|x| x.is_finite()),
+                            "{kinds:?} {o:?}"
+                        );
+                        assert!((o.normal.norm() - 1.0).abs() < 1e-12, "{kinds:?} {o:?}");
+                        let least = a.shape.volume().min(b.shape.volume());
+                        assert!(o.volume < 1.4 * least + 0.1, "{kinds:?} {o:?}");
+                    }
+                }
+            }
+        }
+    }
+    let sphere = body(&contours[0], Quat::identity());
+    assert!(overlap(&sphere, &sphere, Vec3::new(f64::NAN, 0.0, 0.0), 8).is_none());
+    let same = overlap(&sphere, &sphere, Vec3::zeros(), 8).unwrap();
+    assert!((same.volume / contours[0].shape.volume() - 1.0).abs() < 0.05 && same.area < 0.1);
+}
+
+#[test]
+fn more_samples_come_closer_to_the_lens() {
+    let contours = [1.0, 0.6].map(|radius| contour(Sphere { radius }, 0.0));
+    let [first, second] = contours.each_ref().map(|contour| body(contour, Quat::identity()));
+    let offset = Vec3::new(0.7, 0.9, -0.5);
+    let exact = sphere_sphere::overlap(1.0, 0.6, offset).unwrap();
+    let error =
+        |samples| (overlap(&first, &second, offset, samples).unwrap().volume / exact.volume - 1.0).abs();
+    let errors = [error(4), error(8), error(40)];
+    println!("{errors:?}");
+    assert!(errors[2] < 1e-3 && errors[2] < 0.3 * errors[0], "{errors:?}");
+}
+
+#[test]
+fn the_interval_of_a_line_ends_on_the_surface() {
+    let contour = contour(Cylinder::new(0.5, 1.2).unwrap(), 0.1);
+    let mut random = random(21);
+    let body = body(&contour, random_turn(&mut random));
+    let side = Side::body(&body, Vec3::new(0.1, 0.2, 0.3));
+    let sphere = in_sphere(contour.reach(), Vec3::new(0.1, 0.2, 0.3));
+    for _ in 0..300 {
+        let line = Line {
+            from: random_direction(&mut random) * 0.5,
+            along: random_direction(&mut random),
+        };
+        match side.intervals(&line, -3.0, 3.0, 1e-12)[0] {
+            Some((enter, leave)) => {
+                for t in [enter, leave] {
+                    assert!(side.distance(line.at(t)).abs() < 1e-11);
+                }
+                assert!(enter <= leave && sphere(line.from, line.along).is_some());
+            }
+            None => {
+                for n in -300..=300 {
+                    assert!(side.distance(line.at(f64::from(n) * 1e-2)) > -1e-12);
+                }
+            }
+        }
+    }
+}
+
+/// `cargo test --release -- --ignored --nocapture speed_of_sampled`
+#[test]
+#[ignore = "prints timings"]
+fn speed_of_sampled_pairs() {
+    let contours = [
+        contour(Sphere { radius: 0.5 }, 0.0),
+        contour(Ellipsoid::new(Vec3::new(0.6, 0.5, 0.4)).unwrap(), 0.0),
+        contour(Cylinder::new(0.4, 0.8).unwrap(), 0.0),
+        contour(Capsule::new(0.4, 0.4).unwrap(), 0.0),
+        contour(
+            Superellipsoid::new(Vec3::new(0.6, 0.5, 0.4), [0.5, 0.5]).unwrap(),
+            0.0,
+        ),
+        contour(Cuboid::new(Vec3::repeat(0.8)).unwrap(), 0.0),
+    ];
+    let mut random = random(22);
+    for contour in &contours {
+        let (mut touching, mut near) = (Vec::new(), Vec::new());
+        while touching.len() < 100 || near.len() < 100 {
+            let turns = [random_turn(&mut random), random_turn(&mut random)];
+            let offset = random_direction(&mut random) * random.random_range(0.5..2.0) * contour.reach();
+            let [first, second] = turns.map(|turn| body(contour, turn));
+            match overlap(&first, &second, offset, 8) {
+                Some(o) if o.depth < 0.1 => touching.push((turns, offset)),
+                None if offset.norm() < 2.0 * contour.reach() => near.push((turns, offset)),
+                _ => {}
+            }
+            if near.is_empty() && contour.shape.as_sphere().is_some() {
+                near.extend(std::iter::repeat_n((turns, Vec3::repeat(2.0)), 100));
+            }
+        }
+        for (what, pairs) in [("touching", touching), ("near miss", near)] {
+            let start = std::time::Instant::now();
+            for (turns, offset) in &pairs {
+                let [first, second] = turns.map(|turn| body(contour, turn));
+                std::hint::black_box(overlap(&first, &second, *offset, 8));
+            }
+            let time = start.elapsed().as_secs_f64() / pairs.len() as f64;
+            println!("{}, {what}: {:.1} us", contour.shape.kind(), time * 1e6);
+        }
+    }
+}
