@@ -121,8 +121,13 @@ fn shapes_that_are_no_bodies_are_refused() {
     ]);
 }
 
+/// Corners of a facet.
+type Facet = [[f64; 3]; 3];
+/// A surface, and what must be said of it.
+type Spoilt<'a> = (&'a [Facet], &'a [&'a str]);
+
 /// Facets of the cube `[0, 1]^3`, counter-clockwise seen from outside.
-fn cube_facets() -> Vec<[[f64; 3]; 3]> {
+fn cube_facets() -> Vec<Facet> {
     let mut facets = Vec::new();
     for axis in 0..3 {
         for side in [0.0, 1.0] {
@@ -147,7 +152,7 @@ fn cube_facets() -> Vec<[[f64; 3]; 3]> {
     facets
 }
 
-fn stl(facets: &[[[f64; 3]; 3]]) -> String {
+fn stl(facets: &[Facet]) -> String {
     use std::fmt::Write;
     let mut text = String::from("solid body\n");
     for facet in facets {
@@ -166,7 +171,7 @@ fn mistakes_in_a_mesh_file_are_shown_with_the_facet() {
     let mesh = "{ mesh = { file = \"stone.stl\", unit = \"mm\" } }";
     let case = CASE.replace("{ sphere = { diameter = 1.5e-3 } }", mesh);
     std::fs::write(folder.path().join("case.toml"), case).unwrap();
-    let write = |facets: &[[[f64; 3]; 3]]| {
+    let write = |facets: &[Facet]| {
         std::fs::write(folder.path().join("stone.stl"), stl(facets)).unwrap();
     };
     let good = cube_facets();
@@ -182,11 +187,15 @@ fn mistakes_in_a_mesh_file_are_shown_with_the_facet() {
     not_a_number[5][1][2] = f64::NAN;
     let inverted: Vec<_> = good.iter().map(|&[a, b, c]| [a, c, b]).collect();
     let mut concave = good.clone();
-    for x in concave.iter_mut().flatten().filter(|x| **x == [1.0, 1.0, 1.0]) {
+    for x in concave
+        .iter_mut()
+        .flatten()
+        .filter(|x| x.iter().sum::<f64>() > 2.5)
+    {
         *x = [0.4, 0.4, 0.4];
     }
     let flat: Vec<_> = good.iter().map(|f| f.map(|[x, y, _]| [x, y, 0.0])).collect();
-    let spoilt: [(&[[[f64; 3]; 3]], &[&str]); 5] = [
+    let spoilt: [Spoilt; 5] = [
         (&not_a_number, &["case.toml:14:", "stone.stl", "facet 5"]),
         (&good[1..], &["case.toml:14:", "stone.stl", "open"]),
         (&inverted, &["stone.stl", "inside out"]),
@@ -471,4 +480,45 @@ fn a_plate_thinner_than_four_cells_is_warned_of_with_the_number() {
     ] {
         assert!(said.contains(word), "`{word}` is not in\n{said}");
     }
+}
+
+#[test]
+fn packed_bodies_come_back_where_and_as_they_were_turned() {
+    let folder = tempfile::tempdir().unwrap();
+    let stone = "{ polyhedron = { vertices = [[0, 0, 0], [2, 0, 0], [0.3, 1.5, 0], [0.2, 0.1, 1.2], [1, 0.9, 1]], \
+                 equivalent_diameter = 1e-3 } }";
+    let case = CASE
+        .replace("{ sphere = { diameter = 1.5e-3 } }", stone)
+        .replace("[4, 4, 4]", "[6, 6, 6]");
+    std::fs::write(folder.path().join("case.toml"), case).unwrap();
+    let pack = |arguments: &[&str]| {
+        let all = [&["pack", "case.toml"], arguments].concat();
+        let output = turbid(folder.path(), &all);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    };
+    pack(&["--out", "a.txt"]);
+    pack(&["--out", "b.txt", "--set", "particles.0.file=a.txt"]);
+    let read = |name| -> Vec<Vec<f64>> {
+        let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let number = |field: &str| field.parse().unwrap();
+        text.lines()
+            .map(|line| line.split(';').map(number).collect())
+            .collect()
+    };
+    let (once, again) = (read("a.txt"), read("b.txt"));
+    assert!(once.len() > 20 && once.len() == again.len());
+    for (a, b) in once.iter().zip(&again) {
+        assert_eq!(a[..3], b[..3]);
+        for i in 3..6 {
+            assert!((a[i] - b[i]).abs() < 1e-9, "{a:?} {b:?}");
+        }
+    }
+    assert!(once.iter().any(|line| line[3].abs() > 1.0), "turned at random");
+    let two_sizes = "particles.0.sizes=[{ scale = 1, share = 1 }, { scale = 0.9, share = 1 }]";
+    let arguments = ["pack", "case.toml", "--out", "c.txt", "--set", two_sizes];
+    refused(folder.path(), &arguments, &["of 2 shapes or sizes"]);
 }
