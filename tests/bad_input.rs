@@ -1,5 +1,8 @@
 //! Bad input, end to end: the right words on standard error, exit code 2, and nothing written.
 
+#[path = "bad_input/bodies.rs"]
+mod bodies;
+
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -303,6 +306,13 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
             ],
         ),
     ];
+    all_refused(table);
+    let folder = tempfile::tempdir().unwrap();
+    refused(folder.path(), &["check", "none.toml"], &["cannot read none.toml"]);
+}
+
+/// Each row: what stands in the good case, what replaces it, and what must be said.
+fn all_refused(table: &[(&str, &str, &[&str])]) {
     let folder = tempfile::tempdir().unwrap();
     let bad = folder.path().join("bad.toml");
     for (good, spoilt, words) in table {
@@ -310,7 +320,6 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         std::fs::write(&bad, CASE.replacen(good, spoilt, 1)).unwrap();
         refused(folder.path(), &["check", "bad.toml"], words);
     }
-    refused(folder.path(), &["check", "none.toml"], &["cannot read none.toml"]);
 }
 
 #[test]

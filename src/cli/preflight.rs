@@ -36,6 +36,9 @@ pub(super) fn memory_needed(setup: &Setup) -> f64 {
 /// Refuses a run that this machine cannot hold.
 pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
     decompose(setup)?;
+    if setup.dry {
+        return Ok(());
+    }
     let needed = memory_needed(setup);
     match memory() {
         Some(memory) if needed > memory => {

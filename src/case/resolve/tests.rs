@@ -1,8 +1,8 @@
 //! Claims about what a case resolves to.
 
 use super::*;
-use crate::contact::Geometry;
-use crate::math::Vec3;
+use crate::contact::{Body, Contour, Geometry, measure, measure_wall};
+use crate::math::{Quat, Vec3};
 
 const TEXT: &str = r"
     [domain]
@@ -124,4 +124,243 @@ fn contacts_can_be_left_out_and_are_those_of_the_paper_otherwise() {
     assert_eq!(contact.geometry, Geometry::Sampled { samples: 8 });
     close(contact.enlargement, 0.2 * 1.5e-3 / 8.0);
     close(contact.pairs[0].restitution, 0.926);
+}
+
+const SHAPE: &str = "particles.0.shape";
+
+#[test]
+fn every_shape_has_the_volume_that_its_equivalent_diameter_asks_for() {
+    for shape in [
+        "cube = {",
+        "cuboid = { edges = [1, 2, 3],",
+        "ellipsoid = { axes = [2, 1, 1],",
+        "cylinder = { diameter = 1, length = 2,",
+        "capsule = { diameter = 1, length = 2,",
+        "superellipsoid = { axes = [1, 1, 1], exponents = [0.5, 0.5],",
+        "polyhedron = { vertices = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]],",
+    ] {
+        let option = format!("{SHAPE}={{ {shape} equivalent_diameter = 1.2e-3 }} }}");
+        let size = "domain.size.diameters=[5, 5, 6]";
+        let setup = setup(&[&option, "particles.0.count=2", size]);
+        close(setup.scales.diameter, 1.2e-3);
+        close(
+            setup.templates[0].shape.volume(),
+            std::f64::consts::PI / 6.0 * 1.2e-3_f64.powi(3),
+        );
+        assert_eq!(setup.domain.cells, [40, 40, 48], "{shape}");
+    }
+}
+
+#[test]
+fn lengths_of_shapes_are_from_end_to_end() {
+    for (shape, half) in [
+        (
+            "cuboid = { edges = [1e-3, 1.2e-3, 1.4e-3] }",
+            [0.5e-3, 0.6e-3, 0.7e-3],
+        ),
+        (
+            "ellipsoid = { axes = [1e-3, 1.2e-3, 1.4e-3] }",
+            [0.5e-3, 0.6e-3, 0.7e-3],
+        ),
+        (
+            "cylinder = { diameter = 1e-3, length = 1.4e-3 }",
+            [0.5e-3, 0.5e-3, 0.7e-3],
+        ),
+        (
+            "capsule = { diameter = 1e-3, length = 1.4e-3 }",
+            [0.5e-3, 0.5e-3, 0.7e-3],
+        ),
+    ] {
+        let setup = setup(&[&format!("{SHAPE}={{ {shape} }}"), "particles.0.count=1"]);
+        let (low, high) = setup.templates[0].shape.bounds(&Quat::identity());
+        assert!(
+            (high - Vec3::from(half)).norm() < 1e-9 && (low + high).norm() < 1e-9,
+            "{shape}"
+        );
+    }
+}
+
+#[test]
+fn a_polyhedron_is_turned_as_it_was_drawn_wherever_its_principal_axes_are() {
+    let vertices = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [0.3, 1.0, 0.0],
+        [0.2, 0.1, 0.7],
+        [1.0, 0.9, 0.6],
+    ];
+    let list = "[{ position = [3e-3, 3e-3, 3e-3], orientation = { axis = [0, 0, 2], angle = 90 } }]";
+    let setup = setup(&[
+        &format!("{SHAPE}={{ polyhedron = {{ vertices = {vertices:?}, equivalent_diameter = 1.5e-3 }} }}"),
+        &format!("particles.0.list={list}"),
+        "domain.size.diameters=[6, 6, 6]",
+    ]);
+    let (shape, particle) = (&setup.templates[0].shape, &setup.particles[0]);
+    let corners: Vec<Vec3> = (shape.as_polyhedron().unwrap().vertices.iter())
+        .map(|v| particle.orientation() * v)
+        .collect();
+    // Differences of the drawn corners, by a quarter turn about z, each found among those of the body.
+    let drawn: Vec<Vec3> = vertices.iter().map(|v| Vec3::new(-v[1], v[0], v[2])).collect();
+    let spread = |points: &[Vec3]| {
+        let middle = points.iter().sum::<Vec3>() / points.len() as f64;
+        let longest = points.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
+        points.iter().map(|p| (p - middle) / longest).collect::<Vec<_>>()
+    };
+    let (here, there) = (spread(&corners), spread(&drawn));
+    for corner in &there {
+        let nearest = here
+            .iter()
+            .map(|p| (p - corner).norm())
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-9, "{nearest}");
+    }
+}
+
+#[test]
+fn the_angular_momentum_of_a_turned_body_is_that_of_its_turned_inertia() {
+    let list = "[{ position = [3e-3, 3e-3, 3e-3], orientation = { axis = [0, 0, 1], angle = 90 }, \
+                angular_velocity = [5, 0, 0] }]";
+    let setup = setup(&[
+        &format!("{SHAPE}={{ cuboid = {{ edges = [1e-3, 1.2e-3, 1.4e-3] }} }}"),
+        &format!("particles.0.list={list}"),
+    ]);
+    // The y axis of the body lies along the x axis of the box.
+    let momentum = setup.particles[0].angular_momentum;
+    close(momentum[0], 5.0 * setup.templates[0].inertia().y);
+    assert!(momentum[1].abs() + momentum[2].abs() < 1e-12 * momentum[0]);
+}
+
+#[test]
+fn sizes_have_their_shares_of_the_particles_and_the_volume_fraction_holds_for_all() {
+    let setup = setup(&[
+        "particles.0.sizes=[{ scale = 1, share = 1 }, { scale = 0.5, share = 3 }]",
+        "particles.0.count=21",
+    ]);
+    let count = |template: u64| setup.particles.iter().filter(|p| p.template == template).count();
+    assert_eq!((count(0), count(1)), (5, 16));
+    close(setup.templates[1].shape.circumradius(), 0.375e-3);
+    close(setup.scales.diameter, 1.5e-3);
+    let spread = super::tests::setup(&["particles.0.sizes={ uniform = [0.5, 1], steps = 4 }"]);
+    let radii: Vec<f64> = spread
+        .templates
+        .iter()
+        .map(|t| t.shape.circumradius() / 0.75e-3)
+        .collect();
+    for (radius, factor) in radii.iter().zip([0.5625, 0.6875, 0.8125, 0.9375]) {
+        close(*radius, factor);
+    }
+    let fraction = spread.scales.volume_fraction;
+    assert!((0.095..0.11).contains(&fraction), "{fraction}");
+}
+
+#[test]
+fn closed_faces_are_walls_that_bear_the_weight_and_particles_stay_between_them() {
+    let setup = setup(&[
+        "domain.periodic=[true, true, false]",
+        "domain.faces.z+={ velocity = [1e-3, 2e-3, 0], material = \"steel\" }",
+        "domain.faces.z-.rotation=3",
+        "materials=[{ name = \"steel\", youngs_modulus = 2e6 }]",
+        "contact.pairs=[{ materials = [\"default\", \"steel\"], restitution = 0.5 }]",
+        "lattice.collision=trt",
+        "particles.0.volume_fraction=0.25",
+    ]);
+    let size = setup.domain.size();
+    let [low, high] = &setup.walls[..] else {
+        panic!("{:?}", setup.walls)
+    };
+    assert_eq!((low.name.as_str(), high.name.as_str()), ("z-", "z+"));
+    assert_eq!(low.motion.angular_velocity, Vec3::new(0.0, 0.0, 3.0));
+    assert_eq!(low.motion.pivot, Vec3::new(0.5 * size.x, 0.5 * size.y, 0.0));
+    assert_eq!(high.motion.velocity, Vec3::new(1e-3, 2e-3, 0.0));
+    assert!((high.surface.distance(Vec3::zeros()) - size.z).abs() < 1e-15);
+    let contact = setup.contact.unwrap();
+    close(contact.materials[high.material].youngs_modulus, 2e6);
+    close(
+        contact.materials[high.material].poisson_ratio,
+        contact.materials[0].poisson_ratio,
+    );
+    close(contact.pair(high.material, 0).restitution, 0.5);
+    close(contact.pair(0, 0).restitution, 0.926);
+    close(contact.pair(high.material, high.material).restitution, 0.926);
+    assert_eq!(setup.collision, Collision::Trt { magic: 0.1875 });
+    assert!(!setup.zero_net_flux);
+    for particle in &setup.particles {
+        assert!((0.75e-3..=size.z - 0.75e-3).contains(&particle.position[2]));
+    }
+}
+
+#[test]
+fn a_pipe_leaves_its_inside_to_fluid_and_particles() {
+    let pipe =
+        "[{ name = \"pipe\", pipe = { point = [3e-3, 3.75e-3, 0], axis = [0, 0, 2], diameter = 6e-3 } }]";
+    let setup = setup(&[&format!("walls={pipe}"), "particles.0.volume_fraction=0.2"]);
+    let inside = std::f64::consts::PI / 4.0 * 36e-6 * setup.domain.size().z;
+    let solid = setup.particles.len() as f64 * setup.templates[0].shape.volume();
+    assert!((setup.scales.volume_fraction * inside / solid - 1.0).abs() < 0.02);
+    for particle in &setup.particles {
+        assert!(setup.walls[0].surface.distance(particle.position()) >= 0.75e-3);
+    }
+}
+
+#[test]
+fn bodies_of_all_kinds_share_a_closed_box_without_overlap() {
+    let kind = |shape: &str| format!("{{ shape = {{ {shape} }}, density = 2500, volume_fraction = 0.1 }}");
+    let kinds = [
+        kind("cube = { equivalent_diameter = 0.9e-3 }"),
+        kind("cuboid = { edges = [2, 1, 1], equivalent_diameter = 0.9e-3 }"),
+        kind("sphere = { diameter = 0.9e-3 }"),
+    ];
+    let setup = setup(&[
+        &format!("particles=[{}]", kinds.join(", ")),
+        "domain.size=[5e-3, 5e-3, 5e-3]",
+        "domain.periodic=[true, false, false]",
+        "lattice.cells_per_diameter=9",
+    ]);
+    assert!(setup.scales.volume_fraction > 0.3);
+    let contours: Vec<Contour> = (setup.templates.iter())
+        .map(|t| Contour::new(t.shape.clone(), 0.0))
+        .collect();
+    let body = |p: &crate::particle::Particle| Body {
+        contour: &contours[p.template as usize],
+        orientation: p.orientation(),
+    };
+    for (i, a) in setup.particles.iter().enumerate() {
+        for b in &setup.particles[..i] {
+            let offset = setup.domain.nearest_image(b.position() - a.position());
+            let overlap = measure(Geometry::Exact, &body(a), &body(b), offset);
+            assert!(overlap.is_none(), "{a:?} {b:?}");
+        }
+        for wall in &setup.walls {
+            let seen = wall.surface.seen_from(a.position());
+            assert!(measure_wall(Geometry::Exact, &body(a), &seen).is_none());
+        }
+    }
+}
+
+const DRY: &str = r"
+    [domain]
+    size = [0.1, 0.05, 0.2]
+    periodic = [false, false, false]
+    [dry]
+    impact_speed = 0.5
+    [[particles]]
+    shape = { cube = { edge = 3e-3 } }
+    density = 2500
+    count = 50
+    [run]
+    end = { time = 0.1 }
+";
+
+#[test]
+fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact() {
+    let source = Source::new("case.toml".to_string(), DRY.to_string(), &[]);
+    let setup = resolve(&source, "case", Path::new("")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(setup.dry && setup.warnings.is_empty());
+    assert!((setup.domain.size() - Vec3::new(0.1, 0.05, 0.2)).norm() < 1e-12);
+    assert!(setup.domain.dx <= 0.25 * setup.scales.diameter);
+    let material = setup.contact.as_ref().unwrap().materials[0];
+    let contact = crate::case::Hertz::new(&setup.templates[0], &material);
+    close(50.0 * setup.units.dt, contact.duration(0.5));
+    assert_eq!((setup.walls.len(), setup.units.density.to_bits()), (6, 0));
+    assert!(setup.scales.stokes_time.is_infinite() && setup.contact.unwrap().enlargement.abs() < 1e-300);
 }

@@ -50,8 +50,8 @@ pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
         if motion.is_empty() {
             motion.push("at rest".to_string());
         }
-        let value = format!("{} \"{}\"", wall.surface.kind(), wall.name);
-        rows.push(row("wall", value, &motion.join(", ")));
+        let remark = format!("{}, {}", wall.surface.kind(), motion.join(", "));
+        rows.push(row("wall", wall.name.clone(), &remark));
     }
     if setup.walls.len() > SHOWN {
         rows.push(row("", format!("and {} more", setup.walls.len() - SHOWN), ""));

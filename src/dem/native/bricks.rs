@@ -5,63 +5,13 @@ use crate::comm::on_threads;
 use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
 use crate::domain::Domain;
 use crate::math::Quat;
-use crate::shape::SurfaceMesh;
+use crate::shape::Cuboid;
 
 const BOX: Domain = Domain {
     periodic: [true; 3],
     cells: [12, 12, 12],
     dx: 1e-3,
 };
-
-/// A cuboid, as plain as the engine allows.
-#[derive(Debug)]
-struct Brick {
-    half: Vec3,
-}
-
-impl Shape for Brick {
-    fn kind(&self) -> &'static str {
-        "brick"
-    }
-
-    fn volume(&self) -> f64 {
-        8.0 * self.half.product()
-    }
-
-    fn inertia_per_mass(&self) -> Vec3 {
-        let square = self.half.component_mul(&self.half);
-        Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y) / 3.0
-    }
-
-    fn circumradius(&self) -> f64 {
-        self.half.norm()
-    }
-
-    fn signed_distance(&self, point: Vec3) -> f64 {
-        let q = point.abs() - self.half;
-        q.sup(&Vec3::zeros()).norm() + q.max().min(0.0)
-    }
-
-    fn thickness(&self) -> f64 {
-        2.0 * self.half.min()
-    }
-
-    fn gradient(&self, point: Vec3) -> Vec3 {
-        point.normalize()
-    }
-
-    fn support(&self, direction: Vec3) -> Vec3 {
-        direction.zip_map(&self.half, |d, h| if d < 0.0 { -h } else { h })
-    }
-
-    fn row_interval(&self, _: &Quat, _: f64, _: f64, _: f64) -> Option<(f64, f64)> {
-        unreachable!("the engine asks for no rows")
-    }
-
-    fn surface_mesh(&self, _: u32) -> SurfaceMesh {
-        SurfaceMesh::default()
-    }
-}
 
 fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let contact = ContactParams {
@@ -85,9 +35,7 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
         ..NativeParams::default()
     };
     let templates = [Template {
-        shape: Arc::new(Brick {
-            half: Vec3::new(1.0e-3, 0.7e-3, 0.5e-3),
-        }),
+        shape: Arc::new(Cuboid::new(Vec3::new(2.0e-3, 1.4e-3, 1.0e-3)).unwrap()),
         material: 0,
         density: 2500.0,
     }];

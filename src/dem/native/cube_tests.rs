@@ -104,6 +104,7 @@ fn depth_at_rest(geometry: Geometry) -> f64 {
 #[test]
 fn a_cube_lies_on_its_face_as_deep_as_a_linear_spring_says() {
     assert!((depth_at_rest(Geometry::Exact) - 1.0).abs() < 0.01);
+    assert!((depth_at_rest(Geometry::Sampled { samples: 8 }) - 1.0).abs() < 0.1);
 }
 
 /// Rigid impulse theory of a smooth impact on a plane, speed `v` downwards, the point of contact `r` from the centre:
