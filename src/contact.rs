@@ -1,9 +1,17 @@
 //! Discrete contacts of convex bodies and walls: overlap geometry, force law, material.
 //!
-//! A contact is measured by the volume, depth, centre, normal and area of the overlap of the two (enlarged) bodies
-//! ([`overlap`]): in closed form for spheres ([`sphere_sphere`]), by samples for any other pair ([`sampled`]). The
-//! force follows from these and from the relative velocity at the centre ([`law`]). [`pairs`] says which pairs
-//! are near enough to be measured. Nothing here has a memory; the engine keeps the damping of each contact.
+//! A contact is measured by the volume, depth, centre, normal, area and moment of the overlap of the two (enlarged)
+//! bodies ([`overlap`], which chooses by pair):
+//!
+//! | with | sphere | polyhedron | any other | plane | pipe, rod |
+//! |---|---|---|---|---|---|
+//! | sphere | [`sphere_sphere`] | [`sphere_polyhedron`] | [`sampled`] | [`sphere_plane`] | [`sampled`] |
+//! | polyhedron | | [`polyhedra`] | [`sampled`] | [`polyhedra`] | [`sampled`] |
+//! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
+//!
+//! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the centre
+//! ([`law`]). [`pairs`] says which pairs are near enough to be measured. Nothing here has a memory; the engine keeps
+//! the damping of each contact.
 
 mod clip;
 pub mod law;

@@ -286,6 +286,13 @@ impl<T: Real> Simulation<T> {
         &*self.dem
     }
 
+    /// Volume of all cells that are in no wall (m^3); zero in a dry run.
+    pub fn fluid_volume(&self) -> f64 {
+        self.wet
+            .as_ref()
+            .map_or(0.0, |wet| wet.cells * self.units.dx.powi(3))
+    }
+
     /// Mean values over the box at the last measurement; zeros in a dry run.
     pub fn mean_flow(&self) -> MeanFlow {
         self.wet

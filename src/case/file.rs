@@ -80,7 +80,8 @@ fn all_periodic() -> Located<[bool; 3]> {
 pub struct DrySection {
     /// Time step (s), of which contacts should last 50 or more.
     pub time_step: Option<Located<f64>>,
-    /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the duration of the shortest one.
+    /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the shortest Hertz impact of spheres of the
+    /// same volume at this speed (between flat faces an impact may last half as long).
     pub impact_speed: Option<Located<f64>>,
     /// By how much every surface is grown for contacts (m). Default 0.
     #[serde(default = "nothing")]

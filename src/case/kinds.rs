@@ -127,6 +127,14 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, folder:
         let material = materials.index(source, &format!("{key}.material"), kind.material.as_ref())?;
         let sizes = builder.sizes()?;
         let total: f64 = sizes.iter().map(|(_, share)| share).sum();
+        if !total.is_finite() {
+            return Err(source.error(
+                &section.span,
+                &format!("the shares of `{key}.sizes` are too large to be added up"),
+                "of these",
+                "shares need not add up to 1, but 1 is a good size",
+            ));
+        }
         all.sections.push(Kind {
             first: all.templates.len(),
             shares: sizes.iter().map(|(_, share)| share / total).collect(),

@@ -5,6 +5,7 @@ use super::located::Located;
 use super::source::{Source, nearest};
 use crate::contact::{ContactModel, Geometry, Material, PairParams};
 use crate::error::Result;
+use std::ops::Range;
 
 /// Name of the material of `[contact]`.
 const DEFAULT: &str = "default";
@@ -62,6 +63,19 @@ impl Checks<'_> {
             friction_kinetic: self.friction("contact", "friction_kinetic", &contact.friction_kinetic)?,
             transition_velocity: self.transition_velocity("contact", &contact.transition_velocity)?,
         })
+    }
+
+    /// The law has no place for a kinetic coefficient above the static one; a static one of 0 is smooth altogether.
+    fn friction_order(&self, key: &str, span: &Range<usize>, pair: &PairParams) -> Result<()> {
+        let (kinetic, most) = (pair.friction_kinetic, pair.friction_static);
+        if most > 0.0 && kinetic > most {
+            let key = format!("{key}.friction_kinetic");
+            let wanted = format!("at most the static coefficient, {most}");
+            let remedy =
+                "sliding resists less than sticking; a pair takes what it does not give from [contact]";
+            return Err((self.0).out_of_range(&key, span, &kinetic.to_string(), &wanted, remedy));
+        }
+        Ok(())
     }
 
     /// The numbers a pair gives, and those of `[contact]` for the rest.
@@ -154,14 +168,15 @@ impl Materials {
     ) -> Result<Option<ContactModel>> {
         let contact = &case.contact;
         let samples = &contact.samples;
-        if !(2..=1000).contains(&samples.value) {
+        if !(2..=64).contains(&samples.value) {
             let value = samples.value.to_string();
             let key = "contact.samples";
-            return Err(source.out_of_range(key, &samples.span, &value, "from 2 to 1000", "8 is usual"));
+            return Err(source.out_of_range(key, &samples.span, &value, "from 2 to 64", "8 is usual"));
         }
         // Checked even where contacts are off: a wrong number is wrong.
         let checks = Checks(source);
         let usual = checks.pair(contact)?;
+        checks.friction_order("contact", &contact.friction_kinetic.span, &usual)?;
         let n = self.names.len();
         let mut pairs = vec![usual; n * n];
         let mut given: Vec<(usize, usize)> = Vec::new();
@@ -185,6 +200,12 @@ impl Materials {
             }
             given.push(both);
             let special = checks.special(&key, &section.value, &usual)?;
+            let span = section
+                .value
+                .friction_kinetic
+                .as_ref()
+                .map_or(&section.span, |n| &n.span);
+            checks.friction_order(&key, span, &special)?;
             pairs[a * n + b] = special;
             pairs[b * n + a] = special;
         }

@@ -12,6 +12,7 @@ use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
 use super::{OutputPlan, Setup};
+use crate::contact::Contour;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::fluid::{Collision, Precision, Simd};
@@ -51,7 +52,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
     };
     let contact = materials.contact(source, &case, enlargement)?;
     let reach = (templates.iter())
-        .map(|template| template.shape.circumradius() + enlargement)
+        .map(|template| Contour::new(template.shape.clone(), enlargement).reach())
         .fold(0.0, f64::max);
     let walls = walls(source, &case, &domain, &materials, reach)?;
     let gravity = gravity(source, &case)?;

@@ -5,6 +5,7 @@ use super::file::{Case, LatticeSection};
 use super::forms::Size;
 use super::kinds::Kinds;
 use super::source::Source;
+use crate::contact::Contour;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::particle::{Particle, Template};
@@ -159,9 +160,13 @@ pub(super) fn refuse_double_contacts(
     particles: &[Particle],
     enlargement: f64,
 ) -> Result<()> {
+    // As the engine grows them: corners stay sharp.
+    let reaches_by_template: Vec<f64> = (templates.iter())
+        .map(|t| Contour::new(t.shape.clone(), enlargement).reach())
+        .collect();
     let mut reaches: Vec<f64> = particles
         .iter()
-        .map(|p| templates[p.template as usize].shape.circumradius() + enlargement)
+        .map(|p| reaches_by_template[p.template as usize])
         .collect();
     reaches.sort_unstable_by(f64::total_cmp);
     let [.., second, largest] = reaches[..] else {

@@ -133,6 +133,18 @@ impl Builder<'_> {
                     "a finite number",
                     "in 1/s, about the axis of the direction of the face",
                 )?;
+                if let (true, Some(other)) = (
+                    turns != 0.0,
+                    (0..3).find(|&other| other != axis && self.domain.periodic[other]),
+                ) {
+                    let title = format!(
+                        "the face \"{name}\" turns, but {} is periodic: its velocity would jump there",
+                        AXES[other]
+                    );
+                    let remedy =
+                        "close the directions along a face that turns, or let it slide by `velocity`";
+                    return Err(self.source.error(&rotation.span, &title, "turns", remedy));
+                }
                 motion.velocity =
                     self.vector(&format!("{key}.velocity"), &face.span, &face.value.velocity)?;
                 motion.angular_velocity = Vec3::ith(axis, turns);

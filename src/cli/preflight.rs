@@ -36,6 +36,9 @@ pub(super) fn memory_needed(setup: &Setup) -> f64 {
 /// Refuses a run that this machine cannot hold.
 pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
     decompose(setup)?;
+    if setup.dry {
+        return Ok(());
+    }
     let needed = memory_needed(setup);
     match memory() {
         Some(memory) if needed > memory => {
@@ -338,9 +341,18 @@ fn fluid_advice(setup: &Setup) -> Vec<String> {
         .iter()
         .map(|p| p.velocity().norm())
         .fold(0.0, f64::max);
+    let walls = setup
+        .walls
+        .iter()
+        .map(|wall| {
+            let turning = wall.motion.angular_velocity.norm() * 0.5 * setup.domain.size().norm();
+            wall.motion.velocity.norm() + turning
+        })
+        .fold(0.0, f64::max);
     for (speed, what) in [
         (setup.scales.schiller_naumann_velocity, "the terminal velocity u*"),
         (started, "the fastest particle at the start"),
+        (walls, "the fastest wall (at its rim)"),
     ] {
         let lattice = speed / setup.units.velocity();
         if lattice > USUAL_LATTICE_SPEED {

@@ -144,8 +144,8 @@ pub(super) struct Clipper {
     seen: Vec<u8>,
     /// Faces that are left, those in several pieces several times.
     pub faces: Vec<u32>,
-    /// Centre and radius of a sphere that holds all corners (m).
-    ball: (Vec3, f64),
+    /// Centre and radius of a sphere that holds all corners (m), if known.
+    ball: Option<(Vec3, f64)>,
 }
 
 /// Integrals over a polyhedron.
@@ -170,7 +170,7 @@ impl Clipper {
         self.live.extend(0..graph.corners.len() as u32);
         self.heights.clear();
         self.heights.resize(graph.corners.len(), 0.0);
-        self.bound();
+        self.ball = None;
     }
 
     /// What is left, as a body of its own.
@@ -209,28 +209,31 @@ impl Clipper {
         best.1
     }
 
-    /// Vectors along all edges (m), either way.
+    /// Vectors along all edges (m), each once.
     pub(super) fn edge_vectors(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.live.iter().flat_map(move |&v| {
             let corner = &self.corners[v as usize];
-            corner
-                .twin
-                .map(|end| self.corners[(end >> 2) as usize].position - corner.position)
+            let ends = corner.twin.into_iter().filter(move |end| end >> 2 > v);
+            ends.map(|end| self.corners[(end >> 2) as usize].position - corner.position)
         })
     }
 
     /// Highest that any corner can lie above a plane (m), cheaply.
     #[inline]
-    pub(super) fn highest_bound(&self, plane: &Plane) -> f64 {
-        plane.height(&self.ball.0) + self.ball.1
+    pub(super) fn highest_bound(&mut self, plane: &Plane) -> f64 {
+        let (centre, radius) = match self.ball {
+            Some(ball) => ball,
+            None => self.bound(),
+        };
+        plane.height(&centre) + radius
     }
 
-    fn bound(&mut self) {
+    fn bound(&mut self) -> (Vec3, f64) {
         let (mut lo, mut hi) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         for x in self.positions() {
             (lo, hi) = (lo.inf(&x), hi.sup(&x));
         }
-        self.ball = (0.5 * (lo + hi), 0.5 * (hi - lo).norm());
+        *self.ball.insert((0.5 * (lo + hi), 0.5 * (hi - lo).norm()))
     }
 
     /// The half-edge that follows along the face to the left.
@@ -297,7 +300,7 @@ impl Clipper {
                 edge = self.next(edge);
             }
         }
-        self.bound();
+        self.ball = None;
         Cut::Trimmed
     }
 

@@ -147,7 +147,76 @@ pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Sphere;
+    use crate::contact::truth::{random, random_direction, random_turn};
+    use crate::shape::{Cuboid, Polyhedron, Sphere, mesh};
+    use std::fmt::Write as _;
+
+    /// A cube of edge 1 as text of STL.
+    fn cube_as_stl() -> String {
+        let cube = Polyhedron::cuboid(Vec3::repeat(1.0));
+        let mut text = "solid cube\n".to_owned();
+        for face in &cube.faces {
+            let n = face.normal;
+            for k in 1..3 {
+                let _ = writeln!(text, "facet normal {} {} {}\nouter loop", n.x, n.y, n.z);
+                for corner in [0, k, k + 1] {
+                    let v = cube.vertices[face.corners[corner] as usize];
+                    let _ = writeln!(text, "vertex {} {} {}", v.x, v.y, v.z);
+                }
+                text += "endloop\nendfacet\n";
+            }
+        }
+        text + "endsolid cube\n"
+    }
+
+    #[test]
+    fn a_cube_is_a_cube_as_a_cuboid_as_corners_and_as_stl() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("cube.stl");
+        std::fs::write(&path, cube_as_stl()).unwrap();
+        let corners = Polyhedron::cuboid(Vec3::repeat(1.0)).vertices;
+        let plain = Contour::new(Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()), 0.01);
+        let others = [
+            Polyhedron::from_corners(&corners, 1e-9).unwrap(),
+            mesh::read(&path, 1.0, false).unwrap(),
+        ]
+        .map(|(shape, placement)| (Contour::new(Arc::new(shape), 0.01), placement));
+        let mut random = random(1);
+        let wall = Surface::Plane {
+            point: Vec3::new(0.0, 0.0, -0.5),
+            normal: Vec3::new(0.36, 0.48, 0.8),
+        };
+        for _ in 0..100 {
+            let turns = [random_turn(&mut random), random_turn(&mut random)];
+            let offset = random_direction(&mut random);
+            let both = |contour, more: Quat| {
+                let bodies = turns.map(|turn| Body {
+                    contour,
+                    orientation: turn * more,
+                });
+                [
+                    measure(Geometry::Exact, &bodies[0], &bodies[1], offset),
+                    measure_wall(Geometry::Exact, &bodies[0], &wall),
+                ]
+            };
+            let expected = both(&plain, Quat::identity());
+            for (contour, placement) in &others {
+                for (one, other) in expected.iter().zip(both(contour, placement.rotation)) {
+                    let (Some(one), Some(other)) = (one, other) else {
+                        assert!(one.is_none() && other.is_none());
+                        continue;
+                    };
+                    assert!(
+                        (one.volume - other.volume).abs() < 1e-9 && (one.depth - other.depth).abs() < 1e-9
+                    );
+                    assert!(
+                        (one.point - other.point).norm() < 1e-9 && (one.moment - other.moment).norm() < 1e-9
+                    );
+                    assert!((one.normal * one.area - other.normal * other.area).norm() < 1e-9);
+                }
+            }
+        }
+    }
 
     #[test]
     fn enlarged_spheres_touch_across_the_gap_between_their_surfaces() {

@@ -11,8 +11,8 @@
 //! 2. **Box** ([`frame`]). It has one axis along that direction, lies as the overlap does, and is tightened by planes
 //!    that touch the bodies instead of rays, so that it never cuts off any of the overlap. Box and samples are carried as
 //!    real numbers, from no grid and no step before.
-//! 3. **Lines** instead of points: `N_c` times `N_c` along each axis of the box. The ends of the overlap on a line follow
-//!    from distance and gradient by Newton's method ([`side`]), exactly. With `g` the length on a line along the
+//! 3. **Lines** instead of points: `N_c` times `N_c` along each axis of the box. The ends of the overlap on a line are
+//!    zeros of convex distances, found by the secant method ([`side`]) to [`PRECISION`]. With `g` the length on a line along the
 //!    normal `w`, negative where the bodies miss each other on it, and `dA` its cross-section
 //!
 //!    ```text

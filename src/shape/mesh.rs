@@ -14,7 +14,7 @@ use std::path::Path;
 /// Larger files are refused unread (bytes).
 const LARGEST_FILE: u64 = 256 << 20;
 /// More facets would make contacts too slow to be of use, and set-up, which compares edges pair by pair.
-const MOST_FACETS: usize = 10_000;
+const MOST_FACETS: usize = 2_000;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
 /// Reads the body in a file; `scale` is the length in metres of 1 in the file. With `hull`, takes the hull of all points

@@ -2,7 +2,7 @@
 # Cubes against spheres of the same volume, at two volume fractions with two seeds each: eight runs, then result.csv and
 # result.md. Runs that are already there are not repeated.
 #
-#   ./run.sh              the study: 120 t*, averages from 40 t*
+#   ./run.sh              the study: 70 t*, averages from 30 t*
 #   ./run.sh END FROM     a trial of another length; its tables go to the output directory only
 #
 # TURBID   the program (default: target/release/turbid, built if it is not there)
@@ -11,8 +11,8 @@ set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
-end=${1:-120}
-from=${2:-40}
+end=${1:-70}
+from=${2:-30}
 out=${OUT:-$root/out/validation/cube_settling}
 turbid=${TURBID:-$root/target/release/turbid}
 if [ ! -x "$turbid" ]; then
@@ -100,7 +100,7 @@ rm -f "$out"/*/wanted.key
     }' "$out/result.csv"
 } > "$out/result.md"
 
-if [ "$end $from" = "120 40" ]; then
+if [ "$end $from" = "70 30" ]; then
     cp "$out/result.csv" "$out/result.md" "$here"
 fi
 cat "$out/result.md"

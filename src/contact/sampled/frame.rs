@@ -73,9 +73,8 @@ pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
                 return None;
             }
         }
-        // Two rounds: the second finds the corners that the first made.
-        for (u, v) in ROUND.into_iter().chain(ROUND) {
-            refine(clipper, sides, axes * Vec3::new(u, v, 0.0), normal, 1)?;
+        for (u, v) in ROUND {
+            refine(clipper, sides, axes * Vec3::new(u, v, 0.0), normal, 2)?;
         }
         let axes = self::axes(normal, longest_side(clipper, &axes));
         for n in [2, 0, 1] {
@@ -125,24 +124,25 @@ fn extent(clipper: &Clipper, axes: &Mat3) -> (Vec3, Vec3) {
 
 /// Cuts off the furthest corner along a direction, up to `cuts` times, while it is far outside.
 fn refine(clipper: &mut Clipper, sides: [&Side; 2], along: Vec3, normal: Vec3, cuts: u32) -> Option<()> {
+    let thickness = (clipper.furthest(&normal) - clipper.furthest(&-normal)).dot(&normal);
     for _ in 0..cuts {
         let corner = clipper.furthest(&along);
-        let thickness = (clipper.furthest(&normal) - clipper.furthest(&-normal)).dot(&normal);
-        let mut done = true;
-        for side in sides {
-            let distance = side.distance(corner);
-            if distance > TIGHT * thickness
-                && let Some(plane) = side.cut(corner, distance, clipper.positions())
-            {
-                match clipper.cut(&plane, 0, 0.0) {
-                    Cut::Trimmed => done = false,
-                    Cut::Missed => {}
-                    Cut::Emptied => return None,
-                }
-            }
+        // By the side that is further away.
+        let mut distances = sides.map(|side| (side.distance(corner), side));
+        if distances[0].0 < distances[1].0 {
+            distances.swap(0, 1);
         }
-        if done {
+        let (distance, side) = distances[0];
+        if distance <= TIGHT * thickness {
             break;
+        }
+        let Some(plane) = side.cut(corner, distance, clipper.positions()) else {
+            break;
+        };
+        match clipper.cut(&plane, 0, 0.0) {
+            Cut::Trimmed => {}
+            Cut::Missed => break,
+            Cut::Emptied => return None,
         }
     }
     Some(())

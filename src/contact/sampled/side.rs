@@ -7,7 +7,7 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 use crate::wall::Surface;
 
-/// Steps of Newton's method after which a grazing line is given up.
+/// Steps of the secant method after which a grazing line is given up.
 const STEPS: u32 = 40;
 
 /// A straight line, `from + along t` (m).
@@ -183,25 +183,28 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Newton's method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex along a
-    /// line, so the steps never pass the surface.
+    /// The secant method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex along a
+    /// line, so that no step passes the surface, and one that leads no nearer shows that there is none ahead.
     fn approach(&self, line: &Line, start: f64, sign: f64, precision: f64) -> Approach {
-        let mut t = start;
-        for step in 0..STEPS {
-            let at = line.at(t);
-            let distance = self.distance(at);
-            if distance <= precision && (step > 0 || distance <= 0.0) {
-                return Approach::Met(t);
+        let (mut t, mut last) = (0.0, self.distance(line.at(start)));
+        if last <= 0.0 {
+            return Approach::Met(start);
+        }
+        let mut step = last;
+        for n in 0..STEPS {
+            t += step;
+            let distance = self.distance(line.at(start + sign * t));
+            if distance <= precision {
+                return Approach::Met(start + sign * t);
             }
-            let slope = sign * self.gradient(at).dot(&line.along);
-            if slope >= 0.0 {
-                return if step == 0 {
+            if distance >= last {
+                return if n == 0 {
                     Approach::Behind
                 } else {
                     Approach::Missed
                 };
             }
-            t -= sign * distance / slope;
+            (step, last) = (step * distance / (last - distance), distance);
         }
         Approach::Missed
     }
@@ -212,7 +215,7 @@ impl<'a> Side<'a> {
 enum Approach {
     /// There.
     Met(f64),
-    /// From the start on it only goes away.
+    /// It goes away from the start on, or the first step passes by: the surface is behind, or missed.
     Behind,
     /// It passes by.
     Missed,

@@ -7,10 +7,10 @@ use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::wall::Wall;
 
-/// Two particles overlap by more than half the smaller circumradius `radius` (m).
-pub(super) fn too_deep(step: u64, a: &Particle, b: &Particle, overlap: &Overlap, radius: f64) -> Error {
+/// Two particles overlap by more than a quarter of the thickness of the thinner one (m).
+pub(super) fn too_deep(step: u64, a: &Particle, b: &Particle, overlap: &Overlap, thinner: f64) -> Error {
     let what = format!(
-        "particles {} at {} and {}: overlap {:.3e} m deep, more than half the circumradius {radius:.3e} m",
+        "particles {} at {} and {}: overlap {:.3e} m deep, more than a quarter of the thickness {thinner:.3e} m",
         a.id,
         Population::place(a.position()),
         b.id,
@@ -19,10 +19,11 @@ pub(super) fn too_deep(step: u64, a: &Particle, b: &Particle, overlap: &Overlap,
     Error::Diverged { step, what }
 }
 
-/// A particle overlaps a wall by more than half its circumradius (m).
-pub(super) fn too_deep_in_wall(step: u64, a: &Particle, wall: &Wall, depth: f64, radius: f64) -> Error {
+/// A particle overlaps a wall by more than a quarter of its thickness (m).
+pub(super) fn too_deep_in_wall(step: u64, a: &Particle, wall: &Wall, depth: f64, thickness: f64) -> Error {
     let what = format!(
-        "particle {} at {} and wall `{}`: overlap {depth:.3e} m deep, more than half the circumradius {radius:.3e} m",
+        "particle {} at {} and wall `{}`: overlap {depth:.3e} m deep, more than a quarter of its thickness \
+         {thickness:.3e} m",
         a.id,
         Population::place(a.position()),
         wall.name,

@@ -10,8 +10,9 @@ use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
 use crate::wall::{Surface, Wall};
 
-/// Overlaps deeper than this part of the smaller circumradius are beyond the contact model.
-const DEEPEST: f64 = 0.5;
+/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres half of
+/// the radius.
+const DEEPEST: f64 = 0.25;
 
 /// The known particles, ascending by id, and who is near whom. Keeps its buffers from sub-step to sub-step.
 #[derive(Clone, Debug)]
@@ -114,9 +115,9 @@ impl<'a> Scene<'a> {
                     - (b.velocity() + b.angular_velocity().cross(&levers[1])),
                 point: domain.wrap(a.position() + overlap.point),
             });
-            let radius = (first.contour.shape.circumradius()).min(second.contour.shape.circumradius());
-            if overlap.depth > DEEPEST * radius && outcome.is_ok() {
-                outcome = Err(too_deep(self.substep, a, b, &overlap, radius));
+            let thinner = (first.contour.shape.thickness()).min(second.contour.shape.thickness());
+            if overlap.depth > DEEPEST * thinner && outcome.is_ok() {
+                outcome = Err(too_deep(self.substep, a, b, &overlap, thinner));
             }
             let of_a = Share::new([a.id, b.id], action.force, action.torques[0]);
             let of_b = Share::new([b.id, a.id], -action.force, action.torques[1]);
@@ -167,14 +168,15 @@ impl<'a> Scene<'a> {
                     velocity: velocity - wall.velocity(point, time),
                     point: domain.wrap(point),
                 });
-                if overlap.depth > DEEPEST * radius {
+                let thickness = body.contour.shape.thickness();
+                if overlap.depth > DEEPEST * thickness {
                     outcome = outcome.and_then(|()| {
                         Err(too_deep_in_wall(
                             self.substep,
                             particle,
                             wall,
                             overlap.depth,
-                            radius,
+                            thickness,
                         ))
                     });
                 }

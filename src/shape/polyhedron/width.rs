@@ -8,6 +8,9 @@ use super::Face;
 use crate::math::Vec3;
 use std::collections::BTreeMap;
 
+/// Edges whose angle (its sine) is below this are parallel.
+const PARALLEL: f64 = 1e-9;
+
 /// Smallest distance of two parallel planes that hold the body between them (m).
 pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
     let mut width = f64::INFINITY;
@@ -21,8 +24,10 @@ pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
     let edges = edges(vertices, faces);
     for (n, first) in edges.iter().enumerate() {
         for second in &edges[..n] {
-            if mirrored_arcs_cross(first, second) {
-                let normal = first.along.cross(&second.along);
+            let normal = first.along.cross(&second.along);
+            // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face tells their width.
+            let scale = first.along.norm_squared() * second.along.norm_squared();
+            if normal.norm_squared() > PARALLEL * PARALLEL * scale && mirrored_arcs_cross(first, second) {
                 width = width.min((first.start - second.start).dot(&normal).abs() / normal.norm());
             }
         }

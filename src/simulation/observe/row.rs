@@ -109,7 +109,7 @@ pub(super) fn row<T: Real>(
             .sum(),
         kinetic_energy_rotation: particles.iter().map(rotation).sum(),
         momentum: (particles.iter().map(|p| excess(p) * p.velocity()).sum::<Vec3>()
-            + density * domain.volume() * mean.velocity)
+            + density * simulation.fluid_volume() * mean.velocity)
             .into(),
         wall_force: contacts
             .unwrap_or_default()
