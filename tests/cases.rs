@@ -87,6 +87,8 @@ fn quantity(setup: &Setup, name: &str) -> f64 {
     let scales = &setup.scales;
     match name {
         "particles" => setup.particles.len() as f64,
+        // Of the fluid.
+        "cells" if setup.dry => 0.0,
         "cells" => setup.domain.cell_count() as f64,
         "end_step" => setup.end_step as f64,
         "volume_fraction" => scales.volume_fraction,
