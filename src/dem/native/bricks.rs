@@ -35,7 +35,7 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
         ..NativeParams::default()
     };
     let templates = [Template {
-        shape: Arc::new(Cuboid::new(Vec3::new(2.0e-3, 1.4e-3, 1.0e-3)).unwrap()),
+        shape: Arc::new(Cuboid::new(Vec3::new(1.7e-3, 1.2e-3, 1.0e-3)).unwrap()),
         material: 0,
         density: 2500.0,
     }];

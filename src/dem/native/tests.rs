@@ -334,7 +334,7 @@ fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs
                 Particle::at(17, 0, at),
                 Particle::at(18, 1, at + Vec3::y() * 0.3e-3),
             ],
-            "deep, more than half",
+            "deep, more than a quarter",
         ),
     ];
     for (all, words) in cases {
