@@ -99,6 +99,9 @@ impl Body<'_> {
     }
 }
 
+/// Centres closer than this part of the reach of a body are moved that far apart before they are sampled.
+const COINCIDENT: f64 = 1e-6;
+
 /// Overlap of two bodies; `None` if they do not touch.
 ///
 /// `offset` (m) is the centre of the second body relative to the first, the nearest image in a periodic box. Pairs
@@ -119,6 +122,13 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
             }
             _ => sampled::DEFAULT_SAMPLES,
         },
+    };
+    // Coinciding bodies have no direction from one to the other: any will do.
+    let least = COINCIDENT * first.contour.reach();
+    let offset = if offset.norm() < least {
+        Vec3::x() * least
+    } else {
+        offset
     };
     sampled::overlap(first, second, offset, samples)
 }
@@ -148,7 +158,7 @@ pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
 mod tests {
     use super::*;
     use crate::contact::truth::{random, random_direction, random_turn};
-    use crate::shape::{Cuboid, Polyhedron, Sphere, mesh};
+    use crate::shape::{Capsule, Cuboid, Ellipsoid, Polyhedron, Sphere, mesh};
     use std::fmt::Write as _;
 
     /// A cube of edge 1 as text of STL.
@@ -233,5 +243,30 @@ mod tests {
         let overlap = with(0.1).unwrap();
         assert!((overlap.depth - 0.1).abs() < 1e-15);
         assert_eq!(overlap.normal, Vec3::y());
+    }
+
+    #[test]
+    fn equal_bodies_at_the_same_place_overlap_whole() {
+        let shapes: [Arc<dyn Shape>; 3] = [
+            Arc::new(Ellipsoid::new(Vec3::new(1.0, 0.8, 0.5)).unwrap()),
+            Arc::new(Capsule::new(0.4, 1.0).unwrap()),
+            Arc::new(Cuboid::new(Vec3::new(1.0, 2.0, 1.5)).unwrap()),
+        ];
+        for shape in shapes {
+            let volume = shape.volume();
+            let contour = Contour::new(shape, 0.0);
+            let body = Body {
+                contour: &contour,
+                orientation: Quat::from_euler_angles(0.3, -0.2, 0.5),
+            };
+            let overlap = measure(Geometry::Exact, &body, &body, Vec3::zeros());
+            let kind = contour.shape.kind();
+            let overlap = overlap.unwrap_or_else(|| panic!("{kind}: not seen"));
+            assert!(
+                (overlap.volume / volume - 1.0).abs() < 0.1,
+                "{kind}: {} of {volume}",
+                overlap.volume
+            );
+        }
     }
 }
