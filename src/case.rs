@@ -22,6 +22,7 @@ mod walls;
 
 use crate::contact::ContactModel;
 use crate::coupling::ForceBalance;
+use crate::dem::EngineChoice;
 use crate::domain::Domain;
 use crate::fluid::{Collision, Precision, Simd};
 use crate::math::{Quat, Vec3};
@@ -71,6 +72,8 @@ pub struct Setup {
     pub walls: Vec<Wall>,
     /// Contact model; `None` if contacts are off.
     pub contact: Option<ContactModel>,
+    /// What moves the particles.
+    pub engine: EngineChoice,
     /// DEM sub-steps per fluid step.
     pub substeps: u32,
     /// Gravity (m/s^2).

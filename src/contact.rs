@@ -44,6 +44,8 @@ pub struct ContactModel {
     pub geometry: Geometry,
     /// How the elastic force follows from the overlap.
     pub law: ElasticLaw,
+    /// How the normal force is damped.
+    pub damping: DampingLaw,
 }
 
 impl ContactModel {
@@ -66,6 +68,8 @@ pub struct ContactParams {
     pub geometry: Geometry,
     /// How the elastic force follows from the overlap.
     pub law: ElasticLaw,
+    /// How the normal force is damped.
+    pub damping: DampingLaw,
 }
 
 impl From<ContactParams> for ContactModel {
@@ -76,6 +80,7 @@ impl From<ContactParams> for ContactModel {
             enlargement: params.enlargement,
             geometry: params.geometry,
             law: params.law,
+            damping: params.damping,
         }
     }
 }
@@ -111,6 +116,21 @@ pub enum ElasticLaw {
     Paper,
     /// Minus the gradient of an energy of the overlap volume: elastic impacts of edges and corners conserve energy.
     OverlapEnergy,
+    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static force
+    /// of LIGGGHTS.
+    Hertz,
+}
+
+/// How the normal force is damped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DampingLaw {
+    /// The elastic force times `1 + c v`, as in Marquardt et al. (2024): never pulls.
+    #[default]
+    HuntCrossley,
+    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does not
+    /// depend on the speed, and the bodies pull at each other at the end of an impact.
+    Tsuji,
 }
 
 /// How overlaps are measured.

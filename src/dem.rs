@@ -5,6 +5,8 @@ pub mod ballistic;
 pub mod exchange;
 pub mod history;
 pub mod integrator;
+#[cfg(feature = "liggghts")]
+pub mod liggghts;
 pub mod native;
 
 use crate::comm::Comm;
@@ -15,7 +17,10 @@ use crate::shape::Shape;
 pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
 pub use history::Record;
+#[cfg(feature = "liggghts")]
+pub use liggghts::{Liggghts, LiggghtsParams};
 pub use native::{Native, NativeParams};
+use serde::{Deserialize, Serialize};
 
 /// What the fluid does to one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,4 +106,41 @@ pub trait DemEngine: Send {
     /// The contacts at the last sub-step that this rank is responsible for, ascending by the ids of the pair. Asked for only
     /// when they are written, so that an engine may gather them when asked.
     fn contact_states(&self) -> Vec<ContactState>;
+
+    /// This rank's part of everything that is needed to go on from here.
+    fn save(&self) -> Result<Vec<u8>>;
+
+    /// Goes on where the ranks of an earlier run, of this case and this engine, stood when they [saved](Self::save)
+    /// `parts`, one for each of them in their order; there may be more or fewer ranks now. Collective.
+    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
+}
+
+/// Which engine moves the particles of a case.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum EngineChoice {
+    /// [`Native`].
+    #[default]
+    Native,
+    /// LIGGGHTS, for spheres; needs the cargo feature `liggghts`.
+    Liggghts(LiggghtsOptions),
+}
+
+/// What LIGGGHTS is told beyond what every engine needs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LiggghtsOptions {
+    /// Where LIGGGHTS runs.
+    pub process: LiggghtsProcess,
+    /// Commands of the user, given after all others of the set-up and before the first step.
+    pub commands: Vec<String>,
+}
+
+/// Where LIGGGHTS runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LiggghtsProcess {
+    /// In a process of its own, whose crash ends as an error message.
+    #[default]
+    Worker,
+    /// In this process.
+    Own,
 }

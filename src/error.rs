@@ -39,6 +39,16 @@ pub enum Error {
         /// Quantity, place, value and limit.
         what: String,
     },
+    /// The engine that moves the particles failed: its library, its process, or a particle it lost.
+    #[error("the {engine} engine failed at step {step}: {what}")]
+    Engine {
+        /// Name of the DEM engine.
+        engine: &'static str,
+        /// Fluid step at which it was noticed.
+        step: u64,
+        /// What the engine said, or what became of it.
+        what: String,
+    },
     /// Another rank failed first; its error is the one to show.
     #[error("another rank failed")]
     OtherRank,
@@ -54,10 +64,10 @@ impl Error {
         }
     }
 
-    /// Exit code of the process: 2 for input and files, 3 for divergence.
+    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine.
     pub fn exit_code(&self) -> i32 {
         match self {
-            Self::Diverged { .. } => 3,
+            Self::Diverged { .. } | Self::Engine { .. } => 3,
             _ => 2,
         }
     }

@@ -23,6 +23,8 @@ pub mod comm;
 pub mod contact;
 pub mod coupling;
 pub mod dem;
+#[cfg(feature = "liggghts")]
+pub mod crosscheck;
 pub mod domain;
 pub mod error;
 pub mod fluid;

@@ -220,6 +220,7 @@ impl Materials {
                 },
             },
             law: contact.law,
+            damping: contact.damping,
         }))
     }
 

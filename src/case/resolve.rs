@@ -140,6 +140,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         templates: kinds.templates.into(),
         particles,
         contact,
+        engine: crate::dem::EngineChoice::Native,
         substeps,
         gravity,
         force_balance: case

@@ -35,7 +35,7 @@
 //! Volume and depth: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9. A potential of the overlap volume: Feng, Han and Owen
 //! (2012), Comput. Methods Appl. Mech. Engrg. 205-208, 169; the power 5/4 and `K`: ours, from Hertz.
 
-use super::{ContactModel, ElasticLaw, Material, Overlap};
+use super::{ContactModel, DampingLaw, ElasticLaw, Material, Overlap};
 use crate::math::Vec3;
 use std::f64::consts::FRAC_2_SQRT_PI;
 
@@ -144,6 +144,7 @@ impl PairLaw {
         let elastic = match self.elastic {
             ElasticLaw::Paper => HERTZ_FACTOR * self.modulus * (overlap.volume * overlap.depth).sqrt(),
             ElasticLaw::OverlapEnergy => self.pressure(overlap, radii) * overlap.area,
+            ElasticLaw::Hertz => unimplemented!("H1 writes this"),
         };
         (elastic * self.damped(damping, approach)).max(0.0)
     }
@@ -197,7 +198,7 @@ impl PairLaw {
         }
         let levers = [overlap.point, overlap.point - offset];
         let torques = match self.elastic {
-            ElasticLaw::Paper => [levers[0].cross(&force), levers[1].cross(&-force)],
+            ElasticLaw::Paper | ElasticLaw::Hertz => [levers[0].cross(&force), levers[1].cross(&-force)],
             ElasticLaw::OverlapEnergy => {
                 let pressure = self.pressure(overlap, radii) * self.damped(damping, approach).max(0.0);
                 let opposite = overlap.moment - offset.cross(&(overlap.normal * overlap.area));
@@ -254,6 +255,7 @@ mod tests {
         enlargement: 0.0,
         geometry: Geometry::Exact,
         law: ElasticLaw::Paper,
+        damping: DampingLaw::HuntCrossley,
     };
 
     /// Radii of the spheres of [`lens`] (m).

@@ -72,6 +72,14 @@ impl DemEngine for Ballistic {
     fn contact_states(&self) -> Vec<ContactState> {
         Vec::new()
     }
+
+    fn save(&self) -> Result<Vec<u8>> {
+        unimplemented!("H1 writes this")
+    }
+
+    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
+        unimplemented!("H1 writes this")
+    }
 }
 
 #[cfg(test)]

@@ -335,4 +335,12 @@ impl DemEngine for Native {
     fn contact_states(&self) -> Vec<ContactState> {
         self.ledger.states.clone()
     }
+
+    fn save(&self) -> Result<Vec<u8>> {
+        unimplemented!("H1 writes this")
+    }
+
+    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
+        unimplemented!("H1 writes this")
+    }
 }

@@ -121,6 +121,14 @@ impl DemEngine for Held {
         Vec::new()
     }
 
+    fn save(&self) -> Result<Vec<u8>> {
+        unimplemented!("H1 writes this")
+    }
+
+    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
+        unimplemented!("H1 writes this")
+    }
+
     fn contacts(&self) -> ContactSummary {
         self.engine.contacts()
     }

@@ -1,7 +1,7 @@
 //! Contacts and materials as the user writes them.
 
 use crate::case::located::Located;
-use crate::contact::ElasticLaw;
+use crate::contact::{DampingLaw, ElasticLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +27,8 @@ pub struct ContactSection {
     pub enlargement: Located<f64>,
     /// How the elastic force follows from the overlap. Default "paper".
     pub law: ElasticLaw,
+    /// How the normal force is damped. Default "hunt_crossley".
+    pub damping: DampingLaw,
     /// How overlaps are measured. Default "exact".
     pub geometry: GeometryKind,
     /// Samples per direction of the sampled geometry. Default 8.
@@ -49,6 +51,7 @@ impl Default for ContactSection {
             transition_velocity: 1e-3.into(),
             enlargement: 0.2.into(),
             law: ElasticLaw::Paper,
+            damping: DampingLaw::HuntCrossley,
             geometry: GeometryKind::Exact,
             samples: 8.into(),
             substeps: 1.into(),

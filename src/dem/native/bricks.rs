@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::comm::on_threads;
-use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
+use crate::contact::{ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::domain::Domain;
 use crate::math::Quat;
 use crate::shape::Cuboid;
@@ -28,6 +28,7 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
         enlargement: 0.05e-3,
         geometry: Geometry::Sampled { samples },
         law: ElasticLaw::Paper,
+        damping: DampingLaw::HuntCrossley,
     };
     let params = NativeParams {
         contact: Some(contact.into()),

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::comm::on_threads;
-use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
+use crate::contact::{ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::domain::Domain;
 use crate::shape::Sphere;
 use rand::{Rng, SeedableRng};
@@ -22,6 +22,7 @@ const MATERIAL: ContactParams = ContactParams {
     enlargement: 0.0,
     geometry: Geometry::Exact,
     law: ElasticLaw::Paper,
+    damping: DampingLaw::HuntCrossley,
 };
 
 /// No gravity, no walls, one sub-step.

@@ -1,7 +1,7 @@
 //! Claims about spheres and walls.
 
 use super::*;
-use crate::contact::{ContactParams, ElasticLaw, Geometry, Material, PairParams};
+use crate::contact::{ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::shape::Sphere;
 use crate::wall::Motion;
 
@@ -19,6 +19,7 @@ pub(super) const MATERIAL: ContactParams = ContactParams {
     enlargement: 0.0,
     geometry: Geometry::Exact,
     law: ElasticLaw::Paper,
+    damping: DampingLaw::HuntCrossley,
 };
 
 /// Closed in z, 12 mm wide.
@@ -325,6 +326,7 @@ fn unlike_walls_have_their_own_law_with_each_material() {
         enlargement: 0.0,
         geometry: Geometry::Exact,
         law: ElasticLaw::Paper,
+        damping: DampingLaw::HuntCrossley,
     };
     let templates: Arc<[Template]> = [0, 1]
         .map(|material| Template {

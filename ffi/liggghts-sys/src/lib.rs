@@ -1,0 +1,1 @@
+//! Guarded C interface of LIGGGHTS.

@@ -1,0 +1,75 @@
+//! The native engine against LIGGGHTS, case by case, with an analytic value where there is one.
+
+use crate::error::Result;
+use crate::math::Vec3;
+use serde::Serialize;
+use std::path::Path;
+
+/// One number of both engines. The keys of its JSON are stable.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// Id of the case.
+    pub case: &'static str,
+    /// What is compared, with its unit.
+    pub quantity: String,
+    /// Of the native engine.
+    pub native: Option<f64>,
+    /// Of LIGGGHTS.
+    pub liggghts: Option<f64>,
+    /// What theory says: decides who is wrong.
+    pub analytic: Option<f64>,
+    /// What is held against the tolerance: the difference of two of the values, absolute or relative as `reason` says.
+    pub difference: f64,
+    /// Largest admissible difference.
+    pub tolerance: f64,
+    /// Which difference, and why this tolerance.
+    pub reason: &'static str,
+    /// Whether the difference is within the tolerance.
+    pub pass: bool,
+}
+
+/// Curves over each other, for a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    /// File stem, unique within the case.
+    pub name: String,
+    /// Above the plot.
+    pub title: String,
+    /// Quantity and unit of both axes.
+    pub axes: [String; 2],
+    /// Whether each axis is logarithmic.
+    pub logarithmic: [bool; 2],
+    /// Name and points of every curve; the order native, LIGGGHTS, analytic gives the usual colours.
+    pub curves: Vec<(String, Vec<[f64; 2]>)>,
+}
+
+/// Spheres of one moment in both engines, for VTK.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// Time (s).
+    pub time: f64,
+    /// Centre (m), velocity (m/s), angular velocity (1/s) and radius (m) by id; native, then LIGGGHTS.
+    pub spheres: [Vec<(Vec3, Vec3, Vec3, f64)>; 2],
+}
+
+/// What a case found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// Numbers.
+    pub checks: Vec<Check>,
+    /// Plots.
+    pub overlays: Vec<Overlay>,
+    /// Trajectories, in ascending time; may be empty.
+    pub moments: Vec<Moment>,
+}
+
+/// A case of the suite.
+#[derive(Clone, Copy)]
+pub struct Case {
+    /// Short name, for `--case`.
+    pub id: &'static str,
+    /// What it shows, one line.
+    pub title: &'static str,
+    /// Runs it in both engines; files of the engine (its log) go to the directory, if there is one.
+    pub run: fn(Option<&Path>) -> Result<Findings>,
+}
