@@ -338,7 +338,7 @@ impl Liggghts {
             particle.angular_velocity = state.angular_velocity;
             particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
             particle.contact_force = state.contact_force;
-            particle.last_torque = state.contact_torque;
+            particle.contact_torque = state.contact_torque;
         }
         failure
     }
