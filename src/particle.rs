@@ -46,12 +46,10 @@ pub struct Particle {
     pub angular_velocity: [f64; 3],
     /// Angular momentum about the centre of mass (kg m^2/s).
     pub angular_momentum: [f64; 3],
-    /// Total force of the step before (N): the integrator is second order.
-    pub last_force: [f64; 3],
-    /// Total torque of the step before (N m).
-    pub last_torque: [f64; 3],
-    /// Contact part of `last_force` (N), for output.
+    /// Sum of the contact forces of the sub-step before (N): the integrator is second order.
     pub contact_force: [f64; 3],
+    /// Sum of their torques about the centre of mass (N m).
+    pub contact_torque: [f64; 3],
 }
 
 impl Particle {

@@ -1,14 +1,19 @@
 //! Second-order motion of one rigid body: leapfrog for the centre, leapfrog with unit quaternions for the turning.
 //!
-//! Force and torque are those at the current position, `a^n = a(x^n)`, and so symplectic; a particle carries the
-//! velocity predicted for its own time, from which that at the half step is found again by the stored last force:
+//! Contact forces `C` are those at the current position, `C^n = C(x^n)`, and so symplectic. Loads `L` (of the fluid, and
+//! gravity) are constant over a step by definition, so that what they do is a parabola, and exact. A particle carries
+//! the velocity predicted for its own time, from which that at the half step is found again; there the contact force of the
+//! step before is needed, but the load of the coming step stands for its own past:
 //!
 //! ```text
-//! v^{n-1/2} = v^n - dt/2 a^{n-1}        undoes the prediction
-//! v^{n+1/2} = v^{n-1/2} + dt a^n
+//! v^{n-1/2} = v^n - dt/2 (C^{n-1} + L) / m     undoes the prediction
+//! v^{n+1/2} = v^{n-1/2} + dt (C^n + L) / m
 //! x^{n+1}   = x^n + dt v^{n+1/2}
-//! v^{n+1}   = v^{n+1/2} + dt/2 a^n      prediction
+//! v^{n+1}   = v^{n+1/2} + dt/2 (C^n + L) / m   prediction
 //! ```
+//!
+//! Without contacts this is `v' = v + dt L / m`, `x' = x + dt v + dt^2 L / (2 m)`, whatever the loads of other steps were; the
+//! momentum that loads give in any number of steps is their time integral.
 //!
 //! Likewise the angular momentum `L` in the world frame with the torque; between two kicks the body turns freely under the
 //! constant `L^{n+1/2}`. With the body-frame momentum `m = R^T L` the energy of turning is, `I_0` being the middle moment,
@@ -32,6 +37,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::Load;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::particle::{Particle, Template};
 
@@ -89,34 +95,42 @@ impl Inertia {
     }
 }
 
-/// Advances a particle by `dt` (s) under `force` (N) and `torque` (N m) at its current position.
+/// Advances a particle by `dt` (s) under the `contact` forces at its current position and a constant `load` (gravity included).
 ///
-/// `last_force` and `last_torque` must be those of the step before; at the start of the motion those of this step,
-/// see [`start`]. The position is not wrapped.
-pub fn step(particle: &mut Particle, inertia: &Inertia, force: Vec3, torque: Vec3, dt: f64) {
+/// The particle's `contact_force` and `contact_torque` must be those of the step before; at the start of the motion those of
+/// this step, see [`start`]. The position is not wrapped.
+pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &Load, dt: f64) {
     let half = 0.5 * dt;
 
-    let before = particle.velocity() - Vec3::from(particle.last_force) * (half / inertia.mass);
+    let (undone, force) = (
+        load.force + Vec3::from(particle.contact_force),
+        load.force + contact.force,
+    );
+    let before = particle.velocity() - undone * (half / inertia.mass);
     let between = before + force * (dt / inertia.mass);
     particle.position = (particle.position() + between * dt).into();
     particle.velocity = (between + force * (half / inertia.mass)).into();
-    particle.last_force = force.into();
+    particle.contact_force = contact.force.into();
 
+    let (undone, torque) = (
+        load.torque + Vec3::from(particle.contact_torque),
+        load.torque + contact.torque,
+    );
     let orientation = particle.orientation();
-    let before = Vec3::from(particle.angular_momentum) - Vec3::from(particle.last_torque) * half;
+    let before = Vec3::from(particle.angular_momentum) - undone * half;
     let between = before + torque * dt;
     let next = turned_freely(&orientation, inertia, between, dt);
     let predicted = between + torque * half;
     particle.set_orientation(&next);
     particle.angular_momentum = predicted.into();
     particle.angular_velocity = inertia.angular_velocity(&next, predicted).into();
-    particle.last_torque = torque.into();
+    particle.contact_torque = contact.torque.into();
 }
 
-/// Makes the first [`step`] a good one: with the force of the step before unknown, that of this step stands for it.
-pub fn start(particle: &mut Particle, force: Vec3, torque: Vec3) {
-    particle.last_force = force.into();
-    particle.last_torque = torque.into();
+/// Makes the first [`step`] a good one: with the contacts of the step before unknown, those of this step stand for them.
+pub fn start(particle: &mut Particle, contact: &Load) {
+    particle.contact_force = contact.force.into();
+    particle.contact_torque = contact.torque.into();
 }
 
 /// The orientation of a body after turning for `dt` (s) under a constant angular momentum (kg m^2/s, world frame).

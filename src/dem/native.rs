@@ -217,22 +217,22 @@ impl Native {
         let owned = self.population.store.owned;
         let mut failure = Ok(());
         for (i, particle) in self.population.store.particles[..owned].iter_mut().enumerate() {
-            let (contact, load) = (&self.ledger.totals[i], &self.population.loads[i]);
+            let contact = &self.ledger.totals[i];
             let inertia = &self.inertias[particle.template as usize];
-            let force = load.force + contact.force + self.params.gravity * inertia.mass;
-            let torque = load.torque + contact.torque;
+            let mut load = self.population.loads[i];
+            load.force += self.params.gravity * inertia.mass;
             let before = *particle;
             if self.substep == 0 {
-                integrator::start(particle, force, torque);
+                integrator::start(particle, contact);
             }
-            integrator::step(particle, inertia, force, torque, dt);
-            particle.contact_force = contact.force.into();
+            integrator::step(particle, inertia, &load, contact, dt);
             let moved = (particle.position() - before.position()).amax();
             let lost = if particle.is_finite() && moved <= domain.dx {
                 particle.position = domain.wrap(particle.position()).into();
                 face_passed(&domain, particle.position())
                     .map(|face| outside(self.substep, &before, particle, face, &self.params.walls))
             } else {
+                let force = load.force + contact.force;
                 Some(too_far(self.substep, &before, particle, force, domain.dx))
             };
             if let Some(error) = lost {

@@ -1,11 +1,26 @@
 //! Claims about the integrator.
 
 use super::*;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 const TOP: Inertia = Inertia {
     mass: 2.0,
     moments: Vec3::new(1.0, 2.0, 2.5),
 };
+
+const NOTHING: Load = Load {
+    force: Vec3::new(0.0, 0.0, 0.0),
+    torque: Vec3::new(0.0, 0.0, 0.0),
+};
+
+fn forced(force: Vec3) -> Load {
+    Load { force, ..NOTHING }
+}
+
+fn twisted(torque: Vec3) -> Load {
+    Load { torque, ..NOTHING }
+}
 
 fn spinning() -> Particle {
     let mut particle = Particle::at(1, 0, Vec3::zeros());
@@ -25,7 +40,7 @@ fn free_top(dt: f64) -> (f64, Quat) {
     let energy = spin_energy(&particle);
     let mut worst = 0.0_f64;
     for _ in 0..(20.0 / dt).round() as usize {
-        step(&mut particle, &TOP, Vec3::zeros(), Vec3::zeros(), dt);
+        step(&mut particle, &TOP, &NOTHING, &NOTHING, dt);
         worst = worst.max((spin_energy(&particle) / energy - 1.0).abs());
     }
     (worst, particle.orientation())
@@ -36,7 +51,7 @@ fn a_free_asymmetric_top_keeps_its_angular_momentum() {
     let mut particle = spinning();
     let momentum = particle.angular_momentum;
     for _ in 0..1000 {
-        step(&mut particle, &TOP, Vec3::zeros(), Vec3::zeros(), 0.01);
+        step(&mut particle, &TOP, &NOTHING, &NOTHING, 0.01);
     }
     assert_eq!(
         particle.angular_momentum.map(f64::to_bits),
@@ -102,7 +117,7 @@ fn over_100_tumbles_a_free_top_keeps_its_angular_momentum_to_1e10_and_its_energy
         let dt = 2.0 * std::f64::consts::PI / spin.norm() / 1000.0;
         let (mut off_energy, mut off_momentum) = (0.0_f64, 0.0_f64);
         for _ in 0..100 * 1000 {
-            step(&mut particle, &inertia, Vec3::zeros(), Vec3::zeros(), dt);
+            step(&mut particle, &inertia, &NOTHING, &NOTHING, dt);
             let velocity = particle.angular_velocity();
             let momentum = inertia.angular_momentum(&particle.orientation(), velocity);
             off_momentum = off_momentum.max((momentum - before).norm() / before.norm());
@@ -124,7 +139,7 @@ fn a_spin_about_the_middle_axis_tips_over_in_the_time_of_eulers_solution_and_bac
     let mut flips = Vec::new();
     let mut last = 1.0;
     for n in 1..=20 * steps {
-        step(&mut particle, &inertia, Vec3::zeros(), Vec3::zeros(), dt);
+        step(&mut particle, &inertia, &NOTHING, &NOTHING, dt);
         let along = particle
             .orientation()
             .inverse_transform_vector(&particle.angular_velocity())
@@ -153,7 +168,7 @@ fn a_spin_about_the_largest_or_smallest_axis_stays() {
     for spin in [Vec3::new(1.0, 1e-3, 1e-3), Vec3::new(1e-3, 1e-3, 1.0)] {
         let (inertia, mut particle) = thrown(Vec3::new(1.0, 2.0, 3.0), spin);
         for _ in 0..40_000 {
-            step(&mut particle, &inertia, Vec3::zeros(), Vec3::zeros(), 0.02);
+            step(&mut particle, &inertia, &NOTHING, &NOTHING, 0.02);
             let now = particle
                 .orientation()
                 .inverse_transform_vector(&particle.angular_velocity());
@@ -172,7 +187,7 @@ fn a_symmetric_top_precesses_by_the_exact_angle() {
     let (steps, time) = (200, 3.0);
     for _ in 0..steps {
         let dt = time / f64::from(steps);
-        step(&mut particle, &inertia, Vec3::zeros(), Vec3::zeros(), dt);
+        step(&mut particle, &inertia, &NOTHING, &NOTHING, dt);
     }
     let own = Vec3::z() * (spin.z * (1.0 - 3.0 / 2.0));
     let exact = Quat::new(momentum / 2.0 * time) * start * Quat::new(own * time);
@@ -183,27 +198,128 @@ fn a_symmetric_top_precesses_by_the_exact_angle() {
 fn a_torque_turns_a_body_at_rest_by_half_t_squared() {
     let mut particle = Particle::at(1, 0, Vec3::zeros());
     let torque = Vec3::new(0.0, 0.0, 0.5);
-    start(&mut particle, Vec3::zeros(), torque);
     for _ in 0..1000 {
-        step(&mut particle, &TOP, Vec3::zeros(), torque, 1e-3);
+        step(&mut particle, &TOP, &twisted(torque), &NOTHING, 1e-3);
     }
     assert!((particle.orientation().angle() - 0.5 * 0.5 / 2.5).abs() < 1e-10);
     assert!((particle.angular_velocity[2] - 0.2).abs() < 1e-12);
 }
 
 #[test]
-fn a_constant_force_gives_a_parabola() {
-    let mut particle = Particle::at(1, 0, Vec3::new(1.0, 2.0, 3.0));
-    particle.velocity = [0.5, -1.0, 0.0];
+fn a_constant_force_gives_a_parabola_be_it_a_load_or_a_contact() {
     let force = Vec3::new(0.3, 0.0, -2.0);
-    start(&mut particle, force, Vec3::zeros());
-    let dt = 0.125;
-    for n in 1..=64 {
-        step(&mut particle, &TOP, force, Vec3::zeros(), dt);
-        let t = f64::from(n) * dt;
-        let exact = Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.5, -1.0, 0.0) * t + force / 2.0 * (0.5 * t * t);
-        assert!((particle.position() - exact).norm() < 1e-12 * (1.0 + exact.norm()));
-        assert!((particle.velocity() - (Vec3::new(0.5, -1.0, 0.0) + force / 2.0 * t)).norm() < 1e-12);
+    for (load, contact) in [(forced(force), NOTHING), (NOTHING, forced(force))] {
+        let mut particle = Particle::at(1, 0, Vec3::new(1.0, 2.0, 3.0));
+        particle.velocity = [0.5, -1.0, 0.0];
+        start(&mut particle, &contact);
+        let dt = 0.125;
+        for n in 1..=64 {
+            step(&mut particle, &TOP, &load, &contact, dt);
+            let t = f64::from(n) * dt;
+            let exact =
+                Vec3::new(1.0, 2.0, 3.0) + Vec3::new(0.5, -1.0, 0.0) * t + force / 2.0 * (0.5 * t * t);
+            assert!((particle.position() - exact).norm() < 1e-12 * (1.0 + exact.norm()));
+            assert!((particle.velocity() - (Vec3::new(0.5, -1.0, 0.0) + force / 2.0 * t)).norm() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn loads_that_jump_from_step_to_step_give_a_chain_of_parabolas_and_their_sum_as_momentum() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut particle = Particle::at(1, 0, Vec3::new(1.0, 2.0, 3.0));
+    let ball = Inertia {
+        mass: 2.0,
+        moments: Vec3::repeat(0.4),
+    };
+    let dt = 0.01;
+    let (mut x, mut v, mut spin) = (particle.position(), Vec3::zeros(), Vec3::zeros());
+    let (mut off, mut fastest, mut furthest) = ([0.0_f64; 3], 0.0_f64, 0.0_f64);
+    for _ in 0..1000 {
+        let mut jump = || Vec3::from_fn(|_, _| random.random_range(-5.0..5.0));
+        let load = Load {
+            force: jump(),
+            torque: jump(),
+        };
+        step(&mut particle, &ball, &load, &NOTHING, dt);
+        x += v * dt + load.force * (0.5 * dt * dt / ball.mass);
+        v += load.force * (dt / ball.mass);
+        spin += load.torque * (dt / 0.4);
+        (fastest, furthest) = (fastest.max(v.norm()), furthest.max(x.norm()));
+        off[0] = off[0].max((particle.position() - x).norm());
+        off[1] = off[1].max((particle.velocity() - v).norm());
+        off[2] = off[2].max((particle.angular_velocity() - spin).norm() / spin.norm());
+    }
+    println!(
+        "position off by {:.1e}, velocity by {:.1e}, spin by {:.1e}",
+        off[0] / furthest,
+        off[1] / fastest,
+        off[2]
+    );
+    assert!(off[0] < 1e-13 * furthest && off[1] < 1e-13 * fastest && off[2] < 1e-12);
+}
+
+#[test]
+fn a_load_beside_a_contact_that_changes_adds_just_its_own_parabola() {
+    // The same contact forces with and without jumping loads: the difference is exact free motion under the loads.
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let mut pair = [Particle::at(1, 0, Vec3::zeros()); 2];
+    let (dt, mut x, mut v) = (0.01, Vec3::zeros(), Vec3::zeros());
+    for _ in 0..1000 {
+        let mut jump = || Vec3::from_fn(|_, _| random.random_range(-5.0..5.0));
+        let (contact, load) = (forced(jump()), forced(jump()));
+        step(&mut pair[0], &TOP, &NOTHING, &contact, dt);
+        step(&mut pair[1], &TOP, &load, &contact, dt);
+        x += v * dt + load.force * (0.5 * dt * dt / TOP.mass);
+        v += load.force * (dt / TOP.mass);
+        assert!((pair[1].velocity() - pair[0].velocity() - v).norm() < 1e-12);
+        assert!((pair[1].position() - pair[0].position() - x).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn under_a_constant_load_a_step_is_to_the_bit_the_leapfrog_of_the_whole_force() {
+    // A ball on a spring, which also twists it; without a load, and with a constant one.
+    let load = Load {
+        force: Vec3::new(0.3, 0.0, -2.0),
+        torque: Vec3::new(0.01, -0.03, 0.02),
+    };
+    let (ball, dt) = (
+        Inertia {
+            mass: 2.0,
+            moments: Vec3::repeat(0.4),
+        },
+        0.01,
+    );
+    for load in [NOTHING, load] {
+        let mut particle = Particle::at(1, 0, Vec3::new(1.0, 0.2, -0.5));
+        let mut plain = particle;
+        let mut last: Option<[Vec3; 2]> = None;
+        for _ in 0..1000 {
+            let spring = |at: Vec3| Load {
+                force: at * -3.0,
+                torque: at.cross(&Vec3::x()) * 0.1,
+            };
+            let contact = spring(particle.position());
+            if last.is_none() {
+                start(&mut particle, &contact);
+            }
+            step(&mut particle, &ball, &load, &contact, dt);
+
+            let contact = spring(plain.position());
+            let whole = [load.force + contact.force, load.torque + contact.torque];
+            let [force, torque] = last.unwrap_or(whole);
+            let between = plain.velocity() - force * (0.5 * dt / ball.mass) + whole[0] * (dt / ball.mass);
+            plain.position = (plain.position() + between * dt).into();
+            plain.velocity = (between + whole[0] * (0.5 * dt / ball.mass)).into();
+            let between = Vec3::from(plain.angular_momentum) - torque * (0.5 * dt) + whole[1] * dt;
+            plain.angular_momentum = (between + whole[1] * (0.5 * dt)).into();
+            last = Some(whole);
+
+            let bits =
+                |p: &Particle| [p.position, p.velocity, p.angular_momentum].map(|v| v.map(f64::to_bits));
+            assert_eq!(bits(&particle), bits(&plain));
+        }
     }
 }
 
@@ -214,11 +330,11 @@ fn an_oscillator_is_followed_to_second_order_with_a_bounded_energy() {
         let mut particle = Particle::at(1, 0, Vec3::x());
         let mut energy = 0.0_f64;
         for n in 0..(20.0 / dt).round() as usize {
-            let force = -TOP.mass * particle.position();
+            let spring = forced(-TOP.mass * particle.position());
             if n == 0 {
-                start(&mut particle, force, Vec3::zeros());
+                start(&mut particle, &spring);
             }
-            step(&mut particle, &TOP, force, Vec3::zeros(), dt);
+            step(&mut particle, &TOP, &NOTHING, &spring, dt);
             energy = energy.max(particle.position().norm_squared() + particle.velocity().norm_squared());
         }
         ((particle.position[0] - 20.0_f64.cos()).abs(), energy)
@@ -233,7 +349,7 @@ fn the_quaternion_stays_unit() {
     let mut particle = spinning();
     for n in 0..100_000 {
         let torque = Vec3::new(f64::from(n % 7) - 3.0, f64::from(n % 5) - 2.0, 1.0);
-        step(&mut particle, &TOP, Vec3::zeros(), torque, 1e-3);
+        step(&mut particle, &TOP, &twisted(torque), &NOTHING, 1e-3);
     }
     assert!((particle.orientation().quaternion().norm() - 1.0).abs() < 1e-15);
 }

@@ -286,6 +286,48 @@ fn gravity_alone_gives_free_fall_from_the_first_step_on() {
 }
 
 #[test]
+fn free_flight_under_loads_that_jump_is_a_chain_of_exact_parabolas_for_1_and_10_substeps() {
+    for substeps in [1, 10] {
+        let gravity = Vec3::new(0.0, 0.0, -9.81);
+        let params = NativeParams {
+            gravity,
+            substeps,
+            ..dry(MATERIAL)
+        };
+        let (mass, moment) = (templates()[0].mass(), templates()[0].inertia().x);
+        let mut engine = engine(params, 1, 0, &[Particle::at(0, 0, Vec3::repeat(8e-3))]);
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let dt = 1e-4;
+        let (mut x, mut v, mut spin) = (Vec3::repeat(8e-3), Vec3::zeros(), Vec3::zeros());
+        let mut impulse = Vec3::zeros();
+        let (mut off, mut furthest) = (0.0_f64, 0.0_f64);
+        for _ in 0..1000 {
+            let mut jump = || Vec3::from_fn(|_, _| random.random_range(-1.0..1.0));
+            let load = Load {
+                force: jump() * (20.0 * mass),
+                torque: jump() * 1e-9,
+            };
+            engine.advance(&Comm::Solo, &[load], dt).unwrap();
+            let acceleration = load.force / mass + gravity;
+            x += v * dt + acceleration * (0.5 * dt * dt);
+            v += acceleration * dt;
+            impulse += (load.force + gravity * mass) * dt;
+            spin += load.torque * (dt / moment);
+            furthest = furthest.max(x.norm());
+            let particle = engine.particles().particles[0];
+            let apart = BOX.nearest_image(particle.position() - BOX.wrap(x)).norm();
+            off = off.max(apart / furthest);
+            off = off.max((particle.velocity() - v).norm() / v.norm());
+            off = off.max((particle.velocity() * mass - impulse).norm() / impulse.norm());
+            off = off.max((particle.angular_velocity() - spin).norm() / spin.norm());
+        }
+        println!("{substeps} sub-steps: off by {off:.1e}, {furthest:.2} m");
+        assert!(furthest > 2.0 * BOX.size().x, "it went round");
+        assert!(off < 1e-12, "{substeps} sub-steps: {off:e}");
+    }
+}
+
+#[test]
 fn sampled_contacts_bounce_much_like_exact_ones() {
     let params = dry(ContactParams {
         geometry: Geometry::Sampled { samples: 8 },
