@@ -36,6 +36,10 @@ enum Command {
     Pack(PackArguments),
     /// Look at this machine: what is fine, and what to change.
     Doctor,
+    /// LIGGGHTS in a process of its own, for turbid's own use.
+    #[cfg(feature = "liggghts")]
+    #[command(name = crate::dem::liggghts::worker::VERB, hide = true)]
+    LiggghtsWorker,
 }
 
 /// A case and changes to it.
@@ -124,6 +128,8 @@ pub fn main() -> ExitCode {
             say(&doctor::report());
             Ok(())
         }
+        #[cfg(feature = "liggghts")]
+        Command::LiggghtsWorker => return crate::dem::liggghts::worker::main(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

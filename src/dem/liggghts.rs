@@ -1,30 +1,646 @@
 //! LIGGGHTS behind the engine trait: spheres, one instance, in a worker process or in this one.
+//!
+//! Rank 0 has the instance; loads are gathered there, and the states of all particles go to all ranks, each of which takes
+//! its own. So any number of ranks gets the same bits, and every rank holds (for a moment) all particles: this engine
+//! is for as many as one core moves, some tens of thousands.
+//!
+//! LIGGGHTS keeps positions, velocities, angular velocities and the history of the contacts; orientations, which spheres
+//! do not need, are turned along here. Forces of contact of particles are those at the positions they are given with.
+//!
+//! Counts and depths of contacts come from the geometry of the spheres; the force of each is asked for only when it is
+//! written.
 
-use super::LiggghtsOptions;
-use crate::contact::ContactModel;
-use crate::math::Vec3;
-use crate::wall::Wall;
+mod deck;
+mod protocol;
+mod session;
+pub mod worker;
+
+use super::assign::Neighbourhood;
+use super::exchange::Population;
+use super::integrator::{self, Inertia};
+use super::{ContactState, ContactSummary, DemEngine, LiggghtsOptions, LiggghtsProcess, Load};
+use crate::comm::Comm;
+use crate::contact::{Body, ContactModel, Contour, Geometry, PairFinder, measure, measure_wall};
+use crate::domain::Decomposition;
+use crate::error::{Error, Result};
+use crate::math::{Quat, Vec3};
+use crate::particle::{Particle, ParticleStore, Template};
+use crate::shape::Shape;
+use crate::wall::{Surface, Wall};
+use protocol::{Atom, Push, Reply, Request, State, Touch};
+use session::Session;
+use std::cell::RefCell;
 use std::path::PathBuf;
+use std::sync::Arc;
+use worker::Worker;
+
+/// Name of the engine.
+const NAME: &str = "liggghts";
+
+/// Overlaps deeper than this part of the smaller diameter are beyond the contact model, as in the native engine.
+const DEEPEST: f64 = 0.25;
 
 /// Parameters of the LIGGGHTS engine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiggghtsParams {
-    /// Materials and model of the contacts; without, particles pass through each other and through walls.
+    /// Materials and model of the contacts; without, particles pass through each other and through walls. Of the model
+    /// LIGGGHTS takes the elasticity, the restitution, the kinetic coefficient of friction, and the enlargement.
     pub contact: Option<ContactModel>,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Acceleration of every particle (m/s^2); buoyancy is part of the loads.
     pub gravity: Vec3,
-    /// Sub-steps per call of [`advance`](super::DemEngine::advance), at least one.
+    /// Sub-steps per call of [`advance`](DemEngine::advance), at least one.
     pub substeps: u32,
     /// Where it runs, and commands of the user.
     pub options: LiggghtsOptions,
-    /// File for all that LIGGGHTS prints; without, it is thrown away.
+    /// File to whose end goes all that LIGGGHTS says in the set-up, and all that a worker prints; without, it is thrown away.
     pub log: Option<PathBuf>,
     /// The turbid program, to be started as the worker; without, the program that runs now.
     pub program: Option<PathBuf>,
 }
 
+/// Where LIGGGHTS runs.
+#[derive(Debug)]
+enum Process {
+    Own(Session),
+    Worker(Worker),
+}
+
+impl Process {
+    fn ask(&mut self, request: Request) -> Reply {
+        match self {
+            Self::Own(session) => session.serve(request),
+            Self::Worker(worker) => worker.ask(&request),
+        }
+    }
+}
+
+/// What only rank 0 has.
+#[derive(Debug)]
+struct Master {
+    /// Without particles there is none.
+    process: Option<RefCell<Process>>,
+    /// Radius of contact (m) by index.
+    radii: Vec<f64>,
+    /// Index of the template by index.
+    templates: Vec<usize>,
+    finder: PairFinder,
+    /// Wrapped positions (m) by index.
+    positions: Vec<Vec3>,
+    /// Contacts of the last step, ascending; a wall is [`ContactState::of_wall`] of its index.
+    pairs: Vec<(u64, u64)>,
+    summary: ContactSummary,
+}
+
 /// The LIGGGHTS engine.
 #[derive(Debug)]
-pub struct Liggghts {}
+pub struct Liggghts {
+    params: LiggghtsParams,
+    rank: usize,
+    near: Neighbourhood,
+    population: Population,
+    /// By template.
+    inertias: Vec<Inertia>,
+    /// By template.
+    contours: Vec<Contour>,
+    /// Ids of all particles, ascending; their place is the index in LIGGGHTS.
+    ids: Vec<u64>,
+    master: Option<Master>,
+    /// Calls of [`advance`](DemEngine::advance) since the start.
+    step: u64,
+    /// Whether the engine has failed: then nothing moves any more.
+    failed: bool,
+}
+
+impl Liggghts {
+    /// The part of `all` that this rank owns or knows, with LIGGGHTS set up on rank 0; `all` and the rest are the same on
+    /// every rank. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for other shapes than spheres and walls that LIGGGHTS has none for; [`Error::Input`] if it does
+    /// not start, or refuses the set-up, in its own words.
+    pub fn new(
+        params: LiggghtsParams,
+        decomposition: Decomposition,
+        comm: &Comm,
+        templates: Arc<[Template]>,
+        all: &[Particle],
+    ) -> Result<Self> {
+        assert!(params.substeps > 0);
+        if let Some(template) = templates.iter().find(|t| t.shape.as_sphere().is_none()) {
+            return Err(unsupported(format!(
+                "a particle that is a {}: it has spheres only",
+                template.shape.kind()
+            )));
+        }
+        let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
+        let contours: Vec<Contour> = (templates.iter())
+            .map(|t| Contour::new(t.shape.clone(), enlargement))
+            .collect();
+        let reach: Vec<f64> = contours.iter().map(Contour::reach).collect();
+        let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
+        let rank = comm.rank();
+        let near = Neighbourhood::new(decomposition, rank, &reach);
+        let mut engine = Self {
+            population: Population::new(&near, rank, templates, Vec::new()),
+            params,
+            rank,
+            near,
+            inertias,
+            contours,
+            ids: Vec::new(),
+            master: None,
+            step: 0,
+            failed: false,
+        };
+        engine.begin(comm, all, None)?;
+        Ok(engine)
+    }
+
+    /// Begins with these particles, or goes on with them where LIGGGHTS stood when it was saved. Collective.
+    fn begin(&mut self, comm: &Comm, all: &[Particle], saved: Option<Vec<u8>>) -> Result<()> {
+        let mut all = all.to_vec();
+        all.sort_unstable_by_key(|particle| particle.id);
+        self.ids = all.iter().map(|particle| particle.id).collect();
+        for particle in &mut all {
+            let inertia = &self.inertias[particle.template as usize];
+            let (orientation, spin) = (particle.orientation(), particle.angular_velocity());
+            particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
+        }
+        let templates = self.population.store.templates.clone();
+        self.population = Population::new(&self.near, self.rank, templates, all.iter().copied());
+        self.failed = false;
+        let outcome = if self.rank == 0 {
+            self.launch(&all, saved)
+        } else {
+            Ok(())
+        };
+        // The others learn whether it has worked.
+        let mine = match &outcome {
+            Ok(()) => Vec::new(),
+            Err(error) => error.to_string().into_bytes(),
+        };
+        let words = comm.all_gather(mine).swap_remove(0);
+        match outcome {
+            Ok(()) if !words.is_empty() => Err(Error::OtherRank),
+            outcome => outcome,
+        }
+    }
+
+    /// Starts LIGGGHTS with these particles; on rank 0.
+    fn launch(&mut self, all: &[Particle], saved: Option<Vec<u8>>) -> Result<()> {
+        // The instance of this process, if there is one, must be free before it is taken again.
+        self.master = None;
+        let domain = self.near.decomposition().domain;
+        let radii: Vec<f64> = (all.iter())
+            .map(|p| self.contours[p.template as usize].reach())
+            .collect();
+        if let Some(particle) = all.iter().find(|particle| !particle.is_finite()) {
+            return Err(Error::Input(format!(
+                "the state of particle {} is not finite",
+                particle.id
+            )));
+        }
+        let process = if all.is_empty() {
+            None
+        } else {
+            let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
+            let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
+            let atoms = (all.iter().zip(&radii))
+                .map(|(p, &radius)| self.atom(p, radius))
+                .collect();
+            let mut process = match self.params.options.process {
+                LiggghtsProcess::Own => Process::Own(Session::new()),
+                LiggghtsProcess::Worker => {
+                    let program = self.params.program.as_deref();
+                    let worker = Worker::start(program, self.params.log.as_deref());
+                    Process::Worker(worker.map_err(refused)?)
+                }
+            };
+            let request = match saved {
+                None => Request::Open(plan, atoms),
+                Some(saved) => Request::Resume(plan, atoms, saved),
+            };
+            match process.ask(request) {
+                Reply::Done => {}
+                Reply::Failed(text) => return Err(refused(text)),
+                other => return Err(refused(format!("it answered {other:?}"))),
+            }
+            Some(RefCell::new(process))
+        };
+        self.master = Some(Master {
+            process,
+            radii,
+            templates: all.iter().map(|p| p.template as usize).collect(),
+            finder: PairFinder::new(domain),
+            positions: all.iter().map(|p| domain.wrap(p.position())).collect(),
+            pairs: Vec::new(),
+            summary: ContactSummary::default(),
+        });
+        Ok(())
+    }
+
+    /// A particle with this radius of contact (m), as LIGGGHTS is given it.
+    fn atom(&self, particle: &Particle, radius: f64) -> Atom {
+        let template = particle.template as usize;
+        let own = self.contours[template].shape.circumradius();
+        // Without an enlargement exactly one.
+        let grown = radius / own;
+        Atom {
+            position: self.near.decomposition().domain.wrap(particle.position()).into(),
+            velocity: particle.velocity,
+            angular_velocity: particle.angular_velocity,
+            radius,
+            mass: self.inertias[template].mass,
+            inertia_ratio: grown * grown,
+            material: self.population.store.templates[template].material as u64,
+        }
+    }
+
+    /// The loads and the weight of the owned particles, with their indices, as a message to rank 0.
+    fn pushes(&self, loads: &[Load]) -> Vec<u8> {
+        let mut message = Vec::with_capacity(loads.len() * (8 + size_of::<Push>()));
+        for (particle, load) in self.population.store.owned().iter().zip(loads) {
+            let index = self.index(particle.id) as u64;
+            let weight = self.params.gravity * self.inertias[particle.template as usize].mass;
+            let push = Push {
+                force: (load.force + weight).into(),
+                torque: load.torque.into(),
+            };
+            message.extend_from_slice(&index.to_le_bytes());
+            message.extend_from_slice(bytemuck::bytes_of(&push));
+        }
+        message
+    }
+
+    /// Place of a particle among all.
+    fn index(&self, id: u64) -> usize {
+        self.ids
+            .binary_search(&id)
+            .expect("the ids are those of all particles")
+    }
+
+    /// Has LIGGGHTS make a step under the loads of all ranks; on rank 0.
+    fn drive(&mut self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<State>> {
+        let step = self.step;
+        let failure = |what| Error::Engine {
+            engine: NAME,
+            step,
+            what,
+        };
+        let mut loads = vec![Push::default(); self.ids.len()];
+        for entry in messages
+            .iter()
+            .flat_map(|m| m.chunks_exact(8 + size_of::<Push>()))
+        {
+            let (index, push) = entry.split_at(8);
+            let index = u64::from_le_bytes(index.try_into().expect("eight bytes"));
+            loads[index as usize] = bytemuck::pod_read_unaligned(push);
+        }
+        // A number that is none sends LIGGGHTS out of its arrays.
+        if let Some(index) =
+            (loads.iter()).position(|l| !l.force.iter().chain(&l.torque).all(|x| x.is_finite()))
+        {
+            return Err(failure(format!(
+                "the load on particle {} is not finite",
+                self.ids[index]
+            )));
+        }
+        let substeps = self.params.substeps;
+        let Some(master) = &mut self.master else {
+            return Ok(Vec::new());
+        };
+        let Some(process) = &master.process else {
+            return Ok(Vec::new());
+        };
+        let request = Request::Advance {
+            step: dt / f64::from(substeps),
+            substeps,
+            loads,
+        };
+        match process.borrow_mut().ask(request) {
+            Reply::States(states) if states.len() == self.ids.len() => Ok(states),
+            Reply::Failed(text) => Err(failure(text)),
+            _ => Err(failure(
+                "it answered something else than what it was asked".to_owned(),
+            )),
+        }
+    }
+
+    /// Takes over the states of the owned particles.
+    fn follow(&mut self, states: &[State], dt: f64) -> Result<()> {
+        let domain = self.near.decomposition().domain;
+        let owned = self.population.store.owned;
+        let mut failure = Ok(());
+        for k in 0..owned {
+            let index = self.index(self.population.store.particles[k].id);
+            let particle = &mut self.population.store.particles[k];
+            let state = &states[index];
+            let position = domain.wrap(state.position.into());
+            let moved = domain.nearest_image(position - particle.position()).amax();
+            if moved > domain.dx || moved.is_nan() {
+                failure = failure.and_then(|()| {
+                    Err(Error::Diverged {
+                        step: self.step,
+                        what: format!(
+                            "particle {} at {}: moved {moved:.3e} m in one step, more than a cell ({:.3e} m)",
+                            particle.id,
+                            Population::place(particle.position()),
+                            domain.dx
+                        ),
+                    })
+                });
+                continue;
+            }
+            let inertia = &self.inertias[particle.template as usize];
+            let spin = Vec3::from(state.angular_velocity);
+            let mean = (particle.angular_velocity() + spin) * 0.5;
+            let orientation = integrator::turned(&particle.orientation(), mean, dt);
+            particle.set_orientation(&orientation);
+            particle.position = position.into();
+            particle.velocity = state.velocity;
+            particle.angular_velocity = state.angular_velocity;
+            particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
+            particle.contact_force = state.contact_force;
+            particle.contact_torque = state.contact_torque;
+        }
+        failure
+    }
+
+    /// A sphere of contact by its index, for the measurement of overlaps.
+    fn body(&self, master: &Master, index: usize) -> Body<'_> {
+        Body {
+            contour: &self.contours[master.templates[index]],
+            orientation: Quat::identity(),
+        }
+    }
+
+    /// Walls where they stand now: those that LIGGGHTS has move along themselves only.
+    fn surfaces(&self) -> impl Iterator<Item = &Surface> {
+        let walls: &[Wall] = if self.params.contact.is_some() {
+            &self.params.walls
+        } else {
+            &[]
+        };
+        walls.iter().map(|wall| &wall.surface)
+    }
+
+    /// Counts the contacts at the present positions; on rank 0.
+    fn count(&mut self, states: &[State]) -> Result<()> {
+        let Some(mut master) = self.master.take() else {
+            return Ok(());
+        };
+        let domain = self.near.decomposition().domain;
+        master.positions.clear();
+        (master.positions).extend(states.iter().map(|state| domain.wrap(state.position.into())));
+        let mut pairs = Vec::with_capacity(master.pairs.len());
+        let (mut deepest, mut outcome) = (0.0_f64, Ok(()));
+        let mut note = |first: usize, second: u64, depth: f64, thickness: f64| {
+            if depth <= 0.0 {
+                return;
+            }
+            pairs.push((first as u64, second));
+            deepest = deepest.max(depth);
+            if depth > DEEPEST * thickness && outcome.is_ok() {
+                let other = match ContactState::wall_of(second) {
+                    Some(wall) => format!("wall `{}`", self.params.walls[wall].name),
+                    None => self.ids[second as usize].to_string(),
+                };
+                outcome = Err(Error::Diverged {
+                    step: self.step,
+                    what: format!(
+                        "particles {} at {} and {other}: overlap {depth:.3e} m deep, more than a quarter of the thickness \
+                         {thickness:.3e} m",
+                        self.ids[first],
+                        Population::place(Vec3::from(states[first].position)),
+                    ),
+                });
+            }
+        };
+        if self.params.contact.is_some() {
+            for &[i, j] in master.finder.find(&master.positions, &master.radii) {
+                let [i, j] = [i as usize, j as usize];
+                let offset = domain.nearest_image(master.positions[j] - master.positions[i]);
+                let (a, b) = (master.radii[i], master.radii[j]);
+                note(i, j as u64, a + b - offset.norm(), 2.0 * a.min(b));
+            }
+        }
+        for (index, surface) in self.surfaces().enumerate() {
+            for (i, (&position, &radius)) in master.positions.iter().zip(&master.radii).enumerate() {
+                let depth = radius - surface.distance(position).abs();
+                note(i, ContactState::of_wall(index), depth, 2.0 * radius);
+            }
+        }
+        pairs.sort_unstable();
+        let begun = pairs
+            .iter()
+            .filter(|pair| master.pairs.binary_search(pair).is_err())
+            .count();
+        master.summary = ContactSummary {
+            count: pairs.len(),
+            max_depth: deepest,
+            begun: master.summary.begun + begun as u64,
+        };
+        master.pairs = pairs;
+        self.master = Some(master);
+        outcome
+    }
+
+    /// A contact with its geometry at the present positions; nothing for bodies that have parted.
+    fn contact_state(&self, master: &Master, touch: &Touch) -> Option<ContactState> {
+        let domain = self.near.decomposition().domain;
+        let first = touch.first as usize;
+        let position = *master.positions.get(first)?;
+        let body = self.body(master, first);
+        let (second, overlap) = if touch.is_wall == 1 {
+            let surface = self
+                .params
+                .walls
+                .get(touch.second as usize)?
+                .surface
+                .seen_from(position);
+            let wall = ContactState::of_wall(touch.second as usize);
+            (wall, measure_wall(Geometry::Exact, &body, &surface)?)
+        } else {
+            let second = touch.second as usize;
+            let offset = domain.nearest_image(*master.positions.get(second)? - position);
+            let overlap = measure(Geometry::Exact, &body, &self.body(master, second), offset)?;
+            (self.ids[second], overlap)
+        };
+        Some(ContactState {
+            first: self.ids[first],
+            second,
+            point: domain.wrap(position + overlap.point).into(),
+            normal: overlap.normal.into(),
+            force: touch.force,
+            depth: overlap.depth,
+            volume: overlap.volume,
+        })
+    }
+}
+
+impl DemEngine for Liggghts {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn supports(&self, shape: &dyn Shape) -> bool {
+        shape.as_sphere().is_some()
+    }
+
+    fn particles(&self) -> &ParticleStore {
+        &self.population.store
+    }
+
+    fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
+        assert_eq!(loads.len(), self.population.store.owned);
+        let messages = comm.gather(self.pushes(loads));
+        let mut outcome = Ok(());
+        let mut states = Vec::new();
+        if self.rank == 0 && !self.failed {
+            match self.drive(&messages, dt) {
+                Ok(all) => {
+                    outcome = self.count(&all);
+                    states = all;
+                }
+                Err(error) => {
+                    self.failed = true;
+                    outcome = Err(error);
+                }
+            }
+        }
+        if comm.size() > 1 {
+            let bytes = comm
+                .all_gather(bytemuck::cast_slice(&states).to_vec())
+                .swap_remove(0);
+            states = bytemuck::pod_collect_to_vec(&bytes);
+        }
+        if states.len() == self.ids.len() {
+            outcome = outcome.and(self.follow(&states, dt));
+            self.population.loads.copy_from_slice(loads);
+            self.population.refresh(&self.near, comm);
+        }
+        self.step += 1;
+        outcome
+    }
+
+    fn contacts(&self) -> ContactSummary {
+        self.master
+            .as_ref()
+            .map_or_else(ContactSummary::default, |master| master.summary)
+    }
+
+    fn contact_states(&self) -> Vec<ContactState> {
+        let Some(master) = &self.master else {
+            return Vec::new();
+        };
+        let Some(process) = master.process.as_ref().filter(|_| !self.failed && self.step > 0) else {
+            return Vec::new();
+        };
+        // Without an answer the next step fails, with the reason.
+        let Reply::Touches(touches) = process.borrow_mut().ask(Request::Touches) else {
+            return Vec::new();
+        };
+        let mut states: Vec<ContactState> = (touches.iter())
+            .filter_map(|touch| self.contact_state(master, touch))
+            .collect();
+        states.sort_by_key(|state| (state.first, state.second));
+        states
+    }
+
+    /// On rank 0 with what LIGGGHTS itself needs.
+    fn save(&self) -> Result<Vec<u8>> {
+        let summary = self.contacts();
+        let owned = self.population.store.owned();
+        let own = match self.master.as_ref().and_then(|master| master.process.as_ref()) {
+            None => Vec::new(),
+            Some(process) => match process.borrow_mut().ask(Request::Save) {
+                Reply::Saved(bytes) => bytes,
+                Reply::Failed(what) => {
+                    return Err(Error::Engine {
+                        engine: NAME,
+                        step: self.step,
+                        what,
+                    });
+                }
+                _ => Vec::new(),
+            },
+        };
+        let mut saved = MAGIC.to_vec();
+        for number in [owned.len() as u64, own.len() as u64, self.step, summary.begun] {
+            saved.extend_from_slice(&number.to_le_bytes());
+        }
+        saved.extend_from_slice(bytemuck::cast_slice(owned));
+        saved.extend_from_slice(&own);
+        Ok(saved)
+    }
+
+    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        let malformed = || {
+            Error::Input("what the liggghts engine has saved is not whole, or of another version".to_owned())
+        };
+        let (mut all, mut own, mut step, mut begun) = (Vec::new(), Vec::new(), 0, 0);
+        for part in parts {
+            let (particles, bytes, numbers) = split(part).ok_or_else(malformed)?;
+            all.extend(particles);
+            own.extend_from_slice(bytes);
+            step = numbers[0];
+            begun += numbers[1];
+        }
+        let mut ids: Vec<u64> = all.iter().map(|p: &Particle| p.id).collect();
+        ids.sort_unstable();
+        if ids != self.ids || all.iter().any(|p| p.template as usize >= self.inertias.len()) {
+            return Err(Error::Input(
+                "what the liggghts engine has saved is of another case".to_owned(),
+            ));
+        }
+        self.begin(comm, &all, Some(own))?;
+        self.step = step;
+        // The contacts there are now are not the first of theirs.
+        let states: Vec<State> = match &self.master {
+            None => Vec::new(),
+            Some(master) => (master.positions.iter())
+                .map(|position| State {
+                    position: (*position).into(),
+                    ..State::default()
+                })
+                .collect(),
+        };
+        self.count(&states)?;
+        if let Some(master) = &mut self.master {
+            master.summary.begun = begun;
+        }
+        Ok(())
+    }
+}
+
+/// What is saved begins with this; the last byte is the version.
+const MAGIC: [u8; 8] = *b"turbidL\x01";
+
+/// Particles, LIGGGHTS's own bytes, steps and contacts begun of one rank's part.
+fn split(part: &[u8]) -> Option<(Vec<Particle>, &[u8], [u64; 2])> {
+    let rest = part.strip_prefix(&MAGIC)?;
+    let (numbers, rest) = rest.split_at_checked(32)?;
+    let numbers: Vec<u64> = bytemuck::pod_collect_to_vec(numbers);
+    let length = (numbers[0] as usize).checked_mul(size_of::<Particle>())?;
+    let (particles, own) = rest.split_at_checked(length)?;
+    let whole = own.len() as u64 == numbers[1];
+    whole.then(|| {
+        (
+            bytemuck::pod_collect_to_vec(particles),
+            own,
+            [numbers[2], numbers[3]],
+        )
+    })
+}
+
+/// LIGGGHTS cannot have what the case asks for.
+fn unsupported(what: String) -> Error {
+    Error::Unsupported { engine: NAME, what }
+}
+
+/// LIGGGHTS does not start, or not with this.
+fn refused(text: String) -> Error {
+    Error::Input(format!("LIGGGHTS refuses the set-up: {text}"))
+}

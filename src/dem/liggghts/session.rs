@@ -1,0 +1,573 @@
+//! LIGGGHTS in this process: one instance, commands and arrays.
+//!
+//! A step under constant loads `F`, the ones before being `F'`:
+//!
+//! 1. `f += F - F'`, as the first half kick takes the force that the last step has left;
+//! 2. `F` goes to the fix `couple/cfd/force`, which adds it to every force that is computed anew;
+//! 3. `run n pre no post no`: a set-up in between would recompute damped contacts at another velocity.
+//!
+//! So the motion under loads alone is the exact parabola of each step.
+//!
+//! LIGGGHTS has the moment of inertia of a homogeneous sphere of the contact radius. Where that is not the one of the
+//! particle, `q` times too large (contacts of grown surfaces), the torque of the first half kick is multiplied by `q`
+//! and the second one is made up for, `w += (q - 1) dt/2 T / I`: again velocity Verlet, with the right inertia.
+
+use super::protocol::{Atom, Plan, Push, Reply, Request, State, Touch, wall_fix};
+use liggghts_sys as ffi;
+use std::ffi::{CStr, CString};
+use std::path::{Path, PathBuf};
+use std::ptr;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3).
+pub(super) const PAIRS: &str = "contacts";
+
+/// The fixes that hold the loads, made by `couple/cfd/force`.
+const FORCE: &str = "dragforce";
+const TORQUE: &str = "hdtorque";
+
+/// The moment of inertia of a sphere over `m r^2`, as LIGGGHTS has it.
+const SPHERE: f64 = 0.4;
+
+type Outcome<T> = std::result::Result<T, String>;
+
+/// The one instance of this process, while nobody uses it.
+static SHELF: Mutex<Shelf> = Mutex::new(Shelf::Empty);
+
+enum Shelf {
+    /// Not started.
+    Empty,
+    /// Ready, cleared.
+    Ready(Instance),
+    /// In use, or left behind by an error.
+    Taken,
+}
+
+/// An instance of LIGGGHTS.
+#[derive(Debug)]
+struct Instance(*mut ffi::lgg_instance);
+
+// SAFETY: an instance has no ties to the thread that made it; whoever has this value is its only user.
+unsafe impl Send for Instance {}
+
+impl Instance {
+    /// The one of this process.
+    fn take() -> Outcome<Self> {
+        let mut shelf = SHELF.lock().map_err(|e| e.to_string())?;
+        match std::mem::replace(&mut *shelf, Shelf::Taken) {
+            Shelf::Ready(instance) => Ok(instance),
+            Shelf::Empty => Self::start(),
+            Shelf::Taken => Err(
+                "this process has one LIGGGHTS, and it is in use, or an error has broken it; \
+                                 process = \"worker\" has no such limit"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    fn start() -> Outcome<Self> {
+        let mut instance = ptr::null_mut();
+        // SAFETY: the path is a C string, and `instance` is where the pointer goes.
+        let failed = unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) };
+        if failed == 0 {
+            Ok(Self(instance))
+        } else {
+            Err(error())
+        }
+    }
+
+    /// Back onto the shelf, empty; an instance that cannot be cleared stays where it is.
+    fn put_back(self) {
+        let cleared = self.command("log none").and_then(|()| self.command("clear"));
+        if let (Ok(()), Ok(mut shelf)) = (cleared, SHELF.lock()) {
+            *shelf = Shelf::Ready(self);
+        }
+    }
+
+    fn command(&self, command: &str) -> Outcome<()> {
+        let text = CString::new(command).map_err(|_| "a command with a zero byte".to_owned())?;
+        // SAFETY: the instance is alive, and the text a C string that is only read.
+        if unsafe { ffi::lgg_command(self.0, text.as_ptr()) } == 0 {
+            Ok(())
+        } else {
+            Err(format!("{}\n  at the command: {command}", error()))
+        }
+    }
+
+    /// The arrays of the atoms. Valid until the next command.
+    fn atoms(&self) -> Outcome<ffi::lgg_atoms> {
+        let mut atoms = ffi::lgg_atoms::default();
+        // SAFETY: the instance is alive, and the structure is there to be filled.
+        let failed = unsafe { ffi::lgg_get_atoms(self.0, &raw mut atoms) };
+        if failed == 0 { Ok(atoms) } else { Err(error()) }
+    }
+
+    /// Vectors of all atoms that a fix holds. Valid until the next command.
+    fn property(&self, name: &str) -> Outcome<*mut f64> {
+        let name = CString::new(name).map_err(|e| e.to_string())?;
+        let mut values = ptr::null_mut();
+        // SAFETY: the instance is alive, the name a C string, and the pointer is there to be set.
+        let failed = unsafe { ffi::lgg_atom_property(self.0, name.as_ptr(), &raw mut values) };
+        if failed == 0 { Ok(values) } else { Err(error()) }
+    }
+
+    /// Rows of a local compute.
+    fn rows(&self, name: &str) -> Outcome<Vec<Vec<f64>>> {
+        let name = CString::new(name).map_err(|e| e.to_string())?;
+        let (mut rows, mut columns, mut values) = (0, 0, ptr::null());
+        // SAFETY: the instance is alive, the name a C string, and the three places are there to be set.
+        let failed = unsafe {
+            ffi::lgg_local_compute(
+                self.0,
+                name.as_ptr(),
+                &raw mut rows,
+                &raw mut columns,
+                &raw mut values,
+            )
+        };
+        if failed != 0 {
+            return Err(error());
+        }
+        if rows == 0 || columns == 0 {
+            return Ok(Vec::new());
+        }
+        // SAFETY: the shim has copied that many rows, and keeps them until it is asked again.
+        let values = unsafe { std::slice::from_raw_parts(values, (rows * columns) as usize) };
+        Ok(values
+            .chunks_exact(columns as usize)
+            .map(<[f64]>::to_vec)
+            .collect())
+    }
+}
+
+/// The reason of the last failure, in LIGGGHTS's words.
+fn error() -> String {
+    // SAFETY: the shim returns a C string that lives until the next failure in this thread.
+    unsafe { CStr::from_ptr(ffi::lgg_error()) }
+        .to_string_lossy()
+        .trim()
+        .to_owned()
+}
+
+/// Three numbers of atom `k`.
+///
+/// # Safety
+/// `base` points to at least `3 (k + 1)` numbers that nobody else uses.
+unsafe fn vector<'a>(base: *mut f64, k: usize) -> &'a mut [f64; 3] {
+    // SAFETY: as the caller has promised.
+    unsafe { &mut *base.add(3 * k).cast() }
+}
+
+/// One simulation in LIGGGHTS.
+#[derive(Debug)]
+pub(super) struct Session {
+    instance: Option<Instance>,
+    /// By index.
+    atoms: Vec<Atom>,
+    walls: usize,
+    /// Loads of the last step, by index.
+    loads: Vec<Push>,
+    /// The present time step (s); nothing before the first step.
+    time_step: f64,
+    /// Where the spheres were last, to say where one was lost.
+    last: Vec<[f64; 3]>,
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        if let Some(instance) = self.instance.take() {
+            instance.put_back();
+        }
+    }
+}
+
+impl Session {
+    /// A session that waits for [`Request::Open`].
+    pub(super) fn new() -> Self {
+        Self {
+            instance: None,
+            atoms: Vec::new(),
+            walls: 0,
+            loads: Vec::new(),
+            time_step: 0.0,
+            last: Vec::new(),
+        }
+    }
+
+    /// Does what is asked.
+    pub(super) fn serve(&mut self, request: Request) -> Reply {
+        let outcome = match request {
+            Request::Open(plan, atoms) => self.open(&plan, atoms).map(|()| Reply::Done),
+            Request::Resume(plan, atoms, saved) => self.resume(&plan, atoms, &saved).map(|()| Reply::Done),
+            Request::Advance {
+                step,
+                substeps,
+                loads,
+            } => self.advance(step, substeps, &loads).map(Reply::States),
+            Request::Touches => self.touches().map(Reply::Touches),
+            Request::Save => self.save().map(Reply::Saved),
+        };
+        outcome.unwrap_or_else(Reply::Failed)
+    }
+
+    fn instance(&self) -> Outcome<&Instance> {
+        self.instance
+            .as_ref()
+            .ok_or_else(|| "LIGGGHTS has not been set up".to_owned())
+    }
+
+    fn open(&mut self, plan: &Plan, atoms: Vec<Atom>) -> Outcome<()> {
+        self.begin(plan, atoms)?;
+        let instance = self.instance()?;
+        for command in plan.space.iter().chain(&plan.after) {
+            instance.command(command)?;
+        }
+        // At random, to be put in their places; the seed has no meaning.
+        instance.command(&format!(
+            "create_atoms 1 random {} 49979687 NULL",
+            self.atoms.len()
+        ))?;
+        self.write_atoms()?;
+        self.finish(plan)
+    }
+
+    /// Everything before the box.
+    fn begin(&mut self, plan: &Plan, atoms: Vec<Atom>) -> Outcome<()> {
+        if self.instance.is_none() {
+            self.instance = Some(Instance::take()?);
+        }
+        self.walls = plan.walls;
+        self.loads = vec![Push::default(); atoms.len()];
+        self.last = atoms.iter().map(|atom| atom.position).collect();
+        self.atoms = atoms;
+        self.time_step = 0.0;
+        let instance = self.instance()?;
+        if let Some(log) = &plan.log {
+            instance.command(&format!("log \"{log}\" append"))?;
+        }
+        plan.before
+            .iter()
+            .try_for_each(|command| instance.command(command))
+    }
+
+    /// Everything after the atoms are there, to the first evaluation of forces.
+    fn finish(&self, plan: &Plan) -> Outcome<()> {
+        let instance = self.instance()?;
+        for command in plan.last.iter().chain(&plan.user) {
+            instance.command(command)?;
+        }
+        // Sets the loads to zero, and finds out whatever is wrong.
+        instance.command("run 0")?;
+        // What follows would be a line for every step.
+        instance.command("log none")?;
+        self.indices()?;
+        Ok(())
+    }
+
+    /// Puts the atoms in their places.
+    fn write_atoms(&self) -> Outcome<()> {
+        let arrays = self.instance()?.atoms()?;
+        if arrays.local as usize != self.atoms.len() {
+            return Err(format!(
+                "LIGGGHTS made {} particles instead of {}",
+                arrays.local,
+                self.atoms.len()
+            ));
+        }
+        for (k, index) in self.indices()?.into_iter().enumerate() {
+            let atom = &self.atoms[index];
+            // SAFETY: the arrays have `local` entries, and nothing else uses them now.
+            unsafe {
+                *arrays.type_.add(k) = atom.material as i32 + 1;
+                *arrays.radius.add(k) = atom.radius;
+                *arrays.mass.add(k) = atom.mass;
+                let volume = 4.0 / 3.0 * std::f64::consts::PI * atom.radius * atom.radius * atom.radius;
+                *arrays.density.add(k) = atom.mass / volume;
+                *vector(arrays.position, k) = atom.position;
+                *vector(arrays.velocity, k) = atom.velocity;
+                *vector(arrays.angular_velocity, k) = atom.angular_velocity;
+            }
+        }
+        Ok(())
+    }
+
+    /// The index of every atom of LIGGGHTS in its order; an error if one is not there.
+    fn indices(&self) -> Outcome<Vec<usize>> {
+        let arrays = self.instance()?.atoms()?;
+        let mut there = vec![false; self.atoms.len()];
+        let mut indices = Vec::with_capacity(self.atoms.len());
+        for k in 0..arrays.local as usize {
+            // SAFETY: the array has `local` entries.
+            let index = unsafe { *arrays.id.add(k) } as usize - 1;
+            *there
+                .get_mut(index)
+                .ok_or("LIGGGHTS has a particle that it was not given")? = true;
+            indices.push(index);
+        }
+        match there.iter().position(|there| !there) {
+            None => Ok(indices),
+            Some(lost) => {
+                let [x, y, z] = self.last[lost];
+                let others = there.iter().filter(|there| !**there).count() - 1;
+                let more = if others > 0 {
+                    format!(" and {others} more")
+                } else {
+                    String::new()
+                };
+                Err(format!(
+                    "LIGGGHTS has lost the particle last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m{more}: it left the box \
+                     through a face that is not periodic"
+                ))
+            }
+        }
+    }
+
+    fn advance(&mut self, step: f64, substeps: u32, loads: &[Push]) -> Outcome<Vec<State>> {
+        if loads.len() != self.atoms.len() {
+            return Err("as many loads as particles are needed".to_owned());
+        }
+        if self.time_step.to_bits() != step.to_bits() {
+            // LIGGGHTS takes note of another time step in a set-up only.
+            self.instance()?.command(&format!("timestep {step:e}"))?;
+            self.instance()?.command("run 0")?;
+            self.time_step = step;
+        }
+        self.hand_over(loads)?;
+        let instance = self.instance()?;
+        let plain = (self.atoms.iter()).all(|atom| atom.inertia_ratio.to_bits() == 1.0_f64.to_bits());
+        if plain {
+            instance.command(&format!("run {substeps} pre no post no"))?;
+        } else {
+            for _ in 0..substeps {
+                self.scale_torques()?;
+                instance.command("run 1 pre no post no")?;
+                self.make_up_for_inertia(step)?;
+            }
+        }
+        let states = self.states()?;
+        for (index, state) in states.iter().enumerate() {
+            let numbers = [state.position, state.velocity, state.angular_velocity];
+            if !numbers.iter().flatten().all(|x| x.is_finite()) {
+                let [x, y, z] = self.last[index];
+                return Err(format!(
+                    "the state of the particle last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m is not finite"
+                ));
+            }
+        }
+        self.last.clear();
+        self.last.extend(states.iter().map(|state| state.position));
+        Ok(states)
+    }
+
+    /// Gives the loads of the coming step.
+    fn hand_over(&mut self, loads: &[Push]) -> Outcome<()> {
+        let indices = self.indices()?;
+        let instance = self.instance()?;
+        let arrays = instance.atoms()?;
+        let (forces, torques) = (instance.property(FORCE)?, instance.property(TORQUE)?);
+        for (k, &index) in indices.iter().enumerate() {
+            let (load, last) = (&loads[index], &self.loads[index]);
+            // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
+            let [f, t, drag, twist] =
+                unsafe { [arrays.force, arrays.torque, forces, torques].map(|base| vector(base, k)) };
+            for i in 0..3 {
+                f[i] += load.force[i] - last.force[i];
+                t[i] += load.torque[i] - last.torque[i];
+            }
+            (*drag, *twist) = (load.force, load.torque);
+        }
+        self.loads.copy_from_slice(loads);
+        Ok(())
+    }
+
+    /// For the first half kick of a sub-step.
+    fn scale_torques(&self) -> Outcome<()> {
+        let indices = self.indices()?;
+        let arrays = self.instance()?.atoms()?;
+        for (k, &index) in indices.iter().enumerate() {
+            let ratio = self.atoms[index].inertia_ratio;
+            // SAFETY: the array has one vector for each of the `local` atoms.
+            unsafe { vector(arrays.torque, k) }
+                .iter_mut()
+                .for_each(|t| *t *= ratio);
+        }
+        Ok(())
+    }
+
+    /// What the second half kick of a sub-step of `step` (s) has left out.
+    fn make_up_for_inertia(&self, step: f64) -> Outcome<()> {
+        let indices = self.indices()?;
+        let arrays = self.instance()?.atoms()?;
+        for (k, &index) in indices.iter().enumerate() {
+            let atom = &self.atoms[index];
+            let part =
+                (atom.inertia_ratio - 1.0) * 0.5 * step / (SPHERE * atom.mass * atom.radius * atom.radius);
+            // SAFETY: the arrays have one vector for each of the `local` atoms.
+            let (torque, spin) = unsafe { (vector(arrays.torque, k), vector(arrays.angular_velocity, k)) };
+            for i in 0..3 {
+                spin[i] += part * torque[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// The spheres now, by index.
+    fn states(&self) -> Outcome<Vec<State>> {
+        let indices = self.indices()?;
+        let arrays = self.instance()?.atoms()?;
+        let mut states = vec![State::default(); self.atoms.len()];
+        for (k, &index) in indices.iter().enumerate() {
+            // SAFETY: the arrays have one vector for each of the `local` atoms.
+            let [x, v, w, f, t] = unsafe {
+                [
+                    arrays.position,
+                    arrays.velocity,
+                    arrays.angular_velocity,
+                    arrays.force,
+                    arrays.torque,
+                ]
+                .map(|base| *vector(base, k))
+            };
+            let load = &self.loads[index];
+            states[index] = State {
+                position: x,
+                velocity: v,
+                angular_velocity: w,
+                contact_force: std::array::from_fn(|i| f[i] - load.force[i]),
+                contact_torque: std::array::from_fn(|i| t[i] - load.torque[i]),
+            };
+        }
+        Ok(states)
+    }
+
+    fn touches(&self) -> Outcome<Vec<Touch>> {
+        let instance = self.instance()?;
+        let mut touches = Vec::new();
+        for row in instance.rows(PAIRS)? {
+            let force: [f64; 3] = [row[9], row[10], row[11]];
+            let [a, b] = [row[6] as u64 - 1, row[7] as u64 - 1];
+            let turned = a > b;
+            touches.push(Touch {
+                first: a.min(b),
+                second: a.max(b),
+                is_wall: 0,
+                force: if turned { force.map(|f| -f) } else { force },
+            });
+        }
+        let indices = self.indices()?;
+        for wall in 0..self.walls {
+            let forces = instance.property(&format!("force_{}", wall_fix(wall)))?;
+            for (k, &index) in indices.iter().enumerate() {
+                // SAFETY: the fix holds one vector for each of the `local` atoms.
+                let force = *unsafe { vector(forces, k) };
+                if force != [0.0; 3] {
+                    touches.push(Touch {
+                        first: index as u64,
+                        second: wall as u64,
+                        is_wall: 1,
+                        force,
+                    });
+                }
+            }
+        }
+        touches.sort_by_key(|touch| (touch.first, touch.is_wall, touch.second));
+        Ok(touches)
+    }
+
+    /// LIGGGHTS's own restart file, which has the history of contacts, and what it leaves out: forces, torques, loads.
+    fn save(&self) -> Outcome<Vec<u8>> {
+        let instance = self.instance()?;
+        let file = Passing::new();
+        instance.command(&format!("write_restart {}", file.path()))?;
+        let restart =
+            std::fs::read(&file.0).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
+        let states = self.states()?;
+        let mut saved = (restart.len() as u64).to_le_bytes().to_vec();
+        saved.extend_from_slice(&restart);
+        saved.extend_from_slice(bytemuck::bytes_of(&self.time_step));
+        saved.extend_from_slice(bytemuck::cast_slice(&self.loads));
+        saved.extend_from_slice(bytemuck::cast_slice(&states));
+        Ok(saved)
+    }
+
+    fn resume(&mut self, plan: &Plan, atoms: Vec<Atom>, saved: &[u8]) -> Outcome<()> {
+        let count = atoms.len();
+        let (restart, step, loads, states) =
+            parts(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
+        self.begin(plan, atoms)?;
+        let instance = self.instance()?;
+        let file = Passing::new();
+        std::fs::write(&file.0, restart).map_err(|e| format!("cannot give back what LIGGGHTS saved: {e}"))?;
+        instance.command(&format!("read_restart {}", file.path()))?;
+        for command in &plan.after {
+            instance.command(command)?;
+        }
+        self.finish(plan)?;
+        let instance = self.instance()?;
+        // As in the first step; then the forces as they were, of the velocities of half a step before.
+        instance.command(&format!("timestep {step:e}"))?;
+        instance.command("run 0")?;
+        self.time_step = step;
+        let indices = self.indices()?;
+        let instance = self.instance()?;
+        let arrays = instance.atoms()?;
+        for (k, &index) in indices.iter().enumerate() {
+            let (state, load) = (&states[index], &loads[index]);
+            // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
+            unsafe {
+                *vector(arrays.position, k) = state.position;
+                *vector(arrays.velocity, k) = state.velocity;
+                *vector(arrays.angular_velocity, k) = state.angular_velocity;
+                *vector(arrays.force, k) = std::array::from_fn(|i| state.contact_force[i] + load.force[i]);
+                *vector(arrays.torque, k) = std::array::from_fn(|i| state.contact_torque[i] + load.torque[i]);
+            }
+        }
+        self.last = states.iter().map(|state| state.position).collect();
+        self.loads = loads;
+        Ok(())
+    }
+}
+
+/// Restart file, time step, loads and states of what was saved for `count` spheres.
+fn parts(saved: &[u8], count: usize) -> Option<(&[u8], f64, Vec<Push>, Vec<State>)> {
+    let (length, rest) = saved.split_first_chunk::<8>()?;
+    let (restart, rest) = rest.split_at_checked(u64::from_le_bytes(*length) as usize)?;
+    let (step, rest) = rest.split_first_chunk::<8>()?;
+    let (loads, states) = rest.split_at_checked(count * size_of::<Push>())?;
+    if states.len() != count * size_of::<State>() {
+        return None;
+    }
+    let (loads, states) = (
+        bytemuck::pod_collect_to_vec(loads),
+        bytemuck::pod_collect_to_vec(states),
+    );
+    Some((restart, f64::from_le_bytes(*step), loads, states))
+}
+
+/// A file that LIGGGHTS and we hand each other; removed at the end.
+struct Passing(PathBuf);
+
+impl Passing {
+    fn new() -> Self {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let name = format!("turbid-liggghts-{}-{number}.restart", std::process::id());
+        Self(std::env::temp_dir().join(name))
+    }
+
+    fn path(&self) -> String {
+        quoted(&self.0)
+    }
+}
+
+impl Drop for Passing {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// A path as one word of a command.
+pub(super) fn quoted(path: &Path) -> String {
+    format!("\"{}\"", path.display())
+}

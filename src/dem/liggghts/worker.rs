@@ -1,0 +1,213 @@
+//! LIGGGHTS in a process of its own: a crash there is an error message here.
+//!
+//! The worker is this program again, with a verb of its own; its standard input is one end of a private socket, which it
+//! moves away before LIGGGHTS starts. What LIGGGHTS and MPI print goes to the log. The worker ends when the socket
+//! does, so it never outlives the run.
+
+use super::protocol::{Reply, Request};
+use super::session::Session;
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// The verb of the worker.
+pub const VERB: &str = "liggghts-worker";
+
+/// How long a worker may take to end once it is told to.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Time between two looks at a worker that is ending.
+const LOOK: Duration = Duration::from_millis(1);
+/// Lines of the log that an error message quotes.
+const QUOTED: usize = 8;
+
+/// Variables of a launcher of MPI: the worker is no rank of the job.
+const OF_LAUNCHERS: [&str; 3] = ["OMPI_", "PMIX_", "PMI_"];
+
+/// One process, started in a tenth of the usual time and without a daemon.
+const ALONE: [(&str, &str); 3] = [
+    ("OMPI_MCA_ess_singleton_isolated", "1"),
+    ("OMPI_MCA_btl", "self"),
+    ("OMPI_MCA_pml", "ob1"),
+];
+
+/// A worker and the socket to it.
+#[derive(Debug)]
+pub(super) struct Worker {
+    child: Child,
+    /// `None` when the worker has been told to end.
+    socket: Option<UnixStream>,
+    log: Option<PathBuf>,
+}
+
+impl Worker {
+    /// Starts a worker: `program`, or the program that runs now. What it prints goes to the end of `log`.
+    pub(super) fn start(program: Option<&Path>, log: Option<&Path>) -> Result<Self, String> {
+        let program = match program {
+            Some(program) => program.to_owned(),
+            None => std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?,
+        };
+        let failed = |e: io::Error| format!("cannot start {} as a worker: {e}", program.display());
+        let (here, there) = UnixStream::pair().map_err(failed)?;
+        let output = match log {
+            Some(path) => (OpenOptions::new().create(true).append(true).open(path))
+                .map_err(|e| format!("cannot write {}: {e}", path.display()))?,
+            None => OpenOptions::new().write(true).open("/dev/null").map_err(failed)?,
+        };
+        let mut command = Command::new(&program);
+        for (name, _) in std::env::vars_os() {
+            let text = name.to_string_lossy();
+            if OF_LAUNCHERS.iter().any(|prefix| text.starts_with(prefix)) {
+                command.env_remove(&name);
+            }
+        }
+        let child = command
+            .arg(VERB)
+            .envs(ALONE)
+            // A signal of the terminal ends the run in order; the worker then ends with the socket.
+            .process_group(0)
+            .stdin(Stdio::from(OwnedFd::from(there)))
+            .stdout(Stdio::from(output.try_clone().map_err(failed)?))
+            .stderr(Stdio::from(output))
+            .spawn()
+            .map_err(failed)?;
+        Ok(Self {
+            child,
+            socket: Some(here),
+            log: log.map(Path::to_owned),
+        })
+    }
+
+    /// Asks the worker. One that does not answer is gone, and the reply says how it ended.
+    pub(super) fn ask(&mut self, request: &Request) -> Reply {
+        let Some(socket) = &mut self.socket else {
+            return Reply::Failed("LIGGGHTS has ended before".to_owned());
+        };
+        match request.write(socket).and_then(|()| Reply::read(socket)) {
+            Ok(reply) => reply,
+            Err(error) => Reply::Failed(self.how_it_ended(&error)),
+        }
+    }
+
+    /// What became of a worker that has not answered.
+    fn how_it_ended(&mut self, error: &io::Error) -> String {
+        self.socket = None;
+        let mut text = match self.wait() {
+            Some(status) => {
+                let how = describe(status);
+                format!("its process {how}; the run cannot go on without it")
+            }
+            None => format!("its process does not answer ({error})"),
+        };
+        if let Some(log) = &self.log {
+            let lines = last_lines(log);
+            if !lines.is_empty() {
+                text += &format!("\n  the end of {}:", log.display());
+                for line in lines {
+                    text += &format!("\n  | {line}");
+                }
+            }
+        }
+        text
+    }
+
+    /// Waits for the worker to end; one that does not is ended.
+    fn wait(&mut self) -> Option<ExitStatus> {
+        let start = Instant::now();
+        loop {
+            if let Ok(Some(status)) = self.child.try_wait() {
+                return Some(status);
+            }
+            if start.elapsed() > PATIENCE {
+                let _ = self.child.kill();
+                let _ = self.child.wait();
+                return None;
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.socket = None;
+        self.wait();
+    }
+}
+
+fn describe(status: ExitStatus) -> String {
+    match (status.signal(), status.code()) {
+        (Some(signal), _) => format!("was ended by signal {signal}{}", name_of(signal)),
+        (_, Some(code)) => format!("has ended with exit code {code}"),
+        _ => "has ended".to_owned(),
+    }
+}
+
+/// Name of a signal that a worker is likely to die of.
+fn name_of(signal: i32) -> &'static str {
+    match signal {
+        libc::SIGSEGV => " (SIGSEGV: a bad pointer in LIGGGHTS)",
+        libc::SIGABRT => " (SIGABRT: LIGGGHTS or a library below it has given up)",
+        libc::SIGFPE => " (SIGFPE)",
+        libc::SIGBUS => " (SIGBUS)",
+        libc::SIGKILL => " (SIGKILL: by someone, or for want of memory)",
+        libc::SIGTERM => " (SIGTERM)",
+        _ => "",
+    }
+}
+
+/// The last lines of a log that say something.
+fn last_lines(log: &Path) -> Vec<String> {
+    let bytes = std::fs::read(log).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes);
+    let lines: Vec<&str> = text
+        .lines()
+        .map(str::trim_end)
+        .filter(|line| !line.is_empty())
+        .collect();
+    let from = lines.len().saturating_sub(QUOTED);
+    lines[from..].iter().map(|line| (*line).to_owned()).collect()
+}
+
+/// The worker: answers what comes from the socket that is its standard input, until that closes.
+pub fn main() -> ExitCode {
+    match serve() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::from(2),
+    }
+}
+
+fn serve() -> io::Result<()> {
+    let stdin = io::stdin().as_fd().try_clone_to_owned()?;
+    let mut socket = UnixStream::from(stdin);
+    // Anything else than a socket is an error here: the verb is for this program's own use.
+    socket.peer_addr()?;
+    let null = File::open("/dev/null")?;
+    // SAFETY: both are open descriptors; from here on nobody reads standard input.
+    if unsafe { libc::dup2(std::os::fd::AsRawFd::as_raw_fd(&null), 0) } < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: sets the buffering of a stream that nothing has been written to.
+    unsafe { liggghts_sys::lgg_flush_lines() };
+    let mut session = Session::new();
+    let outcome = loop {
+        let request = match Request::read(&mut socket) {
+            Ok(request) => request,
+            // The run has ended.
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => break Ok(()),
+            Err(error) => break Err(error),
+        };
+        let reply = session.serve(request);
+        if reply.write(&mut socket).is_err() {
+            break Ok(());
+        }
+    };
+    drop(session);
+    // SAFETY: the last call to MPI of this process.
+    unsafe { liggghts_sys::lgg_finalize() };
+    outcome
+}
