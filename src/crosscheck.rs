@@ -1,5 +1,8 @@
 //! The native engine against LIGGGHTS, case by case, with an analytic value where there is one.
 
+pub mod own_case;
+pub mod report;
+
 use crate::error::Result;
 use crate::math::Vec3;
 use serde::Serialize;
@@ -73,3 +76,10 @@ pub struct Case {
     /// Runs it in both engines; files of the engine (its log) go to the directory, if there is one.
     pub run: fn(Option<&Path>) -> Result<Findings>,
 }
+
+/// The suite.
+pub const CASES: &[Case] = &[Case {
+    id: "replay",
+    title: "recorded loads of four-way runs, replayed through both engines",
+    run: own_case::replay,
+}];

@@ -16,7 +16,7 @@ use crate::contact::{ContactModel, DampingLaw, ElasticLaw};
 use crate::dem::{DemEngine, EngineChoice, Liggghts, LiggghtsParams, Load, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use compare::{Comparison, Pair, PARTED};
+use compare::{Comparison, PARTED, Pair};
 use record::record;
 pub use replay::replay;
 use std::path::Path;
@@ -48,7 +48,11 @@ pub struct OwnCase {
 pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<OwnCase> {
     refuse_what_is_no_sphere(setup)?;
     let steps = steps(setup, time)?;
-    let recorded = if setup.dry { None } else { Some(record(setup, steps)?) };
+    let recorded = if setup.dry {
+        None
+    } else {
+        Some(record(setup, steps)?)
+    };
     let mut pair = Pair::new(setup, steps, [native(setup)?, liggghts(setup, log)?]);
     let rest = vec![Load::default(); setup.particles.len()];
     for step in 0..steps {
@@ -92,7 +96,9 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
         None => setup.end_step,
         Some(time) if time > 0.0 && time.is_finite() => (time / setup.units.dt).ceil().max(1.0) as u64,
         Some(time) => {
-            return Err(Error::Input(format!("--time {time} is not a time above 0, in seconds")));
+            return Err(Error::Input(format!(
+                "--time {time} is not a time above 0, in seconds"
+            )));
         }
     };
     let each = BYTES * setup.particles.len() as f64;
@@ -142,7 +148,13 @@ fn liggghts(setup: &Setup, log: Option<&Path>) -> Result<Box<dyn DemEngine>> {
         program: None,
     };
     let templates = setup.templates.clone();
-    Ok(Box::new(Liggghts::new(params, whole(setup), &Comm::Solo, templates, &setup.particles)?))
+    Ok(Box::new(Liggghts::new(
+        params,
+        whole(setup),
+        &Comm::Solo,
+        templates,
+        &setup.particles,
+    )?))
 }
 
 /// The box in one piece.
@@ -156,7 +168,13 @@ fn whole(setup: &Setup) -> Decomposition {
 fn same_as_recorded(recorded: &record::Recording, pair: &Pair) -> Check {
     let replayed = pair.particles(0);
     let difference = (recorded.last.iter().zip(replayed))
-        .map(|(a, b)| if a == b { 0.0 } else { (a.position() - b.position()).norm().max(f64::MIN_POSITIVE) })
+        .map(|(a, b)| {
+            if a == b {
+                0.0
+            } else {
+                (a.position() - b.position()).norm().max(f64::MIN_POSITIVE)
+            }
+        })
         .fold(0.0, f64::max);
     Check {
         case: ID,
@@ -236,7 +254,10 @@ fn at_the_end(found: &Comparison) -> Vec<Check> {
         reported("mean kinetic energy at the end (J)", last.energy),
     ];
     if last.falling.iter().any(|v| *v != 0.0) {
-        checks.push(reported("mean velocity along gravity at the end (m/s)", last.falling));
+        checks.push(reported(
+            "mean velocity along gravity at the end (m/s)",
+            last.falling,
+        ));
     }
     checks
 }
@@ -250,8 +271,13 @@ fn notes(setup: &Setup, found: &Comparison) -> Vec<String> {
     notes.push(match found.first_contact {
         [None, None] => "nothing touches in either engine".to_string(),
         times => {
-            let say = |step: Option<u64>| step.map_or("never".to_string(), |n| format!("{:.6e} s", n as f64 * dt));
-            format!("first contact: native {}, LIGGGHTS {}", say(times[0]), say(times[1]))
+            let say =
+                |step: Option<u64>| step.map_or("never".to_string(), |n| format!("{:.6e} s", n as f64 * dt));
+            format!(
+                "first contact: native {}, LIGGGHTS {}",
+                say(times[0]),
+                say(times[1])
+            )
         }
     });
     notes.push(match &found.parting {

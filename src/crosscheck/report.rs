@@ -6,7 +6,7 @@ mod table;
 use super::{Check, Findings};
 use crate::error::{Error, Result};
 pub(in crate::crosscheck) use files::sphere;
-pub use files::{prepare, write_case, write_json, write_tables};
+pub use files::{prepare, write_case, write_json, write_series, write_tables};
 use serde::Serialize;
 use std::time::Instant;
 pub use table::{list, summary, table};

@@ -165,24 +165,34 @@ impl Pair {
         let fastest = self.particles(0).iter().map(|p| p.velocity().norm());
         self.found.reference_speed = fastest.fold(self.found.reference_speed, f64::max);
         if self.step.is_multiple_of(self.every) {
-            let sample = Sample {
-                step: self.step,
-                apart,
-                contacts: contacts.map(|summary| summary.count),
-                overlap: contacts.map(|summary| summary.max_depth / self.found.least_diameter),
-                energy: [0, 1].map(|engine| self.mean(engine, |p| self.energy(p))),
-                falling: [0, 1].map(|engine| self.mean(engine, |p| p.velocity().dot(&self.down))),
-            };
-            self.found.samples.push(sample);
+            self.sample(apart);
         }
         if self.step.is_multiple_of(self.moment_every) {
             let spheres = self.engines.each_ref().map(|engine| {
                 let store = engine.particles();
-                store.owned().iter().map(|p| sphere(p, store.template(p))).collect()
+                store
+                    .owned()
+                    .iter()
+                    .map(|p| sphere(p, store.template(p)))
+                    .collect()
             });
             let time = self.step as f64 * self.dt;
             self.found.moments.push(Moment { time, spheres });
         }
+    }
+
+    /// Adds a row to the series.
+    fn sample(&mut self, apart: Apart) {
+        let contacts = self.engines.each_ref().map(|engine| engine.contacts());
+        let sample = Sample {
+            step: self.step,
+            apart,
+            contacts: contacts.map(|summary| summary.count),
+            overlap: contacts.map(|summary| summary.max_depth / self.found.least_diameter),
+            energy: [0, 1].map(|engine| self.mean(engine, |p| self.energy(p))),
+            falling: [0, 1].map(|engine| self.mean(engine, |p| p.velocity().dot(&self.down))),
+        };
+        self.found.samples.push(sample);
     }
 
     /// Largest differences now.
@@ -196,7 +206,9 @@ impl Pair {
                 (apart.position, apart.id) = (distance, a.id);
             }
             apart.velocity = apart.velocity.max((a.velocity() - b.velocity()).norm());
-            apart.spin = apart.spin.max((a.angular_velocity() - b.angular_velocity()).norm());
+            apart.spin = apart
+                .spin
+                .max((a.angular_velocity() - b.angular_velocity()).norm());
         }
         apart
     }
@@ -207,7 +219,9 @@ impl Pair {
             step: self.step,
             id,
             place: self.particles(0)[at].position,
-            touching: [0, 1].iter().any(|&engine| self.particles(engine)[at].contact_force != [0.0; 3]),
+            touching: [0, 1]
+                .iter()
+                .any(|&engine| self.particles(engine)[at].contact_force != [0.0; 3]),
         }
     }
 
@@ -224,6 +238,10 @@ impl Pair {
 
     /// All that was seen.
     pub(super) fn finish(&mut self) -> Comparison {
+        let sampled = self.found.samples.last().map(|sample| sample.step);
+        if self.found.failures.is_empty() && sampled != Some(self.step) {
+            self.sample(self.apart());
+        }
         let mut found = std::mem::take(&mut self.found);
         found.longest_path = self.paths.iter().copied().fold(0.0, f64::max);
         found

@@ -29,7 +29,9 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
     let speed = found.reference_speed;
     let mut apart = vec![curve("distance / D", &|s| s.apart.position)];
     if speed > 0.0 {
-        apart.push(curve("difference of velocity / u_max", &|s| s.apart.velocity / speed));
+        apart.push(curve("difference of velocity / u_max", &|s| {
+            s.apart.velocity / speed
+        }));
     }
     apart.push((limit, vec![[0.0, PARTED], [end, PARTED]]));
     let mut overlays = Vec::new();
@@ -39,16 +41,40 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
         overlays.push(overlay("apart", title, "difference (-)", true, apart));
     }
     let energy = both(|s| s.energy);
-    overlays.push(overlay("kinetic_energy", "mean kinetic energy of a particle", "energy E (J)", false, energy));
+    overlays.push(overlay(
+        "kinetic_energy",
+        "mean kinetic energy of a particle",
+        "energy E (J)",
+        false,
+        energy,
+    ));
     if found.first_contact != [None; 2] {
         let contacts = both(|s| s.contacts.map(|n| n as f64));
-        overlays.push(overlay("contacts", "contacts", "number of contacts (-)", false, contacts));
+        overlays.push(overlay(
+            "contacts",
+            "contacts",
+            "number of contacts (-)",
+            false,
+            contacts,
+        ));
         let overlap = both(|s| s.overlap);
-        overlays.push(overlay("overlap", "largest overlap", "overlap d / D (-)", false, overlap));
+        overlays.push(overlay(
+            "overlap",
+            "largest overlap",
+            "overlap d / D (-)",
+            false,
+            overlap,
+        ));
     }
     if found.samples.iter().any(|s| s.falling != [0.0; 2]) {
         let falling = both(|s| s.falling);
-        overlays.push(overlay("velocity", "mean velocity along gravity", "velocity u (m/s)", false, falling));
+        overlays.push(overlay(
+            "velocity",
+            "mean velocity along gravity",
+            "velocity u (m/s)",
+            false,
+            falling,
+        ));
     }
     overlays
 }
@@ -82,5 +108,7 @@ pub(super) fn series(setup: &Setup, found: &Comparison) -> Vec<Vec<String>> {
         row
     };
     let header = HEADER.map(str::to_string).to_vec();
-    std::iter::once(header).chain(found.samples.iter().map(row)).collect()
+    std::iter::once(header)
+        .chain(found.samples.iter().map(row))
+        .collect()
 }

@@ -53,8 +53,13 @@ impl DemEngine for Recorder {
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
         let owned = self.engine.particles().owned().iter();
-        let entries = owned.zip(loads).map(|(particle, load)| (self.step, particle.id, *load));
-        self.tape.lock().expect("nobody panics with the tape").extend(entries);
+        let entries = owned
+            .zip(loads)
+            .map(|(particle, load)| (self.step, particle.id, *load));
+        self.tape
+            .lock()
+            .expect("nobody panics with the tape")
+            .extend(entries);
         self.step += 1;
         self.engine.advance(comm, loads, dt)
     }
@@ -82,7 +87,9 @@ pub(super) fn record(setup: &Setup, steps: u64) -> Result<Recording> {
     let ranks = if decomposition.ranks() == 1 {
         vec![record_rank(setup, steps, &decomposition, Comm::Solo)]
     } else {
-        on_threads(decomposition.ranks(), |comm| record_rank(setup, steps, &decomposition, comm))
+        on_threads(decomposition.ranks(), |comm| {
+            record_rank(setup, steps, &decomposition, comm)
+        })
     };
     let (mut tapes, mut last, mut failure) = (Tape::new(), Vec::new(), None);
     for rank in ranks {
@@ -102,7 +109,11 @@ pub(super) fn record(setup: &Setup, steps: u64) -> Result<Recording> {
     tapes.sort_unstable_by_key(|&(step, id, _)| (step, id));
     last.sort_unstable_by_key(|particle| particle.id);
     let particles = setup.particles.len();
-    assert_eq!(tapes.len() as u64, steps * particles as u64, "every particle has one owner");
+    assert_eq!(
+        tapes.len() as u64,
+        steps * particles as u64,
+        "every particle has one owner"
+    );
     Ok(Recording {
         loads: tapes.into_iter().map(|(.., load)| load).collect(),
         particles,
@@ -118,7 +129,13 @@ fn record_rank(
     comm: Comm,
 ) -> Result<(Tape, Vec<Particle>)> {
     let (rank, templates) = (comm.rank(), setup.templates.clone());
-    let engine = Native::new(native_params(setup), decomposition.clone(), rank, templates, &setup.particles)?;
+    let engine = Native::new(
+        native_params(setup),
+        decomposition.clone(),
+        rank,
+        templates,
+        &setup.particles,
+    )?;
     let tape = Arc::new(Mutex::new(Tape::new()));
     let recorder = Recorder {
         engine: Box::new(engine),

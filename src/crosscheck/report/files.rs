@@ -4,6 +4,7 @@
 //! DIRECTORY/
 //!   crosscheck.csv  crosscheck.json
 //!   CASE_NAME.png  CASE_NAME.svg        overlays
+//!   CASE_series.csv                     of a user's case: differences and statistics over time
 //!   CASE_native.pvd    CASE_native/0000.vtp ...
 //!   CASE_liggghts.pvd  CASE_liggghts/0000.vtp ...
 //!   logs/                                what LIGGGHTS said
@@ -67,7 +68,10 @@ pub fn prepare(directory: &Path, cases: &[&str]) -> Result<PathBuf> {
 
 /// Writes the plots and trajectories of a case.
 pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
-    let Ok(Findings { overlays, moments, .. }) = &outcome.result else {
+    let Ok(Findings {
+        overlays, moments, ..
+    }) = &outcome.result
+    else {
         return Ok(());
     };
     for overlay in overlays {
@@ -98,6 +102,18 @@ pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
 pub fn write_tables(directory: &Path, outcomes: &[Outcome]) -> Result<()> {
     write_bytes(&directory.join("crosscheck.csv"), &csv(outcomes))?;
     write_json(&directory.join("crosscheck.json"), outcomes)
+}
+
+/// Writes rows, the header first, as `CASE_series.csv`.
+pub fn write_series(directory: &Path, case: &str, rows: &[Vec<String>]) -> Result<()> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        table
+            .write_record(row)
+            .expect("memory takes any row, and all are of one length");
+    }
+    let bytes = table.into_inner().expect("memory takes any row");
+    write_bytes(&directory.join(format!("{case}_series.csv")), &bytes)
 }
 
 /// Writes a list with one object for each check.
@@ -142,10 +158,12 @@ pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
     });
     let mut labels: Vec<&str> = Vec::new();
     let mut others = 0;
-    let curve = |(index, (name, points)): (usize, &'_ (String, Vec<[f64; 2]>))| {
-        let points: &[[f64; 2]] = points;
+    let mut curves = Vec::new();
+    for (index, (name, points)) in overlay.curves.iter().enumerate() {
         let (name, style, rest) = match role(name) {
-            Some(&(short, style)) if repeated => (short, style, name[short.len()..].trim_matches([' ', ',', ':'])),
+            Some(&(short, style)) if repeated => {
+                (short, style, name[short.len()..].trim_matches([' ', ',', ':']))
+            }
             Some(&(_, style)) => (name.as_str(), style, ""),
             None if !named && index < ROLES.len() => (name.as_str(), ROLES[index].1, ""),
             None => {
@@ -156,9 +174,14 @@ pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
         // What is the same for all engines is said once.
         let label = if labels.contains(&rest) { "" } else { rest };
         labels.push(rest);
-        Curve { name, style, label, points }
-    };
-    overlay.curves.iter().enumerate().map(curve).collect()
+        curves.push(Curve {
+            name,
+            style,
+            label,
+            points,
+        });
+    }
+    curves
 }
 
 /// The spheres of one engine at a moment.
@@ -194,5 +217,10 @@ fn write_moment(path: &Path, moment: &Moment, engine: usize) -> Result<()> {
 /// Position, velocity, angular velocity and radius of a sphere as a [`Moment`] has them.
 pub(in crate::crosscheck) fn sphere(particle: &Particle, template: &Template) -> (Vec3, Vec3, Vec3, f64) {
     let radius = 0.5 * template.shape.equivalent_diameter();
-    (particle.position(), particle.velocity(), particle.angular_velocity(), radius)
+    (
+        particle.position(),
+        particle.velocity(),
+        particle.angular_velocity(),
+        radius,
+    )
 }

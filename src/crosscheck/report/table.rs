@@ -14,37 +14,54 @@ const SMALL: usize = 11;
 /// The cases of the suite, one line each.
 pub fn list(cases: &[Case]) -> String {
     let width = cases.iter().map(|case| case.id.len()).max().unwrap_or(0);
-    let lines = cases.iter().map(|case| format!("  {:width$}  {}", case.id, case.title));
+    let lines = cases
+        .iter()
+        .map(|case| format!("  {:width$}  {}", case.id, case.title));
     lines.collect::<Vec<_>>().join("\n")
 }
 
 /// One case: a line for each check; with the tolerance and its reason for all if `explain`, else for those that fail.
 pub fn table(outcome: &Outcome, explain: bool) -> String {
-    let Outcome { case, title, seconds, .. } = outcome;
+    let Outcome {
+        case, title, seconds, ..
+    } = outcome;
     let mut text = format!("{case}: {title} ({seconds:.1} s)\n");
     if let Err(error) = &outcome.result {
         let words = error.to_string().replace('\n', "\n  ");
-        add(&mut text, format_args!("  FAIL  did not come to its end: {words}"));
+        add(
+            &mut text,
+            format_args!("  FAIL  did not come to its end: {words}"),
+        );
         return text;
     }
     let rows = outcome.rows();
     let longest = rows.iter().map(|row| row.quantity.chars().count()).max();
     let width = longest.unwrap_or(0).max(QUANTITY);
-    add(&mut text, format_args!(
-        "  {:width$}{:>VALUE$}{:>VALUE$}{:>VALUE$}{:>SMALL$}{:>SMALL$}",
-        "", "native", "LIGGGHTS", "analytic", "difference", "tolerance"
-    ));
+    add(
+        &mut text,
+        format_args!(
+            "  {:width$}{:>VALUE$}{:>VALUE$}{:>VALUE$}{:>SMALL$}{:>SMALL$}",
+            "", "native", "LIGGGHTS", "analytic", "difference", "tolerance"
+        ),
+    );
     for row in &rows {
         let verdict = match (row.pass, row.tolerance.is_finite()) {
             (true, true) => "ok",
             (true, false) => "reported",
             (false, _) => "FAIL",
         };
-        add(&mut text, format_args!(
-            "  {:width$}{:>VALUE$}{:>VALUE$}{:>VALUE$}{:>SMALL$}{:>SMALL$}  {verdict}",
-            row.quantity, value(row.native), value(row.liggghts), value(row.analytic), small(row.difference),
-            small(row.tolerance),
-        ));
+        add(
+            &mut text,
+            format_args!(
+                "  {:width$}{:>VALUE$}{:>VALUE$}{:>VALUE$}{:>SMALL$}{:>SMALL$}  {verdict}",
+                row.quantity,
+                value(row.native),
+                value(row.liggghts),
+                value(row.analytic),
+                small(row.difference),
+                small(row.tolerance),
+            ),
+        );
         if explain || !row.pass {
             add(&mut text, format_args!("      {}{}", used(row), row.reason));
         }
