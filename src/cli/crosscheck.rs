@@ -144,19 +144,14 @@ mod both {
 
         #[test]
         fn a_misspelt_case_is_an_error_that_names_the_nearest_and_all_others() {
-            let error = chosen(&["replya".to_string()]).unwrap_err();
-            let text = error.to_string();
-            assert_eq!(error.exit_code(), 2);
+            let error = |id: &str| chosen(&[id.to_string()]).err().expect("no such case");
+            let text = error("replya").to_string();
+            assert_eq!(error("replya").exit_code(), 2);
             assert!(
                 text.contains("did you mean `replay`?") && text.contains("known here: "),
                 "{text}"
             );
-            assert!(
-                !chosen(&["qqqq".to_string()])
-                    .unwrap_err()
-                    .to_string()
-                    .contains("did you mean")
-            );
+            assert!(!error("qqqq").to_string().contains("did you mean"));
         }
 
         #[test]

@@ -249,6 +249,7 @@ fn at_the_end(found: &Comparison) -> Vec<Check> {
             difference: last.apart.position,
             ..reported("largest distance over D at the end (-)", [0.0; 2])
         },
+        reported("contacts that began (-)", found.begun.map(|n| n as f64)),
         reported("contacts at the end (-)", last.contacts.map(|n| n as f64)),
         reported("largest overlap over D at the end (-)", last.overlap),
         reported("mean kinetic energy at the end (J)", last.energy),

@@ -62,6 +62,8 @@ pub(super) struct Comparison {
     pub(super) failures: Vec<(&'static str, String)>,
     /// Step after which each engine first had a contact.
     pub(super) first_contact: [Option<u64>; 2],
+    /// Contacts that each engine has seen begin: the native one looks at every sub-step, LIGGGHTS at every step.
+    pub(super) begun: [u64; 2],
     /// Steps before the first contact in either, and the largest distance over the diameter until then.
     pub(super) before_contact: Option<(u64, f64)>,
     pub(super) parting: Option<Parting>,
@@ -243,6 +245,7 @@ impl Pair {
             self.sample(self.apart());
         }
         let mut found = std::mem::take(&mut self.found);
+        found.begun = self.engines.each_ref().map(|engine| engine.contacts().begun);
         found.longest_path = self.paths.iter().copied().fold(0.0, f64::max);
         found
     }

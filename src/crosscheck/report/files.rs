@@ -136,7 +136,7 @@ pub(super) fn csv(outcomes: &[Outcome]) -> Vec<u8> {
     table.into_inner().expect("memory takes any row")
 }
 
-/// The curves with their styles: by the name of the engine they begin with, else by their order.
+/// The curves with their styles: by the engine whose name they begin with; the third, after both engines, is the reference.
 ///
 /// Where several curves are of one engine, the rest of each name stands beside the curve.
 pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
@@ -146,26 +146,25 @@ pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
         ("analytic", CurveStyle::Pale),
     ];
     let role = |name: &str| {
-        let begins = |role: &&(&str, CurveStyle)| {
-            (name.get(..role.0.len())).is_some_and(|start| start.eq_ignore_ascii_case(role.0))
-        };
-        ROLES.iter().find(begins)
+        let begins = ROLES.iter().position(|role| name.starts_with(role.0))?;
+        // A name with both engines is that of a difference.
+        let others = ROLES.iter().filter(|role| name.contains(role.0)).count();
+        (others == 1).then_some(begins)
     };
-    let named = overlay.curves.iter().any(|(name, _)| role(name).is_some());
-    let repeated = ROLES.iter().any(|r| {
-        let same = overlay.curves.iter().filter(|(name, _)| role(name) == Some(r));
-        same.count() > 1
-    });
-    let mut labels: Vec<&str> = Vec::new();
-    let mut others = 0;
+    let roles: Vec<Option<usize>> = overlay.curves.iter().map(|(name, _)| role(name)).collect();
+    let repeated = (0..ROLES.len()).any(|r| roles.iter().filter(|role| **role == Some(r)).count() > 1);
+    let (mut labels, mut others) = (Vec::new(), 0);
     let mut curves = Vec::new();
-    for (index, (name, points)) in overlay.curves.iter().enumerate() {
-        let (name, style, rest) = match role(name) {
-            Some(&(short, style)) if repeated => {
+    for ((name, points), role) in overlay.curves.iter().zip(&roles) {
+        let (name, style, rest) = match *role {
+            Some(role) if repeated => {
+                let (short, style) = ROLES[role];
                 (short, style, name[short.len()..].trim_matches([' ', ',', ':']))
             }
-            Some(&(_, style)) => (name.as_str(), style, ""),
-            None if !named && index < ROLES.len() => (name.as_str(), ROLES[index].1, ""),
+            Some(role) => (name.as_str(), ROLES[role].1, ""),
+            None if curves.len() == 2 && roles[..2] == [Some(0), Some(1)] => {
+                (name.as_str(), CurveStyle::Pale, "")
+            }
             None => {
                 others += 1;
                 (name.as_str(), CurveStyle::Other(others - 1), "")
