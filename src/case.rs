@@ -5,6 +5,7 @@
 
 mod checks;
 mod dry;
+mod engine;
 pub mod file;
 pub mod forms;
 mod hertz;

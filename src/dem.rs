@@ -10,7 +10,7 @@ pub mod liggghts;
 pub mod native;
 
 use crate::comm::Comm;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::ParticleStore;
 use crate::shape::Shape;
@@ -123,6 +123,43 @@ pub enum EngineChoice {
     Native,
     /// LIGGGHTS, for spheres; needs the cargo feature `liggghts`.
     Liggghts(LiggghtsOptions),
+}
+
+impl EngineChoice {
+    /// Short name, as that of the [engine](DemEngine::name).
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Liggghts(_) => "liggghts",
+        }
+    }
+
+    /// Refuses an engine that this program was built without.
+    ///
+    /// # Errors
+    /// That of [`liggghts_is_missing`].
+    pub fn refuse_if_missing(&self) -> Result<()> {
+        match self {
+            Self::Liggghts(_) if !HAS_LIGGGHTS => Err(liggghts_is_missing("`dem.engine = \"liggghts\"`")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Whether this program was built with the cargo feature `liggghts`.
+pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");
+
+/// Debian's packages that the cargo feature `liggghts` needs.
+pub const LIGGGHTS_PACKAGES: &str = "liggghts libliggghts-dev libopenmpi-dev libclang-dev g++";
+
+/// The [`Error::Input`] for what needs LIGGGHTS in a program built without it: how to get one with it.
+pub fn liggghts_is_missing(what: &str) -> Error {
+    Error::Input(format!(
+        "{what} needs LIGGGHTS, which this turbid was built without\n  \
+         on Debian: apt-get install {LIGGGHTS_PACKAGES}\n  \
+         then build with the cargo feature: cargo build --release --features liggghts\n  \
+         or let ./run.sh do both: TURBID_FEATURES=liggghts ./run.sh ..."
+    ))
 }
 
 /// What LIGGGHTS is told beyond what every engine needs.

@@ -22,9 +22,9 @@ pub mod cli;
 pub mod comm;
 pub mod contact;
 pub mod coupling;
-pub mod dem;
 #[cfg(feature = "liggghts")]
 pub mod crosscheck;
+pub mod dem;
 pub mod domain;
 pub mod error;
 pub mod fluid;

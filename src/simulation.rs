@@ -1,6 +1,8 @@
 //! A whole run: ranks, the time step, and what is observed on the way.
 
 mod bench;
+mod engine;
+mod failure;
 mod observe;
 mod references;
 mod run;
@@ -10,7 +12,7 @@ use crate::comm::Comm;
 use crate::coupling::{
     CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
 };
-use crate::dem::{DemEngine, Load, Native, NativeParams};
+use crate::dem::{DemEngine, Load};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
@@ -18,7 +20,9 @@ use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
+use failure::Failure;
 pub use run::{RunOptions, decompose, run};
+use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
@@ -104,17 +108,23 @@ impl<T: Real> Wet<T> {
 }
 
 impl<T: Real> Simulation<T> {
-    /// The case at rest, with the native engine. Collective.
+    /// The case at rest, with the engine it asks for. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if this program was built without that engine, or what the engine says.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        let params = NativeParams {
-            contact: setup.contact.clone(),
-            walls: setup.walls.clone(),
-            gravity: setup.gravity,
-            substeps: setup.substeps,
-        };
-        let (rank, templates) = (comm.rank(), setup.templates.clone());
-        let dem = Native::new(params, decomposition.clone(), rank, templates, &setup.particles)?;
-        Ok(Self::with_engine(setup, decomposition, comm, Box::new(dem)))
+        Self::logged(setup, decomposition, comm, None)
+    }
+
+    /// As [`new`](Self::new), with a file for what an external engine prints.
+    pub(crate) fn logged(
+        setup: &Setup,
+        decomposition: &Decomposition,
+        comm: Comm,
+        log: Option<&Path>,
+    ) -> Result<Self> {
+        let dem = engine::engine(setup, decomposition, &comm, log)?;
+        Ok(Self::with_engine(setup, decomposition, comm, dem))
     }
 
     /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
@@ -139,7 +149,7 @@ impl<T: Real> Simulation<T> {
     /// Advances fluid and particles by one time step. Collective.
     ///
     /// # Errors
-    /// [`Error::Diverged`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
+    /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
     pub fn step(&mut self) -> Result<()> {
         let Self {
             comm,
@@ -174,7 +184,10 @@ impl<T: Real> Simulation<T> {
         };
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
 
-        if let Err(error) = moved {
+        if let Err(mut error) = moved {
+            if let Error::Engine { step, .. } = &mut error {
+                *step = self.step;
+            }
             failure.get_or_insert(error);
         }
         self.step += 1;
@@ -236,7 +249,7 @@ impl<T: Real> Simulation<T> {
     /// known to all; for the end of a run. Collective.
     ///
     /// # Errors
-    /// [`Error::Diverged`] on every rank.
+    /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         self.note_fault(self.wet.as_ref().and_then(|wet| wet.fluid.fault()));
         let mut failures = [i64::from(self.failure.is_some())];
@@ -250,20 +263,14 @@ impl<T: Real> Simulation<T> {
 
     /// The failure of the lowest rank that has one; the same on every rank. Collective.
     fn agree_on_failure(&mut self) -> Error {
-        let mine = match self.failure.take() {
-            Some(Error::Diverged { what, .. }) => what,
-            Some(other) => other.to_string(),
-            None => String::new(),
-        };
-        let all = self.comm.all_gather(mine.into_bytes());
-        let first = all
-            .iter()
-            .find(|text| !text.is_empty())
-            .map_or(&[][..], |text| text);
-        Error::Diverged {
-            step: self.step,
-            what: String::from_utf8_lossy(first).into_owned(),
-        }
+        let mine = self
+            .failure
+            .take()
+            .map_or_else(Vec::new, |error| Failure::new(error, self.step).to_bytes());
+        let all = self.comm.all_gather(mine);
+        Failure::first(&all)
+            .expect("called when a rank has failed")
+            .into_error(self.dem.name())
     }
 
     /// Steps done.

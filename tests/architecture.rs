@@ -9,7 +9,10 @@ use std::path::{Path, PathBuf};
 /// Every module and the modules it may use, which all stand below it: no arrow points up, so there is no cycle.
 const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
-    ("cli", "crosscheck simulation case output packing fluid dem contact error"),
+    (
+        "cli",
+        "crosscheck simulation case output packing fluid dem contact error",
+    ),
     (
         "crosscheck",
         "simulation case output dem contact particle shape wall domain comm units math error",

@@ -3,13 +3,14 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use turbid::comm::Comm;
+use turbid::comm::{Comm, on_threads};
 use turbid::contact::{ContactModel, ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use turbid::dem::{DemEngine, Liggghts, LiggghtsParams, Load};
+use turbid::dem::{DemEngine, Liggghts, LiggghtsOptions, LiggghtsParams, LiggghtsProcess, Load};
 use turbid::domain::{Decomposition, Domain};
 use turbid::math::Vec3;
 use turbid::particle::{Particle, Template};
-use turbid::shape::Sphere;
+use turbid::shape::{Cuboid, Sphere};
+use turbid::wall::{Motion, Surface, Wall};
 
 /// Radius of all spheres (m).
 const RADIUS: f64 = 0.5e-3;
@@ -84,34 +85,453 @@ const REST: Load = Load {
     torque: Vec3::new(0.0, 0.0, 0.0),
 };
 
-#[test]
-fn asking_for_contacts_and_saving_do_not_disturb_the_motion_and_what_is_saved_goes_on_as_before() {
-    let run = |ask: bool, split: bool| {
-        let mut lgg = engine(params(Some(contact(1e7, 0.7, 0.3))), &three()).unwrap();
-        let (mut seen, mut touching) = (0, 0);
-        for step in 0..1000 {
-            lgg.advance(&Comm::Solo, &[REST; 3], 1e-6).unwrap();
-            if ask {
-                seen += lgg.contact_states().len();
-            }
-            touching += usize::from(lgg.contacts().count > 0);
-            if split && touching == 20 {
-                println!("{step}");
-                touching += 1;
-                let saved = lgg.save().unwrap();
-                lgg = engine(params(Some(contact(1e7, 0.7, 0.3))), &three()).unwrap();
-                lgg.restore(&Comm::Solo, &[saved]).unwrap();
-            }
-        }
-        println!("{seen} {:?}", lgg.contacts());
-        lgg.particles().owned().to_vec()
-    };
-    let plain = run(false, false);
-    assert_eq!(plain, run(true, false));
-    let resumed = run(false, true);
-    for (a, b) in plain.iter().zip(&resumed) {
-        println!("{:?}\n{:?}", a.velocity, b.velocity);
-        println!("{:?}\n{:?}", a.angular_velocity, b.angular_velocity);
+/// The engine after this many steps of `dt` (s) under no load.
+fn advanced(mut engine: Liggghts, steps: u32, dt: f64) -> turbid::Result<Liggghts> {
+    let loads = vec![REST; engine.particles().owned];
+    for _ in 0..steps {
+        engine.advance(&Comm::Solo, &loads, dt)?;
     }
-    assert_eq!(plain, resumed);
+    Ok(engine)
+}
+
+#[test]
+fn asking_for_contacts_does_not_disturb_the_motion() {
+    let params = params(Some(contact(1e7, 0.7, 0.3)));
+    let plain = advanced(engine(params.clone(), &three()).unwrap(), 1000, 1e-6).unwrap();
+    let mut asked = engine(params, &three()).unwrap();
+    let mut seen = 0;
+    for _ in 0..1000 {
+        asked.advance(&Comm::Solo, &[REST; 3], 1e-6).unwrap();
+        seen += asked.contact_states().len();
+    }
+    assert!(seen > 100, "{seen} contacts seen");
+    assert_eq!(plain.particles().owned(), asked.particles().owned());
+}
+
+#[test]
+fn what_is_saved_in_the_middle_of_contacts_goes_on_to_the_bit() {
+    let params = params(Some(contact(1e7, 0.7, 0.3)));
+    let plain = advanced(engine(params.clone(), &three()).unwrap(), 1000, 1e-6).unwrap();
+    let mut first = engine(params.clone(), &three()).unwrap();
+    let mut steps = 0;
+    while first.contacts().max_depth < 5e-6 {
+        first = advanced(first, 1, 1e-6).unwrap();
+        steps += 1;
+    }
+    let spinning = first
+        .particles()
+        .owned()
+        .iter()
+        .any(|p| p.angular_velocity != [0.0; 3]);
+    assert!(spinning, "there is friction to be remembered");
+    let saved = first.save().unwrap();
+    drop(first);
+    let mut second = engine(params, &three()).unwrap();
+    second.restore(&Comm::Solo, &[saved]).unwrap();
+    let second = advanced(second, 1000 - steps, 1e-6).unwrap();
+    assert_eq!(plain.particles().owned(), second.particles().owned());
+    assert_eq!(plain.contacts(), second.contacts());
+}
+
+#[test]
+fn what_is_not_whole_or_of_another_case_is_not_restored() {
+    let mut one = engine(params(None), &three()).unwrap();
+    let saved = one.save().unwrap();
+    for length in [0, 7, 20, saved.len() / 2, saved.len() - 1] {
+        let error = one.restore(&Comm::Solo, &[saved[..length].to_vec()]).unwrap_err();
+        assert!(error.to_string().contains("saved"), "{error}");
+    }
+    let mut other = engine(params(None), &three()[..2]).unwrap();
+    let error = other.restore(&Comm::Solo, &[saved.clone()]).unwrap_err();
+    assert!(error.to_string().contains("another case"), "{error}");
+    one.restore(&Comm::Solo, &[saved]).unwrap();
+    advanced(one, 3, 1e-6).unwrap();
+}
+
+#[test]
+fn a_sphere_that_is_grown_for_contacts_keeps_its_moment_of_inertia() {
+    let mut grown = contact(1e7, 0.9, 0.3);
+    grown.enlargement = 0.2 * RADIUS;
+    for substeps in [1, 7] {
+        let params = LiggghtsParams {
+            substeps,
+            ..params(Some(grown.clone()))
+        };
+        let mut lgg = engine(params, &three()[..1]).unwrap();
+        let load = Load {
+            force: Vec3::new(1e-8, 2e-8, -3e-8),
+            torque: Vec3::new(1e-12, -2e-12, 3e-12),
+        };
+        for _ in 0..100 {
+            lgg.advance(&Comm::Solo, &[load], 1e-5).unwrap();
+        }
+        let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
+        let particle = lgg.particles().owned()[0];
+        let spin = load.torque * (1e-3 / (0.4 * mass * RADIUS * RADIUS));
+        let velocity = load.force * (1e-3 / mass) + Vec3::new(0.0, 0.1, 0.0);
+        assert!((particle.angular_velocity() - spin).norm() < 1e-12 * spin.norm());
+        assert!((particle.velocity() - velocity).norm() < 1e-12 * velocity.norm());
+    }
+}
+
+#[test]
+fn an_off_centre_impact_of_grown_spheres_turns_them_as_their_own_inertia_says() {
+    // Angular momentum about the centre of mass: what the flight loses, the spins gain.
+    let mut model = contact(1e7, 1.0, 0.3);
+    model.enlargement = 0.1 * RADIUS;
+    let middle = 8e-3;
+    let pair = [
+        moving(0, [middle, middle, middle], [0.0; 3]),
+        moving(
+            1,
+            [middle + 2.3 * RADIUS, middle + RADIUS, middle],
+            [-0.3, 0.0, 0.0],
+        ),
+    ];
+    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
+    let total = |engine: &Liggghts| -> f64 {
+        (engine.particles().owned().iter())
+            .map(|p| {
+                mass * p.position().cross(&p.velocity()).z
+                    + 0.4 * mass * RADIUS * RADIUS * p.angular_velocity[2]
+            })
+            .sum()
+    };
+    let before = engine(params(Some(model)), &pair).unwrap();
+    let start = total(&before);
+    let after = advanced(before, 4000, 2e-7).unwrap();
+    assert_eq!(after.contacts().begun, 1);
+    assert_eq!(after.contacts().count, 0);
+    let spin = after.particles().owned()[0].angular_velocity[2];
+    assert!(spin.abs() > 10.0, "{spin}");
+    assert!(
+        (total(&after) / start - 1.0).abs() < 1e-11,
+        "{} {start}",
+        total(&after)
+    );
+}
+
+#[test]
+fn one_to_four_ranks_get_the_same_bits() {
+    let run = |ranks: usize| {
+        let cut = Decomposition::new(DOMAIN, ranks).unwrap();
+        let mut all: Vec<Particle> = on_threads(ranks, |comm| {
+            let params = params(Some(contact(1e7, 0.7, 0.3)));
+            let mut lgg = Liggghts::new(params, cut.clone(), &comm, templates(), &three()).unwrap();
+            for step in 0..500 {
+                let loads: Vec<Load> = (lgg.particles().owned().iter())
+                    .map(|p| Load {
+                        force: Vec3::new(1e-9, 0.0, 0.0) * (p.id as f64 + f64::from(step)),
+                        torque: Vec3::zeros(),
+                    })
+                    .collect();
+                lgg.advance(&comm, &loads, 2e-6).unwrap();
+            }
+            lgg.particles().owned().to_vec()
+        })
+        .concat();
+        all.sort_by_key(|p| p.id);
+        all
+    };
+    let one = run(1);
+    assert_eq!(one.len(), 3);
+    for ranks in [2, 3, 4] {
+        assert_eq!(one, run(ranks), "{ranks} ranks");
+    }
+}
+
+#[test]
+fn the_forces_of_single_contacts_add_up_to_those_of_the_particles() {
+    let mut lgg = engine(params(Some(contact(1e7, 1.0, 0.0))), &three()).unwrap();
+    let mut seen = 0;
+    for _ in 0..600 {
+        lgg = advanced(lgg, 1, 1e-6).unwrap();
+        let states = lgg.contact_states();
+        seen += states.len();
+        for particle in lgg.particles().owned() {
+            let total: Vec3 = (states.iter())
+                .map(|state| match particle.id {
+                    id if id == state.first => Vec3::from(state.force),
+                    id if id == state.second => -Vec3::from(state.force),
+                    _ => Vec3::zeros(),
+                })
+                .sum();
+            let force = Vec3::from(particle.contact_force);
+            assert!((total - force).norm() <= 1e-9 * force.norm(), "{total} {force}");
+        }
+        for state in &states {
+            // Hertz, and away from the other one.
+            let hertz = 4.0 / 3.0
+                * (1e7 / (2.0 * (1.0 - 0.22 * 0.22)))
+                * (0.5 * RADIUS).sqrt()
+                * state.depth.powf(1.5);
+            let along = Vec3::from(state.force).dot(&Vec3::from(state.normal));
+            assert!((along / hertz + 1.0).abs() < 1e-6, "{along} {hertz}");
+        }
+    }
+    assert!(seen > 50);
+}
+
+/// A closed box with walls on its z faces.
+fn tank(velocity: Vec3) -> (Domain, Vec<Wall>) {
+    let domain = Domain {
+        periodic: [true, true, false],
+        ..DOMAIN
+    };
+    let wall = |name: &str, height: f64, up: f64, velocity| Wall {
+        name: name.to_owned(),
+        surface: Surface::Plane {
+            point: Vec3::new(0.0, 0.0, height),
+            normal: Vec3::z() * up,
+        },
+        motion: Motion {
+            velocity,
+            ..Motion::default()
+        },
+        material: 0,
+    };
+    let top = domain.size().z;
+    (
+        domain,
+        vec![
+            wall("z-", 0.0, 1.0, velocity),
+            wall("z+", top, -1.0, Vec3::zeros()),
+        ],
+    )
+}
+
+#[test]
+fn a_sphere_that_rests_on_a_floor_presses_with_its_weight_and_a_sliding_floor_takes_it_along() {
+    let (domain, walls) = tank(Vec3::new(0.02, 0.0, 0.0));
+    let params = LiggghtsParams {
+        walls,
+        gravity: Vec3::new(0.0, 0.0, -9.81),
+        substeps: 10,
+        ..params(Some(contact(1e6, 0.3, 0.5)))
+    };
+    let cut = Decomposition::new(domain, 1).unwrap();
+    let all = [moving(0, [8e-3, 8e-3, RADIUS], [0.0; 3])];
+    let mut lgg = Liggghts::new(params, cut, &Comm::Solo, templates(), &all).unwrap();
+    for _ in 0..3000 {
+        lgg.advance(&Comm::Solo, &[REST], 2e-5).unwrap();
+    }
+    let states = lgg.contact_states();
+    assert_eq!(states.len(), 1);
+    assert_eq!(states[0].wall(), Some(0));
+    let weight = 9.81 * 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
+    assert!(
+        (states[0].force[2] / weight - 1.0).abs() < 1e-3,
+        "{states:?} {weight}"
+    );
+    assert_eq!(Vec3::from(states[0].normal), -Vec3::z());
+    let sphere = lgg.particles().owned()[0];
+    // It rolls on: at the point of contact it moves as the floor does.
+    let below = sphere.velocity[0] - sphere.angular_velocity[1] * RADIUS;
+    assert!((below / 0.02 - 1.0).abs() < 1e-2, "{below}");
+}
+
+/// What LIGGGHTS says to a case that it does not take.
+fn refusal(params: LiggghtsParams) -> String {
+    match engine(params, &three()) {
+        Ok(lgg) => advanced(lgg, 1, 1e-6)
+            .err()
+            .map_or_else(String::new, |e| e.to_string()),
+        Err(error) => {
+            assert_eq!(error.exit_code(), 2, "{error}");
+            error.to_string()
+        }
+    }
+}
+
+fn with_commands(commands: &[&str]) -> LiggghtsParams {
+    LiggghtsParams {
+        options: LiggghtsOptions {
+            commands: commands.iter().map(|&c| c.to_owned()).collect(),
+            ..LiggghtsOptions::default()
+        },
+        ..params(Some(contact(1e7, 0.7, 0.3)))
+    }
+}
+
+#[test]
+fn what_liggghts_refuses_comes_back_in_its_own_words_with_the_command() {
+    for (commands, words) in [
+        (&["nonsense 1 2"][..], "Unknown command"),
+        (&["fix extra all nonsense"], "Invalid fix style"),
+        (
+            &["fix extra all wall/gran model"],
+            "fix extra all wall/gran model",
+        ),
+        (&["compute c all nonsense"], "Invalid compute style"),
+        (
+            &[
+                "pair_style gran model hertz tangential history cohesion sjkr",
+                "pair_coeff * *",
+            ],
+            "cohesionEnergyDensity",
+        ),
+        (&["pair_style nonsense"], "Invalid pair style"),
+        (&["atom_style superquadric"], "atom_style superquadric"),
+        (&["quit"], "quit"),
+    ] {
+        let text = refusal(with_commands(commands));
+        assert!(
+            text.contains("LIGGGHTS") && text.contains(words),
+            "{commands:?}: {text}"
+        );
+    }
+    let text = refusal(params(Some(contact(1e7, 0.05, 0.3))));
+    assert!(text.contains("0.05 < coefficientRestitution <= 1"), "{text}");
+}
+
+#[test]
+fn stiffness_beyond_the_usual_bounds_of_liggghts_is_accepted() {
+    for modulus in [5e3, 7e10] {
+        let lgg = engine(params(Some(contact(modulus, 0.9, 0.3))), &three()).unwrap();
+        advanced(lgg, 2, 1e-9).unwrap();
+    }
+}
+
+#[test]
+fn commands_of_the_user_act() {
+    // Viscous damping on all particles: none of it is ours.
+    let lgg = engine(with_commands(&["fix drag all viscous 1e-4"]), &three()[..1]).unwrap();
+    let lgg = advanced(lgg, 1000, 1e-5).unwrap();
+    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
+    let expected = 0.1 * (-1e-4 / mass * 1e-2_f64).exp();
+    let speed = lgg.particles().owned()[0].velocity[1];
+    assert!((speed / expected - 1.0).abs() < 1e-2, "{speed} {expected}");
+}
+
+#[test]
+fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
+    let own = |mut params: LiggghtsParams| {
+        params.options.process = LiggghtsProcess::Own;
+        params
+    };
+    let model = Some(contact(1e7, 0.7, 0.3));
+    let run = || advanced(engine(own(params(model.clone())), &three()).unwrap(), 600, 1e-6).unwrap();
+    let first = run().particles().owned().to_vec();
+    let in_worker = advanced(engine(params(model.clone()), &three()).unwrap(), 600, 1e-6).unwrap();
+    assert_eq!(first, in_worker.particles().owned(), "here and there");
+    for commands in [
+        &["nonsense"][..],
+        &["fix extra all nonsense"],
+        &["fix young all property/global youngsModulus"],
+    ] {
+        let error = engine(own(with_commands(commands)), &three()).unwrap_err();
+        assert!(error.to_string().contains("LIGGGHTS refuses"), "{error}");
+        assert_eq!(run().particles().owned(), first, "after {commands:?}");
+    }
+    let holder = run();
+    let error = engine(own(params(model)), &three()).unwrap_err();
+    assert!(error.to_string().contains("in use"), "{error}");
+    drop(holder);
+    // The one after this is broken for good, and says so.
+    engine(own(with_commands(&["fix young all nonsense"])), &three()).unwrap_err();
+    let error = engine(own(with_commands(&[])), &three()).unwrap_err();
+    assert!(error.to_string().contains("broken"), "{error}");
+}
+
+#[test]
+fn loads_and_states_that_are_no_numbers_never_reach_liggghts() {
+    let mut lgg = engine(params(None), &three()).unwrap();
+    let mut loads = [REST; 3];
+    loads[1].torque.y = f64::NAN;
+    let error = lgg.advance(&Comm::Solo, &loads, 1e-6).unwrap_err();
+    assert!(error.to_string().contains("particle 10"), "{error}");
+    assert_eq!(error.exit_code(), 3);
+    let mut spoilt = three();
+    spoilt[2].position[0] = f64::INFINITY;
+    let error = engine(params(None), &spoilt).unwrap_err();
+    assert!(error.to_string().contains("particle 12"), "{error}");
+}
+
+#[test]
+fn a_particle_that_leaves_through_an_open_face_is_missed() {
+    let (domain, _) = tank(Vec3::zeros());
+    let cut = Decomposition::new(domain, 1).unwrap();
+    let all = [
+        moving(4, [8e-3, 8e-3, 1e-3], [0.0, 0.0, -1.0]),
+        moving(5, [8e-3, 8e-3, 8e-3], [0.0; 3]),
+    ];
+    let mut lgg = Liggghts::new(params(None), cut, &Comm::Solo, templates(), &all).unwrap();
+    let error = (0..100).find_map(|_| lgg.advance(&Comm::Solo, &[REST; 2], 1e-4).err());
+    let error = error.expect("the particle has left").to_string();
+    assert!(
+        error.contains("lost the particle last seen at (8.0") && error.contains("not periodic"),
+        "{error}"
+    );
+}
+
+#[test]
+fn coinciding_centres_which_liggghts_passes_over_end_the_run() {
+    let mut all = three();
+    all[1].position = all[0].position;
+    let lgg = engine(params(Some(contact(1e7, 0.7, 0.3))), &all).unwrap();
+    // They come out with a state that is no number, or as they went in: too deep in each other.
+    let error = advanced(lgg, 1, 1e-9).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("deep") || text.contains("not finite"), "{text}");
+    assert_eq!(error.exit_code(), 3);
+}
+
+#[test]
+fn a_box_too_large_for_its_particles_is_refused_with_liggghts_words() {
+    let domain = Domain {
+        cells: [8; 3],
+        dx: 1.0,
+        ..DOMAIN
+    };
+    let cut = Decomposition::new(domain, 1).unwrap();
+    let params = params(Some(contact(1e7, 0.7, 0.3)));
+    let error = Liggghts::new(params, cut, &Comm::Solo, templates(), &three()).unwrap_err();
+    assert!(error.to_string().contains("bins"), "{error}");
+}
+
+#[test]
+fn shapes_and_walls_that_liggghts_has_not_are_unsupported() {
+    let cube = Template {
+        shape: Arc::new(Cuboid::new(Vec3::repeat(1e-3)).unwrap()),
+        density: 2500.0,
+        material: 0,
+    };
+    let cut = Decomposition::new(DOMAIN, 1).unwrap();
+    let error = Liggghts::new(params(None), cut, &Comm::Solo, Arc::new([cube]), &[]).unwrap_err();
+    assert!(error.to_string().contains("cuboid"), "{error}");
+    let (_, mut walls) = tank(Vec3::new(0.0, 0.0, 0.1));
+    let error = engine(
+        LiggghtsParams {
+            walls: walls.clone(),
+            ..params(Some(contact(1e7, 0.7, 0.3)))
+        },
+        &three(),
+    )
+    .unwrap_err();
+    assert!(error.to_string().contains("`z-`"), "{error}");
+    walls[0].motion = Motion::default();
+    walls[0].surface = Surface::Plane {
+        point: Vec3::zeros(),
+        normal: Vec3::new(0.6, 0.0, 0.8),
+    };
+    let tilted = LiggghtsParams {
+        walls,
+        ..params(Some(contact(1e7, 0.7, 0.3)))
+    };
+    assert!(
+        engine(tilted, &three())
+            .unwrap_err()
+            .to_string()
+            .contains("across x, y or z")
+    );
+}
+
+#[test]
+fn no_particles_are_no_trouble() {
+    advanced(
+        engine(params(Some(contact(1e7, 0.7, 0.3))), &[]).unwrap(),
+        3,
+        1e-6,
+    )
+    .unwrap();
 }

@@ -25,7 +25,9 @@ fn main() -> ExitCode {
                 println!("cargo::error=  {reason}");
             }
             println!("cargo::error=Debian: apt-get install {PACKAGES}");
-            println!("cargo::error=or build without `--features liggghts`: the native engine needs nothing of this");
+            println!(
+                "cargo::error=or build without `--features liggghts`: the native engine needs nothing of this"
+            );
             ExitCode::FAILURE
         }
     }
@@ -35,7 +37,16 @@ fn main() -> ExitCode {
 fn build() -> Result<(), Vec<String>> {
     let mut missing = Vec::new();
     let headers = PathBuf::from(env::var("LIGGGHTS_INCLUDE").unwrap_or("/usr/include/liggghts".to_owned()));
-    for header in ["library.h", "lammps.h", "modify.h", "fix.h", "compute.h", "atom.h", "error.h", "update.h"] {
+    for header in [
+        "library.h",
+        "lammps.h",
+        "modify.h",
+        "fix.h",
+        "compute.h",
+        "atom.h",
+        "error.h",
+        "update.h",
+    ] {
         if !headers.join(header).exists() {
             missing.push(format!(
                 "{} is not there (package libliggghts-dev, or set LIGGGHTS_INCLUDE)",
@@ -84,10 +95,16 @@ fn mpi_directories() -> Result<Vec<PathBuf>, String> {
         return Ok(text.split_whitespace().map(PathBuf::from).collect());
     }
     let Some(output) = ask("-show") else {
-        return Err(format!("the compiler wrapper `{wrapper}` does not run (package libopenmpi-dev, or set MPICC)"));
+        return Err(format!(
+            "the compiler wrapper `{wrapper}` does not run (package libopenmpi-dev, or set MPICC)"
+        ));
     };
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    Ok(text.split_whitespace().filter_map(|word| word.strip_prefix("-I")).map(PathBuf::from).collect())
+    Ok(text
+        .split_whitespace()
+        .filter_map(|word| word.strip_prefix("-I"))
+        .map(PathBuf::from)
+        .collect())
 }
 
 /// Rust declarations of the shim's C header.

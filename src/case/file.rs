@@ -3,6 +3,7 @@
 //! `turbid check --schema` prints what stands here as a JSON schema. Numbers are in SI units unless said otherwise.
 
 mod contacts;
+mod dem;
 mod particles;
 mod shapes;
 mod walls;
@@ -15,6 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use contacts::{ContactSection, GeometryKind, MaterialSection, PairSection};
+pub use dem::{DemSection, EngineKind, LiggghtsSection};
 pub use particles::ParticleSection;
 pub use shapes::{
     CubeSection, CuboidSection, CylinderSection, EllipsoidSection, MeshSection, PolyhedronSection,
@@ -46,6 +48,9 @@ pub struct Case {
     /// Contacts of particles with each other and with walls. The defaults are those of Marquardt et al. (2024).
     #[serde(default)]
     pub contact: ContactSection,
+    /// What moves the particles.
+    #[serde(default)]
+    pub dem: DemSection,
     /// What drives the flow.
     #[serde(default)]
     pub driving: DrivingSection,

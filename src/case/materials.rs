@@ -213,13 +213,13 @@ impl Materials {
             materials: self.elasticity.clone(),
             pairs,
             enlargement,
-            geometry: match contact.geometry {
+            geometry: match contact.geometry.value {
                 GeometryKind::Exact => Geometry::Exact,
                 GeometryKind::Sampled => Geometry::Sampled {
                     samples: samples.value,
                 },
             },
-            law: contact.law,
+            law: contact.law.value,
             damping: contact.damping,
         }))
     }

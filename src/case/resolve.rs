@@ -2,6 +2,7 @@
 
 use super::checks::Clock;
 use super::dry::{self, Medium};
+use super::engine::{engine, refuse_emptiness, refuse_walls};
 use super::file::{Case, Duration, Every};
 use super::kinds::kinds;
 use super::materials::Materials;
@@ -51,10 +52,12 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         Medium::Dry(_) => source.non_negative("dry.enlargement", grown, "in metres")?,
     };
     let contact = materials.contact(source, &case, enlargement)?;
+    let engine = engine(source, &case)?;
     let reach = (templates.iter())
         .map(|template| Contour::new(template.shape.clone(), enlargement).reach())
         .fold(0.0, f64::max);
     let walls = walls(source, &case, &domain, &materials, reach)?;
+    refuse_walls(source, &case, &engine, &walls)?;
     let gravity = gravity(source, &case)?;
     let substeps = substeps(source, &case)?;
     let reference = |density: f64| Reference {
@@ -105,6 +108,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         folder,
     };
     let particles = placer.place()?;
+    refuse_emptiness(source, &case, &engine, particles.len())?;
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, templates, &particles, enlargement)?;
     }
@@ -140,7 +144,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         templates: kinds.templates.into(),
         particles,
         contact,
-        engine: crate::dem::EngineChoice::Native,
+        engine,
         substeps,
         gravity,
         force_balance: case

@@ -129,7 +129,10 @@ impl Liggghts {
     ) -> Result<Self> {
         assert!(params.substeps > 0);
         if let Some(template) = templates.iter().find(|t| t.shape.as_sphere().is_none()) {
-            return Err(unsupported(format!("a particle that is a {}: it has spheres only", template.shape.kind())));
+            return Err(unsupported(format!(
+                "a particle that is a {}: it has spheres only",
+                template.shape.kind()
+            )));
         }
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
         let contours: Vec<Contour> = (templates.iter())
@@ -190,13 +193,23 @@ impl Liggghts {
         // The instance of this process, if there is one, must be free before it is taken again.
         self.master = None;
         let domain = self.near.decomposition().domain;
-        let radii: Vec<f64> = (all.iter()).map(|p| self.contours[p.template as usize].reach()).collect();
+        let radii: Vec<f64> = (all.iter())
+            .map(|p| self.contours[p.template as usize].reach())
+            .collect();
+        if let Some(particle) = all.iter().find(|particle| !particle.is_finite()) {
+            return Err(Error::Input(format!(
+                "the state of particle {} is not finite",
+                particle.id
+            )));
+        }
         let process = if all.is_empty() {
             None
         } else {
             let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
             let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
-            let atoms = (all.iter().zip(&radii)).map(|(p, &radius)| self.atom(p, radius)).collect();
+            let atoms = (all.iter().zip(&radii))
+                .map(|(p, &radius)| self.atom(p, radius))
+                .collect();
             let mut process = match self.params.options.process {
                 LiggghtsProcess::Own => Process::Own(Session::new()),
                 LiggghtsProcess::Worker => {
@@ -263,7 +276,9 @@ impl Liggghts {
 
     /// Place of a particle among all.
     fn index(&self, id: u64) -> usize {
-        self.ids.binary_search(&id).expect("the ids are those of all particles")
+        self.ids
+            .binary_search(&id)
+            .expect("the ids are those of all particles")
     }
 
     /// Has LIGGGHTS make a step under the loads of all ranks; on rank 0.
@@ -275,14 +290,22 @@ impl Liggghts {
             what,
         };
         let mut loads = vec![Push::default(); self.ids.len()];
-        for entry in messages.iter().flat_map(|m| m.chunks_exact(8 + size_of::<Push>())) {
+        for entry in messages
+            .iter()
+            .flat_map(|m| m.chunks_exact(8 + size_of::<Push>()))
+        {
             let (index, push) = entry.split_at(8);
             let index = u64::from_le_bytes(index.try_into().expect("eight bytes"));
             loads[index as usize] = bytemuck::pod_read_unaligned(push);
         }
         // A number that is none sends LIGGGHTS out of its arrays.
-        if let Some(index) = (loads.iter()).position(|l| !l.force.iter().chain(&l.torque).all(|x| x.is_finite())) {
-            return Err(failure(format!("the load on particle {} is not finite", self.ids[index])));
+        if let Some(index) =
+            (loads.iter()).position(|l| !l.force.iter().chain(&l.torque).all(|x| x.is_finite()))
+        {
+            return Err(failure(format!(
+                "the load on particle {} is not finite",
+                self.ids[index]
+            )));
         }
         let substeps = self.params.substeps;
         let Some(master) = &mut self.master else {
@@ -299,7 +322,9 @@ impl Liggghts {
         match process.borrow_mut().ask(request) {
             Reply::States(states) if states.len() == self.ids.len() => Ok(states),
             Reply::Failed(text) => Err(failure(text)),
-            _ => Err(failure("it answered something else than what it was asked".to_owned())),
+            _ => Err(failure(
+                "it answered something else than what it was asked".to_owned(),
+            )),
         }
     }
 
@@ -314,7 +339,7 @@ impl Liggghts {
             let state = &states[index];
             let position = domain.wrap(state.position.into());
             let moved = domain.nearest_image(position - particle.position()).amax();
-            if moved > domain.dx * f64::from(self.params.substeps) || moved.is_nan() {
+            if moved > domain.dx || moved.is_nan() {
                 failure = failure.and_then(|()| {
                     Err(Error::Diverged {
                         step: self.step,
@@ -353,7 +378,11 @@ impl Liggghts {
 
     /// Walls where they stand now: those that LIGGGHTS has move along themselves only.
     fn surfaces(&self) -> impl Iterator<Item = &Surface> {
-        let walls: &[Wall] = if self.params.contact.is_some() { &self.params.walls } else { &[] };
+        let walls: &[Wall] = if self.params.contact.is_some() {
+            &self.params.walls
+        } else {
+            &[]
+        };
         walls.iter().map(|wall| &wall.surface)
     }
 
@@ -404,7 +433,10 @@ impl Liggghts {
             }
         }
         pairs.sort_unstable();
-        let begun = pairs.iter().filter(|pair| master.pairs.binary_search(pair).is_err()).count();
+        let begun = pairs
+            .iter()
+            .filter(|pair| master.pairs.binary_search(pair).is_err())
+            .count();
         master.summary = ContactSummary {
             count: pairs.len(),
             max_depth: deepest,
@@ -422,7 +454,12 @@ impl Liggghts {
         let position = *master.positions.get(first)?;
         let body = self.body(master, first);
         let (second, overlap) = if touch.is_wall == 1 {
-            let surface = self.params.walls.get(touch.second as usize)?.surface.seen_from(position);
+            let surface = self
+                .params
+                .walls
+                .get(touch.second as usize)?
+                .surface
+                .seen_from(position);
             let wall = ContactState::of_wall(touch.second as usize);
             (wall, measure_wall(Geometry::Exact, &body, &surface)?)
         } else {
@@ -474,7 +511,9 @@ impl DemEngine for Liggghts {
             }
         }
         if comm.size() > 1 {
-            let bytes = comm.all_gather(bytemuck::cast_slice(&states).to_vec()).swap_remove(0);
+            let bytes = comm
+                .all_gather(bytemuck::cast_slice(&states).to_vec())
+                .swap_remove(0);
             states = bytemuck::pod_collect_to_vec(&bytes);
         }
         if states.len() == self.ids.len() {
@@ -487,7 +526,9 @@ impl DemEngine for Liggghts {
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.master.as_ref().map_or_else(ContactSummary::default, |master| master.summary)
+        self.master
+            .as_ref()
+            .map_or_else(ContactSummary::default, |master| master.summary)
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
@@ -501,8 +542,9 @@ impl DemEngine for Liggghts {
         let Reply::Touches(touches) = process.borrow_mut().ask(Request::Touches) else {
             return Vec::new();
         };
-        let mut states: Vec<ContactState> =
-            (touches.iter()).filter_map(|touch| self.contact_state(master, touch)).collect();
+        let mut states: Vec<ContactState> = (touches.iter())
+            .filter_map(|touch| self.contact_state(master, touch))
+            .collect();
         states.sort_by_key(|state| (state.first, state.second));
         states
     }
@@ -535,7 +577,9 @@ impl DemEngine for Liggghts {
     }
 
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let malformed = || Error::Input("what the liggghts engine has saved is not whole, or of another version".to_owned());
+        let malformed = || {
+            Error::Input("what the liggghts engine has saved is not whole, or of another version".to_owned())
+        };
         let (mut all, mut own, mut step, mut begun) = (Vec::new(), Vec::new(), 0, 0);
         for part in parts {
             let (particles, bytes, numbers) = split(part).ok_or_else(malformed)?;
@@ -547,7 +591,9 @@ impl DemEngine for Liggghts {
         let mut ids: Vec<u64> = all.iter().map(|p: &Particle| p.id).collect();
         ids.sort_unstable();
         if ids != self.ids || all.iter().any(|p| p.template as usize >= self.inertias.len()) {
-            return Err(Error::Input("what the liggghts engine has saved is of another case".to_owned()));
+            return Err(Error::Input(
+                "what the liggghts engine has saved is of another case".to_owned(),
+            ));
         }
         self.begin(comm, &all, Some(own))?;
         self.step = step;
@@ -580,7 +626,13 @@ fn split(part: &[u8]) -> Option<(Vec<Particle>, &[u8], [u64; 2])> {
     let length = (numbers[0] as usize).checked_mul(size_of::<Particle>())?;
     let (particles, own) = rest.split_at_checked(length)?;
     let whole = own.len() as u64 == numbers[1];
-    whole.then(|| (bytemuck::pod_collect_to_vec(particles), own, [numbers[2], numbers[3]]))
+    whole.then(|| {
+        (
+            bytemuck::pod_collect_to_vec(particles),
+            own,
+            [numbers[2], numbers[3]],
+        )
+    })
 }
 
 /// LIGGGHTS cannot have what the case asks for.

@@ -23,6 +23,8 @@ mod bricks;
 mod carried_tests;
 #[cfg(test)]
 mod cube_tests;
+#[cfg(test)]
+mod damped_tests;
 mod failures;
 mod ledger;
 #[cfg(test)]
@@ -193,6 +195,7 @@ impl Native {
             contours: &self.contours,
             bounds: &self.bounds,
             radii: &self.radii,
+            inertias: &self.inertias,
             laws: &self.laws,
             store: &self.population.store,
             near: &self.near,

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  liggghts.log
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
 //!   contacts.pvd      contacts/contacts_0000001000.vtp ...
@@ -26,7 +26,7 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory.
-const TOP: [&str; 9] = [
+const TOP: [&str; 10] = [
     "summary.json",
     "series.csv",
     "settling_velocity.png",
@@ -36,6 +36,7 @@ const TOP: [&str; 9] = [
     "force_chains.pvd",
     "walls.vtp",
     "particle_series.csv",
+    "liggghts.log",
 ];
 /// Directory, prefix and extension of the numbered files.
 const FIELDS: (&str, &str, &str) = ("fields", "fields_", ".vti");
@@ -100,6 +101,11 @@ impl OutputFiles {
     /// The time series of single particles.
     pub fn particle_series(&self) -> PathBuf {
         self.directory.join(TOP[8])
+    }
+
+    /// What LIGGGHTS prints.
+    pub fn liggghts_log(&self) -> PathBuf {
+        self.directory.join(TOP[9])
     }
 
     /// The fluid fields at `step`.
@@ -217,6 +223,7 @@ mod tests {
             files.force_chains_collection(),
             files.force_chains(3),
             files.walls(),
+            files.liggghts_log(),
             files.fields(4).with_extension("vti.tmp"),
         ];
         let foreign = [

@@ -1,11 +1,12 @@
-//! Pictures of a run as PNG: a slice through the velocity field, the particles from the side, and settling velocity over
-//! time.
+//! Pictures of a run as PNG: a slice through the velocity field, the particles from the side, settling velocity over
+//! time; and curves over each other.
 
 mod axis;
 mod canvas;
 mod colour;
 mod labels;
 mod outline;
+mod overlay;
 mod page;
 mod plane;
 mod plot;
@@ -16,6 +17,7 @@ mod side_view;
 mod slice;
 mod text;
 
+pub use overlay::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
 pub use plot::{SettlingPlot, write_settling};
 pub use scene::{Clock, Scene};
 pub use side_view::write_side_view;

@@ -5,6 +5,7 @@ use super::run::{decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;
 use crate::comm::Comm;
+use crate::dem::EngineChoice;
 use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::fluid::{Precision, Real, stream_bandwidth};
@@ -62,6 +63,9 @@ pub struct BenchReport {
 }
 
 /// Times steps of a case without writing anything.
+///
+/// # Errors
+/// As [`run`](super::run), less those of the output.
 pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     let mut setup = setup.clone();
     if options.no_contact || options.fluid_only {
@@ -69,10 +73,12 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     }
     if options.fluid_only {
         setup.particles.clear();
+        setup.engine = EngineChoice::Native;
         // Something must move, without getting fast in any number of steps that a benchmark takes.
         setup.zero_net_flux = false;
         setup.body_acceleration = Vec3::x() * (1e-7 * setup.units.acceleration());
     }
+    setup.engine.refuse_if_missing()?;
     let decomposition = decompose(&setup)?;
     match setup.precision {
         Precision::F32 => on_ranks(&decomposition, |comm| {

@@ -7,7 +7,7 @@ use crate::comm::{Comm, on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Precision, Real};
-use crate::output::{Summary, directory};
+use crate::output::{OutputFiles, Summary, directory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,8 +24,9 @@ pub struct RunOptions {
 ///
 /// # Errors
 /// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
-/// the range of the method, with all output up to then readable.
+/// the range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
 pub fn run(setup: &Setup, options: &RunOptions) -> Result<Summary> {
+    setup.engine.refuse_if_missing()?;
     let decomposition = decompose(setup)?;
     directory::prepare(&setup.output.directory)?;
     let summary = match setup.precision {
@@ -83,7 +84,8 @@ fn run_rank<T: Real>(
     decomposition: &Decomposition,
     comm: Comm,
 ) -> Result<Option<Summary>> {
-    let mut simulation = Simulation::<T>::new(setup, decomposition, comm)?;
+    let log = OutputFiles::new(&setup.output.directory).liggghts_log();
+    let mut simulation = Simulation::<T>::logged(setup, decomposition, comm, Some(&log))?;
     let mut observer = Observer::new(setup, decomposition, &simulation.comm, options.quiet);
     let mut interrupted = false;
     observer.observe(&mut simulation, false)?;

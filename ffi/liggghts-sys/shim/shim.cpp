@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <new>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -66,12 +66,18 @@ template <class Body> int guarded(Body body) {
 
 LAMMPS *of(lgg_instance *instance) { return static_cast<LAMMPS *>(instance->lammps); }
 
-// The first word, to know what a failed command leaves behind.
-bool starts_with(const char *command, const char *word) {
-  while (*command == ' ' || *command == '\t')
-    ++command;
-  size_t n = std::strlen(word);
-  return std::strncmp(command, word, n) == 0 && (command[n] == ' ' || command[n] == '\t' || command[n] == 0);
+// Whether a failure of the command leaves pointers to what it has freed: these styles are freed before their successors
+// exist, and so is a fix or compute that is given anew under its old name.
+bool replaces(LAMMPS *lammps, const char *command) {
+  std::istringstream words(command);
+  std::string word, id;
+  words >> word >> id;
+  if (word == "atom_style" || word == "pair_style")
+    return true;
+  if (id.empty())
+    return false;
+  return (word == "fix" && lammps->modify->find_fix(&id[0]) >= 0) ||
+         (word == "compute" && lammps->modify->find_compute(&id[0]) >= 0);
 }
 
 } // namespace
@@ -131,6 +137,7 @@ void lgg_finalize(void) {
 void lgg_flush_lines(void) { std::setvbuf(stdout, nullptr, _IOLBF, 0); }
 
 int lgg_command(lgg_instance *instance, const char *command) {
+  bool risky = !instance->broken && replaces(of(instance), command);
   int failed = guarded([&] {
     if (instance->broken)
       throw Failure("LIGGGHTS cannot go on after its last error");
@@ -138,8 +145,7 @@ int lgg_command(lgg_instance *instance, const char *command) {
     std::vector<char> text(command, command + std::strlen(command) + 1);
     lammps_command(instance->lammps, text.data());
   });
-  // These styles are freed before their successors exist.
-  if (failed && (starts_with(command, "atom_style") || starts_with(command, "pair_style")))
+  if (failed && risky)
     instance->broken = true;
   return failed;
 }

@@ -19,18 +19,18 @@ pub struct ContactSection {
     pub restitution: Located<f64>,
     /// Static friction coefficient (-). Default 0.32.
     pub friction_static: Located<f64>,
-    /// Kinetic friction coefficient (-). Default 0.16.
+    /// Kinetic friction coefficient (-), the only one that LIGGGHTS has. Default 0.16.
     pub friction_kinetic: Located<f64>,
     /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
     pub transition_velocity: Located<f64>,
     /// By how much every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
     pub enlargement: Located<f64>,
     /// How the elastic force follows from the overlap. Default "paper".
-    pub law: ElasticLaw,
+    pub law: Located<ElasticLaw>,
     /// How the normal force is damped. Default "hunt_crossley".
     pub damping: DampingLaw,
     /// How overlaps are measured. Default "exact".
-    pub geometry: GeometryKind,
+    pub geometry: Located<GeometryKind>,
     /// Samples per direction of the sampled geometry. Default 8.
     pub samples: Located<u32>,
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
@@ -50,9 +50,9 @@ impl Default for ContactSection {
             friction_kinetic: 0.16.into(),
             transition_velocity: 1e-3.into(),
             enlargement: 0.2.into(),
-            law: ElasticLaw::Paper,
+            law: ElasticLaw::Paper.into(),
             damping: DampingLaw::HuntCrossley,
-            geometry: GeometryKind::Exact,
+            geometry: GeometryKind::Exact.into(),
             samples: 8.into(),
             substeps: 1.into(),
             pairs: Vec::new(),

@@ -23,8 +23,14 @@ const MODEL: &str = "model hertz tangential history";
 
 /// The commands for a box, with the smallest radius of contact (m).
 pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> Result<Plan, String> {
-    let axes = domain.periodic.map(|periodic| if periodic { "p" } else { "f" }).join(" ");
-    let materials = params.contact.as_ref().map_or(1, |contact| contact.materials.len());
+    let axes = domain
+        .periodic
+        .map(|periodic| if periodic { "p" } else { "f" })
+        .join(" ");
+    let materials = params
+        .contact
+        .as_ref()
+        .map_or(1, |contact| contact.materials.len());
     let size = domain.size();
     let before = vec![
         "units si".to_owned(),
@@ -38,7 +44,10 @@ pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         "soft_particles yes".to_owned(),
     ];
     let space = vec![
-        format!("region box block 0 {:e} 0 {:e} 0 {:e} units box", size.x, size.y, size.z),
+        format!(
+            "region box block 0 {:e} 0 {:e} 0 {:e} units box",
+            size.x, size.y, size.z
+        ),
         format!("create_box {materials} box"),
     ];
     let mut after = vec![
@@ -51,7 +60,11 @@ pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
     if params.contact.is_none() {
         after.push("neigh_modify exclude group all all".to_owned());
     }
-    let walls: &[Wall] = if params.contact.is_some() { &params.walls } else { &[] };
+    let walls: &[Wall] = if params.contact.is_some() {
+        &params.walls
+    } else {
+        &[]
+    };
     let mut last = Vec::new();
     for (index, wall) in walls.iter().enumerate() {
         let primitive = primitive(wall)?;
@@ -79,7 +92,10 @@ pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         last,
         user: params.options.commands.clone(),
         walls: walls.len(),
-        log: params.log.as_deref().map(|log| quoted(log).trim_matches('"').to_owned()),
+        log: params
+            .log
+            .as_deref()
+            .map(|log| quoted(log).trim_matches('"').to_owned()),
     })
 }
 
@@ -110,13 +126,21 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
     let friction = list(
         pairs
             .iter()
-            .map(|pair| if pair.friction_static > 0.0 { pair.friction_kinetic } else { 0.0 })
+            .map(|pair| {
+                if pair.friction_static > 0.0 {
+                    pair.friction_kinetic
+                } else {
+                    0.0
+                }
+            })
             .collect(),
     );
     vec![
         format!("fix young all property/global youngsModulus peratomtype{young}"),
         format!("fix poisson all property/global poissonsRatio peratomtype{poisson}"),
-        format!("fix restitution all property/global coefficientRestitution peratomtypepair {n}{restitution}"),
+        format!(
+            "fix restitution all property/global coefficientRestitution peratomtypepair {n}{restitution}"
+        ),
         format!("fix friction all property/global coefficientFriction peratomtypepair {n}{friction}"),
     ]
 }
@@ -160,7 +184,10 @@ pub(super) fn primitive(wall: &Wall) -> Result<String, String> {
                 1 => [0, 2],
                 _ => [0, 1],
             };
-            Ok(format!("{}cylinder {radius:e} {:e} {:e}", NAMES[axis], point[a], point[b]))
+            Ok(format!(
+                "{}cylinder {radius:e} {:e} {:e}",
+                NAMES[axis], point[a], point[b]
+            ))
         }
     }
 }

@@ -138,9 +138,11 @@ enum ReplyHead {
 impl Request {
     pub(super) fn write(&self, to: &mut impl Write) -> io::Result<()> {
         match self {
-            Self::Open(plan, atoms) => {
-                write_message(to, &RequestHead::Open(plan.clone()), &[bytemuck::cast_slice(atoms)])
-            }
+            Self::Open(plan, atoms) => write_message(
+                to,
+                &RequestHead::Open(plan.clone()),
+                &[bytemuck::cast_slice(atoms)],
+            ),
             Self::Resume(plan, atoms, saved) => {
                 let head = RequestHead::Resume(plan.clone(), saved.len());
                 write_message(to, &head, &[bytemuck::cast_slice(atoms), saved])

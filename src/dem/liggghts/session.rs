@@ -70,7 +70,11 @@ impl Instance {
         let mut instance = ptr::null_mut();
         // SAFETY: the path is a C string, and `instance` is where the pointer goes.
         let failed = unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) };
-        if failed == 0 { Ok(Self(instance)) } else { Err(error()) }
+        if failed == 0 {
+            Ok(Self(instance))
+        } else {
+            Err(error())
+        }
     }
 
     /// Back onto the shelf, empty; an instance that cannot be cleared stays where it is.
@@ -130,14 +134,20 @@ impl Instance {
         }
         // SAFETY: the shim has copied that many rows, and keeps them until it is asked again.
         let values = unsafe { std::slice::from_raw_parts(values, (rows * columns) as usize) };
-        Ok(values.chunks_exact(columns as usize).map(<[f64]>::to_vec).collect())
+        Ok(values
+            .chunks_exact(columns as usize)
+            .map(<[f64]>::to_vec)
+            .collect())
     }
 }
 
 /// The reason of the last failure, in LIGGGHTS's words.
 fn error() -> String {
     // SAFETY: the shim returns a C string that lives until the next failure in this thread.
-    unsafe { CStr::from_ptr(ffi::lgg_error()) }.to_string_lossy().trim().to_owned()
+    unsafe { CStr::from_ptr(ffi::lgg_error()) }
+        .to_string_lossy()
+        .trim()
+        .to_owned()
 }
 
 /// Three numbers of atom `k`.
@@ -214,7 +224,10 @@ impl Session {
             instance.command(command)?;
         }
         // At random, to be put in their places; the seed has no meaning.
-        instance.command(&format!("create_atoms 1 random {} 49979687 NULL", self.atoms.len()))?;
+        instance.command(&format!(
+            "create_atoms 1 random {} 49979687 NULL",
+            self.atoms.len()
+        ))?;
         self.write_atoms()?;
         self.finish(plan)
     }
@@ -233,7 +246,9 @@ impl Session {
         if let Some(log) = &plan.log {
             instance.command(&format!("log \"{log}\" append"))?;
         }
-        plan.before.iter().try_for_each(|command| instance.command(command))
+        plan.before
+            .iter()
+            .try_for_each(|command| instance.command(command))
     }
 
     /// Everything after the atoms are there, to the first evaluation of forces.
@@ -354,9 +369,8 @@ impl Session {
         for (k, &index) in indices.iter().enumerate() {
             let (load, last) = (&loads[index], &self.loads[index]);
             // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
-            let [f, t, drag, twist] = unsafe {
-                [arrays.force, arrays.torque, forces, torques].map(|base| vector(base, k))
-            };
+            let [f, t, drag, twist] =
+                unsafe { [arrays.force, arrays.torque, forces, torques].map(|base| vector(base, k)) };
             for i in 0..3 {
                 f[i] += load.force[i] - last.force[i];
                 t[i] += load.torque[i] - last.torque[i];
@@ -374,7 +388,9 @@ impl Session {
         for (k, &index) in indices.iter().enumerate() {
             let ratio = self.atoms[index].inertia_ratio;
             // SAFETY: the array has one vector for each of the `local` atoms.
-            unsafe { vector(arrays.torque, k) }.iter_mut().for_each(|t| *t *= ratio);
+            unsafe { vector(arrays.torque, k) }
+                .iter_mut()
+                .for_each(|t| *t *= ratio);
         }
         Ok(())
     }
@@ -385,11 +401,10 @@ impl Session {
         let arrays = self.instance()?.atoms()?;
         for (k, &index) in indices.iter().enumerate() {
             let atom = &self.atoms[index];
-            let part = (atom.inertia_ratio - 1.0) * 0.5 * step / (SPHERE * atom.mass * atom.radius * atom.radius);
+            let part =
+                (atom.inertia_ratio - 1.0) * 0.5 * step / (SPHERE * atom.mass * atom.radius * atom.radius);
             // SAFETY: the arrays have one vector for each of the `local` atoms.
-            let (torque, spin) = unsafe {
-                (vector(arrays.torque, k), vector(arrays.angular_velocity, k))
-            };
+            let (torque, spin) = unsafe { (vector(arrays.torque, k), vector(arrays.angular_velocity, k)) };
             for i in 0..3 {
                 spin[i] += part * torque[i];
             }
@@ -465,7 +480,8 @@ impl Session {
         let instance = self.instance()?;
         let file = Passing::new();
         instance.command(&format!("write_restart {}", file.path()))?;
-        let restart = std::fs::read(&file.0).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
+        let restart =
+            std::fs::read(&file.0).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
         let states = self.states()?;
         let mut saved = (restart.len() as u64).to_le_bytes().to_vec();
         saved.extend_from_slice(&restart);
@@ -522,7 +538,10 @@ fn parts(saved: &[u8], count: usize) -> Option<(&[u8], f64, Vec<Push>, Vec<State
     if states.len() != count * size_of::<State>() {
         return None;
     }
-    let (loads, states) = (bytemuck::pod_collect_to_vec(loads), bytemuck::pod_collect_to_vec(states));
+    let (loads, states) = (
+        bytemuck::pod_collect_to_vec(loads),
+        bytemuck::pod_collect_to_vec(states),
+    );
     Some((restart, f64::from_le_bytes(*step), loads, states))
 }
 

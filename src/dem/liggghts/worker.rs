@@ -164,7 +164,11 @@ fn name_of(signal: i32) -> &'static str {
 fn last_lines(log: &Path) -> Vec<String> {
     let bytes = std::fs::read(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&bytes);
-    let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
+    let lines: Vec<&str> = text
+        .lines()
+        .map(str::trim_end)
+        .filter(|line| !line.is_empty())
+        .collect();
     let from = lines.len().saturating_sub(QUOTED);
     lines[from..].iter().map(|line| (*line).to_owned()).collect()
 }

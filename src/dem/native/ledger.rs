@@ -1,7 +1,7 @@
 //! What the contacts of a sub-step leave: forces on particles, memories, counts, states for the output.
 
 use crate::comm::Comm;
-use crate::contact::{Overlap, PairLaw, law::Action, law::UNSET};
+use crate::contact::{Couple, Overlap, PairLaw, law::Action, law::UNSET};
 use crate::dem::assign::Neighbourhood;
 use crate::dem::exchange::Population;
 use crate::dem::history::{History, Record};
@@ -62,8 +62,8 @@ pub(super) struct Meeting<'a> {
     pub(super) overlap: &'a Overlap,
     /// Centre of the second body relative to the first (m); nothing for a wall.
     pub(super) offset: Vec3,
-    /// Radii of the spheres of equal volume (m), infinite for a wall.
-    pub(super) radii: [f64; 2],
+    /// Sizes and masses.
+    pub(super) couple: Couple,
     /// Velocity of the first body relative to the second at the point of contact (m/s).
     pub(super) velocity: Vec3,
     /// The point of contact (m), wrapped.
@@ -125,7 +125,7 @@ impl Ledger {
         record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
         record.age += 1;
         self.history.keep(record);
-        let action = law.act(overlap, meeting.offset, meeting.radii, velocity, record.damping);
+        let action = law.act(overlap, meeting.offset, &meeting.couple, velocity, record.damping);
         summary.count += usize::from(action.force != Vec3::zeros());
         summary.max_depth = summary.max_depth.max(overlap.depth);
         self.states.push(ContactState {

@@ -31,6 +31,11 @@ impl Pencil {
             dashed: false,
         }
     }
+
+    /// Lengths of a dash and of the gap behind it.
+    pub(super) fn dash(&self) -> [f32; 2] {
+        [5.0 * self.width, 3.0 * self.width]
+    }
 }
 
 pub(super) struct Canvas {
@@ -94,9 +99,9 @@ impl Canvas {
 
     fn stroke(&mut self, points: &[(f32, f32)], close: bool, pencil: Pencil) {
         let Some(path) = path(points, close) else { return };
-        let dash = pencil.dashed.then(|| {
-            StrokeDash::new(vec![5.0 * pencil.width, 3.0 * pencil.width], 0.0).expect("two positive lengths")
-        });
+        let dash = pencil
+            .dashed
+            .then(|| StrokeDash::new(pencil.dash().to_vec(), 0.0).expect("two positive lengths"));
         let stroke = Stroke {
             width: pencil.width,
             line_cap: LineCap::Butt,
@@ -153,16 +158,12 @@ impl Canvas {
         align: Align,
         colour: [u8; 3],
     ) {
-        let (path, width) = text::outline(spans, size);
-        let x = x - shift(align, width);
-        self.fill_outline(path.and_then(|path| text::placed(&path, x, y, 0.0)), colour);
+        self.fill_outline(text_path(spans, size, (x, y), Some(align)), colour);
     }
 
     /// One line of text that reads upwards, its baseline at `x`, its middle at `y`.
-    pub(super) fn text_upwards(&mut self, spans: &[Span], size: f32, (x, y): (f32, f32), colour: [u8; 3]) {
-        let (path, width) = text::outline(spans, size);
-        let y = y + 0.5 * width;
-        self.fill_outline(path.and_then(|path| text::placed(&path, x, y, -90.0)), colour);
+    pub(super) fn text_upwards(&mut self, spans: &[Span], size: f32, at: (f32, f32), colour: [u8; 3]) {
+        self.fill_outline(text_path(spans, size, at, None), colour);
     }
 
     fn fill_outline(&mut self, path: Option<tiny_skia::Path>, colour: [u8; 3]) {
@@ -179,6 +180,20 @@ impl Canvas {
             self.pixels
                 .fill_rect(area, &paint(colour, opacity), Transform::identity(), None);
         }
+    }
+}
+
+/// Outline of a line of text at its place; without alignment it reads upwards about its middle.
+pub(super) fn text_path(
+    spans: &[Span],
+    size: f32,
+    (x, y): (f32, f32),
+    align: Option<Align>,
+) -> Option<tiny_skia::Path> {
+    let (path, width) = text::outline(spans, size);
+    match align {
+        Some(align) => text::placed(&path?, x - shift(align, width), y, 0.0),
+        None => text::placed(&path?, x, y + 0.5 * width, -90.0),
     }
 }
 

@@ -1,29 +1,30 @@
 //! Text as outlines of an embedded font (`DejaVu` Sans), so that pictures look the same on every machine.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
-use tiny_skia::{Path, PathBuilder, Transform};
+use tiny_skia::{Path, PathBuilder, PathSegment, Transform};
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// A piece of text in one style.
 #[derive(Clone, Debug)]
 pub(super) struct Span<'a> {
-    text: &'a str,
+    text: Cow<'a, str>,
     italic: bool,
     /// Rise over the font size: positive is a superscript.
     rise: f32,
 }
 
 /// Upright text.
-pub(super) fn roman(text: &str) -> Span<'_> {
+pub(super) fn roman<'a>(text: impl Into<Cow<'a, str>>) -> Span<'a> {
     Span {
-        text,
+        text: text.into(),
         italic: false,
         rise: 0.0,
     }
 }
 
 /// A symbol.
-pub(super) fn italic(text: &str) -> Span<'_> {
+pub(super) fn italic<'a>(text: impl Into<Cow<'a, str>>) -> Span<'a> {
     Span {
         italic: true,
         ..roman(text)
@@ -31,7 +32,7 @@ pub(super) fn italic(text: &str) -> Span<'_> {
 }
 
 /// An index below the line.
-pub(super) fn below(text: &str) -> Span<'_> {
+pub(super) fn below<'a>(text: impl Into<Cow<'a, str>>) -> Span<'a> {
     Span {
         rise: -0.22,
         ..roman(text)
@@ -39,10 +40,18 @@ pub(super) fn below(text: &str) -> Span<'_> {
 }
 
 /// A mark above the line.
-pub(super) fn above(text: &str) -> Span<'_> {
+pub(super) fn above<'a>(text: impl Into<Cow<'a, str>>) -> Span<'a> {
     Span {
         rise: 0.32,
         ..roman(text)
+    }
+}
+
+#[cfg(test)]
+impl Span<'_> {
+    /// Its text, whether it is a symbol, and its rise.
+    pub(super) fn parts(&self) -> (&str, bool, f32) {
+        (&self.text, self.italic, self.rise)
     }
 }
 
@@ -85,6 +94,19 @@ pub(super) fn width(spans: &[Span], size: f32) -> f32 {
 pub(super) fn placed(path: &Path, x: f32, y: f32, degrees: f32) -> Option<Path> {
     path.clone()
         .transform(Transform::from_rotate(degrees).post_translate(x, y))
+}
+
+/// A path as the attribute `d` of SVG.
+pub(super) fn path_data(path: &Path) -> String {
+    let point = |p: tiny_skia::Point| format!("{:.2} {:.2}", p.x, p.y);
+    let segments = path.segments().map(|segment| match segment {
+        PathSegment::MoveTo(p) => format!("M{}", point(p)),
+        PathSegment::LineTo(p) => format!("L{}", point(p)),
+        PathSegment::QuadTo(a, p) => format!("Q{} {}", point(a), point(p)),
+        PathSegment::CubicTo(a, b, p) => format!("C{} {} {}", point(a), point(b), point(p)),
+        PathSegment::Close => "Z".to_string(),
+    });
+    segments.collect()
 }
 
 fn face(italic: bool) -> &'static Face<'static> {

@@ -1,0 +1,232 @@
+//! Which engine moves the particles, and whether it can: LIGGGHTS knows spheres, one law of contact and few walls.
+//!
+//! The limits are those of LIGGGHTS 3.8.0: it ends with an error where a material or a restitution lies outside of them, and
+//! takes other walls for what they are not.
+
+mod commands;
+
+use super::file::{Case, EngineKind, GeometryKind, ShapeSection};
+use super::located::Located;
+use super::source::Source;
+use super::walls::PlacedWall;
+use crate::contact::ElasticLaw;
+use crate::dem::{EngineChoice, LiggghtsOptions};
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::wall::Surface;
+
+/// LIGGGHTS takes coefficients of restitution above this one.
+const LEAST_RESTITUTION: f64 = 0.05;
+
+/// The engine that the case asks for, if its sections ask for nothing that the engine lacks.
+pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
+    let (asked, section) = (&case.dem.engine, &case.dem.liggghts);
+    if asked.value == EngineKind::Native {
+        let Some(section) = section else {
+            return Ok(EngineChoice::Native);
+        };
+        let title = "[dem.liggghts] is given, but `dem.engine` is \"native\"";
+        let places = [(&section.span, "has no effect here"), (&asked.span, "the engine")];
+        let remedy = "set engine = \"liggghts\" in [dem], or remove the section";
+        return Err(source.error_at(&places, title, remedy));
+    }
+    let check = Check { source, case };
+    check.shapes()?;
+    if case.contact.enabled {
+        check.law()?;
+        check.materials()?;
+        check.restitution()?;
+        check.friction()?;
+    }
+    let section = section.as_ref().map(|section| &section.value);
+    let given = section.map_or(&[][..], |section| &section.commands);
+    for (index, command) in given.iter().enumerate() {
+        commands::check(source, index, command)?;
+    }
+    Ok(EngineChoice::Liggghts(LiggghtsOptions {
+        process: section.map_or_else(Default::default, |section| section.process),
+        commands: given
+            .iter()
+            .map(|command| command.value.trim().to_string())
+            .collect(),
+    }))
+}
+
+/// Refuses walls that the engine does not have; without contacts there are none for it.
+pub(super) fn refuse_walls(
+    source: &Source,
+    case: &Case,
+    engine: &EngineChoice,
+    walls: &[PlacedWall],
+) -> Result<()> {
+    if *engine == EngineChoice::Native || !case.contact.enabled {
+        return Ok(());
+    }
+    for PlacedWall { wall, span, .. } in walls {
+        let still = wall.motion.velocity == Vec3::zeros();
+        let lies_askew = |direction: &Vec3| components(direction) != 1;
+        let what = match &wall.surface {
+            _ if wall.motion.angular_velocity != Vec3::zeros() => "turns",
+            Surface::Plane { normal, .. } if lies_askew(normal) => "is a plane across none of x, y, z",
+            Surface::Plane { normal, .. } if wall.motion.velocity.dot(normal) != 0.0 => {
+                "moves along its normal"
+            }
+            Surface::Plane { .. } if !still && lies_askew(&wall.motion.velocity) => {
+                "slides along none of x, y, z"
+            }
+            Surface::Cylinder { axis, .. } if lies_askew(axis) => {
+                "is a cylinder with its axis along none of x, y, z"
+            }
+            Surface::Cylinder { .. } if !still => "is a cylinder that moves",
+            _ => continue,
+        };
+        let title = format!("the wall \"{}\" {what}, which no wall of LIGGGHTS can", wall.name);
+        let remedy = "LIGGGHTS has planes across x, y or z, at rest or sliding along one axis, and circular cylinders \
+                      along x, y or z at rest; with other walls take dem.engine = \"native\"";
+        return Err(source.error(span, &title, "this wall", remedy));
+    }
+    Ok(())
+}
+
+/// Refuses a case without particles to an engine that ends with an error then.
+pub(super) fn refuse_emptiness(
+    source: &Source,
+    case: &Case,
+    engine: &EngineChoice,
+    particles: usize,
+) -> Result<()> {
+    if *engine == EngineChoice::Native || particles > 0 {
+        return Ok(());
+    }
+    let title = "`dem.engine` is \"liggghts\", but the case has no particles";
+    let remedy = "add a particle, or take dem.engine = \"native\" for the fluid alone";
+    Err(source.error(&case.dem.engine.span, title, "nothing to move", remedy))
+}
+
+/// Number of components that are not zero.
+fn components(vector: &Vec3) -> usize {
+    vector.iter().filter(|x| **x != 0.0).count()
+}
+
+/// What LIGGGHTS has no place for, section by section.
+struct Check<'a> {
+    source: &'a Source,
+    case: &'a Case,
+}
+
+impl Check<'_> {
+    fn shapes(&self) -> Result<()> {
+        for (index, section) in self.case.particles.iter().enumerate() {
+            let shape = &section.value.shape;
+            if matches!(shape.value, ShapeSection::Sphere(_)) {
+                continue;
+            }
+            let name = shape.value.name();
+            let title = format!(
+                "`particles.{index}.shape` is \"{name}\", but LIGGGHTS, `dem.engine`, knows spheres only"
+            );
+            let places = [
+                (&shape.span, "not a sphere"),
+                (&self.case.dem.engine.span, "the engine"),
+            ];
+            let remedy =
+                "take dem.engine = \"native\" for other shapes; Debian's LIGGGHTS is built without them";
+            return Err(self.source.error_at(&places, &title, remedy));
+        }
+        Ok(())
+    }
+
+    fn law(&self) -> Result<()> {
+        let contact = &self.case.contact;
+        let (key, value, given) = if contact.law.value == ElasticLaw::OverlapEnergy {
+            ("law", "overlap_energy", &contact.law.span)
+        } else if contact.geometry.value == GeometryKind::Sampled {
+            ("geometry", "sampled", &contact.geometry.span)
+        } else {
+            return Ok(());
+        };
+        let title = format!("`contact.{key}` is \"{value}\", which LIGGGHTS, `dem.engine`, does not have");
+        let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
+                      elastic force, \"paper\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
+        let places = [
+            (given, "not in LIGGGHTS"),
+            (&self.case.dem.engine.span, "the engine"),
+        ];
+        Err(self.source.error_at(&places, &title, remedy))
+    }
+
+    fn materials(&self) -> Result<()> {
+        let contact = [("contact".to_string(), Some(&self.case.contact.poisson_ratio))];
+        let listed = self.case.materials.iter().enumerate();
+        let listed = listed
+            .map(|(index, section)| (format!("materials.{index}"), section.value.poisson_ratio.as_ref()));
+        for (section, ratio) in contact.into_iter().chain(listed) {
+            if let Some(ratio) = ratio.filter(|ratio| ratio.value < 0.0) {
+                let key = format!("{section}.poisson_ratio");
+                return Err(self.beyond(&key, ratio, "from 0 to 0.5 for LIGGGHTS"));
+            }
+        }
+        Ok(())
+    }
+
+    fn restitution(&self) -> Result<()> {
+        let contact = &self.case.contact;
+        let usual = [("contact".to_string(), Some(&contact.restitution))];
+        let pairs = contact.pairs.iter().enumerate();
+        let pairs =
+            pairs.map(|(index, pair)| (format!("contact.pairs.{index}"), pair.value.restitution.as_ref()));
+        for (section, restitution) in usual.into_iter().chain(pairs) {
+            if let Some(number) = restitution.filter(|number| number.value <= LEAST_RESTITUTION) {
+                let wanted = format!("above {LEAST_RESTITUTION} and at most 1 for LIGGGHTS");
+                return Err(self.beyond(&format!("{section}.restitution"), number, &wanted));
+            }
+        }
+        Ok(())
+    }
+
+    /// A static coefficient of 0 makes the native engine's contacts smooth; LIGGGHTS only asks for the kinetic one.
+    fn friction(&self) -> Result<()> {
+        let contact = &self.case.contact;
+        let smooth = |most: &Located<f64>, kinetic: &Located<f64>| most.value <= 0.0 && kinetic.value > 0.0;
+        let refuse = |key: String, given: &Located<f64>, kinetic: &Located<f64>| {
+            let title = format!(
+                "`{key}.friction_static` is 0, but LIGGGHTS takes `friction_kinetic`, which is {}",
+                kinetic.value
+            );
+            let remedy = "for smooth contacts give friction_kinetic = 0 as well";
+            Err(self
+                .source
+                .error(&given.span, &title, "not smooth in LIGGGHTS", remedy))
+        };
+        if smooth(&contact.friction_static, &contact.friction_kinetic) {
+            return refuse(
+                "contact".to_string(),
+                &contact.friction_static,
+                &contact.friction_kinetic,
+            );
+        }
+        for (index, pair) in contact.pairs.iter().enumerate() {
+            let most = pair
+                .value
+                .friction_static
+                .as_ref()
+                .unwrap_or(&contact.friction_static);
+            let kinetic = pair
+                .value
+                .friction_kinetic
+                .as_ref()
+                .unwrap_or(&contact.friction_kinetic);
+            if smooth(most, kinetic) {
+                return refuse(format!("contact.pairs.{index}"), most, kinetic);
+            }
+        }
+        Ok(())
+    }
+
+    fn beyond(&self, key: &str, number: &Located<f64>, wanted: &str) -> Error {
+        let remedy = "LIGGGHTS is told all materials and pairs, also those that touch nothing; dem.engine = \"native\" takes \
+                      this value";
+        self.source
+            .out_of_range(key, &number.span, &number.value.to_string(), wanted, remedy)
+    }
+}

@@ -1,0 +1,39 @@
+//! The engine that moves the particles, as the user writes it.
+
+use crate::case::located::Located;
+use crate::dem::LiggghtsProcess;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What moves the particles.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DemSection {
+    /// "native", or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`. Default "native".
+    pub engine: Located<EngineKind>,
+    /// Settings of LIGGGHTS; only with `engine = "liggghts"`.
+    pub liggghts: Option<Located<LiggghtsSection>>,
+}
+
+/// Which engine moves the particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EngineKind {
+    /// That of turbid.
+    #[default]
+    Native,
+    /// LIGGGHTS with its model `hertz tangential history`, whatever `contact.law` and `contact.damping` say. Its one
+    /// coefficient of friction is `friction_kinetic`; `friction_static` and `transition_velocity` mean nothing to it.
+    Liggghts,
+}
+
+/// Settings of LIGGGHTS.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LiggghtsSection {
+    /// "worker": in a process of its own, whose crash ends as an error message; "own": in that of turbid. Default "worker".
+    pub process: LiggghtsProcess,
+    /// LIGGGHTS commands, given after all others of the set-up and before the first step, e.g. for cohesion or rolling
+    /// friction. What would break the coupling is refused. Default `[]`.
+    pub commands: Vec<Located<String>>,
+}

@@ -1,0 +1,124 @@
+//! Names of quantities as text in several styles.
+
+use crate::output::picture::text::{Span, above, below, italic, roman};
+
+/// A name with its indices, exponents and symbols.
+///
+/// `_` and `^` lower and raise the word behind them (letters, digits, a sign before); a single letter outside of
+/// parentheses is a symbol, but for the article.
+pub(super) fn spans(text: &str) -> Vec<Span<'static>> {
+    styled(text, true)
+}
+
+fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
+    let mut spans = Vec::new();
+    let mut rest = text;
+    let mut depth = 0_i32;
+    while let Some(first) = rest.chars().next() {
+        let taken = match first {
+            '_' | '^' if script(&rest[1..]) > 0 => {
+                let length = script(&rest[1..]);
+                let word = rest[1..=length].replace('-', "\u{2212}");
+                spans.push(if first == '_' { below(word) } else { above(word) });
+                1 + length
+            }
+            letter if letter.is_alphabetic() => {
+                let length = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
+                let word = rest[..length].to_string();
+                let symbol = symbols && depth == 0 && word.chars().count() == 1 && word != "a";
+                spans.push(if symbol { italic(word) } else { roman(word) });
+                length
+            }
+            other => {
+                depth += i32::from(other == '(') - i32::from(other == ')');
+                spans.push(roman(other.to_string()));
+                other.len_utf8()
+            }
+        };
+        rest = &rest[taken..];
+    }
+    spans
+}
+
+/// Length of the word at the beginning that is lowered or raised.
+fn script(text: &str) -> usize {
+    let sign = usize::from(text.starts_with(['-', '+']));
+    let word = text[sign..]
+        .find(|c: char| !c.is_alphanumeric())
+        .unwrap_or(text.len() - sign);
+    if word == 0 { 0 } else { sign + word }
+}
+
+/// The name of an axis whose numbers are to be multiplied by `10^exponent` of the unit in parentheses at its end.
+pub(super) fn axis_name(text: &str, exponent: i32) -> Vec<Span<'static>> {
+    let text = text.trim_end();
+    let (name, unit) = match text.strip_suffix(')').and_then(|text| text.rsplit_once('(')) {
+        Some((name, unit)) => (name.trim_end(), unit.trim()),
+        None => (text, ""),
+    };
+    let unit = if unit == "-" { "" } else { unit };
+    let mut name = spans(name);
+    if exponent == 0 && unit.is_empty() {
+        return name;
+    }
+    name.push(roman(" ("));
+    if exponent != 0 {
+        name.extend(power_of_ten(exponent));
+        if !unit.is_empty() {
+            name.push(roman(" "));
+        }
+    }
+    name.extend(styled(unit, false));
+    name.push(roman(")"));
+    name
+}
+
+/// `10` with an exponent.
+pub(super) fn power_of_ten(exponent: i32) -> [Span<'static>; 2] {
+    [roman("10"), above(exponent.to_string().replace('-', "\u{2212}"))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Text in which indices stand in `[]`, exponents in `{}`, and symbols in `<>`.
+    fn written(spans: &[Span]) -> String {
+        let mut text = String::new();
+        for span in spans {
+            let (word, symbol, rise) = span.parts();
+            let [open, close] = match rise {
+                _ if symbol => ["<", ">"],
+                rise if rise < 0.0 => ["[", "]"],
+                rise if rise > 0.0 => ["{", "}"],
+                _ => ["", ""],
+            };
+            text.extend([open, word, close]);
+        }
+        text
+    }
+
+    #[test]
+    fn indices_exponents_and_symbols_are_set_as_such_and_words_are_not() {
+        assert_eq!(written(&spans("force F / F_Hertz")), "force <F> / <F>[Hertz]");
+        assert_eq!(
+            written(&spans("height of a sphere, z^2 - 1")),
+            "height of a sphere, <z>{2} - 1"
+        );
+        assert_eq!(written(&spans("10^-3 _ ^")), "10{\u{2212}3} _ ^");
+    }
+
+    #[test]
+    fn the_power_of_ten_of_the_numbers_stands_before_the_unit() {
+        assert_eq!(
+            written(&axis_name("time t (s)", -6)),
+            "time <t> (10{\u{2212}6} s)"
+        );
+        assert_eq!(
+            written(&axis_name("acceleration (m/s^2)", 0)),
+            "acceleration (m/s{2})"
+        );
+        assert_eq!(written(&axis_name("d / R (-)", 0)), "<d> / <R>");
+        assert_eq!(written(&axis_name("d / R (-)", -3)), "<d> / <R> (10{\u{2212}3})");
+    }
+}
