@@ -5,7 +5,9 @@ mod free_flight;
 mod gas;
 mod head_on;
 mod oblique;
+pub mod own_case;
 mod periodic;
+pub mod report;
 mod settling;
 mod statics;
 mod theory;
@@ -156,5 +158,10 @@ pub const CASES: &[Case] = &[
         id: "settling-box",
         title: "1000 dry spheres settle in a box: height, contacts, forces on walls",
         run: settling::settling,
+    },
+    Case {
+        id: "replay",
+        title: "recorded loads of four-way runs, replayed through both engines",
+        run: own_case::replay,
     },
 ];
