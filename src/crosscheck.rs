@@ -77,7 +77,7 @@ pub struct Findings {
 }
 
 /// A case of the suite.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// Short name, for `--case`.
     pub id: &'static str,
