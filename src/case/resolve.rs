@@ -2,7 +2,7 @@
 
 use super::checks::Clock;
 use super::dry::{self, Medium};
-use super::engine::{engine, refuse_emptiness, refuse_walls};
+use super::engine::{engine, refuse_walls};
 use super::file::{Case, Duration, Every};
 use super::kinds::kinds;
 use super::materials::Materials;
@@ -114,7 +114,6 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         folder,
     };
     let particles = placer.place()?;
-    refuse_emptiness(source, &case, &engine, particles.len())?;
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, templates, &particles, enlargement)?;
     }
