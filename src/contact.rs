@@ -26,7 +26,7 @@ pub mod sphere_sphere;
 #[cfg(test)]
 mod truth;
 
-pub use law::PairLaw;
+pub use law::{Couple, PairLaw};
 pub use overlap::{Body, Contour, Overlap, measure, measure_wall};
 pub use pairs::PairFinder;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,18 @@
 //! The native engine against LIGGGHTS, case by case, with an analytic value where there is one.
 
+mod damped;
+mod free_flight;
+mod gas;
+mod head_on;
+mod oblique;
+pub mod own_case;
+mod periodic;
+pub mod report;
+mod settling;
+mod statics;
+mod theory;
+mod tools;
+
 use crate::error::Result;
 use crate::math::Vec3;
 use serde::Serialize;
@@ -64,7 +77,7 @@ pub struct Findings {
 }
 
 /// A case of the suite.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// Short name, for `--case`.
     pub id: &'static str,
@@ -73,3 +86,82 @@ pub struct Case {
     /// Runs it in both engines; files of the engine (its log) go to the directory, if there is one.
     pub run: fn(Option<&Path>) -> Result<Findings>,
 }
+
+/// The suite.
+pub const CASES: &[Case] = &[
+    Case {
+        id: "static-pair",
+        title: "force at rest of two spheres, depths 1e-8 to 0.1 R, equal and unequal radii and materials",
+        run: statics::pairs,
+    },
+    Case {
+        id: "static-wall",
+        title: "force at rest of a sphere and a wall, depths 1e-8 to 0.1 R",
+        run: statics::wall,
+    },
+    Case {
+        id: "head-on",
+        title: "elastic head-on impact: restitution, duration, depth, trajectory",
+        run: head_on::elastic,
+    },
+    Case {
+        id: "restitution",
+        title: "restitution 0.95 to 0.5 over speeds, both laws of damping",
+        run: damped::restitutions,
+    },
+    Case {
+        id: "duration",
+        title: "duration and depth of damped impacts, each engine against its own law",
+        run: damped::shapes,
+    },
+    Case {
+        id: "force-history",
+        title: "whole history of the force of damped impacts under the same law",
+        run: damped::histories,
+    },
+    Case {
+        id: "wall-impact",
+        title: "damped impact on a wall",
+        run: damped::wall,
+    },
+    Case {
+        id: "sliding",
+        title: "oblique elastic impacts with gross sliding friction, several angles",
+        run: oblique::sliding,
+    },
+    Case {
+        id: "near-rigid",
+        title: "slow oblique impact, against rigid spheres",
+        run: oblique::rigid,
+    },
+    Case {
+        id: "spin",
+        title: "head-on impacts of spinning spheres",
+        run: oblique::spin,
+    },
+    Case {
+        id: "periodic",
+        title: "contacts through the faces, edges and corners of a periodic box",
+        run: periodic::contacts,
+    },
+    Case {
+        id: "free-flight",
+        title: "free flight under constant and random loads, 1 and 10 sub-steps",
+        run: free_flight::loaded,
+    },
+    Case {
+        id: "gas",
+        title: "gas of 512 spheres of five sizes: momentum, energy, early agreement, cooling",
+        run: gas::gas,
+    },
+    Case {
+        id: "settling-box",
+        title: "1000 dry spheres settle in a box: height, contacts, forces on walls",
+        run: settling::settling,
+    },
+    Case {
+        id: "replay",
+        title: "recorded loads of four-way runs, replayed through both engines",
+        run: own_case::replay,
+    },
+];

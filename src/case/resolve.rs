@@ -35,6 +35,12 @@ pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
     resolve(&source, &name, folder)
 }
 
+/// As [`load`], for a text that is no file; what it names is looked for in the current directory.
+pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
+    let source = Source::new(name.to_string(), text.to_string(), options);
+    resolve(&source, name, Path::new(""))
+}
+
 fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
     let (case, text) = source.parse::<Case>()?;
     let mut warnings = Vec::new();

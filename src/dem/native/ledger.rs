@@ -1,7 +1,7 @@
 //! What the contacts of a sub-step leave: forces on particles, memories, counts, states for the output.
 
 use crate::comm::Comm;
-use crate::contact::{Overlap, PairLaw, law::Action, law::UNSET};
+use crate::contact::{Couple, Overlap, PairLaw, law::Action, law::UNSET};
 use crate::dem::assign::Neighbourhood;
 use crate::dem::exchange::Population;
 use crate::dem::history::{History, Record};
@@ -51,6 +51,14 @@ impl Share {
     }
 }
 
+impl ContactSummary {
+    /// Counts a contact of the sub-step.
+    fn see(&mut self, state: &ContactState) {
+        self.count += usize::from(state.force.iter().any(|f| *f != 0.0));
+        self.max_depth = self.max_depth.max(state.depth);
+    }
+}
+
 /// Two bodies that overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<'a> {
@@ -62,8 +70,8 @@ pub(super) struct Meeting<'a> {
     pub(super) overlap: &'a Overlap,
     /// Centre of the second body relative to the first (m); nothing for a wall.
     pub(super) offset: Vec3,
-    /// Radii of the spheres of equal volume (m), infinite for a wall.
-    pub(super) radii: [f64; 2],
+    /// Sizes and masses.
+    pub(super) couple: Couple,
     /// Velocity of the first body relative to the second at the point of contact (m/s).
     pub(super) velocity: Vec3,
     /// The point of contact (m), wrapped.
@@ -103,6 +111,15 @@ impl Ledger {
         }
     }
 
+    /// Takes the contacts of a sub-step, ascending by the ids of the pair, from elsewhere.
+    pub(super) fn recount(&mut self, states: Vec<ContactState>) {
+        (self.summary.count, self.summary.max_depth) = (0, 0.0);
+        for state in &states {
+            self.summary.see(state);
+        }
+        self.states = states;
+    }
+
     /// Finds or begins the memory of a contact, and what it does. Contacts come in ascending order of the ids.
     pub(super) fn enter(&mut self, meeting: &Meeting) -> Action {
         let Meeting {
@@ -125,10 +142,8 @@ impl Ledger {
         record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
         record.age += 1;
         self.history.keep(record);
-        let action = law.act(overlap, meeting.offset, meeting.radii, velocity, record.damping);
-        summary.count += usize::from(action.force != Vec3::zeros());
-        summary.max_depth = summary.max_depth.max(overlap.depth);
-        self.states.push(ContactState {
+        let action = law.act(overlap, meeting.offset, &meeting.couple, velocity, record.damping);
+        let state = ContactState {
             first,
             second,
             point: meeting.point.into(),
@@ -136,7 +151,9 @@ impl Ledger {
             force: action.force.into(),
             depth: overlap.depth,
             volume: overlap.volume,
-        });
+        };
+        summary.see(&state);
+        self.states.push(state);
         action
     }
 

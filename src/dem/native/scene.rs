@@ -2,9 +2,10 @@
 
 use super::failures::{behind_wall, too_deep, too_deep_in_wall};
 use super::ledger::{Ledger, Meeting, Share};
-use crate::contact::{Body, ContactModel, Contour, PairFinder, PairLaw, measure, measure_wall};
+use crate::contact::{Body, ContactModel, Contour, Couple, PairFinder, PairLaw, measure, measure_wall};
 use crate::dem::ContactState;
 use crate::dem::assign::{Neighbourhood, responsible};
+use crate::dem::integrator::Inertia;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
@@ -67,6 +68,8 @@ pub(super) struct Scene<'a> {
     pub(super) bounds: &'a [f64],
     /// Radii of the spheres of equal volume by template (m).
     pub(super) radii: &'a [f64],
+    /// By template.
+    pub(super) inertias: &'a [Inertia],
     /// By the materials of the pair.
     pub(super) laws: &'a [PairLaw],
     pub(super) store: &'a ParticleStore,
@@ -110,7 +113,10 @@ impl<'a> Scene<'a> {
                 law: self.law(store.template(a).material, store.template(b).material),
                 overlap: &overlap,
                 offset,
-                radii: [a, b].map(|p| self.radii[p.template as usize]),
+                couple: Couple {
+                    radii: [a, b].map(|p| self.radii[p.template as usize]),
+                    masses: [a, b].map(|p| self.inertias[p.template as usize].mass),
+                },
                 velocity: (a.velocity() + a.angular_velocity().cross(&levers[0]))
                     - (b.velocity() + b.angular_velocity().cross(&levers[1])),
                 point: domain.wrap(a.position() + overlap.point),
@@ -164,7 +170,10 @@ impl<'a> Scene<'a> {
                     law: self.law(self.store.template(particle).material, wall.material),
                     overlap: &overlap,
                     offset: Vec3::zeros(),
-                    radii: [self.radii[template], f64::INFINITY],
+                    couple: Couple {
+                        radii: [self.radii[template], f64::INFINITY],
+                        masses: [self.inertias[template].mass, f64::INFINITY],
+                    },
                     velocity: velocity - wall.velocity(point, time),
                     point: domain.wrap(point),
                 });

@@ -26,7 +26,7 @@ const MATERIAL: ContactParams = ContactParams {
 };
 
 /// No gravity, no walls, one sub-step.
-fn dry(contact: ContactParams) -> NativeParams {
+pub(super) fn dry(contact: ContactParams) -> NativeParams {
     NativeParams {
         contact: Some(contact.into()),
         substeps: 1,
@@ -35,7 +35,7 @@ fn dry(contact: ContactParams) -> NativeParams {
 }
 
 /// [`MATERIAL`] with another coefficient of restitution.
-fn restitution(restitution: f64) -> ContactParams {
+pub(super) fn restitution(restitution: f64) -> ContactParams {
     let pair = PairParams {
         restitution,
         ..MATERIAL.pair
@@ -48,7 +48,7 @@ const BOX: Domain = Domain {
     cells: [16, 16, 16],
     dx: 1e-3,
 };
-const RADIUS: f64 = 1e-3;
+pub(super) const RADIUS: f64 = 1e-3;
 
 fn templates() -> Arc<[Template]> {
     [RADIUS, 0.7e-3]
@@ -60,13 +60,13 @@ fn templates() -> Arc<[Template]> {
         .into()
 }
 
-fn engine(params: NativeParams, ranks: usize, rank: usize, all: &[Particle]) -> Native {
+pub(super) fn engine(params: NativeParams, ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let cut = Decomposition::new(BOX, ranks).unwrap();
     Native::new(params, cut, rank, templates(), all).unwrap()
 }
 
 /// Advances with no loads.
-fn advance(engine: &mut Native, comm: &Comm, dt: f64) -> Result<()> {
+pub(super) fn advance(engine: &mut Native, comm: &Comm, dt: f64) -> Result<()> {
     let loads = vec![Load::default(); engine.particles().owned];
     engine.advance(comm, &loads, dt)
 }
@@ -87,7 +87,7 @@ fn moving(id: u64, template: usize, position: Vec3, velocity: Vec3) -> Particle 
 }
 
 /// Two equal spheres about to meet head-on at `speed`, with a gap of `gap`, and the duration of their Hertz impact.
-fn head_on(speed: f64, gap: f64) -> ([Particle; 2], f64) {
+pub(super) fn head_on(speed: f64, gap: f64) -> ([Particle; 2], f64) {
     let middle = Vec3::repeat(8e-3);
     let half = Vec3::new(RADIUS + 0.5 * gap, 0.0, 0.0);
     let velocity = Vec3::new(0.5 * speed, 0.0, 0.0);
@@ -95,10 +95,13 @@ fn head_on(speed: f64, gap: f64) -> ([Particle; 2], f64) {
         moving(0, 0, middle - half, velocity),
         moving(1, 0, middle + half, -velocity),
     ];
-    // Hertz: T = 2.94 (m_e^2 / (k^2 u0))^(1/5) (15/16)^(2/5) with F = (4/3) E* sqrt(R_e) d^1.5.
+    // Hertz: T = 2.943 (m_e^2 / (k^2 u0))^(1/5) (15/16)^(2/5) with F = (4/3) E* sqrt(R_e) d^1.5.
     let mass = 0.5 * templates()[0].mass();
     let stiffness = 16.0 / 15.0 * PairLaw::new(&MATERIAL.into(), 0, 0).modulus * (0.5 * RADIUS).sqrt();
-    (pair, 2.943 * (mass / stiffness).powf(0.4) * speed.powf(-0.2))
+    (
+        pair,
+        2.943_275_184_724_703 * (mass / stiffness).powf(0.4) * speed.powf(-0.2),
+    )
 }
 
 /// Linear momentum, and angular momentum about `origin` with nearest images.

@@ -112,6 +112,51 @@ pub(super) fn modulus() -> f64 {
 }
 
 #[test]
+fn by_hertz_and_tsuji_a_sphere_leaves_a_wall_with_the_set_restitution_and_no_memory() {
+    let speed = 0.1;
+    for (set, ratio, sunk) in [(0.8, 1.02472, 0.91830), (0.5, 1.09337, 0.78747)] {
+        let contact = ContactParams {
+            pair: PairParams {
+                restitution: set,
+                ..MATERIAL.pair
+            },
+            law: ElasticLaw::Hertz,
+            damping: DampingLaw::Tsuji,
+            ..MATERIAL
+        };
+        let mut falling = Particle::at(3, 0, Vec3::new(3e-3, 4e-3, RADIUS - 1e-15));
+        falling.velocity = [0.0, 0.0, -speed];
+        let mut engine = alone(
+            TANK,
+            contact.into(),
+            vec![floor()],
+            Vec3::zeros(),
+            spheres(),
+            &[falling],
+        );
+        let elastic = duration(mass(), RADIUS, modulus(), speed);
+        let dt = elastic / 1000.0;
+        let (mut deepest, mut steps) = (0.0_f64, 0);
+        while steps < 10 || engine.contacts().count > 0 {
+            run(&mut engine, 1, dt);
+            deepest = deepest.max(engine.contacts().max_depth);
+            assert!(engine.records().iter().all(|record| record.damping < 0.0));
+            steps += 1;
+        }
+        let parting = first(&engine).velocity[2];
+        let time = f64::from(steps) * dt - (first(&engine).position[2] - RADIUS) / parting;
+        let [e, t, d] = [
+            parting / speed,
+            time / elastic,
+            deepest / (elastic * speed / 2.943),
+        ];
+        println!("{set}: e {e:.6}, duration {t:.5} for {ratio}, depth {d:.5} for {sunk}");
+        assert!((e - set).abs() < 2e-4);
+        assert!((t / ratio - 1.0).abs() < 1e-3 && (d / sunk - 1.0).abs() < 1e-3);
+    }
+}
+
+#[test]
 fn a_sphere_that_drops_on_a_wall_rebounds_with_the_set_restitution_and_one_memory() {
     for (set, expected) in [(0.5, 0.50017), (0.926, 0.926), (1.0, 1.0)] {
         let pair = PairParams {

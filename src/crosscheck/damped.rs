@@ -1,0 +1,327 @@
+//! Damped impacts: restitution, duration, depth, and the whole history of the force.
+
+use super::theory::{Damping, Hertz, Impact, impact, lens_ratio};
+use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, plane, thinned, worst};
+use super::{Check, Findings, Overlay};
+use crate::contact::{DampingLaw, ElasticLaw};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::Particle;
+use std::path::Path;
+
+/// Steps per duration of the elastic impact (of the fastest pair).
+const STEPS: usize = 1000;
+
+/// Speeds of the pairs of a scene (m/s); the step is that of the fastest.
+const SPEEDS: [f64; 3] = [1.0, 0.1, 0.01];
+
+const E: [f64; 5] = [0.95, 0.9, 0.8, 0.7, 0.5];
+
+const SET: &str = "absolute, to what the law realises: first order in the step, at 1000 steps per contact 1e-5 at e = 0.8, 1e-4 \
+                   at 0.5, a part of it from the last step";
+const ENGINES: &str = "absolute, between the engines: first order in the step in both, at 1000 steps per contact 1e-4 at e = 0.5";
+const DEFAULT_LAW: &str = "absolute, between the engines: Hunt-Crossley with the number of Carvalho and Martins realises e to \
+                           1.7e-4 at e = 0.5 and better above, the rest is the step";
+const COLUMN: &str =
+    "relative, each to the integral of its own law: first order in the step, 3e-4 at 1000 steps per contact";
+const HISTORY: &str = "largest difference of the forces at the same time, in parts of the peak: the dashpot sees the velocity \
+                       half a step earlier in LIGGGHTS, some 1e-4 at 1000 steps per contact";
+
+/// Tolerance of a coefficient of restitution at [`STEPS`].
+fn tolerance(e: f64) -> f64 {
+    if e > 0.5 { 2e-4 } else { 4e-4 }
+}
+
+/// Pairs of glass spheres, one for each speed; spheres `2 n` and `2 n + 1` touch.
+fn pairs(name: String, e: f64, laws: (ElasticLaw, DampingLaw), speeds: &[f64]) -> Scene {
+    let mut scene = Scene::glass(name, e, 0.0, laws);
+    for (n, &speed) in speeds.iter().enumerate() {
+        let at = Vec3::new(4e-3, 2e-3 + 3e-3 * n as f64, 5e-3);
+        scene.add(0, at, Vec3::x() * speed, Vec3::zeros());
+        scene.add(0, at + Vec3::x() * (2.0 * RADIUS), Vec3::zeros(), Vec3::zeros());
+    }
+    scene
+}
+
+/// Depth of the overlap of a pair of [`pairs`] (m).
+fn depth(frame: &[Particle], pair: usize) -> f64 {
+    2.0 * RADIUS - (frame[2 * pair + 1].position() - frame[2 * pair].position()).norm()
+}
+
+/// Speed of separation of a pair at the end, over `speed`.
+fn restitution(track: &Track, pair: usize, speed: f64) -> f64 {
+    (track.last()[2 * pair + 1].velocity[0] - track.last()[2 * pair].velocity[0]) / speed
+}
+
+fn hertz(scene: &Scene) -> Hertz {
+    Hertz::pair([scene.mass(0); 2], [RADIUS; 2], [&GLASS; 2])
+}
+
+fn plain(_: f64) -> f64 {
+    1.0
+}
+
+/// H5: restitution over speeds, with both laws of the native engine.
+pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
+    let judge = Judge("restitution");
+    let mut findings = Findings::default();
+    let mut curves = vec![Vec::new(); 4];
+    for e in E {
+        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &SPEEDS);
+        let hertz = hertz(&scene);
+        let dt = hertz.duration(SPEEDS[0]) / STEPS as f64;
+        let slowest = hertz.duration(SPEEDS[2]) / dt;
+        let parted = |frame: &[Particle]| (0..SPEEDS.len()).all(|pair| depth(frame, pair) < -1e-9);
+        let steps = (slowest * 1.3) as usize;
+        let [same, liggghts] = scene.record(directory, dt, steps, parted)?;
+        let own_scene = pairs(String::new(), e, OWN, &SPEEDS);
+        let own = own_scene.record_native(dt, steps, parted)?;
+        for (pair, &speed) in SPEEDS.iter().enumerate() {
+            let [same, own, liggghts] = [&same, &own, &liggghts].map(|t| Some(restitution(t, pair, speed)));
+            let volume = |depth| lens_ratio([RADIUS; 2], depth);
+            let realised = impact(&hertz, Damping::HuntCrossley(e), volume, speed).restitution;
+            let what = |law: &str| format!("restitution, e = {e}, {speed} m/s, {law} (-)");
+            let mut push = |quantity, values, between, reason| {
+                let check = judge.absolute(quantity, values, between, 1.0, tolerance(e), reason);
+                findings.checks.push(check);
+            };
+            push(what("tsuji"), [same, liggghts, Some(e)], Between::Theory, SET);
+            push(
+                what("tsuji, engines"),
+                [same, liggghts, None],
+                Between::Engines,
+                ENGINES,
+            );
+            push(
+                what("hunt_crossley"),
+                [own, None, Some(realised)],
+                Between::Theory,
+                SET,
+            );
+            push(
+                what("hunt_crossley, engines"),
+                [own, liggghts, None],
+                Between::Engines,
+                DEFAULT_LAW,
+            );
+            if pair == 0 {
+                for (curve, value) in curves.iter_mut().zip([same, liggghts, own, Some(realised)]) {
+                    curve.extend(value.map(|value| [e, value - e]));
+                }
+            }
+        }
+    }
+    let names = [
+        "native, tsuji",
+        "LIGGGHTS",
+        "native, hunt_crossley",
+        "hunt_crossley, theory",
+    ];
+    findings.overlays.push(Overlay {
+        name: "off".into(),
+        title: format!("Restitution measured less that set, {STEPS} steps per contact, 1 m/s"),
+        axes: ["restitution set".into(), "measured less set".into()],
+        logarithmic: [false; 2],
+        curves: names.iter().map(|name| (*name).to_owned()).zip(curves).collect(),
+    });
+    Ok(findings)
+}
+
+/// Duration and depth of one engine against the column of its law.
+fn columns(
+    judge: Judge,
+    what: &str,
+    engine: usize,
+    track: &Track,
+    theory: &Impact,
+    depth: impl Fn(&[Particle]) -> f64,
+) -> [Check; 2] {
+    let measured = track.impact(depth);
+    let column = |value: Option<f64>, theory: f64| {
+        let mut values = [None, None, Some(theory)];
+        values[engine] = value;
+        values
+    };
+    let duration = column(measured.map(|m| m.duration), theory.duration);
+    let deepest = column(measured.map(|m| m.deepest), theory.deepest);
+    [
+        judge.relative(
+            format!("duration, {what} (s)"),
+            duration,
+            Between::Theory,
+            3e-4,
+            COLUMN,
+        ),
+        judge.relative(
+            format!("largest depth, {what} (m)"),
+            deepest,
+            Between::Theory,
+            3e-4,
+            COLUMN,
+        ),
+    ]
+}
+
+/// H6: duration and largest depth, each engine against the column of its own law.
+pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
+    let judge = Judge("duration");
+    let mut findings = Findings::default();
+    for e in E {
+        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &SPEEDS[..1]);
+        let hertz = hertz(&scene);
+        let dt = hertz.duration(SPEEDS[0]) / STEPS as f64;
+        let parted = |frame: &[Particle]| depth(frame, 0) < -1e-9;
+        let [same, liggghts] = scene.record(directory, dt, 2 * STEPS, parted)?;
+        let own = pairs(String::new(), e, OWN, &SPEEDS[..1]).record_native(dt, 2 * STEPS, parted)?;
+        let tsuji = impact(&hertz, Damping::Tsuji(e), plain, SPEEDS[0]);
+        let volume = |depth| lens_ratio([RADIUS; 2], depth);
+        let crossley = impact(&hertz, Damping::HuntCrossley(e), volume, SPEEDS[0]);
+        for (name, engine, track, theory) in [
+            ("native tsuji", 0, &same, &tsuji),
+            ("LIGGGHTS", 1, &liggghts, &tsuji),
+            ("native hunt_crossley", 0, &own, &crossley),
+        ] {
+            let what = format!("e = {e}, {name}");
+            let checks = columns(judge, &what, engine, track, theory, |frame| depth(frame, 0));
+            findings.checks.extend(checks);
+        }
+    }
+    Ok(findings)
+}
+
+/// The whole history of the force under the law of LIGGGHTS.
+pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
+    let judge = Judge("force-history");
+    let mut findings = Findings::default();
+    for e in [0.9, 0.7, 0.5] {
+        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &SPEEDS[..1]);
+        let hertz = hertz(&scene);
+        let dt = hertz.duration(SPEEDS[0]) / STEPS as f64;
+        let tracks = scene.record(directory, dt, STEPS * 5 / 4, |_| false)?;
+        let theory = impact(&hertz, Damping::Tsuji(e), plain, SPEEDS[0]);
+        let [native, liggghts] = [0, 1].map(|i| pushes(&tracks[i]));
+        let peak = worst(liggghts.iter().copied());
+        let apart = worst(native.iter().zip(&liggghts).map(|(a, b)| (a - b).abs())) / peak;
+        let analytic = worst(theory.history.iter().map(|i| i.force));
+        let values = [Some(worst(native.iter().copied())), Some(peak), Some(analytic)];
+        let quantity = format!("force at all times, e = {e}; shown: peak (N)");
+        findings
+            .checks
+            .push(judge.given(quantity, values, apart, 1e-3, HISTORY));
+        findings
+            .overlays
+            .extend(history_plots(&tracks, [&native, &liggghts], &theory, e));
+    }
+    Ok(findings)
+}
+
+/// The force that pushes the first pair apart in every frame (N).
+fn pushes(track: &Track) -> Vec<f64> {
+    (0..track.frames.len() - 1).map(|k| track.force(k, 1).x).collect()
+}
+
+/// Force over time and over depth.
+fn history_plots(tracks: &[Track; 2], pushes: [&Vec<f64>; 2], theory: &Impact, e: f64) -> [Overlay; 2] {
+    let over_time = |i: usize| {
+        let points = pushes[i].iter().enumerate();
+        thinned(points.map(|(k, &force)| [tracks[i].time(k) * 1e6, force]), 500)
+    };
+    let over_depth = |i: usize| {
+        let points = pushes[i]
+            .iter()
+            .enumerate()
+            .map(|(k, &force)| [depth(&tracks[i].frames[k], 0) * 1e6, force]);
+        let touching: Vec<_> = points.filter(|point| point[0] >= 0.0).collect();
+        thinned(touching, 500)
+    };
+    let times = theory.history.iter().map(|i| [i.time * 1e6, i.force]);
+    let depths = theory.history.iter().map(|i| [i.depth * 1e6, i.force]);
+    let overlay = |name: &str, x: &str, curves: [Vec<[f64; 2]>; 3]| Overlay {
+        name: format!("{name}_{e}"),
+        title: format!("Damped head-on impact at 1 m/s, e = {e}"),
+        axes: [x.into(), "force (N)".into()],
+        logarithmic: [false; 2],
+        curves: ["native", "LIGGGHTS", "theory"]
+            .map(String::from)
+            .into_iter()
+            .zip(curves)
+            .collect(),
+    };
+    [
+        overlay(
+            "time",
+            "time (us)",
+            [over_time(0), over_time(1), thinned(times, 500)],
+        ),
+        overlay(
+            "depth",
+            "depth (um)",
+            [over_depth(0), over_depth(1), thinned(depths, 500)],
+        ),
+    ]
+}
+
+/// H15: a sphere hits a wall.
+pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
+    let judge = Judge("wall-impact");
+    let (e, speed) = (0.8, 1.0);
+    let scene = |laws| {
+        let mut scene = Scene::glass(judge.0, e, 0.0, laws);
+        scene.walls.push(plane(2, 0.0, true, 0));
+        scene.add(
+            0,
+            Vec3::new(5e-3, 5e-3, RADIUS),
+            Vec3::z() * -speed,
+            Vec3::zeros(),
+        );
+        scene
+    };
+    let depth = |frame: &[Particle]| RADIUS - frame[0].position[2];
+    let same = scene(SAME);
+    let hertz = Hertz::wall(same.mass(0), RADIUS, [&GLASS; 2]);
+    let dt = hertz.duration(speed) / STEPS as f64;
+    let parted = |frame: &[Particle]| depth(frame) < -1e-9;
+    let tracks = same.record(directory, dt, 2 * STEPS, parted)?;
+    let own = scene(OWN).record_native(dt, 2 * STEPS, parted)?;
+    let tsuji = impact(&hertz, Damping::Tsuji(e), plain, speed);
+    let cap = |depth| super::theory::cap_ratio(RADIUS, depth);
+    let crossley = impact(&hertz, Damping::HuntCrossley(e), cap, speed);
+    let mut findings = Findings::default();
+    let after = |track: &Track| Some(track.last()[0].velocity[2] / speed);
+    let values = [after(&tracks[0]), after(&tracks[1]), Some(e)];
+    let quantity = format!("restitution, e = {e}, tsuji (-)");
+    findings
+        .checks
+        .push(judge.absolute(quantity, values, Between::All, 1.0, 2e-4, SET));
+    let values = [after(&own), None, Some(crossley.restitution)];
+    let quantity = format!("restitution, e = {e}, hunt_crossley (-)");
+    findings
+        .checks
+        .push(judge.absolute(quantity, values, Between::Theory, 1.0, 2e-4, SET));
+    for (name, engine, track, theory) in [
+        ("native tsuji", 0, &tracks[0], &tsuji),
+        ("LIGGGHTS", 1, &tracks[1], &tsuji),
+        ("native hunt_crossley", 0, &own, &crossley),
+    ] {
+        findings
+            .checks
+            .extend(columns(judge, name, engine, track, theory, depth));
+    }
+    let curve = |track: &Track| {
+        let points = (0..track.frames.len() - 1).map(|k| [track.time(k) * 1e6, track.force(k, 0).z]);
+        thinned(points, 500)
+    };
+    let theory = tsuji.history.iter().map(|i| [i.time * 1e6, i.force]);
+    findings.overlays.push(Overlay {
+        name: "force".into(),
+        title: format!("A sphere hits a wall at {speed} m/s, e = {e}"),
+        axes: ["time (us)".into(), "force (N)".into()],
+        logarithmic: [false; 2],
+        curves: vec![
+            ("native".into(), curve(&tracks[0])),
+            ("LIGGGHTS".into(), curve(&tracks[1])),
+            ("theory".into(), thinned(theory, 500)),
+        ],
+    });
+    Ok(findings)
+}

@@ -1,0 +1,332 @@
+//! A gas of 512 spheres of five sizes in a periodic box: what is conserved, how it cools, how long two engines agree on
+//! every single sphere.
+
+use super::theory::{Hertz, Mixture};
+use super::tools::{Between, Judge, Random, SAME, Scene, advance, model, sphere, worst};
+use super::{Findings, Moment, Overlay};
+use crate::contact::Material;
+use crate::dem::DemEngine;
+use crate::domain::Domain;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::Particle;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+/// Spheres along an edge of the box.
+const EDGE: usize = 8;
+
+/// Part of the box that is filled (-).
+const FILLED: f64 = 0.1;
+
+const RADII: [f64; 5] = [0.35e-3, 0.42e-3, 0.5e-3, 0.55e-3, 0.6e-3];
+
+const MATERIAL: Material = Material {
+    youngs_modulus: 1e8,
+    poisson_ratio: 0.3,
+};
+
+/// Step of the motion (s): 27 per contact of the smallest spheres at 1 m/s.
+const STEP: f64 = 1e-6;
+
+/// Steps of the motion between two samples.
+const SUBSTEPS: u32 = 20;
+
+/// Samples until the end, at 12 ms.
+const SAMPLES: usize = 600;
+
+/// Speed per direction of a sphere of the middle size at the start (m/s): all sizes have one temperature.
+const SPEED: f64 = 1.0;
+
+const MOMENTUM: &str = "over the sum of the momenta of all spheres: rounding of equal and opposite forces";
+const ENERGY: &str = "largest change of kinetic and elastic energy over that at the start: 1e-4 at 20 steps per contact, and the \
+                      fastest spheres have fewer";
+const EARLY: &str = "root mean square difference over the root mean square velocity: law and integrator are the same, and \
+                     rounding grows tenfold per 0.6 ms at most";
+const EARLY_DAMPED: &str = "root mean square difference over the root mean square velocity: the dashpots see velocities half a \
+                            step apart; LIGGGHTS with half the step is 2.6e-3 from itself";
+const TEMPERATURE: &str = "relative, between the engines: two runs of LIGGGHTS that have parted differ by 1e-2 (e = 1) and 2.9e-2 \
+                           (e = 0.9)";
+const HAFF: &str = "relative, to Haff's law with the collision rates of Enskog's theory: the gas starts from a disturbed lattice, \
+                    and 512 spheres scatter";
+
+/// The gas at the start.
+fn scene(name: String, restitution: f64) -> Scene {
+    let mut scene = Scene::glass(name, 1.0, 0.0, SAME);
+    scene.contact = Some(model(&[MATERIAL], &[restitution], 0.0, SAME));
+    scene.templates = RADII.iter().map(|&radius| sphere(radius, 0)).collect();
+    scene.substeps = SUBSTEPS;
+    let kind = |n: usize| n * 7 % RADII.len();
+    let count = EDGE.pow(3);
+    let volume: f64 = (0..count).map(|n| scene.templates[kind(n)].shape.volume()).sum();
+    let edge = (volume / FILLED).cbrt();
+    scene.domain = Domain {
+        cells: [4 * EDGE; 3],
+        dx: edge / (4 * EDGE) as f64,
+        periodic: [true; 3],
+    };
+    let mut random = Random(7);
+    let spacing = edge / EDGE as f64;
+    let middle = scene.templates[2].mass();
+    for n in 0..count {
+        let cell = Vec3::new(
+            (n % EDGE) as f64,
+            (n / EDGE % EDGE) as f64,
+            (n / EDGE / EDGE) as f64,
+        );
+        let place = (cell + Vec3::repeat(0.5) + random.vector() * 0.1) * spacing;
+        scene.add(kind(n), place, Vec3::zeros(), Vec3::zeros());
+    }
+    let mut total = Vec3::zeros();
+    for n in 0..count {
+        let speed = SPEED * (middle / scene.mass(n)).sqrt();
+        let normal = |random: &mut Random| {
+            let [u, v] = [0, 1].map(|_| 0.5 * (random.next() + 1.0));
+            (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+        };
+        let velocity = Vec3::from_fn(|_, _| speed * normal(&mut random));
+        scene.particles[n].velocity = velocity.into();
+        total += velocity * scene.mass(n);
+    }
+    let drift = total / (0..count).map(|n| scene.mass(n)).sum::<f64>();
+    for particle in &mut scene.particles {
+        particle.velocity = (particle.velocity() - drift).into();
+    }
+    scene
+}
+
+/// The gas in one engine, sample by sample.
+struct Run {
+    /// Kinetic energy (J).
+    kinetic: Vec<f64>,
+    /// Kinetic and elastic energy (J).
+    energy: Vec<f64>,
+    /// Largest sum of the momenta over the sum of their magnitudes (-).
+    momentum: f64,
+    /// Velocities (m/s).
+    velocities: Vec<Vec<Vec3>>,
+    /// Spheres at every fifteenth sample.
+    moments: Vec<Vec<(Vec3, Vec3, Vec3, f64)>>,
+}
+
+impl Run {
+    fn of(scene: &Scene, engine: &mut dyn DemEngine) -> Result<Self> {
+        let mut run = Self {
+            kinetic: Vec::new(),
+            energy: Vec::new(),
+            momentum: 0.0,
+            velocities: Vec::new(),
+            moments: Vec::new(),
+        };
+        for sample in 0..=SAMPLES {
+            if sample > 0 {
+                advance(engine, f64::from(SUBSTEPS) * STEP)?;
+            }
+            run.take(scene, engine.particles().owned(), sample);
+        }
+        Ok(run)
+    }
+
+    fn take(&mut self, scene: &Scene, spheres: &[Particle], sample: usize) {
+        let energy = |(id, p): (usize, &Particle)| 0.5 * scene.mass(id) * p.velocity().norm_squared();
+        let kinetic: f64 = spheres.iter().enumerate().map(energy).sum();
+        self.kinetic.push(kinetic);
+        self.energy.push(kinetic + stored(scene, spheres));
+        let momenta = || {
+            spheres
+                .iter()
+                .enumerate()
+                .map(|(id, p)| p.velocity() * scene.mass(id))
+        };
+        let total: f64 = momenta().map(|p| p.norm()).sum();
+        self.momentum = self.momentum.max(momenta().sum::<Vec3>().norm() / total);
+        self.velocities
+            .push(spheres.iter().map(Particle::velocity).collect());
+        if sample.is_multiple_of(15) {
+            let of = |(id, p): (usize, &Particle)| {
+                (p.position(), p.velocity(), p.angular_velocity(), scene.radius(id))
+            };
+            self.moments.push(spheres.iter().enumerate().map(of).collect());
+        }
+    }
+
+    /// Largest change of the energy over that at the start (-).
+    fn drift(&self) -> f64 {
+        worst(
+            self.energy
+                .iter()
+                .map(|energy| (energy / self.energy[0] - 1.0).abs()),
+        )
+    }
+
+    /// Temperature over that at the start at a sample (-).
+    fn temperature(&self, sample: usize) -> f64 {
+        self.kinetic[sample] / self.kinetic[0]
+    }
+}
+
+/// Elastic energy of all contacts (J).
+fn stored(scene: &Scene, spheres: &[Particle]) -> f64 {
+    let mut energy = 0.0;
+    for i in 0..spheres.len() {
+        for j in i + 1..spheres.len() {
+            let offset = spheres[j].position() - spheres[i].position();
+            let radii = [scene.radius(i), scene.radius(j)];
+            let depth = radii[0] + radii[1] - scene.domain.nearest_image(offset).norm();
+            if depth > 0.0 {
+                energy += Hertz::pair([1.0; 2], radii, [&MATERIAL; 2]).energy(depth);
+            }
+        }
+    }
+    energy
+}
+
+/// Root mean square difference of the velocities over their root mean square, at a sample.
+fn parted(runs: &[Run; 2], sample: usize) -> f64 {
+    let [a, b] = [0, 1].map(|i| &runs[i].velocities[sample]);
+    let apart: f64 = a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum();
+    (apart / b.iter().map(Vec3::norm_squared).sum::<f64>()).sqrt()
+}
+
+/// Time of a sample (s).
+fn time(sample: usize) -> f64 {
+    sample as f64 * f64::from(SUBSTEPS) * STEP
+}
+
+/// H19 to H21: conservation, early agreement, temperature.
+pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
+    let judge = Judge("gas");
+    let mut findings = Findings::default();
+    for restitution in [1.0, 0.9] {
+        let scene = scene(format!("{}-{restitution}", judge.0), restitution);
+        let runs = [
+            Run::of(&scene, &mut scene.native()?)?,
+            Run::of(&scene, &mut scene.liggghts(directory)?)?,
+        ];
+        let both = |of: &dyn Fn(&Run) -> f64| [Some(of(&runs[0])), Some(of(&runs[1]))];
+        let what = format!("e = {restitution}");
+        let [native, liggghts] = both(&|run| run.momentum);
+        findings.checks.push(judge.absolute(
+            format!("largest sum of the momenta, {what} (-)"),
+            [native, liggghts, Some(0.0)],
+            Between::Theory,
+            1.0,
+            1e-14,
+            MOMENTUM,
+        ));
+        let elastic = restitution >= 1.0;
+        if elastic {
+            let [native, liggghts] = both(&Run::drift);
+            findings.checks.push(judge.absolute(
+                format!("change of the energy, {what} (-)"),
+                [native, liggghts, Some(0.0)],
+                Between::Theory,
+                1.0,
+                2e-4,
+                ENERGY,
+            ));
+        }
+        let (early, tolerance, reason) = if elastic {
+            (2e-3, 1e-9, EARLY)
+        } else {
+            (1e-3, 1e-2, EARLY_DAMPED)
+        };
+        let sample = (early / time(1)).round() as usize;
+        let quantity = format!("velocities after {} ms, {what} (-)", early * 1e3);
+        let speed = |run: &Run| run.velocities[sample][0].norm();
+        let [native, liggghts] = both(&speed);
+        let quantity = format!("{quantity}; shown: speed of the first (m/s)");
+        let difference = parted(&runs, sample);
+        findings
+            .checks
+            .push(judge.given(quantity, [native, liggghts, None], difference, tolerance, reason));
+
+        let mixture = mixture(&scene);
+        let start = 2.0 / 3.0 * runs[0].kinetic[0] / scene.particles.len() as f64;
+        for sample in [SAMPLES / 2, SAMPLES] {
+            let [native, liggghts] = both(&|run| run.temperature(sample));
+            let haff = mixture.cooled(restitution, start, time(sample));
+            let tolerance = if elastic { 1e-2 } else { 2.9e-2 };
+            let values = [native, liggghts, Some(haff)];
+            let quantity = format!(
+                "temperature over that at the start after {} ms, {what} (-)",
+                time(sample) * 1e3
+            );
+            let engines = judge.relative(quantity.clone(), values, Between::Engines, tolerance, TEMPERATURE);
+            findings.checks.push(engines);
+            if !elastic {
+                let quantity = format!("{quantity}, theory");
+                findings
+                    .checks
+                    .push(judge.relative(quantity, values, Between::Theory, 0.1, HAFF));
+            }
+        }
+        findings
+            .overlays
+            .extend(plots(&runs, &what, |t| mixture.cooled(restitution, start, t)));
+        if !elastic {
+            findings.moments = moments(runs);
+        }
+    }
+    Ok(findings)
+}
+
+fn mixture(scene: &Scene) -> Mixture {
+    let count = |kind: usize| {
+        scene
+            .particles
+            .iter()
+            .filter(|p| p.template as usize == kind)
+            .count()
+    };
+    let sizes: Vec<_> = (0..RADII.len())
+        .map(|k| (RADII[k], scene.templates[k].mass(), count(k)))
+        .collect();
+    Mixture::new(&sizes, scene.domain.volume())
+}
+
+fn moments(runs: [Run; 2]) -> Vec<Moment> {
+    let [native, liggghts] = runs.map(|run| run.moments);
+    let both = native.into_iter().zip(liggghts).enumerate();
+    both.map(|(k, (native, liggghts))| Moment {
+        time: time(15 * k),
+        spheres: [native, liggghts],
+    })
+    .collect()
+}
+
+/// Temperature, and how the engines part.
+fn plots(runs: &[Run; 2], what: &str, haff: impl Fn(f64) -> f64) -> [Overlay; 2] {
+    let samples = || 0..=SAMPLES;
+    let temperature = |run: &Run| {
+        samples()
+            .map(|k| [time(k) * 1e3, run.temperature(k)])
+            .collect::<Vec<_>>()
+    };
+    let theory = samples().map(|k| [time(k) * 1e3, haff(time(k))]).collect();
+    let apart = samples()
+        .skip(1)
+        .map(|k| [time(k) * 1e3, parted(runs, k).max(1e-17)])
+        .collect();
+    let stem = what.replace(" = ", "");
+    [
+        Overlay {
+            name: format!("temperature_{stem}"),
+            title: format!("Gas of 512 spheres of five sizes, {what}"),
+            axes: ["time (ms)".into(), "temperature / start".into()],
+            logarithmic: [false; 2],
+            curves: vec![
+                ("native".into(), temperature(&runs[0])),
+                ("LIGGGHTS".into(), temperature(&runs[1])),
+                ("Haff, Enskog".into(), theory),
+            ],
+        },
+        Overlay {
+            name: format!("parting_{stem}"),
+            title: format!("How both engines part in a gas, {what}"),
+            axes: ["time (ms)".into(), "difference of velocities".into()],
+            logarithmic: [false, true],
+            curves: vec![("native - LIGGGHTS".into(), apart)],
+        },
+    ]
+}

@@ -1,0 +1,143 @@
+//! The head-on impact without damping, and its trajectory.
+
+use super::theory::{Damping, Hertz, impact, lens_ratio};
+use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, thinned, worst};
+use super::{Findings, Overlay};
+use crate::contact::ElasticLaw;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::Particle;
+use std::path::Path;
+
+/// Steps per duration of the impact.
+const STEPS: usize = 200;
+
+const RESTITUTION: &str = "absolute: leapfrog at 200 steps per contact loses 1.1e-6 where the contact begins and ends between \
+                           two steps";
+const SHAPE: &str =
+    "relative, each to its own law: second order in the step, 1.3e-5 at 200 steps per contact";
+const TRAJECTORY: &str = "largest difference of the positions at any step, in parts of the largest depth: the integrators are \
+                          the same, and the volume law shifts the end of the contact by 6e-5";
+const ROUNDING: &str = "largest difference of the positions at any step, in parts of the largest depth: law and integrator are \
+                        the same, so rounding alone, 1e-12 of the depth per step";
+const MOMENTUM: &str =
+    "of the sum of the momenta over that at the start: rounding of equal and opposite kicks";
+
+/// Depth of the overlap of spheres 0 and 1 of [`RADIUS`] (m).
+fn depth(frame: &[Particle]) -> f64 {
+    2.0 * RADIUS - (frame[1].position() - frame[0].position()).norm()
+}
+
+/// Largest difference of the positions of two tracks (m).
+fn apart(tracks: &[Track; 2]) -> f64 {
+    let frames = tracks[0].frames.iter().zip(&tracks[1].frames);
+    let spheres = frames.flat_map(|(a, b)| a.iter().zip(b));
+    worst(spheres.map(|(a, b)| (a.position() - b.position()).norm()))
+}
+
+/// H3 and H4: the first sphere hits the second, which is at rest.
+pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
+    let judge = Judge("head-on");
+    let mut findings = Findings::default();
+    for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
+        for speed in [1.0, 0.1] {
+            let mut scene = Scene::glass(format!("{}-{label}-{speed}", judge.0), 1.0, 0.0, laws);
+            let at = Vec3::new(4e-3, 5e-3, 5e-3);
+            scene.add(0, at, Vec3::x() * speed, Vec3::zeros());
+            scene.add(0, at + Vec3::x() * (2.0 * RADIUS), Vec3::zeros(), Vec3::zeros());
+            let mass = scene.mass(0);
+            let hertz = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]);
+            let dt = hertz.duration(speed) / STEPS as f64;
+            let tracks = scene.record(directory, dt, STEPS * 5 / 4, |_| false)?;
+
+            let same = laws.0 == ElasticLaw::Hertz;
+            let what = format!("{label} law, {speed} m/s");
+            let speeds = |track: &Track| track.last().iter().map(|p| p.velocity[0]).collect::<Vec<_>>();
+            let [native, liggghts] = [0, 1].map(|i| speeds(&tracks[i]));
+            let restitution = |v: &[f64]| Some((v[1] - v[0]) / speed);
+            findings.checks.push(judge.absolute(
+                format!("restitution, {what} (-)"),
+                [restitution(&native), restitution(&liggghts), Some(1.0)],
+                Between::Theory,
+                1.0,
+                1e-5,
+                RESTITUTION,
+            ));
+            let momentum = |v: &[f64]| Some((v[0] + v[1]) / speed);
+            findings.checks.push(judge.absolute(
+                format!("momentum over that at the start, {what} (-)"),
+                [momentum(&native), momentum(&liggghts), Some(1.0)],
+                Between::Theory,
+                1.0,
+                1e-14,
+                MOMENTUM,
+            ));
+
+            let ratio = |depth| if same { 1.0 } else { lens_ratio([RADIUS; 2], depth) };
+            let own = impact(&hertz, Damping::Tsuji(1.0), ratio, speed);
+            let measured = [0, 1].map(|i| tracks[i].impact(depth));
+            let theory = [
+                (own.duration, own.deepest),
+                (hertz.duration(speed), hertz.deepest(speed)),
+            ];
+            for (i, name) in [(0, "native"), (1, "LIGGGHTS")] {
+                let (duration, deepest) = theory[i];
+                let column = |value: Option<f64>, theory: f64| {
+                    let mut values = [None, None, Some(theory)];
+                    values[i] = value;
+                    values
+                };
+                findings.checks.push(judge.relative(
+                    format!("duration, {what}, {name} (s)"),
+                    column(measured[i].map(|m| m.duration), duration),
+                    Between::Theory,
+                    5e-5,
+                    SHAPE,
+                ));
+                findings.checks.push(judge.relative(
+                    format!("largest depth, {what}, {name} (m)"),
+                    column(measured[i].map(|m| m.deepest), deepest),
+                    Between::Theory,
+                    5e-5,
+                    SHAPE,
+                ));
+            }
+            let difference = apart(&tracks) / hertz.deepest(speed);
+            let last = |i: usize| Some(tracks[i].last()[1].position[0] - scene.particles[1].position[0]);
+            let values = [last(0), last(1), None];
+            let path = format!("path of the second sphere, {what} (m)");
+            findings
+                .checks
+                .push(judge.given(&path, values, difference, 2e-4, TRAJECTORY));
+            if same {
+                let path = format!("{path}, bits");
+                findings
+                    .checks
+                    .push(judge.given(path, values, difference, 1e-9, ROUNDING));
+            }
+            findings.overlays.push(trajectory(&tracks, &own, label, speed));
+        }
+    }
+    Ok(findings)
+}
+
+/// The depth over time in all three ways.
+fn trajectory(tracks: &[Track; 2], own: &super::theory::Impact, label: &str, speed: f64) -> Overlay {
+    let curve = |track: &Track| {
+        let points =
+            (track.frames.iter().enumerate()).map(|(k, frame)| [track.time(k) * 1e6, depth(frame) * 1e6]);
+        thinned(points, 400)
+    };
+    let analytic = own.history.iter().map(|i| [i.time * 1e6, i.depth * 1e6]);
+    Overlay {
+        name: format!("depth_{label}_{speed}"),
+        title: format!("Elastic head-on impact at {speed} m/s, {label} law"),
+        axes: ["time (us)".into(), "depth (um)".into()],
+        logarithmic: [false; 2],
+        curves: vec![
+            ("native".into(), curve(&tracks[0])),
+            ("LIGGGHTS".into(), curve(&tracks[1])),
+            ("theory".into(), thinned(analytic, 400)),
+        ],
+    }
+}
