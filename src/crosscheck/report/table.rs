@@ -71,10 +71,11 @@ pub fn table(outcome: &Outcome, explain: bool) -> String {
 
 /// How much of the tolerance is used.
 fn used(row: &Row) -> String {
-    let part = 100.0 * row.difference.abs() / row.tolerance;
+    let part = row.difference.abs() / row.tolerance;
     match part {
         part if !part.is_finite() || !row.tolerance.is_finite() => String::new(),
-        part if part >= 0.01 => format!("{} % of the tolerance used: ", significant(part, 2)),
+        part if part >= 10.0 => format!("{} times the tolerance: ", small(part)),
+        part if part >= 1e-4 => format!("{} % of the tolerance used: ", significant(100.0 * part, 2)),
         _ => "less than 0.01 % of the tolerance used: ".to_string(),
     }
 }
@@ -88,7 +89,8 @@ pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
 fn value(value: Option<f64>) -> String {
     match value {
         None => "-".to_string(),
-        Some(0.0) => "0".to_string(),
+        // Counts.
+        Some(x) if x.abs() < 1e6 && x.fract() == 0.0 => format!("{x:.0}"),
         Some(x) if (1e-3..1e6).contains(&x.abs()) => significant(x, 8),
         Some(x) => format!("{x:.6e}"),
     }
@@ -99,13 +101,20 @@ fn small(value: f64) -> String {
         x if x.is_nan() => "-".to_string(),
         0.0 => "0".to_string(),
         x if x.is_infinite() => "none".to_string(),
+        x if (0.01..1000.0).contains(&x.abs()) => significant(x, 2),
         x => format!("{x:.1e}"),
     }
 }
 
 /// A number from a thousandth to a million with so many significant digits.
 fn significant(value: f64, digits: i32) -> String {
-    let before = value.abs().log10().floor() as i32 + 1;
+    // The exponent of the number after rounding.
+    let rounded = format!("{value:.*e}", (digits - 1) as usize);
+    let exponent = rounded
+        .split('e')
+        .nth(1)
+        .and_then(|text| text.parse::<i32>().ok());
+    let before = exponent.unwrap_or(0) + 1;
     format!("{value:.*}", (digits - before).max(0) as usize)
 }
 

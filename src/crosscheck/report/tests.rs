@@ -78,7 +78,7 @@ fn reasons_are_given_for_failures_and_for_all_when_asked_for() {
 #[test]
 fn what_is_only_reported_is_not_called_ok() {
     let text = table(&outcome(vec![check("far", None, 0.3, f64::INFINITY)]), false);
-    assert!(text.trim_end().ends_with("3.0e-1       none  reported"), "{text}");
+    assert!(text.trim_end().ends_with("0.30       none  reported"), "{text}");
 }
 
 #[test]
