@@ -13,6 +13,37 @@ use bytemuck::Pod;
 pub use mpi::{MpiComm, abort};
 pub use threads::{ThreadComm, on_threads};
 
+/// A process that a launcher of MPI has started, as its environment tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Launched {
+    /// Number of this process.
+    pub rank: usize,
+    /// Number of processes.
+    pub size: usize,
+}
+
+/// What a launcher of MPI says of this process; nothing if none has started it.
+pub fn launched() -> Option<Launched> {
+    // Open MPI; MPICH and Intel MPI; srun with PMIx.
+    const NAMES: [[&str; 3]; 3] = [
+        [
+            "OMPI_COMM_WORLD_RANK",
+            "OMPI_COMM_WORLD_RANK",
+            "OMPI_COMM_WORLD_SIZE",
+        ],
+        ["PMI_RANK", "PMI_RANK", "PMI_SIZE"],
+        ["PMIX_RANK", "SLURM_PROCID", "SLURM_NTASKS"],
+    ];
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    NAMES.iter().find_map(|[mark, rank, size]| {
+        std::env::var_os(mark)?;
+        Some(Launched {
+            rank: number(rank)?,
+            size: number(size)?,
+        })
+    })
+}
+
 /// Connects a rank to the others.
 pub enum Comm {
     /// The only rank.

@@ -87,6 +87,16 @@ impl MpiComm {
         comm
     }
 
+    /// Another handle for collectives of the same ranks. Only one of both may make patterns.
+    #[must_use]
+    pub fn twin(&self) -> Self {
+        Self {
+            session: self.session.clone(),
+            plans: Cell::new(POST),
+            ..*self
+        }
+    }
+
     fn raw(&self) -> ffi::MPI_Comm {
         self.session.world.as_raw()
     }
