@@ -118,8 +118,8 @@ pub trait DemEngine: Send {
     /// [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) tell over all ranks what they told then.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) on every rank if the parts are damaged, incomplete, or of another engine, version
-    /// or case; the engine then stands where it stood.
+    /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case; the native
+    /// engine then stands where it stood.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }
 
