@@ -4,6 +4,7 @@ mod damped;
 mod free_flight;
 mod gas;
 mod head_on;
+mod histories;
 mod oblique;
 mod periodic;
 mod settling;
@@ -115,7 +116,7 @@ pub const CASES: &[Case] = &[
     Case {
         id: "force-history",
         title: "whole history of the force of damped impacts under the same law",
-        run: damped::histories,
+        run: histories::histories,
     },
     Case {
         id: "wall-impact",
