@@ -1,10 +1,12 @@
 #!/bin/sh
-# Everything that must hold: format, lints, documentation, and every test. Installs what it misses.
+# Everything that must hold: format, lints, documentation, and every test, with all features and without. Installs what it
+# misses.
 set -eu
 cd "$(dirname "$0")"
 . ./scripts/setup.sh
 need_cargo
 need_linker
+need_liggghts
 cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
 cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
 
@@ -18,9 +20,12 @@ stage() {
 }
 
 stage format cargo fmt --all --check
-stage lints cargo clippy --locked --all-targets --all-features --quiet -- -D warnings
+stage lints cargo clippy --locked --workspace --all-targets --all-features --quiet -- -D warnings
 stage documentation env RUSTDOCFLAGS="-D warnings" \
-    cargo doc --locked --no-deps --all-features --document-private-items --quiet
+    cargo doc --locked --workspace --no-deps --all-features --document-private-items --quiet
+# Without features only their absence differs: that it compiles cleanly, and that it is said.
+stage "lints without features" cargo clippy --locked --all-targets --quiet -- -D warnings
+stage "tests without features" cargo test --locked --profile dev --test bad_input engine
 # One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks.
 echo "== tests" >&2
-exec cargo test --locked --all-features
+exec cargo test --locked --workspace --all-features

@@ -17,23 +17,54 @@ need_cargo() {
     have cargo || fail "cargo, the build tool of Rust, is not here; see https://rustup.rs, then run this again"
 }
 
-# Rust links with the system's C compiler and its C library.
-need_linker() {
-    if have cc; then
-        return
-    fi
+# Installs Debian packages (from the second argument on) for what the first one names.
+install_packages() {
+    what=$1
+    shift
     if ! have apt-get; then
-        fail "no C linker (cc) is here: install gcc and the headers of the C library by your system's means"
+        fail "$what: not here, nor is apt-get; install by your system's means what Debian has in: $*"
     elif [ "$(id -u)" = 0 ]; then
         as_root=
     elif have sudo; then
         as_root=sudo
     else
-        fail "no C linker (cc) is here; as root: apt-get install gcc libc6-dev"
+        fail "$what: not here; as root: apt-get install $*"
     fi
-    echo "installing a C linker (gcc, libc6-dev)" >&2
+    echo "installing $what ($*)" >&2
     $as_root apt-get update -q >&2 &&
-        $as_root env DEBIAN_FRONTEND=noninteractive \
-            apt-get install -y -q --no-install-recommends gcc libc6-dev >&2 ||
-        fail "apt-get could not install gcc and libc6-dev"
+        $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@" >&2 ||
+        fail "apt-get could not install $*"
+}
+
+# Rust links with the system's C compiler and its C library.
+need_linker() {
+    have cc || install_packages "a C linker" gcc libc6-dev
+}
+
+# Whether any of these files is there.
+any_file() {
+    for file; do
+        [ -e "$file" ] && return 0
+    done
+    return 1
+}
+
+# The cargo feature `liggghts`: the library and its headers, MPI's headers, and what compiles and reads them.
+need_liggghts() {
+    missing=
+    have liggghts || missing="$missing liggghts"
+    any_file "${LIGGGHTS_INCLUDE:-/usr/include/liggghts}/library.h" || missing="$missing libliggghts-dev"
+    have "${MPICC:-mpicc}" || missing="$missing libopenmpi-dev"
+    [ -n "${LIBCLANG_PATH:-}" ] || any_file /usr/lib/llvm-*/include/clang-c/Index.h ||
+        missing="$missing libclang-dev"
+    have "${CXX:-c++}" || missing="$missing g++"
+    # Each of the names in it is a word of its own.
+    [ -z "$missing" ] || install_packages "LIGGGHTS and what builds against it" $missing
+}
+
+# What these cargo features, with commas or blanks between them, need besides Rust.
+need_features() {
+    case ",$(echo "$1" | tr ' ' ',')," in
+    *,liggghts,*) need_liggghts ;;
+    esac
 }

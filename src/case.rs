@@ -35,7 +35,7 @@ use std::sync::Arc;
 
 pub use file::schema;
 pub use hertz::Hertz;
-pub use resolve::load;
+pub use resolve::{from_text, load};
 
 /// A case resolved to numbers: everything a run needs, checked.
 #[derive(Clone, Debug)]

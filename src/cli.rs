@@ -2,6 +2,7 @@
 
 mod bench;
 mod check;
+mod crosscheck;
 mod doctor;
 mod machine;
 mod pack;
@@ -34,6 +35,8 @@ enum Command {
     Bench(BenchArguments),
     /// Write the initial positions of a case to a file that `file = "..."` reads back.
     Pack(PackArguments),
+    /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
+    Crosscheck(crosscheck::CrosscheckArguments),
     /// Look at this machine: what is fine, and what to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
@@ -116,6 +119,9 @@ struct PackArguments {
     out: PathBuf,
 }
 
+/// Exit code of a cross-check that came to its end, when not all checks passed.
+const CHECKS_FAILED: u8 = 3;
+
 /// Runs the program; arguments are those of the process.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -124,6 +130,11 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::check(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Pack(arguments) => pack::pack(&arguments),
+        Command::Crosscheck(arguments) => match crosscheck::crosscheck(&arguments) {
+            Ok(true) => Ok(()),
+            Ok(false) => return ExitCode::from(CHECKS_FAILED),
+            Err(error) => Err(error),
+        },
         Command::Doctor => {
             say(&doctor::report());
             Ok(())

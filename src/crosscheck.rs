@@ -6,7 +6,9 @@ mod gas;
 mod head_on;
 mod histories;
 mod oblique;
+pub mod own_case;
 mod periodic;
+pub mod report;
 mod settling;
 mod statics;
 mod theory;
@@ -76,7 +78,7 @@ pub struct Findings {
 }
 
 /// A case of the suite.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// Short name, for `--case`.
     pub id: &'static str,
@@ -157,5 +159,10 @@ pub const CASES: &[Case] = &[
         id: "settling-box",
         title: "1000 dry spheres settle in a box: height, contacts, forces on walls",
         run: settling::settling,
+    },
+    Case {
+        id: "replay",
+        title: "recorded loads of four-way runs, replayed through both engines",
+        run: own_case::replay,
     },
 ];

@@ -8,6 +8,7 @@ pub mod integrator;
 #[cfg(feature = "liggghts")]
 pub mod liggghts;
 pub mod native;
+mod saved;
 
 use crate::comm::Comm;
 use crate::error::{Error, Result};
@@ -111,7 +112,14 @@ pub trait DemEngine: Send {
     fn save(&self) -> Result<Vec<u8>>;
 
     /// Goes on where the ranks of an earlier run, of this case and this engine, stood when they [saved](Self::save)
-    /// `parts`, one for each of them in their order; there may be more or fewer ranks now. Collective.
+    /// `parts`, one for each of them in their order; there may be more or fewer ranks now. Collective; `parts` are the same on
+    /// every rank.
+    ///
+    /// [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) tell over all ranks what they told then.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) on every rank if the parts are damaged, incomplete, or of another engine, version
+    /// or case; the engine then stands where it stood.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }
 

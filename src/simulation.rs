@@ -252,6 +252,14 @@ impl<T: Real> Simulation<T> {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         self.note_fault(self.wet.as_ref().and_then(|wet| wet.fluid.fault()));
+        self.share_failure()
+    }
+
+    /// Makes a failure since the last control known to all, so that nothing is written of what comes after it. Collective.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    fn share_failure(&mut self) -> Result<()> {
         let mut failures = [i64::from(self.failure.is_some())];
         self.comm.sum(&mut failures);
         if failures[0] > 0 {

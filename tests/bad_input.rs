@@ -3,6 +3,9 @@
 #[path = "bad_input/bodies.rs"]
 mod bodies;
 
+#[path = "bad_input/engine.rs"]
+mod engine;
+
 use std::path::Path;
 use std::process::{Command, Output};
 

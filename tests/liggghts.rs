@@ -1,6 +1,9 @@
 //! LIGGGHTS behind the engine trait, in processes of its own: motion, contacts, saving, and every way to fail.
 #![cfg(feature = "liggghts")]
 
+#[path = "liggghts/live.rs"]
+mod live;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use turbid::comm::{Comm, on_threads};
@@ -385,6 +388,28 @@ fn what_liggghts_refuses_comes_back_in_its_own_words_with_the_command() {
 }
 
 #[test]
+fn a_crash_of_liggghts_is_an_error_with_its_signal_and_the_end_of_its_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("liggghts.log");
+    let crashing = LiggghtsParams {
+        log: Some(log.clone()),
+        // A place that is no number sends LIGGGHTS out of its arrays of bins.
+        ..with_commands(&[
+            "print 'the last words'",
+            "variable nothing atom 1e200*1e200-1e200*1e200",
+            "set group all x v_nothing",
+        ])
+    };
+    let text = refusal(crashing);
+    assert!(
+        text.contains("SIGSEGV") && text.contains("the last words"),
+        "{text}"
+    );
+    let next = engine(params(Some(contact(1e7, 0.7, 0.3))), &three()).unwrap();
+    advanced(next, 3, 1e-6).unwrap();
+}
+
+#[test]
 fn stiffness_beyond_the_usual_bounds_of_liggghts_is_accepted() {
     for modulus in [5e3, 7e10] {
         let lgg = engine(params(Some(contact(modulus, 0.9, 0.3))), &three()).unwrap();
@@ -417,7 +442,7 @@ fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
     for commands in [
         &["nonsense"][..],
         &["fix extra all nonsense"],
-        &["fix young all property/global youngsModulus"],
+        &["fix extra all property/global a"],
     ] {
         let error = engine(own(with_commands(commands)), &three()).unwrap_err();
         assert!(error.to_string().contains("LIGGGHTS refuses"), "{error}");

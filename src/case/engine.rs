@@ -18,6 +18,9 @@ use crate::wall::Surface;
 /// LIGGGHTS takes coefficients of restitution above this one.
 const LEAST_RESTITUTION: f64 = 0.05;
 
+/// Most that the components of a direction across an axis may be, over its length.
+const ALIGNED: f64 = 1e-9;
+
 /// The engine that the case asks for, if its sections ask for nothing that the engine lacks.
 pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
     let (asked, section) = (&case.dem.engine, &case.dem.liggghts);
@@ -36,7 +39,6 @@ pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
         check.law()?;
         check.materials()?;
         check.restitution()?;
-        check.friction()?;
     }
     let section = section.as_ref().map(|section| &section.value);
     let given = section.map_or(&[][..], |section| &section.commands);
@@ -63,17 +65,14 @@ pub(super) fn refuse_walls(
         return Ok(());
     }
     for PlacedWall { wall, span, .. } in walls {
-        let still = wall.motion.velocity == Vec3::zeros();
-        let lies_askew = |direction: &Vec3| components(direction) != 1;
+        let velocity = wall.motion.velocity;
+        let still = velocity == Vec3::zeros();
+        let moves_along = |normal: &Vec3| velocity.dot(normal).abs() > ALIGNED * velocity.norm();
         let what = match &wall.surface {
             _ if wall.motion.angular_velocity != Vec3::zeros() => "turns",
             Surface::Plane { normal, .. } if lies_askew(normal) => "is a plane across none of x, y, z",
-            Surface::Plane { normal, .. } if wall.motion.velocity.dot(normal) != 0.0 => {
-                "moves along its normal"
-            }
-            Surface::Plane { .. } if !still && lies_askew(&wall.motion.velocity) => {
-                "slides along none of x, y, z"
-            }
+            Surface::Plane { normal, .. } if moves_along(normal) => "moves along its normal",
+            Surface::Plane { .. } if lies_askew(&velocity) => "slides along none of x, y, z",
             Surface::Cylinder { axis, .. } if lies_askew(axis) => {
                 "is a cylinder with its axis along none of x, y, z"
             }
@@ -88,24 +87,13 @@ pub(super) fn refuse_walls(
     Ok(())
 }
 
-/// Refuses a case without particles to an engine that ends with an error then.
-pub(super) fn refuse_emptiness(
-    source: &Source,
-    case: &Case,
-    engine: &EngineChoice,
-    particles: usize,
-) -> Result<()> {
-    if *engine == EngineChoice::Native || particles > 0 {
-        return Ok(());
-    }
-    let title = "`dem.engine` is \"liggghts\", but the case has no particles";
-    let remedy = "add a particle, or take dem.engine = \"native\" for the fluid alone";
-    Err(source.error(&case.dem.engine.span, title, "nothing to move", remedy))
-}
-
-/// Number of components that are not zero.
-fn components(vector: &Vec3) -> usize {
-    vector.iter().filter(|x| **x != 0.0).count()
+/// Whether a vector lies along none of the axes.
+fn lies_askew(vector: &Vec3) -> bool {
+    vector
+        .iter()
+        .filter(|x| x.abs() > ALIGNED * vector.norm())
+        .count()
+        > 1
 }
 
 /// What LIGGGHTS has no place for, section by section.
@@ -179,45 +167,6 @@ impl Check<'_> {
             if let Some(number) = restitution.filter(|number| number.value <= LEAST_RESTITUTION) {
                 let wanted = format!("above {LEAST_RESTITUTION} and at most 1 for LIGGGHTS");
                 return Err(self.beyond(&format!("{section}.restitution"), number, &wanted));
-            }
-        }
-        Ok(())
-    }
-
-    /// A static coefficient of 0 makes the native engine's contacts smooth; LIGGGHTS only asks for the kinetic one.
-    fn friction(&self) -> Result<()> {
-        let contact = &self.case.contact;
-        let smooth = |most: &Located<f64>, kinetic: &Located<f64>| most.value <= 0.0 && kinetic.value > 0.0;
-        let refuse = |key: String, given: &Located<f64>, kinetic: &Located<f64>| {
-            let title = format!(
-                "`{key}.friction_static` is 0, but LIGGGHTS takes `friction_kinetic`, which is {}",
-                kinetic.value
-            );
-            let remedy = "for smooth contacts give friction_kinetic = 0 as well";
-            Err(self
-                .source
-                .error(&given.span, &title, "not smooth in LIGGGHTS", remedy))
-        };
-        if smooth(&contact.friction_static, &contact.friction_kinetic) {
-            return refuse(
-                "contact".to_string(),
-                &contact.friction_static,
-                &contact.friction_kinetic,
-            );
-        }
-        for (index, pair) in contact.pairs.iter().enumerate() {
-            let most = pair
-                .value
-                .friction_static
-                .as_ref()
-                .unwrap_or(&contact.friction_static);
-            let kinetic = pair
-                .value
-                .friction_kinetic
-                .as_ref()
-                .unwrap_or(&contact.friction_kinetic);
-            if smooth(most, kinetic) {
-                return refuse(format!("contact.pairs.{index}"), most, kinetic);
             }
         }
         Ok(())

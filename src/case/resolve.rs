@@ -2,7 +2,7 @@
 
 use super::checks::Clock;
 use super::dry::{self, Medium};
-use super::engine::{engine, refuse_emptiness, refuse_walls};
+use super::engine::{engine, refuse_walls};
 use super::file::{Case, Duration, Every};
 use super::kinds::kinds;
 use super::materials::Materials;
@@ -33,6 +33,12 @@ pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
         .map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     resolve(&source, &name, folder)
+}
+
+/// As [`load`], for a text that is no file; what it names is looked for in the current directory.
+pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
+    let source = Source::new(name.to_string(), text.to_string(), options);
+    resolve(&source, name, Path::new(""))
 }
 
 fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
@@ -108,7 +114,6 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         folder,
     };
     let particles = placer.place()?;
-    refuse_emptiness(source, &case, &engine, particles.len())?;
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, templates, &particles, enlargement)?;
     }

@@ -2,6 +2,7 @@
 
 use super::machine;
 use super::terminal::table;
+use crate::dem::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use crate::fluid::{Precision, Simd};
 
 /// The report.
@@ -39,6 +40,12 @@ pub(super) fn report() -> String {
             "no /proc/meminfo here".to_string(),
         ),
     });
+    let liggghts = if HAS_LIGGGHTS { "yes" } else { "no" };
+    rows.push(row(
+        "LIGGGHTS",
+        liggghts.to_string(),
+        liggghts_remark(HAS_LIGGGHTS),
+    ));
     table(&rows)
 }
 
@@ -71,6 +78,19 @@ fn huge_pages_remark(setting: Option<&str>) -> String {
     }
 }
 
+/// About the engine `dem.engine = "liggghts"` and the verb `crosscheck`.
+fn liggghts_remark(has: bool) -> String {
+    if has {
+        "`dem.engine = \"liggghts\"` and `turbid crosscheck` work; this program falls under the GPL"
+            .to_string()
+    } else {
+        format!(
+            "the native engine needs none; for it: apt-get install {LIGGGHTS_PACKAGES}, then \
+             cargo build --release --features liggghts"
+        )
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,5 +100,6 @@ mod tests {
         assert!(huge_pages_remark(Some("never")).contains("echo madvise"));
         assert_eq!(huge_pages_remark(Some("madvise")), "fine");
         assert!(simd_remark(Simd::Sse2).contains("slower"));
+        assert!(liggghts_remark(false).contains("--features liggghts"));
     }
 }

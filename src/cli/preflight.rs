@@ -5,6 +5,7 @@ mod bodies;
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
 use crate::case::{Hertz, Setup};
 use crate::contact::ContactModel;
+use crate::dem::{EngineChoice, LiggghtsProcess};
 use crate::error::{Error, Result};
 use crate::fluid::{Collision, Precision};
 use crate::simulation::decompose;
@@ -93,11 +94,28 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     } else {
         fluid_rows(setup)
     });
+    rows.extend(engine_row(setup));
     rows.extend(contact_rows(setup));
     if !setup.dry {
         rows.extend(cost_rows(setup));
     }
     rows
+}
+
+/// What moves the particles, if it is not the native engine.
+fn engine_row(setup: &Setup) -> Option<Row> {
+    let EngineChoice::Liggghts(options) = &setup.engine else {
+        return None;
+    };
+    let place = match options.process {
+        LiggghtsProcess::Worker => "in a process of its own",
+        LiggghtsProcess::Own => "in this process",
+    };
+    let remark = match options.commands.len() {
+        0 => place.to_string(),
+        n => format!("{place}; commands of the case: {n}"),
+    };
+    Some(row("engine", "LIGGGHTS".to_string(), &remark))
 }
 
 /// What particles without a fluid do.

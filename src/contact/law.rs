@@ -317,5 +317,6 @@ pub fn damping_number(restitution: f64) -> f64 {
 /// Antypov and Elliott (2011), doi:10.1209/0295-5075/94/50004: with Hertz, exactly `e` at any impact speed.
 pub fn dashpot_number(restitution: f64) -> f64 {
     let decay = -libm::log(restitution);
-    5.0_f64.sqrt() * decay / (PI * PI + decay * decay).sqrt()
+    let square = PI * PI + decay * decay;
+    5.0_f64.sqrt() * decay / square.sqrt()
 }

@@ -3,6 +3,7 @@
 
 use super::assign::Neighbourhood;
 use super::exchange::Population;
+use super::saved::{Case, Saved};
 use super::{ContactState, ContactSummary, DemEngine, Load, integrator};
 use crate::comm::Comm;
 use crate::domain::Decomposition;
@@ -74,11 +75,26 @@ impl DemEngine for Ballistic {
     }
 
     fn save(&self) -> Result<Vec<u8>> {
-        unimplemented!("H1 writes this")
+        let saved = Saved {
+            particles: self.particles().owned().to_vec(),
+            loads: self.population.loads.clone(),
+            ..Saved::default()
+        };
+        Ok(saved.write(self.name()))
     }
 
-    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
-        unimplemented!("H1 writes this")
+    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        let case = Case {
+            census: self.population.census(comm),
+            walls: 0,
+            domain: self.near.decomposition().domain,
+        };
+        let ranks = (comm.rank(), comm.size());
+        let saved = Saved::join(self.name(), parts, &case, ranks)?;
+        let templates = self.population.store.templates.clone();
+        let all = saved.particles.into_iter().zip(saved.loads);
+        self.population = Population::loaded(&self.near, comm.rank(), templates, all);
+        Ok(())
     }
 }
 
@@ -129,5 +145,75 @@ mod tests {
                 assert!((load.force.x - 39.0 - particle.id as f64).abs() < 1e-12);
             }
         });
+    }
+
+    #[test]
+    fn what_was_saved_on_2_ranks_goes_on_on_1_and_3_ranks_with_its_loads() {
+        let domain = Domain {
+            periodic: [true; 3],
+            cells: [12, 8, 8],
+            dx: 1.0,
+        };
+        let templates: Arc<[Template]> = Arc::new([Template {
+            shape: Arc::new(Sphere { radius: 1.0 }),
+            material: 0,
+            density: 1.0,
+        }]);
+        let all: Vec<Particle> = (0..9_u64)
+            .map(|id| {
+                let mut particle = Particle::at(id, 0, Vec3::new(1.3, 0.7, 0.9) * id as f64);
+                particle.velocity = [0.3, -0.2 * id as f64, 0.1];
+                particle.angular_velocity = [0.1 * id as f64, 0.0, 0.3];
+                particle
+            })
+            .collect();
+        let engine = |comm: &Comm| {
+            let cut = Decomposition::new(domain, comm.size()).unwrap();
+            Ballistic::new(cut, comm.rank(), templates.clone(), &all)
+        };
+        let advance = |engine: &mut Ballistic, comm: &Comm| {
+            for _ in 0..10 {
+                let pull = |p: &Particle| Load {
+                    force: p.position(),
+                    torque: Vec3::zeros(),
+                };
+                let loads: Vec<Load> = engine.particles().owned().iter().map(pull).collect();
+                engine.advance(comm, &loads, 0.5).unwrap();
+            }
+        };
+        let state = |engine: &Ballistic, comm: &Comm| {
+            let own: Vec<(Particle, Load)> = (engine.particles().owned().iter().copied())
+                .zip(engine.last_loads().iter().copied())
+                .collect();
+            let mut owned = [own.len() as i64];
+            comm.sum(&mut owned);
+            assert_eq!(owned, [9]);
+            own
+        };
+        let whole = on_threads(2, |comm| {
+            let mut engine = engine(&comm);
+            advance(&mut engine, &comm);
+            let (parts, middle) = (comm.all_gather(engine.save().unwrap()), state(&engine, &comm));
+            advance(&mut engine, &comm);
+            (parts, middle, state(&engine, &comm))
+        });
+        let parts = &whole[0].0;
+        let middle: Vec<_> = whole.iter().flat_map(|(_, middle, _)| middle.clone()).collect();
+        let end: Vec<_> = whole.iter().flat_map(|(_, _, end)| end.clone()).collect();
+        for ranks in [1, 3] {
+            on_threads(ranks, |comm| {
+                let mut engine = engine(&comm);
+                engine.restore(&comm, parts).unwrap();
+                assert!(
+                    state(&engine, &comm).iter().all(|p| middle.contains(p)),
+                    "{ranks} ranks"
+                );
+                advance(&mut engine, &comm);
+                assert!(
+                    state(&engine, &comm).iter().all(|p| end.contains(p)),
+                    "{ranks} ranks"
+                );
+            });
+        }
     }
 }

@@ -38,12 +38,23 @@ impl Parcel {
 }
 
 impl Population {
-    /// The particles of `all` that `rank` owns or knows.
+    /// The particles of `all` that `rank` owns or knows, without loads.
     pub fn new(
         near: &Neighbourhood,
         rank: usize,
         templates: Arc<[Template]>,
         all: impl IntoIterator<Item = Particle>,
+    ) -> Self {
+        let loaded = all.into_iter().map(|particle| (particle, Load::default()));
+        Self::loaded(near, rank, templates, loaded)
+    }
+
+    /// The particles of `all` that `rank` owns or knows, with their loads.
+    pub fn loaded(
+        near: &Neighbourhood,
+        rank: usize,
+        templates: Arc<[Template]>,
+        all: impl IntoIterator<Item = (Particle, Load)>,
     ) -> Self {
         let mut population = Self {
             store: ParticleStore {
@@ -56,13 +67,14 @@ impl Population {
             rank,
             incoming: Vec::new(),
         };
-        for mut particle in all {
+        for (mut particle, load) in all {
             particle.position = near.decomposition().domain.wrap(particle.position()).into();
             let owner = near.owner(particle.position());
             if owner == rank || near.knows(rank, particle.position(), particle.template) {
                 population.incoming.push(Parcel {
                     particle,
-                    ..Parcel::zeroed()
+                    force: load.force.into(),
+                    torque: load.torque.into(),
                 });
             }
         }
@@ -103,6 +115,18 @@ impl Population {
                 .extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
         }
         self.sort_in(near);
+    }
+
+    /// Id and template of the particles of all ranks, ascending. Collective.
+    pub fn census(&self, comm: &Comm) -> Vec<[u64; 2]> {
+        let own: Vec<[u64; 2]> = (self.store.owned().iter()).map(|p| [p.id, p.template]).collect();
+        let mut all: Vec<[u64; 2]> = comm
+            .all_gather(bytemuck::cast_slice(&own).to_vec())
+            .iter()
+            .flat_map(|bytes| bytemuck::pod_collect_to_vec(bytes))
+            .collect();
+        all.sort_unstable();
+        all
     }
 
     /// Makes the incoming particles the store: owned before ghosts, each ascending by id.

@@ -18,7 +18,8 @@ pub struct Record {
 }
 
 impl Record {
-    fn key(&self) -> (u64, u64) {
+    /// The ids of the pair.
+    pub(super) fn key(&self) -> (u64, u64) {
         (self.first, self.second)
     }
 }

@@ -29,6 +29,8 @@ mod failures;
 mod ledger;
 #[cfg(test)]
 mod mixed_tests;
+#[cfg(test)]
+mod saved_tests;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -39,6 +41,7 @@ use super::assign::Neighbourhood;
 use super::exchange::Population;
 use super::history::{History, Record};
 use super::integrator::{self, Inertia};
+use super::saved::{Case, Saved};
 use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
 use crate::contact::{ContactModel, Contour, PairFinder, PairLaw};
@@ -148,9 +151,8 @@ impl Native {
         })
     }
 
-    /// Goes on where another engine stood after `substep` sub-steps: `all` of [`new`](Self::new) were its particles,
-    /// `records` are (at least) the memories of the contacts this rank is responsible for, `begun` the contacts it has
-    /// seen begin. Walls stand where `substep` sub-steps of the coming length have brought them.
+    /// Goes on where another engine stood after `substep` sub-steps: the particles are its particles, `records` are (at
+    /// least) the memories of the contacts this rank is responsible for, `begun` the contacts it has seen begin. Walls stand where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
         let mine = records
             .iter()
@@ -340,10 +342,30 @@ impl DemEngine for Native {
     }
 
     fn save(&self) -> Result<Vec<u8>> {
-        unimplemented!("H1 writes this")
+        let saved = Saved {
+            substep: self.substep,
+            begun: self.ledger.summary.begun,
+            particles: self.population.store.owned().to_vec(),
+            loads: self.population.loads.clone(),
+            records: self.records().to_vec(),
+            states: self.ledger.states.clone(),
+        };
+        Ok(saved.write(self.name()))
     }
 
-    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
-        unimplemented!("H1 writes this")
+    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        let case = Case {
+            census: self.population.census(comm),
+            walls: self.params.walls.len(),
+            domain: self.near.decomposition().domain,
+        };
+        let saved = Saved::join(self.name(), parts, &case, (self.rank, comm.size()))?;
+        let templates = self.population.store.templates.clone();
+        let all = saved.particles.into_iter().zip(saved.loads);
+        self.population = Population::loaded(&self.near, self.rank, templates, all);
+        self.ledger = Ledger::new(self.near.peers.len());
+        self.resume(&saved.records, saved.substep, saved.begun);
+        self.ledger.recount(saved.states);
+        Ok(())
     }
 }

@@ -30,10 +30,20 @@ pub fn write_particles(
     templates: &[Template],
     particles: &[Particle],
 ) -> Result<()> {
-    surfaces(domain, templates, particles).write(path)
+    surfaces(domain, templates, particles, true).write(path)
 }
 
-fn surfaces(domain: &Domain, templates: &[Template], particles: &[Particle]) -> PolyData {
+/// As [`write_particles`], without the forces: for records of the motion alone.
+pub fn write_motion(
+    path: &Path,
+    domain: &Domain,
+    templates: &[Template],
+    particles: &[Particle],
+) -> Result<()> {
+    surfaces(domain, templates, particles, false).write(path)
+}
+
+fn surfaces(domain: &Domain, templates: &[Template], particles: &[Particle], forces: bool) -> PolyData {
     let meshes = meshes(templates, particles);
     let of = |particle: &Particle| &meshes[particle.template as usize];
     let mut data = PolyData::default();
@@ -65,10 +75,12 @@ fn surfaces(domain: &Domain, templates: &[Template], particles: &[Particle]) -> 
         "angular_velocity",
         each(particles, &count, Particle::angular_velocity),
     );
-    data.vectors(
-        "contact_force",
-        each(particles, &count, |p| Vec3::from(p.contact_force)),
-    );
+    if forces {
+        data.vectors(
+            "contact_force",
+            each(particles, &count, |p| Vec3::from(p.contact_force)),
+        );
+    }
     let smooth = (templates.iter().zip(&meshes)).all(|(t, mesh)| is_smooth(&*t.shape, mesh));
     if smooth {
         let normals: Vec<Vec<Vec3>> = (templates.iter().zip(&meshes))

@@ -44,3 +44,124 @@ impl Failure {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::case;
+    use crate::comm::{Comm, on_threads};
+    use crate::dem::{Ballistic, ContactState, ContactSummary, DemEngine, Load};
+    use crate::domain::Decomposition;
+    use crate::error::{Error, Result};
+    use crate::particle::ParticleStore;
+    use crate::shape::Shape;
+    use crate::simulation::{CONTROL_INTERVAL, Simulation};
+
+    /// Particles that keep their velocity, until a step from which one rank has nothing but this error.
+    struct Failing {
+        engine: Ballistic,
+        steps: u64,
+        error: Option<fn() -> Error>,
+    }
+
+    /// The step at which [`Failing`] fails; no multiple of the interval of controls.
+    const FAILS_AT: u64 = 3;
+
+    impl DemEngine for Failing {
+        fn name(&self) -> &'static str {
+            "failing"
+        }
+
+        fn supports(&self, _: &dyn Shape) -> bool {
+            true
+        }
+
+        fn particles(&self) -> &ParticleStore {
+            self.engine.particles()
+        }
+
+        fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
+            self.engine.advance(comm, loads, dt)?;
+            self.steps += 1;
+            match self.error {
+                Some(error) if self.steps > FAILS_AT => Err(error()),
+                _ => Ok(()),
+            }
+        }
+
+        fn contacts(&self) -> ContactSummary {
+            self.engine.contacts()
+        }
+
+        fn contact_states(&self) -> Vec<ContactState> {
+            self.engine.contact_states()
+        }
+
+        fn save(&self) -> Result<Vec<u8>> {
+            self.engine.save()
+        }
+
+        fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+            self.engine.restore(comm, parts)
+        }
+    }
+
+    /// What each of three ranks ends with if the engine of the second fails with this.
+    fn outcomes(error: fn() -> Error) -> Vec<Error> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("case.toml");
+        let text = "domain.size = [6e-3, 6e-3, 6e-3]\n\
+                    fluid = { density = 1000.0, viscosity = 1e-5 }\n\
+                    lattice = { cells_per_diameter = 3, relaxation_time = 0.6 }\n\
+                    run.end.steps = 100\n\
+                    [[particles]]\n\
+                    shape.sphere.diameter = 1e-3\n\
+                    density = 2000.0\n\
+                    list = [[3e-3, 3e-3, 3e-3]]\n";
+        std::fs::write(&path, text).unwrap();
+        let setup = case::load(&path, &[]).unwrap();
+        let cut = Decomposition::new(setup.domain, 3).unwrap();
+        on_threads(3, |comm| {
+            let error = (comm.rank() == 1).then_some(error);
+            let particles = &setup.particles;
+            let engine = Failing {
+                engine: Ballistic::new(cut.clone(), comm.rank(), setup.templates.clone(), particles),
+                steps: 0,
+                error,
+            };
+            let mut simulation = Simulation::<f32>::with_engine(&setup, &cut, comm, Box::new(engine));
+            for _ in 0..=FAILS_AT {
+                simulation.step().unwrap();
+            }
+            let failed = (FAILS_AT..FAILS_AT + CONTROL_INTERVAL).find_map(|_| simulation.step().err());
+            failed.expect("a failure is known to all ranks at the next control")
+        })
+    }
+
+    #[test]
+    fn a_failed_engine_ends_three_ranks_as_such_with_its_step_and_words() {
+        let ends = outcomes(|| Error::Engine {
+            engine: "failing",
+            step: 0,
+            what: "killed by signal 9".to_string(),
+        });
+        for end in ends {
+            assert_eq!(end.exit_code(), 3);
+            let words = "the failing engine failed at step 3: killed by signal 9";
+            assert_eq!(end.to_string(), words);
+        }
+    }
+
+    #[test]
+    fn a_divergence_on_one_of_three_ranks_stays_one_on_all() {
+        let ends = outcomes(|| Error::Diverged {
+            step: 0,
+            what: "too deep".to_string(),
+        });
+        for end in ends {
+            assert!(
+                matches!(&end, Error::Diverged { what, .. } if what == "too deep"),
+                "{end}"
+            );
+        }
+    }
+}

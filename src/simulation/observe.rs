@@ -79,6 +79,9 @@ impl<'a> Observer<'a> {
     }
 
     /// Writes what is due after the current step; `last` makes everything due that is wanted at all. Collective.
+    ///
+    /// # Errors
+    /// A failure of any rank since the last control, before anything of it is written; or that of writing.
     pub(super) fn observe<T: Real>(&mut self, simulation: &mut Simulation<T>, last: bool) -> Result<()> {
         let step = simulation.step;
         if let Some(writer) = &mut self.writer {
@@ -93,6 +96,7 @@ impl<'a> Observer<'a> {
         if due == [false; 5] {
             return Ok(());
         }
+        simulation.share_failure()?;
         let start = Instant::now();
         let frame = self.gather(simulation, due);
         let failed = match &mut self.writer {

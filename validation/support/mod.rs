@@ -122,11 +122,13 @@ impl DemEngine for Held {
     }
 
     fn save(&self) -> Result<Vec<u8>> {
-        unimplemented!("H1 writes this")
+        self.engine.save()
     }
 
-    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
-        unimplemented!("H1 writes this")
+    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        self.engine.restore(comm, parts)?;
+        *self.load.lock().unwrap() = self.engine.last_loads().first().copied().unwrap_or_default();
+        Ok(())
     }
 
     fn contacts(&self) -> ContactSummary {

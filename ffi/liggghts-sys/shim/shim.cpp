@@ -136,6 +136,8 @@ void lgg_finalize(void) {
 
 void lgg_flush_lines(void) { std::setvbuf(stdout, nullptr, _IOLBF, 0); }
 
+void lgg_flush(void) { std::fflush(nullptr); }
+
 int lgg_command(lgg_instance *instance, const char *command) {
   bool risky = !instance->broken && replaces(of(instance), command);
   int failed = guarded([&] {

@@ -46,6 +46,9 @@ void lgg_finalize(void);
 /* Makes the standard output of this process appear line by line. */
 void lgg_flush_lines(void);
 
+/* Writes out what the streams of this process hold back: a crash would lose it. */
+void lgg_flush(void);
+
 /* A command of a LIGGGHTS script. */
 int lgg_command(lgg_instance *instance, const char *command);
 

@@ -21,7 +21,7 @@ const COMMANDS: [(&str, &str); 6] = [
         "number, sizes, places and velocities of particles come from [[particles]]",
     ),
     (
-        "unfix log",
+        "unfix uncompute log",
         "the coupling and its log rest on what it would take away",
     ),
     (

@@ -23,7 +23,8 @@ pub enum EngineKind {
     #[default]
     Native,
     /// LIGGGHTS with its model `hertz tangential history`, whatever `contact.law` and `contact.damping` say. Its one
-    /// coefficient of friction is `friction_kinetic`; `friction_static` and `transition_velocity` mean nothing to it.
+    /// coefficient of friction is `friction_kinetic`, or 0 where `friction_static` is 0; `transition_velocity` means nothing
+    /// to it.
     Liggghts,
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::contact::{Body, Contour, Geometry, measure, measure_wall};
+use crate::dem::{EngineChoice, LiggghtsOptions, LiggghtsProcess};
 use crate::math::{Quat, Vec3};
 
 const TEXT: &str = r"
@@ -124,6 +125,28 @@ fn contacts_can_be_left_out_and_are_those_of_the_paper_otherwise() {
     assert_eq!(contact.geometry, Geometry::Sampled { samples: 8 });
     close(contact.enlargement, 0.2 * 1.5e-3 / 8.0);
     close(contact.pairs[0].restitution, 0.926);
+}
+
+#[test]
+fn the_native_engine_moves_the_particles_unless_the_case_asks_for_liggghts_in_a_process_of_its_own() {
+    assert_eq!(setup(&[]).engine, EngineChoice::Native);
+    assert_eq!(setup(&["dem.engine=native"]).engine, EngineChoice::Native);
+    let bare = setup(&["dem.engine=liggghts"]).engine;
+    assert_eq!(bare, EngineChoice::Liggghts(LiggghtsOptions::default()));
+    let full = setup(&[
+        "dem.engine=liggghts",
+        "dem.liggghts.process=own",
+        "dem.liggghts.commands=[\" group a type 1\", \"fix slow a viscous 1e-6  # drag\"]",
+    ]);
+    let options = LiggghtsOptions {
+        process: LiggghtsProcess::Own,
+        commands: vec![
+            "group a type 1".to_string(),
+            "fix slow a viscous 1e-6  # drag".to_string(),
+        ],
+    };
+    assert_eq!(full.engine, EngineChoice::Liggghts(options));
+    assert_eq!(bare.name(), "liggghts");
 }
 
 const SHAPE: &str = "particles.0.shape";

@@ -183,7 +183,8 @@ fn the_dashpot_on_hertz_is_that_of_liggghts() {
     // LIGGGHTS, normal_model_hertz.h: gamma_n = 2 sqrt(5/6) b sqrt(S_n m*), S_n = 2 E* sqrt(R* d).
     let law = hertz(DampingLaw::Tsuji);
     let decay = 0.5_f64.ln();
-    let b = -decay / (PI * PI + decay * decay).sqrt();
+    let square = PI * PI + decay * decay;
+    let b = -decay / square.sqrt();
     for (radii, radius, mass) in [
         ([1e-3, 0.4e-3], 1e-3 * 0.4 / 1.4_f64, 0.75e-5_f64),
         ([1e-3, f64::INFINITY], 1e-3, 1e-5),

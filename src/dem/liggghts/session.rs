@@ -95,6 +95,16 @@ impl Instance {
         }
     }
 
+    /// Commands of the set-up, with everything in the log before the next.
+    fn commands<'a>(&self, commands: impl IntoIterator<Item = &'a String>) -> Outcome<()> {
+        commands.into_iter().try_for_each(|command| {
+            self.command(command)?;
+            // SAFETY: may be called at any time.
+            unsafe { ffi::lgg_flush() };
+            Ok(())
+        })
+    }
+
     /// The arrays of the atoms. Valid until the next command.
     fn atoms(&self) -> Outcome<ffi::lgg_atoms> {
         let mut atoms = ffi::lgg_atoms::default();
@@ -220,9 +230,7 @@ impl Session {
     fn open(&mut self, plan: &Plan, atoms: Vec<Atom>) -> Outcome<()> {
         self.begin(plan, atoms)?;
         let instance = self.instance()?;
-        for command in plan.space.iter().chain(&plan.after) {
-            instance.command(command)?;
-        }
+        instance.commands(plan.space.iter().chain(&plan.after))?;
         // At random, to be put in their places; the seed has no meaning.
         instance.command(&format!(
             "create_atoms 1 random {} 49979687 NULL",
@@ -246,17 +254,13 @@ impl Session {
         if let Some(log) = &plan.log {
             instance.command(&format!("log \"{log}\" append"))?;
         }
-        plan.before
-            .iter()
-            .try_for_each(|command| instance.command(command))
+        instance.commands(&plan.before)
     }
 
     /// Everything after the atoms are there, to the first evaluation of forces.
     fn finish(&self, plan: &Plan) -> Outcome<()> {
         let instance = self.instance()?;
-        for command in plan.last.iter().chain(&plan.user) {
-            instance.command(command)?;
-        }
+        instance.commands(plan.last.iter().chain(&plan.user))?;
         // Sets the loads to zero, and finds out whatever is wrong.
         instance.command("run 0")?;
         // What follows would be a line for every step.
@@ -500,9 +504,7 @@ impl Session {
         let file = Passing::new();
         std::fs::write(&file.0, restart).map_err(|e| format!("cannot give back what LIGGGHTS saved: {e}"))?;
         instance.command(&format!("read_restart {}", file.path()))?;
-        for command in &plan.after {
-            instance.command(command)?;
-        }
+        instance.commands(&plan.after)?;
         self.finish(plan)?;
         let instance = self.instance()?;
         // As in the first step; then the forces as they were, of the velocities of half a step before.

@@ -42,6 +42,8 @@ pub(super) struct Worker {
     /// `None` when the worker has been told to end.
     socket: Option<UnixStream>,
     log: Option<PathBuf>,
+    /// Length of the log when the worker last answered.
+    logged: u64,
 }
 
 impl Worker {
@@ -79,6 +81,7 @@ impl Worker {
             child,
             socket: Some(here),
             log: log.map(Path::to_owned),
+            logged: log.map_or(0, length),
         })
     }
 
@@ -88,7 +91,13 @@ impl Worker {
             return Reply::Failed("LIGGGHTS has ended before".to_owned());
         };
         match request.write(socket).and_then(|()| Reply::read(socket)) {
-            Ok(reply) => reply,
+            Ok(reply) => {
+                // Only the set-up writes to it.
+                if matches!(request, Request::Open(..) | Request::Resume(..)) {
+                    self.logged = self.log.as_deref().map_or(0, length);
+                }
+                reply
+            }
             Err(error) => Reply::Failed(self.how_it_ended(&error)),
         }
     }
@@ -104,7 +113,7 @@ impl Worker {
             None => format!("its process does not answer ({error})"),
         };
         if let Some(log) = &self.log {
-            let lines = last_lines(log);
+            let lines = last_lines(log, self.logged);
             if !lines.is_empty() {
                 text += &format!("\n  the end of {}:", log.display());
                 for line in lines {
@@ -160,10 +169,15 @@ fn name_of(signal: i32) -> &'static str {
     }
 }
 
-/// The last lines of a log that say something.
-fn last_lines(log: &Path) -> Vec<String> {
+/// Length of a file (bytes).
+fn length(file: &Path) -> u64 {
+    std::fs::metadata(file).map_or(0, |data| data.len())
+}
+
+/// The last lines of a log after its first bytes that say something.
+fn last_lines(log: &Path, after: u64) -> Vec<String> {
     let bytes = std::fs::read(log).unwrap_or_default();
-    let text = String::from_utf8_lossy(&bytes);
+    let text = String::from_utf8_lossy(bytes.get(after as usize..).unwrap_or_default());
     let lines: Vec<&str> = text
         .lines()
         .map(str::trim_end)

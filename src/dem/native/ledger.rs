@@ -51,6 +51,14 @@ impl Share {
     }
 }
 
+impl ContactSummary {
+    /// Counts a contact of the sub-step.
+    fn see(&mut self, state: &ContactState) {
+        self.count += usize::from(state.force.iter().any(|f| *f != 0.0));
+        self.max_depth = self.max_depth.max(state.depth);
+    }
+}
+
 /// Two bodies that overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting<'a> {
@@ -103,6 +111,15 @@ impl Ledger {
         }
     }
 
+    /// Takes the contacts of a sub-step, ascending by the ids of the pair, from elsewhere.
+    pub(super) fn recount(&mut self, states: Vec<ContactState>) {
+        (self.summary.count, self.summary.max_depth) = (0, 0.0);
+        for state in &states {
+            self.summary.see(state);
+        }
+        self.states = states;
+    }
+
     /// Finds or begins the memory of a contact, and what it does. Contacts come in ascending order of the ids.
     pub(super) fn enter(&mut self, meeting: &Meeting) -> Action {
         let Meeting {
@@ -126,9 +143,7 @@ impl Ledger {
         record.age += 1;
         self.history.keep(record);
         let action = law.act(overlap, meeting.offset, &meeting.couple, velocity, record.damping);
-        summary.count += usize::from(action.force != Vec3::zeros());
-        summary.max_depth = summary.max_depth.max(overlap.depth);
-        self.states.push(ContactState {
+        let state = ContactState {
             first,
             second,
             point: meeting.point.into(),
@@ -136,7 +151,9 @@ impl Ledger {
             force: action.force.into(),
             depth: overlap.depth,
             volume: overlap.volume,
-        });
+        };
+        summary.see(&state);
+        self.states.push(state);
         action
     }
 

@@ -12,13 +12,13 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 /// Closed in y and z.
-const CHANNEL: Domain = Domain {
+pub(super) const CHANNEL: Domain = Domain {
     periodic: [true, false, false],
     cells: [20, 12, 8],
     dx: 1e-3,
 };
 const STEPS: usize = 300;
-const DT: f64 = 2e-5;
+pub(super) const DT: f64 = 2e-5;
 
 /// A turning plate below, a belt on one side, and a ramp that rises.
 fn walls() -> Vec<Wall> {
@@ -38,7 +38,7 @@ fn walls() -> Vec<Wall> {
     vec![plate, belt, side, lid, ramp]
 }
 
-fn templates() -> Arc<[Template]> {
+pub(super) fn templates() -> Arc<[Template]> {
     let sphere = |radius, material| Template {
         shape: Arc::new(Sphere { radius }),
         density: 2500.0,
@@ -47,7 +47,7 @@ fn templates() -> Arc<[Template]> {
     [sphere(0.8e-3, 0), sphere(0.5e-3, 1), cubes(1e-3)[0].clone()].into()
 }
 
-fn params() -> NativeParams {
+pub(super) fn params() -> NativeParams {
     let one: ContactModel = ContactParams {
         enlargement: 0.02e-3,
         ..MATERIAL
@@ -71,7 +71,7 @@ fn params() -> NativeParams {
 }
 
 /// Two layers, thrown down and along the channel.
-fn crowd() -> Vec<Particle> {
+pub(super) fn crowd() -> Vec<Particle> {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     (0..40_u64)
         .map(|n| {

@@ -24,8 +24,8 @@ pub struct OverlayPlot<'a> {
     pub title: &'a str,
     /// Quantity of both axes, with the unit in parentheses at the end: `"time (s)"`; `(-)` stands for none.
     ///
-    /// Here and in the names of curves `_` and `^` lower and raise the word that follows, and a letter that stands alone
-    /// is a symbol.
+    /// Here and in the names of curves a letter that stands alone is a symbol, `^` raises the word that follows, and `_` lowers
+    /// it behind a symbol.
     pub axes: [&'a str; 2],
     /// Whether each axis is logarithmic; values that are not positive are then left out.
     pub logarithmic: [bool; 2],

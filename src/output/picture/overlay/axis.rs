@@ -35,6 +35,8 @@ enum TickText {
     Number(String),
     /// Power of ten.
     Power(i32),
+    /// A digit times a power of ten.
+    Scaled(u8, i32),
 }
 
 impl Tick {
@@ -49,6 +51,12 @@ impl Tick {
             TickText::None => Vec::new(),
             TickText::Number(text) => vec![roman(text.clone())],
             TickText::Power(exponent) => power_of_ten(*exponent).into(),
+            TickText::Scaled(1, exponent) => power_of_ten(*exponent).into(),
+            TickText::Scaled(digit, exponent) => {
+                let mut spans = vec![roman(format!("{digit}\u{d7}"))];
+                spans.extend(power_of_ten(*exponent));
+                spans
+            }
         }
     }
 }
@@ -133,10 +141,7 @@ impl Axis {
                 ticks.extend(minor.map(|digit| (exponent + f64::from(digit).log10(), TickText::None)));
             }
         } else {
-            // Too short for powers of ten: round numbers, as on a linear axis.
-            let numbers = Ticks::new(10_f64.powf(lo), 10_f64.powf(hi), STEPS);
-            let numbered = (numbers.values.iter()).filter(|value| **value > 0.0);
-            ticks.extend(numbered.map(|&v| (v.log10(), TickText::Number(numbers.label(v)))));
+            ticks = short_ticks((lo, hi));
         }
         ticks.retain(|(power, _)| (lo - slack..=hi + slack).contains(power));
         Self {
@@ -164,6 +169,34 @@ impl Axis {
         let zero = -self.range.0 / (self.range.1 - self.range.0);
         (!self.logarithmic && zero > 1e-3 && zero < 0.999).then_some(zero as f32)
     }
+}
+
+/// Ticks of a logarithmic axis between these decimal logarithms that is too short for powers of ten alone.
+fn short_ticks((lo, hi): (f64, f64)) -> Vec<(f64, TickText)> {
+    // What is far from one is written with a power of ten.
+    if lo < -3.0 || hi > 4.0 {
+        for digits in [&[1, 2, 5][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]] {
+            let decades = lo.floor() as i32..=hi.floor() as i32;
+            let ticks: Vec<(f64, TickText)> = decades
+                .flat_map(|power| digits.iter().map(move |&digit| (digit, power)))
+                .map(|(digit, power)| {
+                    (
+                        f64::from(power) + f64::from(digit).log10(),
+                        TickText::Scaled(digit, power),
+                    )
+                })
+                .filter(|(at, _)| (lo..=hi).contains(at))
+                .collect();
+            if ticks.len() > 2 {
+                return ticks;
+            }
+        }
+    }
+    let numbers = Ticks::new(10_f64.powf(lo), 10_f64.powf(hi), STEPS);
+    (numbers.values.iter())
+        .filter(|value| **value > 0.0)
+        .map(|&value| (value.log10(), TickText::Number(numbers.label(value))))
+        .collect()
 }
 
 #[cfg(test)]
@@ -213,6 +246,10 @@ mod tests {
         let axis = Axis::new(&[0.5, 0.95], true, true);
         assert_eq!(texts(&axis)[0], TickText::Number("0.5".to_string()));
         assert!(texts(&axis).len() >= 4);
+        let tiny = Axis::new(&[2.5e-16, 8.8e-15], true, true);
+        let digits =
+            [(5, -16), (1, -15), (2, -15), (5, -15)].map(|(digit, power)| TickText::Scaled(digit, power));
+        assert_eq!(texts(&tiny), digits);
     }
 
     #[test]

@@ -4,8 +4,8 @@ use crate::output::picture::text::{Span, above, below, italic, roman};
 
 /// A name with its indices, exponents and symbols.
 ///
-/// `_` and `^` lower and raise the word behind them (letters, digits, a sign before); a single letter outside of
-/// parentheses is a symbol, but for the article.
+/// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a single letter; such a letter
+/// outside of parentheses is a symbol, but for the article. A hyphen between blanks is a minus.
 pub(super) fn spans(text: &str) -> Vec<Span<'static>> {
     styled(text, true)
 }
@@ -14,22 +14,32 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
     let mut spans = Vec::new();
     let mut rest = text;
     let mut depth = 0_i32;
+    // Whether the word before is a single letter.
+    let mut letter = false;
     while let Some(first) = rest.chars().next() {
         let taken = match first {
-            '_' | '^' if script(&rest[1..]) > 0 => {
+            '_' | '^' if (first == '^' || letter) && script(&rest[1..]) > 0 => {
                 let length = script(&rest[1..]);
                 let word = rest[1..=length].replace('-', "\u{2212}");
                 spans.push(if first == '_' { below(word) } else { above(word) });
+                letter = false;
                 1 + length
             }
-            letter if letter.is_alphabetic() => {
+            ' ' if rest.starts_with(" - ") => {
+                spans.push(roman(" \u{2212} "));
+                letter = false;
+                3
+            }
+            first if first.is_alphabetic() => {
                 let length = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
                 let word = rest[..length].to_string();
-                let symbol = symbols && depth == 0 && word.chars().count() == 1 && word != "a";
+                letter = word.chars().count() == 1;
+                let symbol = symbols && depth == 0 && letter && word != "a";
                 spans.push(if symbol { italic(word) } else { roman(word) });
                 length
             }
             other => {
+                letter = false;
                 depth += i32::from(other == '(') - i32::from(other == ')');
                 spans.push(roman(other.to_string()));
                 other.len_utf8()
@@ -103,8 +113,9 @@ mod tests {
         assert_eq!(written(&spans("force F / F_Hertz")), "force <F> / <F>[Hertz]");
         assert_eq!(
             written(&spans("height of a sphere, z^2 - 1")),
-            "height of a sphere, <z>{2} - 1"
+            "height of a sphere, <z>{2} \u{2212} 1"
         );
+        assert_eq!(written(&spans("hunt_crossley, T_0")), "hunt_crossley, <T>[0]");
         assert_eq!(written(&spans("10^-3 _ ^")), "10{\u{2212}3} _ ^");
     }
 

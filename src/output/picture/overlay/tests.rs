@@ -99,7 +99,11 @@ fn few_points_are_marked_by_rings_round_dots() {
     let (canvas, frame) = (painted(&plot), frame(&plot));
     let (x, y) = frame.at(points[1]).unwrap();
     assert_eq!(colour_at(&canvas, (x + 7.8, y + 7.8)), BLUE, "the ring");
-    assert_eq!(colour_at(&canvas, (x + 2.5, y + 2.5)), VERMILION, "the dot, beside the line");
+    assert_eq!(
+        colour_at(&canvas, (x + 2.5, y + 2.5)),
+        VERMILION,
+        "the dot, beside the line"
+    );
 }
 
 #[test]

@@ -1,0 +1,178 @@
+//! `turbid crosscheck`.
+
+use super::Changes;
+#[cfg(not(feature = "liggghts"))]
+use crate::dem::liggghts_is_missing;
+use crate::error::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+/// What to check, and where to put what comes of it.
+#[derive(Debug, Args)]
+#[cfg_attr(not(feature = "liggghts"), allow(dead_code))]
+pub(super) struct CrosscheckArguments {
+    /// Case file (TOML) of spheres to run through both engines, instead of the suite.
+    #[arg(value_name = "CASE.toml")]
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    changes: Changes,
+    /// List the cases of the suite and end.
+    #[arg(long, conflicts_with_all = ["file", "only", "json"])]
+    list: bool,
+    /// Run this case of the suite only; may be repeated.
+    #[arg(long = "case", value_name = "ID", conflicts_with = "file")]
+    only: Vec<String>,
+    /// Print for every check why it has its tolerance, and how much of it is used.
+    #[arg(long)]
+    tolerance_report: bool,
+    /// Write all checks as a list of JSON objects with stable keys.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Directory for tables, plots, trajectories and logs.
+    #[arg(long, value_name = "DIR", default_value = "out/crosscheck")]
+    out: PathBuf,
+    /// Physical time to run the case file for, instead of to its end.
+    #[arg(long, value_name = "SECONDS", requires = "file")]
+    time: Option<f64>,
+}
+
+/// Runs the suite or a case; whether all checks passed.
+#[cfg(not(feature = "liggghts"))]
+pub(super) fn crosscheck(_: &CrosscheckArguments) -> Result<bool> {
+    Err(liggghts_is_missing("`turbid crosscheck`"))
+}
+
+#[cfg(feature = "liggghts")]
+pub(super) use both::crosscheck;
+
+#[cfg(feature = "liggghts")]
+mod both {
+    use super::{CrosscheckArguments, Result};
+    use crate::cli::terminal::say;
+    use crate::cli::{load, preflight};
+    use crate::crosscheck::report::{self, Outcome};
+    use crate::crosscheck::{CASES, Case, own_case};
+    use crate::error::Error;
+    use std::time::Instant;
+
+    /// Runs the suite or a case; whether all checks passed.
+    pub(in crate::cli) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
+        if arguments.list {
+            say(&report::list(CASES));
+            return Ok(true);
+        }
+        let start = Instant::now();
+        let outcomes = match &arguments.file {
+            Some(file) => own(arguments, file)?,
+            None => suite(arguments)?,
+        };
+        if let Some(json) = &arguments.json {
+            report::write_json(json, &outcomes)?;
+        }
+        say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
+        let (passed, all) = report::count(&outcomes);
+        Ok(passed == all)
+    }
+
+    /// The suite, or those of its cases that are named. A case that fails does not keep the next one from running.
+    fn suite(arguments: &CrosscheckArguments) -> Result<Vec<Outcome>> {
+        if !arguments.changes.set.is_empty() || arguments.changes.threads.is_some() {
+            return Err(Error::Input(
+                "--set and --threads change a case file, but none is given; the cases of the suite are fixed"
+                    .to_string(),
+            ));
+        }
+        let cases = chosen(&arguments.only)?;
+        let ids: Vec<&str> = cases.iter().map(|case| case.id).collect();
+        let logs = report::prepare(&arguments.out, &ids)?;
+        let mut outcomes = Vec::new();
+        for case in cases {
+            let outcome = Outcome::of(case.id, case.title, || (case.run)(Some(&logs)));
+            say(&report::table(&outcome, arguments.tolerance_report));
+            report::write_case(&arguments.out, &outcome)?;
+            outcomes.push(outcome);
+            // What is done is on disk, whatever becomes of the rest.
+            report::write_tables(&arguments.out, &outcomes)?;
+        }
+        Ok(outcomes)
+    }
+
+    /// A user's case.
+    fn own(arguments: &CrosscheckArguments, file: &std::path::Path) -> Result<Vec<Outcome>> {
+        let setup = load(file, &arguments.changes)?;
+        preflight::refuse_what_does_not_fit(&setup)?;
+        let logs = report::prepare(&arguments.out, &[own_case::ID])?;
+        let log = logs.join(format!("{}.log", own_case::ID));
+        let mut found = own_case::run(&setup, arguments.time, Some(&log))?;
+        let findings = std::mem::take(&mut found.findings);
+        let outcome = Outcome::of(own_case::ID, &setup.name, || Ok(findings));
+        say(&report::table(&outcome, arguments.tolerance_report));
+        for note in &found.notes {
+            say(&format!("  {note}"));
+        }
+        report::write_case(&arguments.out, &outcome)?;
+        report::write_series(&arguments.out, own_case::ID, &found.series)?;
+        let outcomes = vec![outcome];
+        report::write_tables(&arguments.out, &outcomes)?;
+        Ok(outcomes)
+    }
+
+    /// The cases with these ids, each once and in the order of the suite; all if none is named.
+    fn chosen(ids: &[String]) -> Result<Vec<&'static Case>> {
+        let known: Vec<&str> = CASES.iter().map(|case| case.id).collect();
+        for id in ids {
+            if !known.contains(&id.as_str()) {
+                let near = known
+                    .iter()
+                    .map(|&name| (strsim::jaro_winkler(id, name), name))
+                    .max_by(|a, b| a.0.total_cmp(&b.0))
+                    .filter(|(similarity, _)| *similarity > 0.75);
+                let remedy = near.map_or_else(String::new, |(_, name)| format!("did you mean `{name}`? "));
+                return Err(Error::Input(format!(
+                    "there is no case `{id}` in the suite\n  {remedy}known here: {}",
+                    known.join(", ")
+                )));
+            }
+        }
+        let named = |case: &&Case| ids.is_empty() || ids.iter().any(|id| id == case.id);
+        Ok(CASES.iter().filter(named).collect())
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn a_misspelt_case_is_an_error_that_names_the_nearest_and_all_others() {
+            let error = |id: &str| chosen(&[id.to_string()]).err().expect("no such case");
+            let text = error("replya").to_string();
+            assert_eq!(error("replya").exit_code(), 2);
+            assert!(
+                text.contains("did you mean `replay`?") && text.contains("known here: "),
+                "{text}"
+            );
+            assert!(!error("qqqq").to_string().contains("did you mean"));
+        }
+
+        #[test]
+        fn without_a_name_all_cases_run_and_a_case_named_twice_runs_once() {
+            assert_eq!(chosen(&[]).unwrap().len(), CASES.len());
+            assert_eq!(
+                chosen(&["replay".to_string(), "replay".to_string()])
+                    .unwrap()
+                    .len(),
+                1
+            );
+        }
+
+        #[test]
+        fn ids_of_the_suite_are_unique_and_fit_for_file_names() {
+            let mut ids: Vec<&str> = CASES.iter().map(|case| case.id).collect();
+            ids.sort_unstable();
+            ids.dedup();
+            assert_eq!(ids.len(), CASES.len());
+            let fit = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+            assert!(ids.iter().all(|id| id.chars().all(fit) && *id != own_case::ID));
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Claims about a run that is saved on some ranks and goes on on others.
+
+use super::mixed_tests::{CHANNEL, DT, crowd, params, templates};
+use super::*;
+use crate::comm::on_threads;
+use crate::contact::DampingLaw;
+
+/// A crowd with friction, between moving walls, in two sub-steps.
+fn engine(damping: DampingLaw, comm: &Comm, all: &[Particle]) -> Native {
+    let mut params = params();
+    if let Some(contact) = &mut params.contact {
+        contact.damping = damping;
+    }
+    let cut = Decomposition::new(CHANNEL, comm.size()).unwrap();
+    Native::new(params, cut, comm.rank(), templates(), all).unwrap()
+}
+
+/// Advances by steps `from..to` under loads that depend on the particle and the step.
+fn advance(engine: &mut Native, comm: &Comm, (from, to): (u64, u64)) {
+    for step in from..to {
+        let stirred = |p: &Particle| Load {
+            force: Vec3::new(1e-4, -2e-4, 1e-4) * ((p.id + step) % 7) as f64,
+            torque: Vec3::new(1e-8, 0.0, -1e-8) * ((p.id + step) % 5) as f64,
+        };
+        let loads: Vec<Load> = engine.particles().owned().iter().map(stirred).collect();
+        engine.advance(comm, &loads, DT).unwrap();
+    }
+}
+
+/// Everything there is to know of the run, by all ranks: particles, memories, contacts, numbers.
+#[derive(Debug, PartialEq)]
+struct Whole {
+    particles: Vec<Particle>,
+    records: Vec<Record>,
+    states: Vec<ContactState>,
+    begun: u64,
+    count: usize,
+    max_depth: u64,
+    substep: u64,
+}
+
+fn gathered(engine: &Native, comm: &Comm) -> Whole {
+    let all = |own: &[u8]| comm.all_gather(own.to_vec()).concat();
+    let mut particles: Vec<Particle> =
+        bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(engine.particles().owned())));
+    particles.sort_unstable_by_key(|p| p.id);
+    let mut records: Vec<Record> = bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(engine.records())));
+    records.sort_unstable_by_key(Record::key);
+    let states = engine.contact_states();
+    assert!(states.is_sorted_by_key(|state| (state.first, state.second)));
+    let mut states: Vec<ContactState> = bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(&states)));
+    states.sort_by_key(|state| (state.first, state.second));
+    let summary = engine.contacts();
+    let mut sums = [summary.begun as i64, summary.count as i64];
+    comm.sum(&mut sums);
+    let mut deepest = [summary.max_depth];
+    comm.max(&mut deepest);
+    Whole {
+        particles,
+        records,
+        states,
+        begun: sums[0] as u64,
+        count: sums[1] as usize,
+        max_depth: deepest[0].to_bits(),
+        substep: engine.substep(),
+    }
+}
+
+/// A run on some ranks.
+struct Written {
+    /// Step at which it was saved first: after 100, when at least three pairs of particles touch.
+    step: u64,
+    /// The parts and the state then, and some steps later.
+    parts: [Vec<Vec<u8>>; 2],
+    states: [Whole; 2],
+}
+
+/// Steps from one save to the next.
+const ON: u64 = 30;
+
+fn written(damping: DampingLaw, ranks: usize) -> Written {
+    let results = on_threads(ranks, |comm| {
+        let mut engine = engine(damping, &comm, &crowd());
+        let mut step = 100;
+        advance(&mut engine, &comm, (0, step));
+        let pairs = |whole: &Whole| (whole.states.iter()).filter(|s| s.wall().is_none()).count();
+        while pairs(&gathered(&engine, &comm)) < 3 {
+            advance(&mut engine, &comm, (step, step + 1));
+            step += 1;
+            assert!(step < 400, "pairs touch now and then");
+        }
+        let parts = comm.all_gather(engine.save().unwrap());
+        let middle = gathered(&engine, &comm);
+        assert!(middle.states.len() > pairs(&middle) + 5, "and walls: {middle:?}");
+        advance(&mut engine, &comm, (step, step + ON));
+        let later = comm.all_gather(engine.save().unwrap());
+        let end = gathered(&engine, &comm);
+        assert!(end.begun > middle.begun, "contacts begin and end");
+        Written {
+            step,
+            parts: [parts, later],
+            states: [middle, end],
+        }
+    });
+    results.into_iter().next().unwrap()
+}
+
+#[test]
+fn a_run_saved_on_1_to_4_ranks_goes_on_on_1_to_4_ranks_to_the_same_bits() {
+    for damping in [DampingLaw::HuntCrossley, DampingLaw::Tsuji] {
+        for writers in 1..=4 {
+            let Written { step, parts, states } = written(damping, writers);
+            for readers in 1..=4 {
+                let what = format!("from {writers} to {readers} ranks");
+                on_threads(readers, |comm| {
+                    let mut engine = engine(damping, &comm, &crowd());
+                    // Whatever it did before is forgotten.
+                    advance(&mut engine, &comm, (0, 2));
+                    engine.restore(&comm, &parts[0]).unwrap();
+                    for (n, (parts, state)) in parts.iter().zip(&states).enumerate() {
+                        advance(&mut engine, &comm, (step, step + ON * n as u64));
+                        assert_eq!(gathered(&engine, &comm), *state, "{what}");
+                        let same = readers != writers || engine.save().unwrap() == parts[comm.rank()];
+                        assert!(same, "{what}: other bytes");
+                    }
+                });
+            }
+        }
+    }
+}
+
+#[test]
+fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_goes_on_as_before_on_3_ranks() {
+    let Written { step, parts, states } = written(DampingLaw::HuntCrossley, 2);
+    let ([parts, _], [_, end]) = (parts, states);
+    let mut damaged = parts.clone();
+    damaged[1][1000] ^= 1;
+    let cut = vec![parts[0][..500].to_vec(), parts[1].clone()];
+    let words = on_threads(3, |comm| {
+        let mut engine = engine(DampingLaw::HuntCrossley, &comm, &crowd());
+        engine.restore(&comm, &parts).unwrap();
+        let refused = [&damaged, &cut, &parts[..1].to_vec(), &Vec::new()].map(|bad| {
+            let error = engine.restore(&comm, bad).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            error.to_string()
+        });
+        advance(&mut engine, &comm, (step, step + ON));
+        assert_eq!(gathered(&engine, &comm), end);
+        refused
+    });
+    assert!(
+        words.iter().all(|theirs| *theirs == words[0]),
+        "all ranks say the same"
+    );
+    for (said, part) in words[0]
+        .iter()
+        .zip(["part 2 of 2", "part 1 of 2", "of this case", "of this case"])
+    {
+        assert!(
+            said.contains("saved state of the native engine") && said.contains(part),
+            "{said}"
+        );
+    }
+}

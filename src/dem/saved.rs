@@ -1,0 +1,435 @@
+//! What an engine saves of a run, as bytes, and how all ranks read it again.
+//!
+//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts, and the
+//! contacts of the last sub-step, as plain data of this machine. All parts together are the run: whoever reads them picks
+//! what its own rank owns or knows, so the number of ranks may be another one.
+
+use super::{ContactState, Load, Record};
+use crate::domain::Domain;
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::particle::Particle;
+use bytemuck::{Pod, Zeroable};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Begins every part; the last byte is the version.
+const MAGIC: [u8; 8] = *b"turbidE\x01";
+
+/// How far the length of an orientation may be off one.
+const UNIT: f64 = 1e-6;
+
+/// The state of one rank, or of all together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Saved {
+    /// Sub-steps since the start.
+    pub(super) substep: u64,
+    /// Contacts that began since the start.
+    pub(super) begun: u64,
+    /// Owned particles.
+    pub(super) particles: Vec<Particle>,
+    /// Loads of the last step on them.
+    pub(super) loads: Vec<Load>,
+    /// Memories of contacts.
+    pub(super) records: Vec<Record>,
+    /// Contacts of the last sub-step.
+    pub(super) states: Vec<ContactState>,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Header {
+    magic: [u8; 8],
+    /// Of all bytes that follow this number.
+    checksum: u64,
+    /// Name of the engine, filled up with zeros.
+    engine: [u8; 16],
+    particles: u64,
+    records: u64,
+    states: u64,
+    substep: u64,
+    begun: u64,
+}
+
+/// Where [`Header::checksum`] ends.
+const UNCHECKED: usize = 16;
+
+fn padded(engine: &str) -> [u8; 16] {
+    std::array::from_fn(|i| engine.as_bytes().get(i).copied().unwrap_or(0))
+}
+
+/// The next `count` items, if there are so many.
+fn take<T: Pod>(rest: &mut &[u8], count: u64) -> Option<Vec<T>> {
+    let length = usize::try_from(count).ok()?.checked_mul(size_of::<T>())?;
+    let (items, after) = rest.split_at_checked(length)?;
+    *rest = after;
+    Some(bytemuck::pod_collect_to_vec(items))
+}
+
+impl Saved {
+    /// One part.
+    pub(super) fn write(&self, engine: &str) -> Vec<u8> {
+        assert_eq!(self.loads.len(), self.particles.len());
+        let header = Header {
+            magic: MAGIC,
+            checksum: 0,
+            engine: padded(engine),
+            particles: self.particles.len() as u64,
+            records: self.records.len() as u64,
+            states: self.states.len() as u64,
+            substep: self.substep,
+            begun: self.begun,
+        };
+        let loads: Vec<[[f64; 3]; 2]> = (self.loads.iter())
+            .map(|load| [load.force.into(), load.torque.into()])
+            .collect();
+        let mut bytes = bytemuck::bytes_of(&header).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.particles));
+        bytes.extend_from_slice(bytemuck::cast_slice(&loads));
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.records));
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.states));
+        let checksum = xxh3_64(&bytes[UNCHECKED..]);
+        bytes[UNCHECKED - 8..UNCHECKED].copy_from_slice(bytemuck::bytes_of(&checksum));
+        bytes
+    }
+
+    /// One part, or what is wrong with it.
+    fn read(engine: &str, bytes: &[u8]) -> std::result::Result<Self, String> {
+        let (head, mut rest) = bytes
+            .split_at_checked(size_of::<Header>())
+            .ok_or_else(|| format!("has only {} bytes", bytes.len()))?;
+        let header: Header = bytemuck::pod_read_unaligned(head);
+        if header.magic[..7] != MAGIC[..7] {
+            return Err("is something else".into());
+        }
+        if header.magic != MAGIC {
+            return Err(format!("is of version {}, not {}", header.magic[7], MAGIC[7]));
+        }
+        if header.checksum != xxh3_64(&bytes[UNCHECKED..]) {
+            return Err("is damaged: its checksum does not match".into());
+        }
+        if header.engine != padded(engine) {
+            let name = String::from_utf8_lossy(&header.engine);
+            return Err(format!("is of the engine `{}`", name.trim_end_matches('\0')));
+        }
+        let whole = (|| {
+            let particles = take(&mut rest, header.particles)?;
+            let loads = take::<[[f64; 3]; 2]>(&mut rest, header.particles)?;
+            let records = take(&mut rest, header.records)?;
+            let states = take(&mut rest, header.states)?;
+            rest.is_empty().then(|| Self {
+                substep: header.substep,
+                begun: header.begun,
+                particles,
+                loads: (loads.into_iter())
+                    .map(|[force, torque]| Load {
+                        force: force.into(),
+                        torque: torque.into(),
+                    })
+                    .collect(),
+                records,
+                states,
+            })
+        })();
+        whole.ok_or_else(|| format!("has {} bytes, which are not those its head counts", bytes.len()))
+    }
+
+    /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of contacts begun, that
+    /// are the business of `rank` of `size`: as they were for the same number of ranks, and together always all.
+    ///
+    /// # Errors
+    /// [`Error::Input`], the same on every rank, if the parts are damaged, incomplete, or of another engine, version or case.
+    pub(super) fn join(
+        engine: &str,
+        parts: &[Vec<u8>],
+        case: &Case,
+        (rank, size): (usize, usize),
+    ) -> Result<Self> {
+        let refuse = |what: String| {
+            Error::Input(format!(
+                "the saved state of the {engine} engine cannot be used: {what}"
+            ))
+        };
+        let mut all = Self::default();
+        for (n, bytes) in parts.iter().enumerate() {
+            let part = Self::read(engine, bytes)
+                .map_err(|what| refuse(format!("part {} of {} {what}", n + 1, parts.len())))?;
+            if n > 0 && part.substep != all.substep {
+                return Err(refuse(format!(
+                    "part 1 was saved after {} sub-steps, but part {} after {}",
+                    all.substep,
+                    n + 1,
+                    part.substep
+                )));
+            }
+            all.substep = part.substep;
+            all.particles.extend(part.particles);
+            all.loads.extend(part.loads);
+            all.records.extend(part.records);
+            if n % size == rank {
+                all.begun = all.begun.wrapping_add(part.begun);
+                all.states.extend(part.states);
+            }
+        }
+        all.states.sort_by_key(|state| (state.first, state.second));
+        case.holds(&all).map_err(refuse)?;
+        Ok(all)
+    }
+}
+
+/// What a saved state must fit.
+#[derive(Clone, Debug)]
+pub(super) struct Case {
+    /// Id and template of all particles, ascending.
+    pub(super) census: Vec<[u64; 2]>,
+    /// Number of walls.
+    pub(super) walls: usize,
+    /// The box.
+    pub(super) domain: Domain,
+}
+
+impl Case {
+    /// Whether `all` can be the state of this case, or why not.
+    fn holds(&self, all: &Saved) -> std::result::Result<(), String> {
+        let mut census: Vec<[u64; 2]> = (all.particles.iter()).map(|p| [p.id, p.template]).collect();
+        census.sort_unstable();
+        if let Some(twice) = census.windows(2).find(|pair| pair[0][0] == pair[1][0]) {
+            return Err(format!("particle {} is in it twice", twice[0][0]));
+        }
+        if census != self.census {
+            return Err(format!(
+                "it holds {} particles, which are not the {} of this case; continue with the case it was written by",
+                census.len(),
+                self.census.len()
+            ));
+        }
+        for (particle, load) in all.particles.iter().zip(&all.loads) {
+            self.is_sound(particle, load)?;
+        }
+        let known = |id: u64| self.census.binary_search_by_key(&id, |[id, _]| *id).is_ok();
+        let mut keys: Vec<(u64, u64)> = all.records.iter().map(Record::key).collect();
+        keys.sort_unstable();
+        for &(first, second) in &keys {
+            let partner = match ContactState::wall_of(second) {
+                Some(wall) => wall < self.walls,
+                None => first < second && known(second),
+            };
+            if !(known(first) && partner) {
+                return Err(format!(
+                    "it remembers a contact of {first} with {second}, which are not both there"
+                ));
+            }
+        }
+        if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(format!(
+                "the contact of {} with {} is in it twice",
+                twice[0].0, twice[0].1
+            ));
+        }
+        match all.records.iter().find(|record| !record.damping.is_finite()) {
+            Some(record) => Err(format!(
+                "the damping of the contact of {} with {} is not finite",
+                record.first, record.second
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether an engine can go on with a particle, or why not.
+    fn is_sound(&self, particle: &Particle, load: &Load) -> std::result::Result<(), String> {
+        let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+        let extra = [particle.contact_force, particle.contact_torque]
+            .as_flattened()
+            .to_vec();
+        let loads = [load.force, load.torque].iter().all(|v| finite(v.as_slice()));
+        if !(particle.is_finite() && finite(&particle.orientation) && finite(&extra) && loads) {
+            return Err(format!(
+                "particle {} has a number that is not finite",
+                particle.id
+            ));
+        }
+        let length = particle.orientation().quaternion().norm();
+        if (length - 1.0).abs() > UNIT {
+            return Err(format!(
+                "the orientation of particle {} has the length {length}",
+                particle.id
+            ));
+        }
+        let (at, size): (Vec3, Vec3) = (particle.position(), self.domain.size());
+        if (0..3).any(|i| at[i] < 0.0 || at[i] > size[i]) {
+            return Err(format!("particle {} is not in the box", particle.id));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOX: Domain = Domain {
+        periodic: [true, true, false],
+        cells: [8, 8, 8],
+        dx: 0.5,
+    };
+
+    fn case() -> Case {
+        Case {
+            census: vec![[3, 0], [5, 1], [9, 0]],
+            walls: 2,
+            domain: BOX,
+        }
+    }
+
+    /// Two ranks' states of three particles, with a contact of two of them and one with a wall.
+    fn two() -> [Saved; 2] {
+        let particle = |id, template| Particle::at(id, template, Vec3::repeat(0.25 * id as f64));
+        let load = Load {
+            force: Vec3::new(1.0, 2.0, 3.0),
+            torque: Vec3::new(4.0, 5.0, 6.0),
+        };
+        let record = |first, second| Record {
+            first,
+            second,
+            damping: 0.5,
+            age: 7,
+        };
+        let state = |first, second| ContactState {
+            first,
+            second,
+            depth: 1e-3,
+            ..ContactState::zeroed()
+        };
+        [
+            Saved {
+                substep: 40,
+                begun: 2,
+                particles: vec![particle(3, 0), particle(9, 0)],
+                loads: vec![load; 2],
+                records: vec![record(3, 9)],
+                states: vec![state(3, 9)],
+            },
+            Saved {
+                substep: 40,
+                begun: 3,
+                particles: vec![particle(5, 1)],
+                loads: vec![load],
+                records: vec![record(5, ContactState::of_wall(1))],
+                states: vec![state(3, 4)],
+            },
+        ]
+    }
+
+    fn bytes(parts: &[Saved]) -> Vec<Vec<u8>> {
+        parts.iter().map(|part| part.write("native")).collect()
+    }
+
+    /// What [`Saved::join`] has against these parts.
+    fn objection(parts: &[Vec<u8>]) -> String {
+        let refused = Saved::join("native", parts, &case(), (0, 1)).unwrap_err();
+        assert!(matches!(refused, Error::Input(_)));
+        refused.to_string()
+    }
+
+    /// The same after a change of the first part.
+    fn after(change: impl Fn(&mut Saved)) -> String {
+        let mut parts = two();
+        change(&mut parts[0]);
+        objection(&bytes(&parts))
+    }
+
+    #[test]
+    fn all_parts_together_are_the_run_and_each_rank_gets_its_share_of_the_counts() {
+        let (parts, written) = (two(), bytes(&two()));
+        let alone = Saved::join("native", &written, &case(), (0, 1)).unwrap();
+        assert_eq!((alone.substep, alone.begun), (40, 5));
+        assert_eq!(alone.particles.len(), 3);
+        assert_eq!(
+            (alone.particles[2], alone.loads[2]),
+            (parts[1].particles[0], parts[1].loads[0])
+        );
+        assert_eq!(alone.records, [parts[0].records[0], parts[1].records[0]]);
+        assert_eq!(
+            alone.states,
+            [parts[1].states[0], parts[0].states[0]],
+            "ascending"
+        );
+        for rank in 0..3 {
+            let share = Saved::join("native", &written, &case(), (rank, 3)).unwrap();
+            let (begun, states) = (parts.get(rank)).map_or((0, &[][..]), |part| (part.begun, &part.states));
+            assert_eq!((share.begun, &share.states[..]), (begun, states));
+            assert_eq!(
+                (share.particles, share.records),
+                (alone.particles.clone(), alone.records.clone())
+            );
+        }
+    }
+
+    #[test]
+    fn a_part_that_was_cut_short_or_damaged_anywhere_is_refused_in_words() {
+        let whole = bytes(&two());
+        for length in 0..whole[1].len() {
+            let cut = [whole[0].clone(), whole[1][..length].to_vec()];
+            assert!(objection(&cut).contains("part 2 of 2"), "{length} bytes");
+        }
+        for at in 0..whole[0].len() {
+            let mut damaged = whole.clone();
+            damaged[0][at] ^= 0x10;
+            let words = objection(&damaged);
+            assert!(words.contains("part 1 of 2"), "byte {at}: {words}");
+        }
+        let longer = [[&whole[0][..], &[0; 8]].concat(), whole[1].clone()];
+        assert!(objection(&longer).contains("damaged"));
+    }
+
+    #[test]
+    fn a_head_that_counts_more_than_there_is_is_refused_even_with_the_right_checksum() {
+        for count in [1, 3, u64::MAX, u64::MAX / 192 + 1] {
+            let mut part = two()[0].write("native");
+            part[32..40].copy_from_slice(&count.to_ne_bytes());
+            let checksum = xxh3_64(&part[UNCHECKED..]);
+            part[8..16].copy_from_slice(&checksum.to_ne_bytes());
+            assert!(
+                objection(&[part]).contains("not those its head counts"),
+                "{count}"
+            );
+        }
+    }
+
+    #[test]
+    fn another_engine_version_or_case_and_missing_or_doubled_parts_are_named() {
+        let whole = bytes(&two());
+        let foreign = two().map(|part| part.write("ballistic")).to_vec();
+        assert!(
+            objection(&foreign).contains("is of the engine `ballistic`"),
+            "{}",
+            objection(&foreign)
+        );
+        let mut later = whole.clone();
+        later[1][7] = 9;
+        assert!(objection(&later).contains("part 2 of 2 is of version 9, not 1"));
+        for few in [&[][..], &whole[..1]] {
+            assert!(objection(few).contains("not the 3 of this case"));
+        }
+        let doubled = [&whole[..], &whole[..1]].concat();
+        assert!(objection(&doubled).contains("particle 3 is in it twice"));
+        assert!(after(|part| part.particles[1].id = 8).contains("not the 3 of this case"));
+        assert!(after(|part| part.particles[1].template = 1).contains("not the 3 of this case"));
+        assert!(after(|part| part.substep = 39).contains("after 39 sub-steps, but part 2 after 40"));
+    }
+
+    #[test]
+    fn numbers_an_engine_could_not_go_on_with_are_named_with_their_particle() {
+        let not_finite = "particle 9 has a number that is not finite";
+        assert!(after(|part| part.particles[1].velocity[2] = f64::NAN).contains(not_finite));
+        assert!(after(|part| part.particles[1].contact_torque[0] = f64::INFINITY).contains(not_finite));
+        assert!(after(|part| part.loads[1].torque.y = f64::NAN).contains(not_finite));
+        assert!(after(|part| part.particles[0].orientation = [0.0; 4]).contains("orientation of particle 3"));
+        assert!(after(|part| part.particles[0].position[2] = 4.1).contains("particle 3 is not in the box"));
+        assert!(after(|part| part.particles[0].position[0] = -1e-9).contains("particle 3 is not in the box"));
+        assert!(after(|part| part.records[0].second = 4).contains("contact of 3 with 4"));
+        assert!(after(|part| part.records[0].second = 3).contains("contact of 3 with 3"));
+        assert!(after(|part| part.records[0].second = ContactState::of_wall(2)).contains("not both there"));
+        assert!(after(|part| part.records.push(part.records[0])).contains("3 with 9 is in it twice"));
+        assert!(after(|part| part.records[0].damping = f64::NAN).contains("damping"));
+    }
+}

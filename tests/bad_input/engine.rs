@@ -1,0 +1,286 @@
+//! The second engine: cases that it cannot represent, commands that would break the coupling, and a program without it.
+
+use super::{CASE, refused, turbid};
+
+/// [`CASE`] with LIGGGHTS: `[dem]` is line 19, `engine` line 20.
+fn with_liggghts() -> String {
+    CASE.replace("[run]", "[dem]\nengine = \"liggghts\"\n[run]")
+}
+
+/// Each row: what stands in the case, what replaces it, and what must be said.
+fn all_refused_of(case: &str, table: &[(&str, &str, &[&str])]) {
+    let folder = tempfile::tempdir().unwrap();
+    for (good, spoilt, words) in table {
+        assert!(case.contains(good), "{good}");
+        std::fs::write(folder.path().join("bad.toml"), case.replacen(good, spoilt, 1)).unwrap();
+        refused(folder.path(), &["check", "bad.toml"], words);
+    }
+}
+
+#[test]
+fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
+    all_refused_of(
+        &with_liggghts(),
+        &[
+            (
+                "\"liggghts\"",
+                "\"ligghts\"",
+                &[
+                    "bad.toml:20:10",
+                    "unknown choice `ligghts`",
+                    "did you mean `liggghts`",
+                ],
+            ),
+            (
+                "engine = \"liggghts\"",
+                "liggghts = { process = \"own\" }",
+                &[
+                    "bad.toml:20:12",
+                    "`dem.engine` is \"native\"",
+                    "engine = \"liggghts\" in [dem]",
+                ],
+            ),
+            (
+                "engine = \"liggghts\"",
+                "engine = \"liggghts\"\nliggghts.process = \"thread\"",
+                &["bad.toml:21:20", "`thread`", "worker, own"],
+            ),
+            (
+                "{ sphere = { diameter = 1.5e-3 } }",
+                "{ cube = { edge = 1.5e-3 } }",
+                &[
+                    "bad.toml:14:9",
+                    "`particles.0.shape` is \"cube\"",
+                    "spheres only",
+                    "\"native\"",
+                    "20 |",
+                ],
+            ),
+            (
+                "[dem]",
+                "[contact]\nrestitution = 0.05\n[dem]",
+                &[
+                    "bad.toml:20:15",
+                    "`contact.restitution` is 0.05",
+                    "above 0.05 and at most 1 for LIGGGHTS",
+                ],
+            ),
+            (
+                "[dem]",
+                "[contact]\npairs = [{ materials = [\"default\", \"default\"], restitution = 0.01 }]\n[dem]",
+                &["bad.toml:20:", "`contact.pairs.0.restitution` is 0.01"],
+            ),
+            (
+                "[dem]",
+                "[contact]\npoisson_ratio = -0.1\n[dem]",
+                &[
+                    "bad.toml:20:17",
+                    "`contact.poisson_ratio` is -0.1",
+                    "from 0 to 0.5",
+                ],
+            ),
+            (
+                "[dem]",
+                "[[materials]]\nname = \"cork\"\npoisson_ratio = -0.2\n[dem]",
+                &["bad.toml:21:17", "`materials.0.poisson_ratio` is -0.2"],
+            ),
+            (
+                "[dem]",
+                "[contact]\nlaw = \"overlap_energy\"\n[dem]",
+                &[
+                    "bad.toml:20:7",
+                    "`contact.law` is \"overlap_energy\"",
+                    "a law of its own",
+                ],
+            ),
+            (
+                "[dem]",
+                "[contact]\ngeometry = \"sampled\"\n[dem]",
+                &["bad.toml:20:12", "`contact.geometry` is \"sampled\""],
+            ),
+        ],
+    );
+}
+
+#[test]
+fn walls_that_the_second_engine_does_not_have_are_refused_by_name() {
+    let closed = with_liggghts().replace("size = {", "periodic = [false, false, false]\nsize = {");
+    let dry = closed
+        .replace(
+            "[fluid]\ndensity = 1000.0\narchimedes = 1000\n",
+            "[dry]\ntime_step = 1e-6\n",
+        )
+        .replace("[lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55\n", "")
+        .replace("diameters = [4, 4, 4]", "diameters = [8, 8, 8]");
+    let wall = |text: &str| format!("[[walls]]\nname = \"plate\"\n{text}\n[dem]");
+    let planes = "planes across x, y or z";
+    let refuse = |case: &str, text: &str, what: &str| {
+        all_refused_of(
+            case,
+            &[("[dem]", &wall(text), &["the wall \"plate\"", what, planes])],
+        );
+    };
+    refuse(
+        &closed,
+        "plane = { point = [1e-3, 0, 0], normal = [1, 0, 1] }",
+        "is a plane across none of x, y, z",
+    );
+    refuse(
+        &closed,
+        "plane = { point = [0, 0, 1e-3], normal = [0, 0, 2] }\nvelocity = [1e-3, 1e-3, 0]",
+        "slides along none of x, y, z",
+    );
+    refuse(
+        &closed,
+        "plane = { point = [0, 0, 1e-3], normal = [0, 0, 1] }\nangular_velocity = [0, 0, 3]",
+        "turns",
+    );
+    refuse(
+        &closed,
+        "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 1, 1], diameter = 1e-3 }",
+        "its axis along none of x, y, z",
+    );
+    refuse(
+        &closed,
+        "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 0, 1], diameter = 1e-3 }\nvelocity = [0, 0, 1e-3]",
+        "is a cylinder that moves",
+    );
+    refuse(
+        &dry,
+        "plane = { point = [0, 0, 1e-3], normal = [0, 0, 1] }\nvelocity = [0, 0, 1e-3]",
+        "moves along its normal",
+    );
+    // Those that it has, and any of them where nothing touches.
+    let folder = tempfile::tempdir().unwrap();
+    for (case, text) in [
+        (
+            &closed,
+            "plane = { point = [0, 0, 1e-3], normal = [0, 0, 2] }\nvelocity = [0, -1e-3, 0]",
+        ),
+        (
+            &closed,
+            "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 0, -1], diameter = 1e-3 }",
+        ),
+        (
+            &closed,
+            "plane = { point = [1e-3, 0, 0], normal = [1, 0, 1] }\n[contact]\nenabled = false",
+        ),
+    ] {
+        std::fs::write(
+            folder.path().join("good.toml"),
+            case.replace("[dem]", &wall(text)),
+        )
+        .unwrap();
+        let output = turbid(folder.path(), &["check", "good.toml"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{text}\n{said}");
+    }
+}
+
+#[test]
+fn commands_that_would_break_the_coupling_are_refused_with_the_reason() {
+    // A command, and what must be said of it.
+    let table: &[(&str, &[&str])] = &[
+        ("run 100", &["\"run ...\"", "`run.end`"]),
+        ("  timestep 1e-9", &["\"timestep ...\"", "`contact.substeps`"]),
+        ("clear", &["\"clear ...\"", "end what turbid drives"]),
+        ("quit", &["\"quit ...\""]),
+        ("atom_style sphere", &["\"atom_style ...\"", "set-up of the box"]),
+        ("units cgs", &["\"units ...\""]),
+        ("create_box 1 box", &["\"create_box ...\""]),
+        ("boundary p p p", &["\"boundary ...\""]),
+        ("newton on", &["\"newton ...\""]),
+        ("processors 2 1 1", &["\"processors ...\""]),
+        ("set group all diameter 1", &["\"set ...\"", "[[particles]]"]),
+        ("unfix motion", &["\"unfix ...\""]),
+        ("include more.in", &["\"include ...\"", "one by one"]),
+        (
+            "fix again all nve/sphere",
+            &["style \"nve/sphere\"", "move them twice"],
+        ),
+        (
+            "fix g all gravity 9.81 vector 0 0 -1",
+            &["style \"gravity\"", "`driving.gravity`"],
+        ),
+        ("fix more all insert/pack seed 1", &["style \"insert/pack\""]),
+        ("${command} 100", &["a variable as the command"]),
+        ("fix one all ${style}", &["a variable as the style"]),
+        ("", &["no command"]),
+        ("# fix one all viscous 1e-6", &["no command"]),
+        ("group a type 1\\nrun 1", &["more than one line"]),
+    ];
+    for (command, words) in table {
+        let commands =
+            format!("engine = \"liggghts\"\nliggghts.commands = [\"group a type 1\", \"{command}\"]");
+        let words: Vec<&str> = ["bad.toml:21:40", "`dem.liggghts.commands.1`"]
+            .iter()
+            .chain(*words)
+            .copied()
+            .collect();
+        all_refused_of(&with_liggghts(), &[("engine = \"liggghts\"", &commands, &words)]);
+    }
+}
+
+#[test]
+fn an_engine_of_an_option_is_a_bare_word_and_its_mistakes_are_shown_there() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    let with = |option: &'static str| ["check", "case.toml", "--set", option];
+    assert!(
+        turbid(folder.path(), &with("dem.engine=liggghts"))
+            .status
+            .success()
+    );
+    refused(
+        folder.path(),
+        &with("dem.engine=lammps"),
+        &["option --set:1:12", "unknown choice `lammps`", "native, liggghts"],
+    );
+    refused(
+        folder.path(),
+        &with("dem.liggghts.process=own"),
+        &["option --set:1:", "`dem.engine` is \"native\""],
+    );
+}
+
+/// How to get a program with LIGGGHTS.
+#[cfg(not(feature = "liggghts"))]
+const RECIPE: [&str; 4] = [
+    "built without",
+    "apt-get install liggghts libliggghts-dev libopenmpi-dev libclang-dev g++",
+    "cargo build --release --features liggghts",
+    "TURBID_FEATURES=liggghts ./run.sh",
+];
+
+#[cfg(not(feature = "liggghts"))]
+#[test]
+fn a_program_without_the_second_engine_says_how_to_build_it_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("case.toml"), with_liggghts()).unwrap();
+    refused(folder.path(), &["run", "case.toml", "--out", "out"], &RECIPE);
+    refused(folder.path(), &["bench", "case.toml", "--steps", "1"], &RECIPE);
+    let output = turbid(folder.path(), &["check", "case.toml"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("warning: `dem.engine = \"liggghts\"`"), "{said}");
+    for word in RECIPE {
+        assert!(said.contains(word), "`{word}` is not in\n{said}");
+    }
+}
+
+#[test]
+fn doctor_says_whether_this_program_has_the_second_engine() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = turbid(folder.path(), &["doctor"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let line = said
+        .lines()
+        .find(|line| line.trim_start().starts_with("LIGGGHTS"))
+        .unwrap();
+    let (answer, remark) = if cfg!(feature = "liggghts") {
+        ("yes", "turbid crosscheck")
+    } else {
+        ("no", "--features liggghts")
+    };
+    assert!(line.contains(answer) && line.contains(remark), "{line}");
+}
