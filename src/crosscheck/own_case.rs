@@ -295,6 +295,11 @@ fn notes(setup: &Setup, found: &Comparison) -> Vec<String> {
             )
         }
     });
+    if !setup.dry && found.parting.is_some() {
+        notes.push(
+            "the loads are those of the native run all the time: what has parted is not where the fluid thinks it is".to_string(),
+        );
+    }
     notes.extend(setup.contact.as_ref().map_or_else(Vec::new, different_laws));
     notes
 }
