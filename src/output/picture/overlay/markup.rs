@@ -5,7 +5,8 @@ use crate::output::picture::text::{Span, above, below, italic, roman};
 /// A name with its indices, exponents and symbols.
 ///
 /// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a single letter; such a letter
-/// outside of parentheses is a symbol, but for the article, and so is mu. A hyphen between blanks is a minus.
+/// outside of parentheses is a symbol, but for the article, and so is mu; what follows a
+/// number is its unit. A hyphen between blanks is a minus.
 pub(super) fn spans(text: &str) -> Vec<Span<'static>> {
     styled(text, true)
 }
@@ -16,6 +17,9 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
     let mut depth = 0_i32;
     // Whether the word before is a single letter.
     let mut letter = false;
+    // Whether this is the unit of the number before.
+    let mut unit = false;
+    let mut before = ' ';
     while let Some(first) = rest.chars().next() {
         let taken = match first {
             '_' | '^' if (first == '^' || letter) && script(&rest[1..]) > 0 => {
@@ -34,7 +38,8 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
                 let length = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
                 let word = rest[..length].to_string();
                 letter = word.chars().count() == 1;
-                let symbol = symbols && depth == 0 && letter && word != "a";
+                unit |= before.is_ascii_digit();
+                let symbol = symbols && depth == 0 && letter && !unit && word != "a";
                 spans.push(match word.as_str() {
                     "mu" if symbols => italic("\u{b5}"),
                     _ if symbol => italic(word),
@@ -49,6 +54,10 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
                 other.len_utf8()
             }
         };
+        unit &= !rest.starts_with([' ', ',']);
+        if let Some(last) = rest[..taken].trim_end().chars().last() {
+            before = last;
+        }
         rest = &rest[taken..];
     }
     spans
@@ -123,6 +132,7 @@ mod tests {
             written(&spans("height of a sphere, z^2 - 1")),
             "height of a sphere, <z>{2} \u{2212} 1"
         );
+        assert_eq!(written(&spans("at 1 m/s, e = 0.5")), "at 1 m/s, <e> = 0.5");
         assert_eq!(written(&spans("along / mu")), "along / <\u{b5}>");
         assert_eq!(written(&spans("hunt_crossley, T_0")), "hunt_crossley, <T>[0]");
         assert_eq!(written(&spans("10^-3 _ ^")), "10{\u{2212}3} _ ^");
