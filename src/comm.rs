@@ -4,10 +4,45 @@
 //! the threads of one process by swapping buffers. All calls are collective unless said otherwise: every rank makes
 //! the same calls in the same order. If a rank panics, the others panic out of their waits instead of hanging.
 
+#[cfg(feature = "mpi")]
+mod mpi;
 mod threads;
 
 use bytemuck::Pod;
+#[cfg(feature = "mpi")]
+pub use mpi::{MpiComm, abort};
 pub use threads::{ThreadComm, on_threads};
+
+/// A process that a launcher of MPI has started, as its environment tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Launched {
+    /// Number of this process.
+    pub rank: usize,
+    /// Number of processes.
+    pub size: usize,
+}
+
+/// What a launcher of MPI says of this process; nothing if none has started it.
+pub fn launched() -> Option<Launched> {
+    // Open MPI; MPICH and Intel MPI; srun with PMIx.
+    const NAMES: [[&str; 3]; 3] = [
+        [
+            "OMPI_COMM_WORLD_RANK",
+            "OMPI_COMM_WORLD_RANK",
+            "OMPI_COMM_WORLD_SIZE",
+        ],
+        ["PMI_RANK", "PMI_RANK", "PMI_SIZE"],
+        ["PMIX_RANK", "SLURM_PROCID", "SLURM_NTASKS"],
+    ];
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    NAMES.iter().find_map(|[mark, rank, size]| {
+        std::env::var_os(mark)?;
+        Some(Launched {
+            rank: number(rank)?,
+            size: number(size)?,
+        })
+    })
+}
 
 /// Connects a rank to the others.
 pub enum Comm {
@@ -15,6 +50,9 @@ pub enum Comm {
     Solo,
     /// One of several ranks that are threads of this process.
     Threads(ThreadComm),
+    /// One of several ranks that are processes of an MPI job.
+    #[cfg(feature = "mpi")]
+    Mpi(MpiComm),
 }
 
 /// A fixed pattern of messages, at most one per ordered pair of ranks, repeated every step.
@@ -36,6 +74,8 @@ impl Comm {
         match self {
             Self::Solo => 0,
             Self::Threads(comm) => comm.rank(),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.rank(),
         }
     }
 
@@ -44,34 +84,47 @@ impl Comm {
         match self {
             Self::Solo => 1,
             Self::Threads(comm) => comm.size(),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.size(),
         }
     }
 
     /// Waits until every rank is here.
     pub fn barrier(&self) {
-        if let Self::Threads(comm) = self {
-            comm.barrier();
+        match self {
+            Self::Solo => {}
+            Self::Threads(comm) => comm.barrier(),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.barrier(),
         }
     }
 
     /// Replaces `values` by their (wrapping) sums over all ranks; `values.len()` is the same on every rank.
     pub fn sum(&self, values: &mut [i64]) {
-        if let Self::Threads(comm) = self {
-            comm.sum(values);
+        match self {
+            Self::Solo => {}
+            Self::Threads(comm) => comm.sum(values),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.sum(values),
         }
     }
 
     /// Replaces `values` by their maxima over all ranks.
     pub fn max(&self, values: &mut [f64]) {
-        if let Self::Threads(comm) = self {
-            for bytes in comm.all_gather(bytemuck::cast_slice(values).to_vec()) {
-                for (value, theirs) in values
-                    .iter_mut()
-                    .zip(bytemuck::pod_collect_to_vec::<u8, f64>(&bytes))
-                {
-                    *value = value.max(theirs);
+        match self {
+            Self::Solo => {}
+            Self::Threads(comm) => {
+                for bytes in comm.all_gather(bytemuck::cast_slice(values).to_vec()) {
+                    for (value, theirs) in values
+                        .iter_mut()
+                        .zip(bytemuck::pod_collect_to_vec::<u8, f64>(&bytes))
+                    {
+                        *value = value.max(theirs);
+                    }
                 }
             }
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.max(values),
         }
     }
 
@@ -80,6 +133,8 @@ impl Comm {
         match self {
             Self::Solo => vec![bytes],
             Self::Threads(comm) => comm.all_gather(bytes),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.all_gather(&bytes),
         }
     }
 
@@ -88,6 +143,8 @@ impl Comm {
         match self {
             Self::Solo => vec![bytes],
             Self::Threads(comm) => comm.gather(bytes),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.gather(&bytes),
         }
     }
 
@@ -99,6 +156,8 @@ impl Comm {
         match self {
             Self::Solo => Vec::new(),
             Self::Threads(comm) => comm.exchange(peers, messages),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.exchange(peers, &messages),
         }
     }
 
@@ -108,6 +167,8 @@ impl Comm {
         match self {
             Self::Solo => Box::new(SoloHalo::<T>::new(lengths)),
             Self::Threads(comm) => comm.halo(peers, lengths),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => comm.halo(peers, lengths),
         }
     }
 }

@@ -65,7 +65,7 @@ pub struct BenchReport {
 /// Times steps of a case without writing anything.
 ///
 /// # Errors
-/// As [`run`](super::run), less those of the output.
+/// As [`run`](super::run()), less those of the output.
 pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     let mut setup = setup.clone();
     if options.no_contact || options.fluid_only {

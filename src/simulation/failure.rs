@@ -129,7 +129,7 @@ mod tests {
                 error,
             };
             let mut simulation = Simulation::<f32>::with_engine(&setup, &cut, comm, Box::new(engine));
-            for _ in 0..FAILS_AT + 1 {
+            for _ in 0..=FAILS_AT {
                 simulation.step().unwrap();
             }
             let failed = (FAILS_AT..FAILS_AT + CONTROL_INTERVAL).find_map(|_| simulation.step().err());

@@ -259,6 +259,12 @@ fn a_program_without_the_second_engine_says_how_to_build_it_and_writes_nothing()
     std::fs::write(folder.path().join("case.toml"), with_liggghts()).unwrap();
     refused(folder.path(), &["run", "case.toml", "--out", "out"], &RECIPE);
     refused(folder.path(), &["bench", "case.toml", "--steps", "1"], &RECIPE);
+    refused(folder.path(), &["crosscheck"], &RECIPE);
+    refused(
+        folder.path(),
+        &["crosscheck", "case.toml", "--out", "out"],
+        &RECIPE,
+    );
     let output = turbid(folder.path(), &["check", "case.toml"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{said}");

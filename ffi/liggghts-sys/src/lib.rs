@@ -8,6 +8,6 @@
 
 #![allow(non_camel_case_types)]
 // Made by bindgen from the C header.
-#![allow(clippy::pedantic, missing_docs)]
+#![allow(clippy::pedantic, clippy::undocumented_unsafe_blocks, missing_docs)]
 
 include!(concat!(env!("OUT_DIR"), "/declarations.rs"));

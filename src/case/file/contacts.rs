@@ -27,7 +27,7 @@ pub struct ContactSection {
     pub enlargement: Located<f64>,
     /// How the elastic force follows from the overlap. Default "paper".
     pub law: Located<ElasticLaw>,
-    /// How the normal force is damped. Default "hunt_crossley".
+    /// How the normal force is damped. Default `"hunt_crossley"`.
     pub damping: DampingLaw,
     /// How overlaps are measured. Default "exact".
     pub geometry: Located<GeometryKind>,
