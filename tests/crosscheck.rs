@@ -27,7 +27,10 @@ static CHECKS: LazyLock<Vec<Value>> = LazyLock::new(|| {
 /// The checks of a case whose quantity begins like this; there are some.
 fn checks(case: &str, quantity: &str) -> Vec<&'static Value> {
     let wanted = |check: &&Value| {
-        check["case"] == case && check["quantity"].as_str().is_some_and(|text| text.starts_with(quantity))
+        check["case"] == case
+            && check["quantity"]
+                .as_str()
+                .is_some_and(|text| text.starts_with(quantity))
     };
     let found: Vec<_> = CHECKS.iter().filter(wanted).collect();
     assert!(!found.is_empty(), "no check of {case} begins with `{quantity}`");
@@ -70,9 +73,13 @@ fn every_case_of_the_suite_is_within_its_tolerances() {
         "free-flight",
         "gas",
         "settling-box",
+        "replay",
     ];
     for case in cases {
-        assert!(CHECKS.iter().any(|check| check["case"] == case), "{case} did not run");
+        assert!(
+            CHECKS.iter().any(|check| check["case"] == case),
+            "{case} did not run"
+        );
     }
     for check in CHECKS.iter() {
         assert_eq!(check["pass"], true, "{check}");
@@ -112,7 +119,11 @@ fn gross_sliding_is_coulomb_friction_and_ends_alike() {
 
 #[test]
 fn free_flight_under_loads_is_exact() {
-    for quantity in ["position (m), random", "velocity (m/s), random", "spin (1/s), random"] {
+    for quantity in [
+        "position (m), random",
+        "velocity (m/s), random",
+        "spin (1/s), random",
+    ] {
         within("free-flight", quantity, 1e-12);
     }
 }

@@ -136,7 +136,12 @@ impl Run {
         let kinetic: f64 = velocities.iter().enumerate().map(energy).sum();
         self.kinetic.push(kinetic);
         self.energy.push(kinetic + stored);
-        let momenta = || spheres.iter().enumerate().map(|(id, p)| p.velocity() * scene.mass(id));
+        let momenta = || {
+            spheres
+                .iter()
+                .enumerate()
+                .map(|(id, p)| p.velocity() * scene.mass(id))
+        };
         let total: f64 = momenta().map(|p| p.norm()).sum();
         self.momentum = self.momentum.max(momenta().sum::<Vec3>().norm() / total);
         self.velocities.push(velocities);
@@ -179,7 +184,9 @@ impl Contacts {
         };
         for i in 0..spheres.len() {
             for j in i + 1..spheres.len() {
-                let offset = scene.domain.nearest_image(spheres[j].position() - spheres[i].position());
+                let offset = scene
+                    .domain
+                    .nearest_image(spheres[j].position() - spheres[i].position());
                 let radii = [scene.radius(i), scene.radius(j)];
                 let depth = radii[0] + radii[1] - offset.norm();
                 if depth > 0.0 {

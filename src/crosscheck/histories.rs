@@ -11,11 +11,10 @@
 //! over depth; so they are compared at equal depths in the shallower half and at equal times in the deeper half.
 
 use super::damped::{STEPS, depth, hertz, pairs, plain};
-use super::theory::{Damping, Hertz, Impact, impact};
-use super::tools::{Judge, SAME, Track, thinned, worst};
+use super::theory::{Damping, Hertz, Impact, dashpot, impact};
+use super::tools::{Between, Judge, SAME, Track, thinned, worst};
 use super::{Findings, Overlay};
 use crate::error::Result;
-use std::f64::consts::PI;
 use std::path::Path;
 
 /// Speed of the first sphere (m/s).
@@ -26,7 +25,8 @@ const HISTORY: &str = "largest difference of the forces in parts of the peak, at
                        5e-4 at 1000 steps per contact";
 const LAW: &str = "largest difference, in parts of the peak, to the law at the depth and velocity that the engine has worked it out \
                    with, at every step: rounding of the positions, 1e-18 m of 1e-6 m, and at the ends its fourth root";
-const END: &str = "between the engines, in steps: the contact ends between the same two steps or those beside";
+const END: &str =
+    "between the engines, in steps: the contact ends between the same two steps or those beside";
 
 /// A moment of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,8 +70,16 @@ impl History {
         } else {
             before.to_vec()
         };
-        branch.insert(0, Instant { depth: 0.0, force: 0.0 });
-        let above = branch.partition_point(|instant| instant.depth < depth).clamp(1, branch.len() - 1);
+        branch.insert(
+            0,
+            Instant {
+                depth: 0.0,
+                force: 0.0,
+            },
+        );
+        let above = branch
+            .partition_point(|instant| instant.depth < depth)
+            .clamp(1, branch.len() - 1);
         let (a, b) = (branch[above - 1], branch[above]);
         let part = (root(depth) - root(a.depth)) / (root(b.depth) - root(a.depth));
         a.force + part * (b.force - a.force)
@@ -93,8 +101,7 @@ impl History {
 
 /// The largest difference of the forces of a track to the law, at their own depths and velocities (N).
 fn off_law(track: &Track, hertz: &Hertz, e: f64, half_a_step_before: bool) -> f64 {
-    let beta = -e.ln() / (PI * PI + e.ln() * e.ln()).sqrt();
-    let dashpot = (5.0 * hertz.mass * hertz.stiffness()).sqrt() * beta;
+    let dashpot = dashpot(hertz, e);
     let speeds = |k: usize| {
         if half_a_step_before {
             return (depth(&track.frames[k], 0) - depth(&track.frames[k - 1], 0)) / track.dt;
@@ -124,15 +131,24 @@ pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
         let peaks = [Some(native.peak()), Some(liggghts.peak()), Some(peak)];
         let apart = worst([native.apart(&liggghts), liggghts.apart(&native)]) / peak;
         let quantity = format!("whole history of the force, e = {e}; shown: peak (N)");
-        findings.checks.push(judge.given(quantity, peaks, apart, 1e-3, HISTORY));
-        let off = [off_law(&tracks[0], &hertz, e, false), off_law(&tracks[1], &hertz, e, true)];
+        findings
+            .checks
+            .push(judge.given(quantity, peaks, apart, 1e-3, HISTORY));
+        let off = [
+            off_law(&tracks[0], &hertz, e, false),
+            off_law(&tracks[1], &hertz, e, true),
+        ];
         let values = [Some(off[0] / peak), Some(off[1] / peak), Some(0.0)];
         let quantity = format!("force off the law at its own depth and velocity, e = {e} (-)");
-        findings.checks.push(judge.given(quantity, values, worst(off) / peak, 1e-9, LAW));
+        findings
+            .checks
+            .push(judge.given(quantity, values, worst(off) / peak, 1e-9, LAW));
         let ends = [0, 1].map(|i| tracks[i].impact(|frame| depth(frame, 0)).map(|m| m.duration / dt));
         let values = [ends[0], ends[1], Some(theory.duration / dt)];
         let quantity = format!("end of the contact, e = {e} (steps)");
-        findings.checks.push(judge.absolute(quantity, values, super::tools::Between::Engines, 1.0, 1.0, END));
+        findings
+            .checks
+            .push(judge.absolute(quantity, values, Between::Engines, 1.0, 1.0, END));
         findings.overlays.extend(plots(&tracks, &theory, e));
     }
     Ok(findings)
@@ -159,7 +175,15 @@ fn plots(tracks: &[Track; 2], theory: &Impact, e: f64) -> [Overlay; 2] {
             .collect(),
     };
     [
-        overlay("time", "time (us)", [over_time(0), over_time(1), thinned(times, 500)]),
-        overlay("depth", "depth (um)", [over_depth(0), over_depth(1), thinned(depths, 500)]),
+        overlay(
+            "time",
+            "time (us)",
+            [over_time(0), over_time(1), thinned(times, 500)],
+        ),
+        overlay(
+            "depth",
+            "depth (um)",
+            [over_depth(0), over_depth(1), thinned(depths, 500)],
+        ),
     ]
 }

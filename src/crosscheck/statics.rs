@@ -88,7 +88,13 @@ impl Curve {
         if laws == SAME {
             let values = [self.forces[0][last], self.forces[1][last], self.hertz[last]];
             let quantity = format!("force, d/R = 0.1, {what} (N)");
-            return judge.given(quantity, values.map(Some), self.deviation(laws), 1e-9, SAME_DEPTH_LAW);
+            return judge.given(
+                quantity,
+                values.map(Some),
+                self.deviation(laws),
+                1e-9,
+                SAME_DEPTH_LAW,
+            );
         }
         let hertz = self.hertz[last];
         let values = [
