@@ -11,11 +11,10 @@
 //! over depth; so they are compared at equal depths in the shallower half and at equal times in the deeper half.
 
 use super::damped::{STEPS, depth, hertz, pairs, plain};
-use super::theory::{Damping, Hertz, Impact, impact};
-use super::tools::{Judge, SAME, Track, thinned, worst};
+use super::theory::{Damping, Hertz, Impact, dashpot, impact};
+use super::tools::{Between, Judge, SAME, Track, thinned, worst};
 use super::{Findings, Overlay};
 use crate::error::Result;
-use std::f64::consts::PI;
 use std::path::Path;
 
 /// Speed of the first sphere (m/s).
@@ -102,8 +101,7 @@ impl History {
 
 /// The largest difference of the forces of a track to the law, at their own depths and velocities (N).
 fn off_law(track: &Track, hertz: &Hertz, e: f64, half_a_step_before: bool) -> f64 {
-    let beta = -e.ln() / (PI * PI + e.ln() * e.ln()).sqrt();
-    let dashpot = (5.0 * hertz.mass * hertz.stiffness()).sqrt() * beta;
+    let dashpot = dashpot(hertz, e);
     let speeds = |k: usize| {
         if half_a_step_before {
             return (depth(&track.frames[k], 0) - depth(&track.frames[k - 1], 0)) / track.dt;
@@ -150,7 +148,7 @@ pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
         let quantity = format!("end of the contact, e = {e} (steps)");
         findings
             .checks
-            .push(judge.absolute(quantity, values, super::tools::Between::Engines, 1.0, 1.0, END));
+            .push(judge.absolute(quantity, values, Between::Engines, 1.0, 1.0, END));
         findings.overlays.extend(plots(&tracks, &theory, e));
     }
     Ok(findings)
