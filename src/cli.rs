@@ -11,7 +11,8 @@ mod run;
 mod terminal;
 
 use crate::case::{self, Setup};
-use crate::error::Result;
+use crate::comm;
+use crate::error::{Error, Result};
 use clap::{Args, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -125,6 +126,9 @@ const CHECKS_FAILED: u8 = 3;
 /// Runs the program; arguments are those of the process.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if let Some(done) = place_in_job(&arguments.command) {
+        return done;
+    }
     let done = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
@@ -149,6 +153,27 @@ pub fn main() -> ExitCode {
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1))
         }
     }
+}
+
+/// What becomes of a process of an MPI job that is not to go on: of several, all do a run together, and one does all else.
+fn place_in_job(command: &Command) -> Option<ExitCode> {
+    let processes = comm::launched()?.size;
+    if processes < 2 {
+        return None;
+    }
+    if !matches!(command, Command::Run(_) | Command::Bench(_)) {
+        return (!terminal::speaks()).then_some(ExitCode::SUCCESS);
+    }
+    if cfg!(feature = "mpi") {
+        return None;
+    }
+    let error = Error::Input(format!(
+        "{processes} processes of this program were launched, but it was built without MPI: each would do the same run, into \
+         the same files; build it with `cargo build --release --features mpi` (Debian packages libopenmpi-dev, \
+         openmpi-bin, libclang-dev), or start one process with --threads {processes}"
+    ));
+    terminal::error(&error);
+    Some(ExitCode::from(2))
 }
 
 /// Reads the case with its changes and prints its warnings.

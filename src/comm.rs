@@ -13,6 +13,37 @@ use bytemuck::Pod;
 pub use mpi::{MpiComm, abort};
 pub use threads::{ThreadComm, on_threads};
 
+/// A process that a launcher of MPI has started, as its environment tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Launched {
+    /// Number of this process.
+    pub rank: usize,
+    /// Number of processes.
+    pub size: usize,
+}
+
+/// What a launcher of MPI says of this process; nothing if none has started it.
+pub fn launched() -> Option<Launched> {
+    // Open MPI; MPICH and Intel MPI; srun with PMIx.
+    const NAMES: [[&str; 3]; 3] = [
+        [
+            "OMPI_COMM_WORLD_RANK",
+            "OMPI_COMM_WORLD_RANK",
+            "OMPI_COMM_WORLD_SIZE",
+        ],
+        ["PMI_RANK", "PMI_RANK", "PMI_SIZE"],
+        ["PMIX_RANK", "SLURM_PROCID", "SLURM_NTASKS"],
+    ];
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    NAMES.iter().find_map(|[mark, rank, size]| {
+        std::env::var_os(mark)?;
+        Some(Launched {
+            rank: number(rank)?,
+            size: number(size)?,
+        })
+    })
+}
+
 /// Connects a rank to the others.
 pub enum Comm {
     /// The only rank.
@@ -242,6 +273,62 @@ mod tests {
         for ranks in 1..=8 {
             on_threads(ranks, |comm| contract(&comm));
         }
+    }
+
+    /// Runs a test of this program that is ignored, on the ranks of an MPI job; the output and whether it passed.
+    #[cfg(feature = "mpi")]
+    fn under_mpirun(ranks: usize, test: &str) -> (bool, String) {
+        let output = std::process::Command::new("timeout")
+            .args(["--kill-after=5", "60", "mpirun", "-n", &ranks.to_string()])
+            .arg(std::env::current_exe().unwrap())
+            .args([test, "--exact", "--ignored", "--nocapture"])
+            .envs([
+                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+                ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+                ("OMPI_MCA_mpi_yield_when_idle", "1"),
+                ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+            ])
+            .output()
+            .expect("mpirun and timeout are there");
+        let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        (output.status.success(), said.concat())
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    #[ignore = "a rank of the test below"]
+    fn as_an_mpi_rank() {
+        contract(&Comm::Mpi(MpiComm::world()));
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    fn one_to_four_mpi_ranks_keep_the_contract() {
+        for ranks in 1..=4 {
+            let (passed, said) = under_mpirun(ranks, "comm::tests::as_an_mpi_rank");
+            assert!(passed, "{ranks} ranks: {said}");
+            assert_eq!(said.matches("1 passed").count(), ranks, "{said}");
+        }
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    #[ignore = "a rank of the test below"]
+    fn as_an_mpi_rank_that_panics() {
+        let comm = Comm::Mpi(MpiComm::world());
+        assert!(comm.rank() != 1, "the words of the rank that panics");
+        comm.barrier();
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    fn a_panicking_mpi_rank_ends_the_job_with_its_own_words() {
+        let (passed, said) = under_mpirun(3, "comm::tests::as_an_mpi_rank_that_panics");
+        assert!(
+            !passed && said.contains("the words of the rank that panics"),
+            "{said}"
+        );
     }
 
     #[test]

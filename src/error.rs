@@ -49,6 +49,14 @@ pub enum Error {
         /// What the engine said, or what became of it.
         what: String,
     },
+    /// What all ranks have agreed on to say, of a failure of one of them.
+    #[error("{text}")]
+    Agreed {
+        /// The exit code of that failure.
+        code: i32,
+        /// Its text.
+        text: String,
+    },
     /// Another rank failed first; its error is the one to show.
     #[error("another rank failed")]
     OtherRank,
@@ -68,6 +76,7 @@ impl Error {
     pub fn exit_code(&self) -> i32 {
         match self {
             Self::Diverged { .. } | Self::Engine { .. } => 3,
+            Self::Agreed { code, .. } => *code,
             _ => 2,
         }
     }

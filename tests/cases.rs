@@ -135,6 +135,7 @@ fn every_case_is_after_some_steps_in_the_state_it_promises() {
             ..RunOptions::default()
         };
         let summary = simulation::run(&setup, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let summary = summary.expect("the only process has the summary");
         assert_eq!(
             (summary.steps, summary.interrupted),
             (expected.after_steps, false)

@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
         stop: stop_on_signals()?,
     };
     let summary = simulation::run(&setup, &options)?;
-    if !arguments.quiet {
+    if let Some(summary) = summary.filter(|_| !arguments.quiet) {
         say(&Headline::of(&summary).text(&setup.output.directory));
     }
     Ok(())

@@ -1,20 +1,35 @@
-//! All that is ever printed. A closed pipe is no reason to fail.
+//! All that is ever printed, by one process of an MPI job. A closed pipe is no reason to fail.
 
+use crate::comm;
 use crate::error::Error;
 use std::io::{self, Write};
 
+/// Whether this process speaks for all.
+pub(super) fn speaks() -> bool {
+    comm::launched().is_none_or(|launched| launched.rank == 0)
+}
+
 /// A result, on standard output.
 pub(super) fn say(text: &str) {
+    if !speaks() {
+        return;
+    }
     let _ = writeln!(io::stdout(), "{}", text.trim_end());
 }
 
 /// Something to think about, on standard error.
 pub(super) fn warn(text: &str) {
+    if !speaks() {
+        return;
+    }
     let _ = writeln!(io::stderr(), "warning: {}", text.trim_end());
 }
 
 /// Why nothing came of it, on standard error.
 pub(super) fn error(error: &Error) {
+    if !speaks() {
+        return;
+    }
     let _ = writeln!(io::stderr(), "error: {}", error.to_string().trim_end());
 }
 

@@ -99,10 +99,36 @@ impl Row {
     }
 }
 
-/// Checks that passed, and all.
-pub fn count(outcomes: &[Outcome]) -> (usize, usize) {
-    let rows: Vec<Row> = outcomes.iter().flat_map(Outcome::rows).collect();
-    (rows.iter().filter(|row| row.pass).count(), rows.len())
+/// How the checks of all cases came out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Score {
+    /// Checks that passed.
+    pub passed: usize,
+    /// All checks.
+    pub checks: usize,
+    /// Numbers without a tolerance.
+    pub reported: usize,
+}
+
+impl Score {
+    /// Counts the rows of all cases.
+    pub fn of(outcomes: &[Outcome]) -> Self {
+        let mut score = Self::default();
+        for row in outcomes.iter().flat_map(Outcome::rows) {
+            if row.pass && row.tolerance.is_infinite() {
+                score.reported += 1;
+            } else {
+                score.checks += 1;
+                score.passed += usize::from(row.pass);
+            }
+        }
+        score
+    }
+
+    /// Whether every check passed.
+    pub fn is_full(&self) -> bool {
+        self.passed == self.checks
+    }
 }
 
 #[cfg(test)]

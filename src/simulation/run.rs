@@ -1,9 +1,11 @@
-//! A run from the first step to the summary: one thread per rank, all doing the same.
+//! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
 use super::observe::Observer;
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::Setup;
-use crate::comm::{Comm, on_threads};
+#[cfg(feature = "mpi")]
+use crate::comm::MpiComm;
+use crate::comm::{self, Comm, on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Precision, Real};
@@ -20,33 +22,42 @@ pub struct RunOptions {
     pub stop: Arc<AtomicBool>,
 }
 
-/// Runs a case to its end and writes everything it asks for.
+/// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job
+/// get none.
 ///
 /// # Errors
 /// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
 /// the range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
-pub fn run(setup: &Setup, options: &RunOptions) -> Result<Summary> {
+pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     setup.engine.refuse_if_missing()?;
     let decomposition = decompose(setup)?;
-    directory::prepare(&setup.output.directory)?;
-    let summary = match setup.precision {
+    if comm::launched().is_none_or(|launched| launched.rank == 0) {
+        directory::prepare(&setup.output.directory)?;
+    }
+    match setup.precision {
         Precision::F32 => on_ranks(&decomposition, |comm| {
             run_rank::<f32>(setup, options, &decomposition, comm)
         }),
         Precision::F64 => on_ranks(&decomposition, |comm| {
             run_rank::<f64>(setup, options, &decomposition, comm)
         }),
-    }?;
-    Ok(summary.expect("rank 0 writes the summary"))
+    }
 }
 
-/// Runs `body` on as many thread ranks as there are blocks and returns the result of rank 0, or the first error.
+/// Runs `body` on as many ranks as there are blocks, and returns the result of rank 0 (of this process, if the ranks are
+/// processes), or the first error.
 pub(super) fn on_ranks<R: Send>(
     decomposition: &Decomposition,
     body: impl Fn(Comm) -> Result<R> + Sync,
 ) -> Result<R> {
     if decomposition.ranks() == 1 {
         return body(Comm::Solo);
+    }
+    #[cfg(feature = "mpi")]
+    if processes().is_some() {
+        let comm = MpiComm::world();
+        let twin = Comm::Mpi(comm.twin());
+        return agree(&twin, body(Comm::Mpi(comm)));
     }
     let mut results = on_threads(decomposition.ranks(), body);
     match results
@@ -58,21 +69,49 @@ pub(super) fn on_ranks<R: Send>(
     }
 }
 
-/// One rank per thread the case asks for; if it asks for none, one per core or as many as fit.
+/// The number of processes of an MPI job, if the ranks are processes.
+fn processes() -> Option<usize> {
+    let size = comm::launched()?.size;
+    (cfg!(feature = "mpi") && size > 1).then_some(size)
+}
+
+/// The result of this process, or the error of the first one that has failed. Collective.
+#[cfg(feature = "mpi")]
+fn agree<R>(comm: &Comm, result: Result<R>) -> Result<R> {
+    let mine = match &result {
+        Ok(_) | Err(Error::OtherRank) => Vec::new(),
+        Err(error) => [&[error.exit_code() as u8], error.to_string().as_bytes()].concat(),
+    };
+    let all = comm.all_gather(mine);
+    match all.iter().find(|message| !message.is_empty()) {
+        None => result,
+        Some(message) => Err(Error::Agreed {
+            code: i32::from(message[0]),
+            text: String::from_utf8_lossy(&message[1..]).into_owned(),
+        }),
+    }
+}
+
+/// One rank per process of an MPI job; else one per thread the case asks for; if it asks for none, one per core or as many as fit.
 ///
 /// # Errors
 /// [`Error::Input`] with the largest admissible number if the case asks for more threads than fit.
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let ranks = match setup.threads {
+    let processes = processes();
+    let ranks = match processes.unwrap_or(setup.threads) {
         0 => Decomposition::max_ranks(setup.domain, cores),
         asked => asked,
     };
     Decomposition::new(setup.domain, ranks).ok_or_else(|| {
         let [x, y, z] = setup.domain.cells;
+        let (kind, remedy) = match processes {
+            Some(_) => ("processes", "mpirun -n"),
+            None => ("threads", "--threads"),
+        };
         Error::Input(format!(
-            "{ranks} threads are too many for a box of {x} x {y} x {z} cells: every rank needs a block at least 4 cells \
-             wide; use --threads {}",
+            "{ranks} {kind} are too many for a box of {x} x {y} x {z} cells: every rank needs a block at least 4 cells \
+             wide; use {remedy} {}",
             Decomposition::max_ranks(setup.domain, ranks)
         ))
     })

@@ -223,7 +223,7 @@ impl Pair {
             place: self.particles(0)[at].position,
             touching: [0, 1]
                 .iter()
-                .any(|&engine| self.particles(engine)[at].contact_force != [0.0; 3]),
+                .any(|&engine| self.particles(engine)[at].contact_force.iter().any(|f| *f != 0.0)),
         }
     }
 

@@ -24,8 +24,6 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
         logarithmic: [false, logarithmic],
         curves,
     };
-    let end = found.samples.last().map_or(0.0, |s| s.step as f64 * dt);
-    let limit = format!("{PARTED:.0e} D");
     let speed = found.reference_speed;
     let mut apart = vec![curve("distance / D", &|s| s.apart.position)];
     if speed > 0.0 {
@@ -33,7 +31,7 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
             s.apart.velocity / speed
         }));
     }
-    apart.push((limit, vec![[0.0, PARTED], [end, PARTED]]));
+    apart.push(curve("parted", &|_| PARTED));
     let mut overlays = Vec::new();
     // Zeros have no place on a logarithmic axis.
     if found.samples.iter().any(|s| s.apart.position > 0.0) {
@@ -66,7 +64,7 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
             overlap,
         ));
     }
-    if found.samples.iter().any(|s| s.falling != [0.0; 2]) {
+    if found.samples.iter().any(|s| s.falling.iter().any(|v| *v != 0.0)) {
         let falling = both(|s| s.falling);
         overlays.push(overlay(
             "velocity",
@@ -98,12 +96,15 @@ pub(super) fn series(setup: &Setup, found: &Comparison) -> Vec<Vec<String>> {
         "mean_velocity_along_gravity_liggghts (m/s)",
     ];
     let row = |s: &Sample| {
-        let mut row = vec![s.step.to_string(), (s.step as f64 * setup.units.dt).to_string()];
-        row.extend([s.apart.position.to_string(), s.apart.id.to_string()]);
-        row.extend([s.apart.velocity, s.apart.spin].map(|x| x.to_string()));
+        let mut row = vec![
+            s.step.to_string(),
+            format!("{:?}", s.step as f64 * setup.units.dt),
+        ];
+        row.extend([format!("{:?}", s.apart.position), s.apart.id.to_string()]);
+        row.extend([s.apart.velocity, s.apart.spin].map(|x| format!("{x:?}")));
         row.extend(s.contacts.map(|n| n.to_string()));
         for pair in [s.energy, s.overlap, s.falling] {
-            row.extend(pair.map(|x| x.to_string()));
+            row.extend(pair.map(|x| format!("{x:?}")));
         }
         row
     };

@@ -136,7 +136,7 @@ pub(super) fn csv(outcomes: &[Outcome]) -> Vec<u8> {
     table.into_inner().expect("memory takes any row")
 }
 
-/// The curves with their styles: by the engine whose name they begin with; the third, after both engines, is the reference.
+/// The curves with their styles: by the engine whose name they begin with; the only other beside both is the reference.
 ///
 /// Where several curves are of one engine, the rest of each name stands beside the curve.
 pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
@@ -153,6 +153,8 @@ pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
     };
     let roles: Vec<Option<usize>> = overlay.curves.iter().map(|(name, _)| role(name)).collect();
     let repeated = (0..ROLES.len()).any(|r| roles.iter().filter(|role| **role == Some(r)).count() > 1);
+    let both = roles.contains(&Some(0)) && roles.contains(&Some(1));
+    let alone = roles.iter().filter(|role| role.is_none()).count() == 1;
     let (mut labels, mut others) = (Vec::new(), 0);
     let mut curves = Vec::new();
     for ((name, points), role) in overlay.curves.iter().zip(&roles) {
@@ -162,9 +164,7 @@ pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
                 (short, style, name[short.len()..].trim_matches([' ', ',', ':']))
             }
             Some(role) => (name.as_str(), ROLES[role].1, ""),
-            None if curves.len() == 2 && roles[..2] == [Some(0), Some(1)] => {
-                (name.as_str(), CurveStyle::Pale, "")
-            }
+            None if both && alone => (name.as_str(), CurveStyle::Pale, ""),
             None => {
                 others += 1;
                 (name.as_str(), CurveStyle::Other(others - 1), "")

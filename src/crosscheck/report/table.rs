@@ -1,6 +1,6 @@
 //! The table on the terminal.
 
-use super::{Outcome, Row, count};
+use super::{Outcome, Row, Score};
 use crate::crosscheck::Case;
 use std::fmt::Write;
 
@@ -82,8 +82,16 @@ fn used(row: &Row) -> String {
 
 /// The last line.
 pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
-    let (passed, all) = count(outcomes);
-    format!("{passed} of {all} checks passed, {seconds:.1} s")
+    let Score {
+        passed,
+        checks,
+        reported,
+    } = Score::of(outcomes);
+    let more = match reported {
+        0 => String::new(),
+        count => format!(", {count} more only reported"),
+    };
+    format!("{passed} of {checks} checks passed{more}, {seconds:.1} s")
 }
 
 fn value(value: Option<f64>) -> String {

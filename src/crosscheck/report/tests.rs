@@ -93,8 +93,16 @@ fn a_case_that_ends_in_an_error_or_checks_nothing_is_a_check_that_fails() {
         broken(),
         outcome(Vec::new()),
     ];
-    assert_eq!(count(&outcomes), (1, 3));
+    assert!(!Score::of(&outcomes).is_full() && Score::of(&outcomes[..1]).is_full());
     assert_eq!(summary(&outcomes, 12.34), "1 of 3 checks passed, 12.3 s");
+    let far = outcome(vec![
+        check("far", None, 0.3, f64::INFINITY),
+        check("lost", None, f64::NAN, f64::INFINITY),
+    ]);
+    assert_eq!(
+        summary(&[far], 1.0),
+        "0 of 1 checks passed, 1 more only reported, 1.0 s"
+    );
 }
 
 #[test]
@@ -173,7 +181,7 @@ fn overlay(names: &[&str]) -> Overlay {
 }
 
 #[test]
-fn curves_have_the_style_of_their_engine_and_the_third_is_the_reference() {
+fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
     let styles = |names: &[&str]| {
         curves(&overlay(names))
             .iter()
@@ -187,6 +195,10 @@ fn curves_have_the_style_of_their_engine_and_the_third_is_the_reference() {
         [usual[2], usual[0], usual[1]]
     );
     assert_eq!(styles(&["native - LIGGGHTS"]), [CurveStyle::Other(0)]);
+    assert_eq!(
+        styles(&["native", "LIGGGHTS", "x", "y"])[2..],
+        [CurveStyle::Other(0), CurveStyle::Other(1)]
+    );
     let two = overlay(&[
         "native, e = 0.9",
         "LIGGGHTS, e = 0.9",

@@ -37,7 +37,7 @@ impl Ticks {
     pub(super) fn widest(&self, size: f32) -> f32 {
         self.values
             .iter()
-            .map(|&value| width(&[roman(&self.label(value))], size))
+            .map(|&value| width(&[roman(self.label(value))], size))
             .fold(0.0, f32::max)
     }
 

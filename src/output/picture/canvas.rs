@@ -33,7 +33,7 @@ impl Pencil {
     }
 
     /// Lengths of a dash and of the gap behind it.
-    pub(super) fn dash(&self) -> [f32; 2] {
+    pub(super) fn dash(self) -> [f32; 2] {
         [5.0 * self.width, 3.0 * self.width]
     }
 }

@@ -9,7 +9,7 @@ mod svg;
 
 use super::canvas::{Align, Canvas, Pencil};
 use super::colour::{BLUE, GREY, GRID, INK, REFERENCES, VERMILION};
-use super::text::{roman, width};
+use super::text::width;
 use super::write_png;
 use crate::error::Result;
 use crate::output::atomic::write_bytes;
@@ -24,7 +24,7 @@ pub struct OverlayPlot<'a> {
     pub title: &'a str,
     /// Quantity of both axes, with the unit in parentheses at the end: `"time (s)"`; `(-)` stands for none.
     ///
-    /// Here and in the names of curves a letter that stands alone is a symbol, `^` raises the word that follows, and `_` lowers
+    /// Here, in the title and in the names of curves a letter that stands alone is a symbol, `^` raises the word that follows, and `_` lowers
     /// it behind a symbol.
     pub axes: [&'a str; 2],
     /// Whether each axis is logarithmic; values that are not positive are then left out.
@@ -40,23 +40,23 @@ pub struct Curve<'a> {
     pub name: &'a str,
     /// How it is drawn.
     pub style: CurveStyle,
-    /// Beside its last or above its highest point, to tell curves of one style apart; may be empty.
+    /// Beside its right end or above its highest point, to tell curves of one style apart; may be empty.
     pub label: &'a str,
     /// Its points; one with a number that is not finite interrupts the line.
     pub points: &'a [[f64; 2]],
 }
 
-/// How a curve is drawn.
+/// How a curve is drawn; those that come first here lie below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CurveStyle {
     /// Thick and pale, below all others.
     Pale,
+    /// A thin line in one of four other colours.
+    Other(u8),
     /// Solid, with dots.
     Solid,
     /// Dashes, with rings.
     Dashed,
-    /// A thin line in one of four other colours.
-    Other(u8),
 }
 
 const PAGE: (f32, f32) = (1600.0, 1000.0);
@@ -176,40 +176,49 @@ fn draw(plot: &OverlayPlot) -> Drawing {
         Pencil::new(INK, 2.0),
     );
     draw_labels(&mut drawing, &frame, &curves);
-    drawing.text(
-        vec![roman(plot.title.to_string())],
-        TITLE,
-        (left, 56.0),
-        Align::Start,
-        INK,
-    );
+    drawing.text(markup::spans(plot.title), TITLE, (left, 56.0), Align::Start, INK);
     legend.draw(&mut drawing, (left, 56.0 + LEGEND.0));
     drawing
 }
 
-/// Puts labels beside the ends of their curves, or above their highest points if the ends are too close to each other.
+/// Puts labels beside the right ends of their curves, or above their highest points if the ends are too close to each other.
 fn draw_labels(drawing: &mut Drawing, frame: &Frame, curves: &[&Curve]) {
-    let labelled: Vec<&Curve> = curves
+    let labelled: Vec<&Curve> = (curves.iter().copied())
+        .filter(|curve| !curve.label.is_empty() && curve.points.iter().any(|&p| frame.at(p).is_some()))
+        .collect();
+    let extreme = |curve: &Curve, key: fn((f32, f32)) -> f32| {
+        let places = curve.points.iter().filter_map(|&point| frame.at(point));
+        places.reduce(|a, b| if key(b) > key(a) { b } else { a })
+    };
+    let ends: Vec<(f32, f32)> = labelled
         .iter()
-        .copied()
-        .filter(|curve| !curve.label.is_empty())
+        .filter_map(|curve| extreme(curve, |p| p.0))
         .collect();
-    let ends: Vec<Option<(f32, f32)>> = (labelled.iter())
-        .map(|curve| curve.points.iter().rev().find_map(|&point| frame.at(point)))
-        .collect();
-    let mut heights: Vec<f32> = ends.iter().flatten().map(|end| end.1).collect();
+    let mut heights: Vec<f32> = ends.iter().map(|end| end.1).collect();
     heights.sort_by(f32::total_cmp);
     let crowded = heights.windows(2).any(|pair| pair[1] - pair[0] < NUMBER);
-    for (curve, end) in labelled.into_iter().zip(ends) {
-        let places = || curve.points.iter().filter_map(|&point| frame.at(point));
-        let (place, align) = match (places().min_by(|a, b| a.1.total_cmp(&b.1)), end) {
-            (Some((x, y)), _) if crowded => ((x, y - 16.0), Align::Middle),
-            (_, Some((x, y))) => ((x + 16.0, y + 0.36 * NUMBER), Align::Start),
-            _ => continue,
-        };
+    let tops = labelled.iter().filter_map(|curve| extreme(curve, |p| -p.1));
+    let places: Vec<(f32, f32)> = if crowded { tops.collect() } else { ends };
+    // Curves that lie on each other share a label.
+    let mut labels: Vec<((f32, f32), [u8; 3], String)> = Vec::new();
+    for (curve, at) in labelled.into_iter().zip(places) {
         let pale = curve.style == CurveStyle::Pale;
         let colour = if pale { GREY } else { curve.style.pencil().colour };
-        drawing.text(markup::spans(curve.label), NUMBER, place, align, colour);
+        let near = |other: (f32, f32)| {
+            (at.0 - other.0).abs() < 8.0 * NUMBER && (at.1 - other.1).abs() < 1.2 * NUMBER
+        };
+        match labels.iter_mut().find(|label| near(label.0)) {
+            Some((.., text)) => *text = format!("{text}; {}", curve.label),
+            None => labels.push((at, colour, curve.label.to_string())),
+        }
+    }
+    for ((x, y), colour, text) in labels {
+        let (place, align) = if crowded {
+            ((x, y - 18.0), Align::Middle)
+        } else {
+            ((x + 18.0, y + 0.36 * NUMBER), Align::Start)
+        };
+        drawing.text(markup::spans(&text), NUMBER, place, align, colour);
     }
 }
 

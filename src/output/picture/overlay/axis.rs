@@ -50,8 +50,7 @@ impl Tick {
         match &self.text {
             TickText::None => Vec::new(),
             TickText::Number(text) => vec![roman(text.clone())],
-            TickText::Power(exponent) => power_of_ten(*exponent).into(),
-            TickText::Scaled(1, exponent) => power_of_ten(*exponent).into(),
+            TickText::Power(exponent) | TickText::Scaled(1, exponent) => power_of_ten(*exponent).into(),
             TickText::Scaled(digit, exponent) => {
                 let mut spans = vec![roman(format!("{digit}\u{d7}"))];
                 spans.extend(power_of_ten(*exponent));

@@ -5,7 +5,8 @@ use crate::output::picture::text::{Span, above, below, italic, roman};
 /// A name with its indices, exponents and symbols.
 ///
 /// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a single letter; such a letter
-/// outside of parentheses is a symbol, but for the article. A hyphen between blanks is a minus.
+/// outside of parentheses is a symbol, but for the article, and so is mu; what follows a
+/// number is its unit. A hyphen between blanks is a minus.
 pub(super) fn spans(text: &str) -> Vec<Span<'static>> {
     styled(text, true)
 }
@@ -16,6 +17,9 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
     let mut depth = 0_i32;
     // Whether the word before is a single letter.
     let mut letter = false;
+    // Whether this is the unit of the number before.
+    let mut unit = false;
+    let mut before = ' ';
     while let Some(first) = rest.chars().next() {
         let taken = match first {
             '_' | '^' if (first == '^' || letter) && script(&rest[1..]) > 0 => {
@@ -34,8 +38,13 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
                 let length = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
                 let word = rest[..length].to_string();
                 letter = word.chars().count() == 1;
-                let symbol = symbols && depth == 0 && letter && word != "a";
-                spans.push(if symbol { italic(word) } else { roman(word) });
+                unit |= before.is_ascii_digit();
+                let symbol = symbols && depth == 0 && letter && !unit && word != "a";
+                spans.push(match word.as_str() {
+                    "mu" if symbols => italic("\u{b5}"),
+                    _ if symbol => italic(word),
+                    _ => roman(word),
+                });
                 length
             }
             other => {
@@ -45,6 +54,10 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
                 other.len_utf8()
             }
         };
+        unit &= !rest.starts_with([' ', ',']);
+        if let Some(last) = rest[..taken].trim_end().chars().last() {
+            before = last;
+        }
         rest = &rest[taken..];
     }
     spans
@@ -66,7 +79,11 @@ pub(super) fn axis_name(text: &str, exponent: i32) -> Vec<Span<'static>> {
         Some((name, unit)) => (name.trim_end(), unit.trim()),
         None => (text, ""),
     };
-    let unit = if unit == "-" { "" } else { unit };
+    let unit = match unit {
+        "-" => String::new(),
+        "um" | "us" | "uN" | "uJ" => unit.replace('u', "\u{b5}"),
+        unit => unit.to_string(),
+    };
     let mut name = spans(name);
     if exponent == 0 && unit.is_empty() {
         return name;
@@ -78,7 +95,7 @@ pub(super) fn axis_name(text: &str, exponent: i32) -> Vec<Span<'static>> {
             name.push(roman(" "));
         }
     }
-    name.extend(styled(unit, false));
+    name.extend(styled(&unit, false));
     name.push(roman(")"));
     name
 }
@@ -115,6 +132,8 @@ mod tests {
             written(&spans("height of a sphere, z^2 - 1")),
             "height of a sphere, <z>{2} \u{2212} 1"
         );
+        assert_eq!(written(&spans("at 1 m/s, e = 0.5")), "at 1 m/s, <e> = 0.5");
+        assert_eq!(written(&spans("along / mu")), "along / <\u{b5}>");
         assert_eq!(written(&spans("hunt_crossley, T_0")), "hunt_crossley, <T>[0]");
         assert_eq!(written(&spans("10^-3 _ ^")), "10{\u{2212}3} _ ^");
     }
@@ -129,6 +148,7 @@ mod tests {
             written(&axis_name("acceleration (m/s^2)", 0)),
             "acceleration (m/s{2})"
         );
+        assert_eq!(written(&axis_name("time (us)", 0)), "time (\u{b5}s)");
         assert_eq!(written(&axis_name("d / R (-)", 0)), "<d> / <R>");
         assert_eq!(written(&axis_name("d / R (-)", -3)), "<d> / <R> (10{\u{2212}3})");
     }
