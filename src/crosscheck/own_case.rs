@@ -13,7 +13,9 @@ use super::{Check, Findings};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw};
-use crate::dem::{DemEngine, EngineChoice, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams};
+use crate::dem::{
+    DemEngine, EngineChoice, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams,
+};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use compare::{Comparison, PARTED, Pair};
