@@ -6,7 +6,7 @@ cd "$(dirname "$0")"
 . ./scripts/setup.sh
 need_cargo
 need_linker
-need_liggghts
+need_features mpi,liggghts
 cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
 cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
 

@@ -62,9 +62,22 @@ need_liggghts() {
     [ -z "$missing" ] || install_packages "LIGGGHTS and what builds against it" $missing
 }
 
+# The cargo feature `mpi`: the library and its headers, what reads them, and what starts the processes of a job.
+need_mpi() {
+    missing=
+    have mpirun || missing="$missing openmpi-bin"
+    have "${MPICC:-mpicc}" || missing="$missing libopenmpi-dev"
+    [ -n "${LIBCLANG_PATH:-}" ] || any_file /usr/lib/llvm-*/include/clang-c/Index.h ||
+        missing="$missing libclang-dev"
+    [ -z "$missing" ] || install_packages "MPI and what builds against it" $missing
+}
+
 # What these cargo features, with commas or blanks between them, need besides Rust.
 need_features() {
     case ",$(echo "$1" | tr ' ' ',')," in
     *,liggghts,*) need_liggghts ;;
+    esac
+    case ",$(echo "$1" | tr ' ' ',')," in
+    *,mpi,*) need_mpi ;;
     esac
 }

@@ -275,6 +275,62 @@ mod tests {
         }
     }
 
+    /// Runs a test of this program that is ignored, on the ranks of an MPI job; the output and whether it passed.
+    #[cfg(feature = "mpi")]
+    fn under_mpirun(ranks: usize, test: &str) -> (bool, String) {
+        let output = std::process::Command::new("timeout")
+            .args(["--kill-after=5", "60", "mpirun", "-n", &ranks.to_string()])
+            .arg(std::env::current_exe().unwrap())
+            .args([test, "--exact", "--ignored", "--nocapture"])
+            .envs([
+                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+                ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+                ("OMPI_MCA_mpi_yield_when_idle", "1"),
+                ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+            ])
+            .output()
+            .expect("mpirun and timeout are there");
+        let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        (output.status.success(), said.concat())
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    #[ignore = "a rank of the test below"]
+    fn as_an_mpi_rank() {
+        contract(&Comm::Mpi(MpiComm::world()));
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    fn one_to_four_mpi_ranks_keep_the_contract() {
+        for ranks in 1..=4 {
+            let (passed, said) = under_mpirun(ranks, "comm::tests::as_an_mpi_rank");
+            assert!(passed, "{ranks} ranks: {said}");
+            assert_eq!(said.matches("1 passed").count(), ranks, "{said}");
+        }
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    #[ignore = "a rank of the test below"]
+    fn as_an_mpi_rank_that_panics() {
+        let comm = Comm::Mpi(MpiComm::world());
+        assert!(comm.rank() != 1, "the words of the rank that panics");
+        comm.barrier();
+    }
+
+    #[cfg(feature = "mpi")]
+    #[test]
+    fn a_panicking_mpi_rank_ends_the_job_with_its_own_words() {
+        let (passed, said) = under_mpirun(3, "comm::tests::as_an_mpi_rank_that_panics");
+        assert!(
+            !passed && said.contains("the words of the rank that panics"),
+            "{said}"
+        );
+    }
+
     #[test]
     fn a_panicking_rank_ends_the_others_and_its_own_message_is_the_one_reported() {
         let said = std::panic::catch_unwind(|| {

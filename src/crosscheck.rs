@@ -4,6 +4,7 @@ mod damped;
 mod free_flight;
 mod gas;
 mod head_on;
+mod histories;
 mod oblique;
 pub mod own_case;
 mod periodic;
@@ -117,7 +118,7 @@ pub const CASES: &[Case] = &[
     Case {
         id: "force-history",
         title: "whole history of the force of damped impacts under the same law",
-        run: damped::histories,
+        run: histories::histories,
     },
     Case {
         id: "wall-impact",

@@ -163,7 +163,9 @@ fn only_the_command_line_and_the_progress_write_to_the_terminal() {
         visit(file.tokens.clone(), &mut |tokens, at| {
             let macros = ["print", "println", "eprint", "eprintln", "dbg"];
             let prints = macros.iter().any(|name| is(tokens, at, name)) && is_mark(tokens, at + 1, '!');
+            // `.stdout(...)` is where a child process writes to.
             let opens = ["stdout", "stderr"].iter().any(|name| is(tokens, at, name))
+                && !(at > 0 && is_mark(tokens, at - 1, '.'))
                 && matches!(&tokens.get(at + 1), Some(TokenTree::Group(_)));
             if prints || opens {
                 let _ = writeln!(wrong, "src/{}: {}", file.path, tokens[at]);

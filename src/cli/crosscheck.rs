@@ -148,7 +148,7 @@ mod both {
 
         #[test]
         fn a_misspelt_case_is_an_error_that_names_the_nearest_and_all_others() {
-            let error = |id: &str| chosen(&[id.to_string()]).err().expect("no such case");
+            let error = |id: &str| chosen(&[id.to_string()]).expect_err("no such case");
             let text = error("replya").to_string();
             assert_eq!(error("replya").exit_code(), 2);
             assert!(

@@ -13,8 +13,9 @@ use ::mpi::raw::AsRaw;
 use ::mpi::topology::SimpleCommunicator;
 use bytemuck::Pod;
 use std::cell::Cell;
-use std::os::raw::c_int;
+use std::os::raw::{c_int, c_void};
 use std::process;
+use std::ptr;
 use std::sync::Arc;
 
 /// Exit code of all ranks after the panic of one.
@@ -51,6 +52,24 @@ fn done(code: c_int) {
 
 fn count(length: usize) -> c_int {
     c_int::try_from(length).expect("a message of less than 2 GiB")
+}
+
+/// Where bytes begin. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
+fn start(bytes: &[u8]) -> *const c_void {
+    if bytes.is_empty() {
+        ptr::null()
+    } else {
+        bytes.as_ptr().cast()
+    }
+}
+
+/// Where bytes are to go, as [`start`].
+fn start_mut(bytes: &mut [u8]) -> *mut c_void {
+    if bytes.is_empty() {
+        ptr::null_mut()
+    } else {
+        bytes.as_mut_ptr().cast()
+    }
 }
 
 impl MpiComm {
@@ -165,10 +184,10 @@ impl MpiComm {
         // SAFETY: every rank has a place of its length in the array.
         done(unsafe {
             ffi::MPI_Allgatherv(
-                bytes.as_ptr().cast(),
+                start(bytes),
                 length,
                 ffi::RSMPI_UINT8_T,
-                all.as_mut_ptr().cast(),
+                start_mut(&mut all),
                 lengths.as_ptr(),
                 starts.as_ptr(),
                 ffi::RSMPI_UINT8_T,
@@ -199,10 +218,10 @@ impl MpiComm {
         // SAFETY: every rank has a place of its length in the array of rank 0.
         done(unsafe {
             ffi::MPI_Gatherv(
-                bytes.as_ptr().cast(),
+                start(bytes),
                 length,
                 ffi::RSMPI_UINT8_T,
-                all.as_mut_ptr().cast(),
+                start_mut(&mut all),
                 lengths.as_ptr(),
                 starts.as_ptr(),
                 ffi::RSMPI_UINT8_T,
@@ -220,7 +239,7 @@ impl MpiComm {
             // SAFETY: the message is not touched before all requests are complete.
             done(unsafe {
                 ffi::MPI_Isend(
-                    message.as_ptr().cast(),
+                    start(message),
                     count(message.len()),
                     ffi::RSMPI_UINT8_T,
                     count(peer),
@@ -250,7 +269,7 @@ impl MpiComm {
             ));
             let mut message = vec![0_u8; length as usize];
             done(ffi::MPI_Recv(
-                message.as_mut_ptr().cast(),
+                start_mut(&mut message),
                 length,
                 ffi::RSMPI_UINT8_T,
                 count(peer),

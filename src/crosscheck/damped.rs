@@ -1,7 +1,7 @@
-//! Damped impacts: restitution, duration, depth, and the whole history of the force.
+//! Damped impacts: restitution, duration, depth.
 
 use super::theory::{Damping, Hertz, Impact, impact, lens_ratio};
-use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, plane, thinned, worst};
+use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, plane, thinned};
 use super::{Check, Findings, Overlay};
 use crate::contact::{DampingLaw, ElasticLaw};
 use crate::error::Result;
@@ -10,7 +10,7 @@ use crate::particle::Particle;
 use std::path::Path;
 
 /// Steps per duration of the elastic impact (of the fastest pair).
-const STEPS: usize = 1000;
+pub(super) const STEPS: usize = 1000;
 
 /// Speeds of the pairs of a scene (m/s); the step is that of the fastest.
 const SPEEDS: [f64; 3] = [1.0, 0.1, 0.01];
@@ -24,16 +24,13 @@ const DEFAULT_LAW: &str = "absolute, between the engines: Hunt-Crossley with the
                            1.7e-4 at e = 0.5 and better above, the rest is the step";
 const COLUMN: &str =
     "relative, each to the integral of its own law: first order in the step, 3e-4 at 1000 steps per contact";
-const HISTORY: &str = "largest difference of the forces at the same time, in parts of the peak: the dashpot sees the velocity \
-                       half a step earlier in LIGGGHTS, some 1e-4 at 1000 steps per contact";
-
 /// Tolerance of a coefficient of restitution at [`STEPS`].
 fn tolerance(e: f64) -> f64 {
     if e > 0.5 { 2e-4 } else { 4e-4 }
 }
 
 /// Pairs of glass spheres, one for each speed; spheres `2 n` and `2 n + 1` touch.
-fn pairs(name: String, e: f64, laws: (ElasticLaw, DampingLaw), speeds: &[f64]) -> Scene {
+pub(super) fn pairs(name: String, e: f64, laws: (ElasticLaw, DampingLaw), speeds: &[f64]) -> Scene {
     let mut scene = Scene::glass(name, e, 0.0, laws);
     for (n, &speed) in speeds.iter().enumerate() {
         let at = Vec3::new(4e-3, 2e-3 + 3e-3 * n as f64, 5e-3);
@@ -44,7 +41,7 @@ fn pairs(name: String, e: f64, laws: (ElasticLaw, DampingLaw), speeds: &[f64]) -
 }
 
 /// Depth of the overlap of a pair of [`pairs`] (m).
-fn depth(frame: &[Particle], pair: usize) -> f64 {
+pub(super) fn depth(frame: &[Particle], pair: usize) -> f64 {
     2.0 * RADIUS - (frame[2 * pair + 1].position() - frame[2 * pair].position()).norm()
 }
 
@@ -53,11 +50,13 @@ fn restitution(track: &Track, pair: usize, speed: f64) -> f64 {
     (track.last()[2 * pair + 1].velocity[0] - track.last()[2 * pair].velocity[0]) / speed
 }
 
-fn hertz(scene: &Scene) -> Hertz {
+/// Hertz's law of two spheres of a scene of [`pairs`].
+pub(super) fn hertz(scene: &Scene) -> Hertz {
     Hertz::pair([scene.mass(0); 2], [RADIUS; 2], [&GLASS; 2])
 }
 
-fn plain(_: f64) -> f64 {
+/// Hertz's law is itself.
+pub(super) fn plain(_: f64) -> f64 {
     1.0
 }
 
@@ -187,78 +186,6 @@ pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
         }
     }
     Ok(findings)
-}
-
-/// The whole history of the force under the law of LIGGGHTS.
-pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("force-history");
-    let mut findings = Findings::default();
-    for e in [0.9, 0.7, 0.5] {
-        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &SPEEDS[..1]);
-        let hertz = hertz(&scene);
-        let dt = hertz.duration(SPEEDS[0]) / STEPS as f64;
-        let tracks = scene.record(directory, dt, STEPS * 5 / 4, |_| false)?;
-        let theory = impact(&hertz, Damping::Tsuji(e), plain, SPEEDS[0]);
-        let [native, liggghts] = [0, 1].map(|i| pushes(&tracks[i]));
-        let peak = worst(liggghts.iter().copied());
-        let apart = worst(native.iter().zip(&liggghts).map(|(a, b)| (a - b).abs())) / peak;
-        let analytic = worst(theory.history.iter().map(|i| i.force));
-        let values = [Some(worst(native.iter().copied())), Some(peak), Some(analytic)];
-        let quantity = format!("force at all times, e = {e}; shown: peak (N)");
-        findings
-            .checks
-            .push(judge.given(quantity, values, apart, 1e-3, HISTORY));
-        findings
-            .overlays
-            .extend(history_plots(&tracks, [&native, &liggghts], &theory, e));
-    }
-    Ok(findings)
-}
-
-/// The force that pushes the first pair apart in every frame (N).
-fn pushes(track: &Track) -> Vec<f64> {
-    (0..track.frames.len() - 1).map(|k| track.force(k, 1).x).collect()
-}
-
-/// Force over time and over depth.
-fn history_plots(tracks: &[Track; 2], pushes: [&Vec<f64>; 2], theory: &Impact, e: f64) -> [Overlay; 2] {
-    let over_time = |i: usize| {
-        let points = pushes[i].iter().enumerate();
-        thinned(points.map(|(k, &force)| [tracks[i].time(k) * 1e6, force]), 500)
-    };
-    let over_depth = |i: usize| {
-        let points = pushes[i]
-            .iter()
-            .enumerate()
-            .map(|(k, &force)| [depth(&tracks[i].frames[k], 0) * 1e6, force]);
-        let touching: Vec<_> = points.filter(|point| point[0] >= 0.0).collect();
-        thinned(touching, 500)
-    };
-    let times = theory.history.iter().map(|i| [i.time * 1e6, i.force]);
-    let depths = theory.history.iter().map(|i| [i.depth * 1e6, i.force]);
-    let overlay = |name: &str, x: &str, curves: [Vec<[f64; 2]>; 3]| Overlay {
-        name: format!("{name}_{e}"),
-        title: format!("Damped head-on impact at 1 m/s, e = {e}"),
-        axes: [x.into(), "force (N)".into()],
-        logarithmic: [false; 2],
-        curves: ["native", "LIGGGHTS", "theory"]
-            .map(String::from)
-            .into_iter()
-            .zip(curves)
-            .collect(),
-    };
-    [
-        overlay(
-            "time",
-            "time (us)",
-            [over_time(0), over_time(1), thinned(times, 500)],
-        ),
-        overlay(
-            "depth",
-            "depth (um)",
-            [over_depth(0), over_depth(1), thinned(depths, 500)],
-        ),
-    ]
 }
 
 /// H15: a sphere hits a wall.

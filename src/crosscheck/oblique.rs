@@ -13,12 +13,13 @@ use std::path::Path;
 /// Steps per duration of the impact.
 const STEPS: usize = 1000;
 
-const VELOCITY: &str = "largest difference of the velocities of both, over the speed of approach: LIGGGHTS lets the friction \
-                        build up through a spring in the first steps, the rest is the step";
-const SPIN: &str =
-    "largest difference of the spins of both, over the spin: as for the velocities, less of it";
-const FRICTIONLESS: &str =
-    "largest difference of the velocities of both, over the speed of approach: second order in the step";
+const VELOCITY: &str = "largest difference of the velocities of both in all three ways, over the speed of approach: LIGGGHTS resists \
+                        by a spring that must be stretched first, the native engine by the speed of sliding; second \
+                        order in the step";
+const SPIN: &str = "largest difference of the spins of both in all three ways, over what the second one gains: as for the \
+                    velocities";
+const FRICTIONLESS: &str = "largest difference of the velocities of both in all three ways, over the speed of approach: second order in \
+                            the step";
 const COULOMB: &str =
     "absolute: with sliding from first to last touch, the sums over all steps are in the ratio mu";
 const CONSERVED: &str =

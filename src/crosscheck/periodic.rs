@@ -10,7 +10,8 @@ use std::path::Path;
 
 const FORCE: &str = "relative, to Hertz with the depth of the nearest image: rounding of positions as large as the box, 1e-18 m \
                      of a depth of 5e-6 m";
-const PAIRWISE: &str = "relative to the force: what one sphere gets the other gives";
+const PAIRWISE: &str = "relative to the force: LIGGGHTS works out either side with an image of the other sphere, each rounded to \
+                        1e-18 m, of a depth of 5e-6 m";
 const IMPACT: &str = "largest difference of velocities and spins after, over those inside the box, in the same engine: rounding \
                       of the positions, some 1e-12 of the depth";
 
@@ -58,13 +59,13 @@ pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
         let quantity = format!("force through a {name}, d/R = 0.01 (N)");
         findings
             .checks
-            .push(judge.given(quantity, values, off, 1e-11, FORCE));
+            .push(judge.given(quantity, values, off, 1e-12, FORCE));
         let sums = forces.map(|[on_a, on_b]| (on_a + on_b).norm() / expected);
         let values = [Some(sums[0]), Some(sums[1]), Some(0.0)];
         let quantity = format!("sum of both forces over one, {name} (-)");
         findings
             .checks
-            .push(judge.given(quantity, values, worst(sums), 1e-15, PAIRWISE));
+            .push(judge.given(quantity, values, worst(sums), 1e-12, PAIRWISE));
     }
     let (_, corner, normal) = PLACES[2];
     let through = impact("periodic-through", corner, normal, directory)?;

@@ -75,9 +75,10 @@ struct Curve {
 }
 
 impl Curve {
-    /// Largest deviation of both engines from what they should be.
-    fn deviation(&self) -> f64 {
-        let native = (0..self.depth.len()).map(|k| self.forces[0][k] / (self.hertz[k] * self.ratio[k]) - 1.0);
+    /// Largest deviation of both engines from what they should be under these laws of the native one.
+    fn deviation(&self, laws: Laws) -> f64 {
+        let ratio = |k: usize| if laws == SAME { 1.0 } else { self.ratio[k] };
+        let native = (0..self.depth.len()).map(|k| self.forces[0][k] / (self.hertz[k] * ratio(k)) - 1.0);
         let liggghts = (0..self.depth.len()).map(|k| self.forces[1][k] / self.hertz[k] - 1.0);
         worst(native.chain(liggghts).map(f64::abs))
     }
@@ -87,7 +88,13 @@ impl Curve {
         if laws == SAME {
             let values = [self.forces[0][last], self.forces[1][last], self.hertz[last]];
             let quantity = format!("force, d/R = 0.1, {what} (N)");
-            return judge.given(quantity, values.map(Some), self.deviation(), 1e-9, SAME_DEPTH_LAW);
+            return judge.given(
+                quantity,
+                values.map(Some),
+                self.deviation(laws),
+                1e-9,
+                SAME_DEPTH_LAW,
+            );
         }
         let hertz = self.hertz[last];
         let values = [
@@ -96,7 +103,7 @@ impl Curve {
             self.ratio[last],
         ];
         let quantity = format!("force over Hertz, volume law, d/R = 0.1, {what} (-)");
-        judge.given(quantity, values.map(Some), self.deviation(), 1e-9, VOLUME_LAW)
+        judge.given(quantity, values.map(Some), self.deviation(laws), 1e-9, VOLUME_LAW)
     }
 
     fn overlay(&self, name: &str, what: &str) -> [Overlay; 2] {

@@ -128,9 +128,7 @@ pub(super) fn impact(hertz: &Hertz, damping: Damping, ratio: impl Fn(f64) -> f64
         let elastic = hertz.force(depth) * ratio(depth);
         match damping {
             Damping::Tsuji(e) => {
-                let log = e.ln();
-                let beta = -log / (PI * PI + log * log).sqrt();
-                let dashpot = 5.0_f64.sqrt() * beta * (hertz.mass * hertz.stiffness()).sqrt();
+                let dashpot = dashpot(hertz, e);
                 elastic + dashpot * depth.sqrt().sqrt() * approach
             }
             Damping::HuntCrossley(e) => {
@@ -166,6 +164,13 @@ pub(super) fn impact(hertz: &Hertz, damping: Damping, ratio: impl Fn(f64) -> f64
     }
 }
 
+/// Factor of `d^(1/4) v` in the force of Tsuji's dashpot, `sqrt(5) beta sqrt(m* K)`.
+pub(super) fn dashpot(hertz: &Hertz, restitution: f64) -> f64 {
+    let log = restitution.ln();
+    let beta = -log / PI.hypot(log);
+    beta * (5.0 * hertz.mass * hertz.stiffness()).sqrt()
+}
+
 /// One step of the classical Runge-Kutta scheme.
 fn runge_kutta<const N: usize>(state: [f64; N], step: f64, rate: impl Fn([f64; N]) -> [f64; N]) -> [f64; N] {
     let along = |slope: &[f64; N], by: f64| std::array::from_fn(|i| state[i] + slope[i] * by);
@@ -180,7 +185,7 @@ fn runge_kutta<const N: usize>(state: [f64; N], step: f64, rate: impl Fn([f64; N
 /// their lens. With equal radii it is `sqrt(1 - d / (6 R))`.
 ///
 /// # Reference
-/// Volume of the lens: Weisstein, Sphere-Sphere Intersection, MathWorld.
+/// Volume of the lens: Weisstein, Sphere-Sphere Intersection, `MathWorld`.
 pub(super) fn lens_ratio([a, b]: [f64; 2], depth: f64) -> f64 {
     let distance = a + b - depth;
     let volume_over_pi_square =

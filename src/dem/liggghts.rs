@@ -30,6 +30,7 @@ use crate::wall::{Surface, Wall};
 use protocol::{Atom, Push, Reply, Request, State, Touch};
 use session::Session;
 use std::cell::RefCell;
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 use worker::Worker;
@@ -641,6 +642,6 @@ fn unsupported(what: String) -> Error {
 }
 
 /// LIGGGHTS does not start, or not with this.
-fn refused(text: String) -> Error {
+fn refused(text: impl Display) -> Error {
     Error::Input(format!("LIGGGHTS refuses the set-up: {text}"))
 }

@@ -290,3 +290,22 @@ fn doctor_says_whether_this_program_has_the_second_engine() {
     };
     assert!(line.contains(answer) && line.contains(remark), "{line}");
 }
+
+#[cfg(not(feature = "mpi"))]
+#[test]
+fn several_processes_of_a_program_without_mpi_refuse_to_run_and_one_of_them_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    for rank in ["0", "1"] {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_turbid"))
+            .args(["run", "case.toml", "--out", "out"])
+            .envs([("OMPI_COMM_WORLD_RANK", rank), ("OMPI_COMM_WORLD_SIZE", "2")])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert_eq!(said.contains("--features mpi"), rank == "0", "{said}");
+        assert!(!folder.path().join("out").exists());
+    }
+}

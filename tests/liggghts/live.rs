@@ -139,8 +139,8 @@ fn worker_of(parent: &Child, folder: &Path) -> i32 {
                     continue;
                 };
                 let stat = std::fs::read_to_string(entry.path().join("stat")).unwrap_or_default();
-                let after = stat.rsplit(')').next().unwrap_or("").split_whitespace();
-                if after.skip(1).next() == Some(&parent.id().to_string()) {
+                let mut after = stat.rsplit(')').next().unwrap_or("").split_whitespace();
+                if after.nth(1) == Some(&parent.id().to_string()) {
                     return pid;
                 }
             }
@@ -180,7 +180,10 @@ fn a_worker_that_is_killed_ends_the_run_within_a_second_with_its_outputs_intact(
         assert!(rows.len() > 2 && rows.is_sorted(), "{rows:?}");
         for entry in std::fs::read_dir(folder.path().join("out")).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
-            assert!(!name.ends_with(".tmp"), "half-written: {name}");
+            assert!(
+                Path::new(&name).extension().is_none_or(|end| end != "tmp"),
+                "half-written: {name}"
+            );
         }
     }
 }

@@ -77,14 +77,14 @@ impl Mixture {
     }
 
     /// Collisions of one sphere per time (1/s), on average, at a temperature (J).
-    pub(in super::super) fn frequency(&self, temperature: f64) -> f64 {
+    fn frequency(&self, temperature: f64) -> f64 {
         2.0 * self.collisions(temperature) / self.moment(0)
     }
 
     /// Temperature over that at the start (-), `temperature` (J), after `time` (s).
     pub(in super::super) fn cooled(&self, restitution: f64, temperature: f64, time: f64) -> f64 {
-        let loss = (1.0 - restitution * restitution) * self.collisions(temperature);
-        let decay = loss / (3.0 * self.moment(0));
+        // Half the collisions of one sphere times (1 - e^2) T, out of its energy of 3/2 T; half of that for 1 / sqrt(T).
+        let decay = (1.0 - restitution * restitution) * self.frequency(temperature) / 6.0;
         f64::powi(1.0 + decay * time, -2)
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         last,
         user: params.options.commands.clone(),
         walls: walls.len(),
-        log: params
+        log_file: params
             .log
             .as_deref()
             .map(|log| quoted(log).trim_matches('"').to_owned()),
@@ -117,7 +117,11 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
             }],
         ),
     };
-    let list = |values: Vec<f64>| -> String { values.iter().map(|value| format!(" {value:e}")).collect() };
+    let list = |values: Vec<f64>| -> String {
+        values
+            .iter()
+            .fold(String::new(), |list, value| list + &format!(" {value:e}"))
+    };
     let n = materials.len();
     let young = list(materials.iter().map(|m| m.youngs_modulus).collect());
     let poisson = list(materials.iter().map(|m| m.poisson_ratio).collect());
@@ -157,11 +161,11 @@ pub(super) fn primitive(wall: &Wall) -> Result<String, String> {
             let Some(axis) = axis_of(normal) else {
                 return cannot("LIGGGHTS's primitive planes stand across x, y or z");
             };
-            let mut text = format!("{}plane {:e}", NAMES[axis], point[axis]);
+            let text = format!("{}plane {:e}", NAMES[axis], point[axis]);
             let along: Vec<usize> = (0..3).filter(|&i| velocity[i] != 0.0).collect();
             match along[..] {
                 [] => {}
-                [i] if i != axis => text += &format!(" shear {} {:e}", NAMES[i], velocity[i]),
+                [i] if i != axis => return Ok(format!("{text} shear {} {:e}", NAMES[i], velocity[i])),
                 [_] => return cannot("LIGGGHTS's primitive planes do not move towards the particles"),
                 _ => return cannot("LIGGGHTS's primitive planes slide along one axis only"),
             }

@@ -27,7 +27,7 @@ pub(super) struct Plan {
     /// Number of walls; their fixes are named by [`wall_fix`].
     pub(super) walls: usize,
     /// File for what LIGGGHTS says during the set-up.
-    pub(super) log: Option<String>,
+    pub(super) log_file: Option<String>,
 }
 
 /// Name of the fix of a wall.
@@ -259,7 +259,7 @@ mod tests {
             before: vec!["units si".to_owned()],
             user: vec!["print \"a b\"".to_owned()],
             walls: 3,
-            log: Some("a b/c.log".to_owned()),
+            log_file: Some("a b/c.log".to_owned()),
             ..Plan::default()
         }
     }

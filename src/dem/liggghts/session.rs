@@ -251,7 +251,7 @@ impl Session {
         self.atoms = atoms;
         self.time_step = 0.0;
         let instance = self.instance()?;
-        if let Some(log) = &plan.log {
+        if let Some(log) = &plan.log_file {
             instance.command(&format!("log \"{log}\" append"))?;
         }
         instance.commands(&plan.before)
@@ -465,7 +465,7 @@ impl Session {
             for (k, &index) in indices.iter().enumerate() {
                 // SAFETY: the fix holds one vector for each of the `local` atoms.
                 let force = *unsafe { vector(forces, k) };
-                if force != [0.0; 3] {
+                if force.iter().any(|component| *component != 0.0) {
                     touches.push(Touch {
                         first: index as u64,
                         second: wall as u64,
@@ -497,8 +497,12 @@ impl Session {
 
     fn resume(&mut self, plan: &Plan, atoms: Vec<Atom>, saved: &[u8]) -> Outcome<()> {
         let count = atoms.len();
-        let (restart, step, loads, states) =
-            parts(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
+        let Saved {
+            restart,
+            step,
+            loads,
+            states,
+        } = Saved::of(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
         self.begin(plan, atoms)?;
         let instance = self.instance()?;
         let file = Passing::new();
@@ -531,20 +535,30 @@ impl Session {
     }
 }
 
-/// Restart file, time step, loads and states of what was saved for `count` spheres.
-fn parts(saved: &[u8], count: usize) -> Option<(&[u8], f64, Vec<Push>, Vec<State>)> {
-    let (length, rest) = saved.split_first_chunk::<8>()?;
-    let (restart, rest) = rest.split_at_checked(u64::from_le_bytes(*length) as usize)?;
-    let (step, rest) = rest.split_first_chunk::<8>()?;
-    let (loads, states) = rest.split_at_checked(count * size_of::<Push>())?;
-    if states.len() != count * size_of::<State>() {
-        return None;
+/// What [`Session::save`] has saved.
+struct Saved<'a> {
+    /// LIGGGHTS's own file.
+    restart: &'a [u8],
+    /// Time step (s).
+    step: f64,
+    loads: Vec<Push>,
+    states: Vec<State>,
+}
+
+impl<'a> Saved<'a> {
+    /// The parts of what was saved for `count` spheres.
+    fn of(saved: &'a [u8], count: usize) -> Option<Self> {
+        let (length, rest) = saved.split_first_chunk::<8>()?;
+        let (restart, rest) = rest.split_at_checked(u64::from_le_bytes(*length) as usize)?;
+        let (step, rest) = rest.split_first_chunk::<8>()?;
+        let (loads, states) = rest.split_at_checked(count * size_of::<Push>())?;
+        (states.len() == count * size_of::<State>()).then(|| Self {
+            restart,
+            step: f64::from_le_bytes(*step),
+            loads: bytemuck::pod_collect_to_vec(loads),
+            states: bytemuck::pod_collect_to_vec(states),
+        })
     }
-    let (loads, states) = (
-        bytemuck::pod_collect_to_vec(loads),
-        bytemuck::pod_collect_to_vec(states),
-    );
-    Some((restart, f64::from_le_bytes(*step), loads, states))
 }
 
 /// A file that LIGGGHTS and we hand each other; removed at the end.

@@ -6,6 +6,7 @@
 
 use super::protocol::{Reply, Request};
 use super::session::Session;
+use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
@@ -41,7 +42,7 @@ pub(super) struct Worker {
     child: Child,
     /// `None` when the worker has been told to end.
     socket: Option<UnixStream>,
-    log: Option<PathBuf>,
+    log_file: Option<PathBuf>,
     /// Length of the log when the worker last answered.
     logged: u64,
 }
@@ -80,7 +81,7 @@ impl Worker {
         Ok(Self {
             child,
             socket: Some(here),
-            log: log.map(Path::to_owned),
+            log_file: log.map(Path::to_owned),
             logged: log.map_or(0, length),
         })
     }
@@ -94,7 +95,7 @@ impl Worker {
             Ok(reply) => {
                 // Only the set-up writes to it.
                 if matches!(request, Request::Open(..) | Request::Resume(..)) {
-                    self.logged = self.log.as_deref().map_or(0, length);
+                    self.logged = self.log_file.as_deref().map_or(0, length);
                 }
                 reply
             }
@@ -112,12 +113,12 @@ impl Worker {
             }
             None => format!("its process does not answer ({error})"),
         };
-        if let Some(log) = &self.log {
+        if let Some(log) = &self.log_file {
             let lines = last_lines(log, self.logged);
             if !lines.is_empty() {
-                text += &format!("\n  the end of {}:", log.display());
+                let _ = write!(text, "\n  the end of {}:", log.display());
                 for line in lines {
-                    text += &format!("\n  | {line}");
+                    let _ = write!(text, "\n  | {line}");
                 }
             }
         }

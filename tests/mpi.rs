@@ -1,0 +1,149 @@
+//! Runs on the processes of an MPI job, end to end: the same bits as on threads, one voice, no process left waiting.
+#![cfg(feature = "mpi")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+const CASE: &str = r#"
+[domain]
+size = { diameters = [4, 4, 5] }
+
+[fluid]
+density = 1000.0
+archimedes = 1000
+
+[lattice]
+cells_per_diameter = 6
+relaxation_time = 0.55
+
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 3300.0
+volume_fraction = 0.2
+seed = 1
+
+[run]
+end = { steps = 60 }
+
+[output]
+directory = "out"
+series_every = { steps = 8 }
+"#;
+
+/// A folder with the case.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    folder
+}
+
+/// Turbid on so many processes; a job that hangs is ended, and fails.
+fn turbid(folder: &Path, processes: usize, arguments: &[&str]) -> Output {
+    Command::new("timeout")
+        .args(["--kill-after=5", "120", "mpirun", "-n", &processes.to_string()])
+        .arg(env!("CARGO_BIN_EXE_turbid"))
+        .args(arguments)
+        .current_dir(folder)
+        .envs([
+            ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+            ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+            ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+            ("OMPI_MCA_mpi_yield_when_idle", "1"),
+            ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ])
+        .output()
+        .unwrap()
+}
+
+fn words(output: &Output) -> String {
+    [&output.stdout, &output.stderr]
+        .map(|bytes| String::from_utf8_lossy(bytes))
+        .concat()
+}
+
+/// The hash of the state at the end and the bytes of the series.
+fn result(folder: &Path) -> (String, Vec<u8>) {
+    let text = std::fs::read_to_string(folder.join("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let series = std::fs::read(folder.join("out/series.csv")).unwrap();
+    (summary["state_hash"].to_string(), series)
+}
+
+/// What this many threads of one process find.
+fn on_threads(folder: &Path, threads: &str, more: &[&str]) -> (String, Vec<u8>) {
+    let output = Command::new(env!("CARGO_BIN_EXE_turbid"))
+        .args(["run", "case.toml", "--quiet", "--threads", threads])
+        .args(more)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", words(&output));
+    result(folder)
+}
+
+#[test]
+fn two_three_and_five_processes_find_the_bits_of_one_thread() {
+    let folder = folder();
+    let expected = on_threads(folder.path(), "1", &[]);
+    for processes in [2, 3, 5] {
+        let output = turbid(folder.path(), processes, &["run", "case.toml"]);
+        let said = words(&output);
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.matches("state hash").count(), 1, "one speaks: {said}");
+        assert!(result(folder.path()) == expected, "{processes} processes");
+    }
+}
+
+#[cfg(feature = "liggghts")]
+#[test]
+fn liggghts_moves_the_particles_of_all_processes() {
+    let folder = folder();
+    let engine = ["--set", "dem.engine=liggghts"];
+    let expected = on_threads(folder.path(), "2", &engine);
+    let output = turbid(
+        folder.path(),
+        3,
+        &[&["run", "case.toml", "--quiet"], &engine[..]].concat(),
+    );
+    assert!(output.status.success(), "{}", words(&output));
+    assert!(result(folder.path()) == expected);
+}
+
+#[test]
+fn a_failure_is_said_once_and_ends_all_processes_with_its_exit_code() {
+    let folder = folder();
+    // Far too stiff and fast for the time step.
+    let arguments = [
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "contact.youngs_modulus=1e12",
+    ];
+    let output = turbid(folder.path(), 3, &arguments);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert_eq!(said.matches("error:").count(), 1, "{said}");
+    assert!(said.contains("diverged at step"), "{said}");
+}
+
+#[test]
+fn bad_input_is_said_once() {
+    let folder = folder();
+    let output = turbid(
+        folder.path(),
+        3,
+        &["run", "case.toml", "--set", "fluid.density=-1"],
+    );
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("fluid.density").count(), 1, "{said}");
+    let output = turbid(folder.path(), 2, &["check", "case.toml"]);
+    assert!(output.status.success());
+    assert_eq!(
+        words(&output).matches("cells per diameter").count(),
+        1,
+        "{}",
+        words(&output)
+    );
+}
