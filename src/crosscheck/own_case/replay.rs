@@ -63,8 +63,8 @@ const SPEEDS: [f64; 2] = [0.02, 0.05];
 
 /// Differences of a motion without contacts over the diameter, the largest speed and the largest spin.
 const FREE: f64 = 1e-11;
-/// Of elastic impacts: rounding of 1e-15, that every impact multiplies by about ten, and each sphere has a few.
-const ELASTIC: f64 = 1e-9;
+/// Of elastic impacts: rounding of 1e-15, that every impact multiplies by about ten, and each sphere has some three.
+const ELASTIC: f64 = 1e-11;
 /// Of momentum over the sum of its absolute values.
 const MOMENTUM: f64 = 1e-11;
 

@@ -109,7 +109,7 @@ fn small(value: f64) -> String {
         x if x.is_nan() => "-".to_string(),
         0.0 => "0".to_string(),
         x if x.is_infinite() => "none".to_string(),
-        x if (0.01..1000.0).contains(&x.abs()) => significant(x, 2),
+        x if (0.1..1000.0).contains(&x.abs()) => significant(x, 2),
         x => format!("{x:.1e}"),
     }
 }
