@@ -129,7 +129,8 @@ pub enum DampingLaw {
     #[default]
     HuntCrossley,
     /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does not
-    /// depend on the speed, and the bodies pull at each other at the end of an impact.
+    /// depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the velocity is that of
+    /// half a step before.
     Tsuji,
 }
 

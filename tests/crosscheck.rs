@@ -104,7 +104,7 @@ fn an_elastic_head_on_impact_returns_all_of_it_on_the_same_path() {
 
 #[test]
 fn damped_impacts_have_the_same_force_all_along_and_the_restitution_of_their_law() {
-    within("force-history", "whole history of the force", 1e-3);
+    within("force-history", "whole history of the force", 1e-9);
     for (e, limit) in [(0.95, 2e-4), (0.9, 2e-4), (0.8, 2e-4), (0.7, 2e-4), (0.5, 4e-4)] {
         within("restitution", &format!("restitution, e = {e}, "), limit);
     }

@@ -6,9 +6,7 @@
 //! F = K d^(3/2) + sqrt(5) beta sqrt(m* K) d^(1/4) v
 //! ```
 //!
-//! with `v` of the same moment in the native engine, and of half a step before in LIGGGHTS. So the histories differ by first order
-//! in the step. Near the ends of the contact the force has an infinite slope over time, `d^(1/4)`, near the largest depth
-//! over depth; so they are compared at equal depths in the shallower half and at equal times in the deeper half.
+//! with the velocity `v` of half a step before, in both engines. So are the histories to each other, at equal times.
 
 use super::damped::{STEPS, depth, hertz, pairs, plain};
 use super::theory::{Damping, Hertz, Impact, dashpot, impact};
@@ -20,94 +18,25 @@ use std::path::Path;
 /// Speed of the first sphere (m/s).
 const SPEED: f64 = 1.0;
 
-const HISTORY: &str = "largest difference of the forces in parts of the peak, at equal times in the deeper half of the contact, at \
-                       equal depths in the shallower: the dashpot of LIGGGHTS sees the velocity of half a step before, some \
-                       5e-4 at 1000 steps per contact";
+const HISTORY: &str = "largest difference of the forces at equal times, in parts of the peak: the same law, integrator and velocity; \
+                       rounding of the positions, 1e-18 m of 1e-6 m, grows with the fourth root of the depth at the ends";
 const LAW: &str = "largest difference, in parts of the peak, to the law at the depth and velocity that the engine has worked it out \
                    with, at every step: rounding of the positions, 1e-18 m of 1e-6 m, and at the ends its fourth root";
 const END: &str =
     "between the engines, in steps: the contact ends between the same two steps or those beside";
 
-/// A moment of contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Instant {
-    /// Depth (m).
-    depth: f64,
-    /// Force (N).
-    force: f64,
-}
-
-/// The moments of a contact, one per step from the first in contact on, and the index of the deepest.
-struct History {
-    instants: Vec<Instant>,
-    deepest: usize,
-}
-
-impl History {
-    fn of(track: &Track) -> Self {
-        let frames = (1..track.frames.len() - 1).map(|k| Instant {
-            depth: depth(&track.frames[k], 0),
-            force: track.force(k, 1).x,
-        });
-        let instants: Vec<Instant> = frames.take_while(|instant| instant.depth > 0.0).collect();
-        let deepest = (0..instants.len()).max_by(|&a, &b| instants[a].depth.total_cmp(&instants[b].depth));
-        Self {
-            deepest: deepest.unwrap_or(0),
-            instants,
-        }
-    }
-
-    fn peak(&self) -> f64 {
-        worst(self.instants.iter().map(|instant| instant.force))
-    }
-
-    /// The force at a depth (m), while it grows or while it shrinks: linear in the fourth root of the depth.
-    fn at(&self, depth: f64, shrinking: bool) -> f64 {
-        let root = |depth: f64| depth.sqrt().sqrt();
-        let (before, after) = self.instants.split_at(self.deepest + 1);
-        let mut branch: Vec<Instant> = if shrinking {
-            after.iter().rev().copied().collect()
-        } else {
-            before.to_vec()
-        };
-        branch.insert(
-            0,
-            Instant {
-                depth: 0.0,
-                force: 0.0,
-            },
-        );
-        let above = branch
-            .partition_point(|instant| instant.depth < depth)
-            .clamp(1, branch.len() - 1);
-        let (a, b) = (branch[above - 1], branch[above]);
-        let part = (root(depth) - root(a.depth)) / (root(b.depth) - root(a.depth));
-        a.force + part * (b.force - a.force)
-    }
-
-    /// The largest difference to another history (N).
-    fn apart(&self, other: &Self) -> f64 {
-        let half = 0.5 * self.instants[self.deepest].depth;
-        worst(self.instants.iter().enumerate().map(|(k, instant)| {
-            let theirs = if instant.depth < half {
-                other.at(instant.depth, k > self.deepest)
-            } else {
-                other.instants[k].force
-            };
-            (instant.force - theirs).abs()
-        }))
-    }
+/// The largest difference of the forces of two tracks at equal times, and the largest force of each (N).
+fn apart(tracks: &[Track; 2]) -> (f64, [f64; 2]) {
+    let steps = 1..tracks[0].frames.len() - 1;
+    let force = |i: usize, k: usize| tracks[i].force(k, 1).x;
+    let apart = worst(steps.clone().map(|k| (force(0, k) - force(1, k)).abs()));
+    (apart, [0, 1].map(|i| worst(steps.clone().map(|k| force(i, k)))))
 }
 
 /// The largest difference of the forces of a track to the law, at their own depths and velocities (N).
-fn off_law(track: &Track, hertz: &Hertz, e: f64, half_a_step_before: bool) -> f64 {
+fn off_law(track: &Track, hertz: &Hertz, e: f64) -> f64 {
     let dashpot = dashpot(hertz, e);
-    let speeds = |k: usize| {
-        if half_a_step_before {
-            return (depth(&track.frames[k], 0) - depth(&track.frames[k - 1], 0)) / track.dt;
-        }
-        track.frames[k][0].velocity[0] - track.frames[k][1].velocity[0]
-    };
+    let speeds = |k: usize| (depth(&track.frames[k], 0) - depth(&track.frames[k - 1], 0)) / track.dt;
     let touching = (1..track.frames.len() - 1).filter(|&k| depth(&track.frames[k], 0) > 0.0);
     worst(touching.map(|k| {
         let depth = depth(&track.frames[k], 0);
@@ -126,18 +55,14 @@ pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
         let dt = hertz.duration(SPEED) / STEPS as f64;
         let tracks = scene.record(directory, dt, STEPS * 5 / 4, |_| false)?;
         let theory = impact(&hertz, Damping::Tsuji(e), plain, SPEED);
-        let [native, liggghts] = [0, 1].map(|i| History::of(&tracks[i]));
+        let (apart, [native, liggghts]) = apart(&tracks);
         let peak = worst(theory.history.iter().map(|i| i.force));
-        let peaks = [Some(native.peak()), Some(liggghts.peak()), Some(peak)];
-        let apart = worst([native.apart(&liggghts), liggghts.apart(&native)]) / peak;
+        let peaks = [Some(native), Some(liggghts), Some(peak)];
         let quantity = format!("whole history of the force, e = {e}; shown: peak (N)");
         findings
             .checks
-            .push(judge.given(quantity, peaks, apart, 1e-3, HISTORY));
-        let off = [
-            off_law(&tracks[0], &hertz, e, false),
-            off_law(&tracks[1], &hertz, e, true),
-        ];
+            .push(judge.given(quantity, peaks, apart / peak, 1e-9, HISTORY));
+        let off = [0, 1].map(|i| off_law(&tracks[i], &hertz, e));
         let values = [Some(off[0] / peak), Some(off[1] / peak), Some(0.0)];
         let quantity = format!("force off the law at its own depth and velocity, e = {e} (-)");
         findings

@@ -203,6 +203,7 @@ impl Native {
             near: &self.near,
             rank: self.rank,
             substep: self.substep,
+            dt,
         };
         let mut outcome = scene.pairs(&mut self.roll, &mut self.ledger);
         if !self.params.walls.is_empty() {

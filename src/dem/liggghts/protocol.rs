@@ -8,8 +8,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
 
-/// Longest message that is believed (bytes).
-const LONGEST: u64 = 1 << 40;
+/// Room that is made for a message before it comes (bytes).
+const ROOM: u64 = 1 << 24;
 
 /// What LIGGGHTS is told at the start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -242,12 +242,14 @@ fn read_part(from: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut length = [0; 8];
     from.read_exact(&mut length)?;
     let length = u64::from_le_bytes(length);
-    if length > LONGEST {
-        return Err(malformed());
+    // Room is made as bytes come: a spoilt length must not ask for more memory than there is.
+    let mut bytes = Vec::with_capacity(length.min(ROOM) as usize);
+    from.by_ref().take(length).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == length {
+        Ok(bytes)
+    } else {
+        Err(io::ErrorKind::UnexpectedEof.into())
     }
-    let mut bytes = vec![0; length as usize];
-    from.read_exact(&mut bytes)?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 use super::failures::{behind_wall, too_deep, too_deep_in_wall};
 use super::ledger::{Ledger, Meeting, Share};
-use crate::contact::{Body, ContactModel, Contour, Couple, PairFinder, PairLaw, measure, measure_wall};
+use crate::contact::{
+    Body, ContactModel, Contour, Couple, DampingLaw, PairFinder, PairLaw, measure, measure_wall,
+};
 use crate::dem::ContactState;
 use crate::dem::assign::{Neighbourhood, responsible};
 use crate::dem::integrator::Inertia;
@@ -76,6 +78,8 @@ pub(super) struct Scene<'a> {
     pub(super) near: &'a Neighbourhood,
     pub(super) rank: usize,
     pub(super) substep: u64,
+    /// Length of a sub-step (s).
+    pub(super) dt: f64,
 }
 
 impl<'a> Scene<'a> {
@@ -88,6 +92,27 @@ impl<'a> Scene<'a> {
 
     fn law(&self, a: usize, b: usize) -> &'a PairLaw {
         &self.laws[a * self.contact.materials.len() + b]
+    }
+
+    /// Velocity (m/s) at a point of a body, `lever` (m) from its centre, as a law wants it.
+    ///
+    /// [`DampingLaw::Tsuji`] is there to be held against LIGGGHTS, whose velocity Verlet works forces out with the velocity of
+    /// half a step before, contacts being what has changed it: so does it.
+    fn velocity(&self, particle: &Particle, lever: &Vec3, law: &PairLaw) -> Vec3 {
+        let (velocity, spin) = match law.damping {
+            DampingLaw::HuntCrossley => (particle.velocity(), particle.angular_velocity()),
+            DampingLaw::Tsuji => {
+                let inertia = &self.inertias[particle.template as usize];
+                let half = 0.5 * self.dt;
+                let momentum =
+                    Vec3::from(particle.angular_momentum) - Vec3::from(particle.contact_torque) * half;
+                (
+                    particle.velocity() - Vec3::from(particle.contact_force) * (half / inertia.mass),
+                    inertia.angular_velocity(&particle.orientation(), momentum),
+                )
+            }
+        };
+        velocity + spin.cross(lever)
     }
 
     /// Contacts of pairs of particles this rank is responsible for, in ascending order of their ids.
@@ -108,17 +133,17 @@ impl<'a> Scene<'a> {
                 continue;
             };
             let levers = [overlap.point, overlap.point - offset];
+            let law = self.law(store.template(a).material, store.template(b).material);
             let action = ledger.enter(&Meeting {
                 ids: [a.id, b.id],
-                law: self.law(store.template(a).material, store.template(b).material),
+                law,
                 overlap: &overlap,
                 offset,
                 couple: Couple {
                     radii: [a, b].map(|p| self.radii[p.template as usize]),
                     masses: [a, b].map(|p| self.inertias[p.template as usize].mass),
                 },
-                velocity: (a.velocity() + a.angular_velocity().cross(&levers[0]))
-                    - (b.velocity() + b.angular_velocity().cross(&levers[1])),
+                velocity: self.velocity(a, &levers[0], law) - self.velocity(b, &levers[1], law),
                 point: domain.wrap(a.position() + overlap.point),
             });
             let thinner = (first.contour.shape.thickness()).min(second.contour.shape.thickness());
@@ -163,11 +188,12 @@ impl<'a> Scene<'a> {
                     continue;
                 };
                 let point = centre + overlap.point;
-                let velocity = particle.velocity() + particle.angular_velocity().cross(&overlap.point);
+                let law = self.law(self.store.template(particle).material, wall.material);
+                let velocity = self.velocity(particle, &overlap.point, law);
                 let ids = [particle.id, ContactState::of_wall(index)];
                 let action = ledger.enter(&Meeting {
                     ids,
-                    law: self.law(self.store.template(particle).material, wall.material),
+                    law,
                     overlap: &overlap,
                     offset: Vec3::zeros(),
                     couple: Couple {
