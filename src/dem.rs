@@ -108,6 +108,15 @@ pub trait DemEngine: Send {
     /// when they are written, so that an engine may gather them when asked.
     fn contact_states(&self) -> Vec<ContactState>;
 
+    /// Whether all that was asked of the engine since the last [`advance`](Self::advance) could be answered. For the end of a
+    /// run: else the next advance fails.
+    ///
+    /// # Errors
+    /// [`Error::Engine`](crate::Error::Engine) on the rank where it could not.
+    fn health(&self) -> Result<()> {
+        Ok(())
+    }
+
     /// This rank's part of everything that is needed to go on from here.
     fn save(&self) -> Result<Vec<u8>>;
 

@@ -1,7 +1,7 @@
 //! What came out: tables, VTK files, pictures, the summary.
 //!
 //! Everything here takes plain data in SI units and knows nothing of how it was computed. A run calls, in this
-//! order, [`directory::prepare`] before anything is computed; [`SeriesWriter`], [`ParticleSeries`],
+//! order, [`directory::create`] before anything is computed and [`directory::clear`] when the run begins; [`SeriesWriter`], [`ParticleSeries`],
 //! [`write_fields`], [`write_particles`], [`write_contacts`], [`write_force_chains`] (each followed by
 //! [`Collection::add`]), [`write_walls`], and [`picture::write_slice`] or [`picture::write_side_view`] on the way, with
 //! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end.

@@ -252,6 +252,9 @@ impl<T: Real> Simulation<T> {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         self.note_fault(self.wet.as_ref().and_then(|wet| wet.fluid.fault()));
+        if let Err(error) = self.dem.health() {
+            self.failure.get_or_insert(error);
+        }
         self.share_failure()
     }
 

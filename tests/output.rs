@@ -90,7 +90,7 @@ fn write_run(root: &Path) {
         material: 0,
         density: 3250.0,
     }];
-    directory::prepare(root).unwrap();
+    directory::create(root).unwrap();
     let files = OutputFiles::new(root);
     let mut series = SeriesWriter::create(&files.series()).unwrap();
     let mut all_fields = Collection::new(files.fields_collection());
@@ -345,7 +345,7 @@ fn contacts(particles: &[Particle]) -> Vec<Contact> {
 /// A stirred tank without and with its fluid in the pictures.
 fn write_tank(root: &Path) {
     let (templates, walls) = (mixture(), tank_walls());
-    directory::prepare(root).unwrap();
+    directory::create(root).unwrap();
     let files = OutputFiles::new(root);
     let mut all_particles = Collection::new(files.particles_collection());
     let mut all_contacts = Collection::new(files.contacts_collection());

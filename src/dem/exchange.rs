@@ -15,6 +15,8 @@ pub struct Population {
     pub store: ParticleStore,
     /// Loads on the owned particles; `loads.len() == store.owned`.
     pub loads: Vec<Load>,
+    /// Loads of the last sub-step on the ghosts, in their order.
+    pub ghost_loads: Vec<Load>,
     rank: usize,
     incoming: Vec<Parcel>,
 }
@@ -64,6 +66,7 @@ impl Population {
                 owners: Vec::new(),
             },
             loads: Vec::new(),
+            ghost_loads: Vec::new(),
             rank,
             incoming: Vec::new(),
         };
@@ -144,17 +147,21 @@ impl Population {
         let Self {
             store,
             loads,
+            ghost_loads,
             incoming,
             ..
         } = self;
         store.particles.clear();
         store.owners.clear();
         loads.clear();
+        ghost_loads.clear();
         for &(ghost, _, index, owner) in &order {
             let parcel = &incoming[index as usize];
             store.particles.push(parcel.particle);
             store.owners.push(owner);
-            if !ghost {
+            if ghost {
+                ghost_loads.push(parcel.load());
+            } else {
                 loads.push(parcel.load());
             }
         }

@@ -8,16 +8,22 @@
 //! do not need, are turned along here. Forces of contact of particles are those at the positions they are given with.
 //!
 //! Counts and depths of contacts come from the geometry of the spheres; the force of each is asked for only when it is
-//! written.
+//! written. LIGGGHTS then works it out anew, with the velocities it had; friction is held to Coulomb's limit, as LIGGGHTS adds a
+//! dashpot to it that did not act if the contact slid.
 
 mod deck;
 mod protocol;
 mod session;
 pub mod worker;
 
+pub use session::end;
+
 use super::assign::Neighbourhood;
 use super::exchange::Population;
 use super::integrator::{self, Inertia};
+use super::native::face_passed;
+use super::native::failures::outside;
+use super::saved::{Case, Saved};
 use super::{ContactState, ContactSummary, DemEngine, LiggghtsOptions, LiggghtsProcess, Load};
 use crate::comm::Comm;
 use crate::contact::{Body, ContactModel, Contour, Geometry, PairFinder, measure, measure_wall};
@@ -112,6 +118,8 @@ pub struct Liggghts {
     step: u64,
     /// Whether the engine has failed: then nothing moves any more.
     failed: bool,
+    /// What LIGGGHTS said instead of the contacts, until it is told.
+    unsaid: RefCell<Option<String>>,
 }
 
 impl Liggghts {
@@ -154,6 +162,7 @@ impl Liggghts {
             master: None,
             step: 0,
             failed: false,
+            unsaid: RefCell::default(),
         };
         engine.begin(comm, all, None)?;
         Ok(engine)
@@ -171,7 +180,7 @@ impl Liggghts {
         }
         let templates = self.population.store.templates.clone();
         self.population = Population::new(&self.near, self.rank, templates, all.iter().copied());
-        self.failed = false;
+        self.failed = true;
         let outcome = if self.rank == 0 {
             self.launch(&all, saved)
         } else {
@@ -185,7 +194,10 @@ impl Liggghts {
         let words = comm.all_gather(mine).swap_remove(0);
         match outcome {
             Ok(()) if !words.is_empty() => Err(Error::OtherRank),
-            outcome => outcome,
+            outcome => {
+                self.failed = outcome.is_err();
+                outcome
+            }
         }
     }
 
@@ -249,6 +261,7 @@ impl Liggghts {
         // Without an enlargement exactly one.
         let grown = radius / own;
         Atom {
+            id: particle.id,
             position: self.near.decomposition().domain.wrap(particle.position()).into(),
             velocity: particle.velocity,
             angular_velocity: particle.angular_velocity,
@@ -284,12 +297,6 @@ impl Liggghts {
 
     /// Has LIGGGHTS make a step under the loads of all ranks; on rank 0.
     fn drive(&mut self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<State>> {
-        let step = self.step;
-        let failure = |what| Error::Engine {
-            engine: NAME,
-            step,
-            what,
-        };
         let mut loads = vec![Push::default(); self.ids.len()];
         for entry in messages
             .iter()
@@ -303,16 +310,10 @@ impl Liggghts {
         if let Some(index) =
             (loads.iter()).position(|l| !l.force.iter().chain(&l.torque).all(|x| x.is_finite()))
         {
-            return Err(failure(format!(
-                "the load on particle {} is not finite",
-                self.ids[index]
-            )));
+            return Err(self.failure(format!("the load on particle {} is not finite", self.ids[index])));
         }
         let substeps = self.params.substeps;
-        let Some(master) = &mut self.master else {
-            return Ok(Vec::new());
-        };
-        let Some(process) = &master.process else {
+        let Some(process) = self.process() else {
             return Ok(Vec::new());
         };
         let request = Request::Advance {
@@ -322,10 +323,22 @@ impl Liggghts {
         };
         match process.borrow_mut().ask(request) {
             Reply::States(states) if states.len() == self.ids.len() => Ok(states),
-            Reply::Failed(text) => Err(failure(text)),
-            _ => Err(failure(
-                "it answered something else than what it was asked".to_owned(),
-            )),
+            Reply::Failed(text) => Err(self.failure(text)),
+            _ => Err(self.failure(NO_ANSWER.to_owned())),
+        }
+    }
+
+    /// LIGGGHTS, on rank 0, if it has particles and works.
+    fn process(&self) -> Option<&RefCell<Process>> {
+        let process = self.master.as_ref()?.process.as_ref()?;
+        (!self.failed).then_some(process)
+    }
+
+    fn failure(&self, what: String) -> Error {
+        Error::Engine {
+            engine: NAME,
+            step: self.step,
+            what,
         }
     }
 
@@ -339,6 +352,15 @@ impl Liggghts {
             let particle = &mut self.population.store.particles[k];
             let state = &states[index];
             let position = domain.wrap(state.position.into());
+            if let Some(face) = face_passed(&domain, position) {
+                let after = Particle {
+                    position: position.into(),
+                    ..*particle
+                };
+                let walls = &self.params.walls;
+                failure = failure.and(Err(outside(self.step, particle, &after, face, walls)));
+                continue;
+            }
             let moved = domain.nearest_image(position - particle.position()).amax();
             if moved > domain.dx || moved.is_nan() {
                 failure = failure.and_then(|()| {
@@ -469,12 +491,27 @@ impl Liggghts {
             let overlap = measure(Geometry::Exact, &body, &self.body(master, second), offset)?;
             (self.ids[second], overlap)
         };
+        let normal = Vec3::from(touch.force);
+        let mut friction = Vec3::from(touch.friction);
+        if let (0, Some(model)) = (touch.is_wall, &self.params.contact) {
+            // A contact that slides has Coulomb's friction; the dashpot LIGGGHTS adds when asked for it did not act.
+            let material = |index: u64| {
+                let template = master.templates[index as usize];
+                self.population.store.templates[template].material
+            };
+            let pair = model.pair(material(touch.first), material(touch.second));
+            let most = deck::friction(pair) * normal.norm();
+            let norm = friction.norm();
+            if norm > most {
+                friction *= most / norm;
+            }
+        }
         Some(ContactState {
             first: self.ids[first],
             second,
             point: domain.wrap(position + overlap.point).into(),
             normal: overlap.normal.into(),
-            force: touch.force,
+            force: (normal + friction).into(),
             depth: overlap.depth,
             volume: overlap.volume,
         })
@@ -533,15 +570,19 @@ impl DemEngine for Liggghts {
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
-        let Some(master) = &self.master else {
+        let (Some(master), Some(process)) = (&self.master, self.process()) else {
             return Vec::new();
         };
-        let Some(process) = master.process.as_ref().filter(|_| !self.failed && self.step > 0) else {
+        if self.step == 0 {
             return Vec::new();
-        };
-        // Without an answer the next step fails, with the reason.
-        let Reply::Touches(touches) = process.borrow_mut().ask(Request::Touches) else {
-            return Vec::new();
+        }
+        let touches = match process.borrow_mut().ask(Request::Touches) {
+            Reply::Touches(touches) => touches,
+            Reply::Failed(what) => {
+                self.unsaid.replace(Some(what));
+                return Vec::new();
+            }
+            _ => return Vec::new(),
         };
         let mut states: Vec<ContactState> = (touches.iter())
             .filter_map(|touch| self.contact_state(master, touch))
@@ -550,65 +591,59 @@ impl DemEngine for Liggghts {
         states
     }
 
-    /// On rank 0 with what LIGGGHTS itself needs.
-    fn save(&self) -> Result<Vec<u8>> {
-        let summary = self.contacts();
-        let owned = self.population.store.owned();
-        let own = match self.master.as_ref().and_then(|master| master.process.as_ref()) {
-            None => Vec::new(),
-            Some(process) => match process.borrow_mut().ask(Request::Save) {
-                Reply::Saved(bytes) => bytes,
-                Reply::Failed(what) => {
-                    return Err(Error::Engine {
-                        engine: NAME,
-                        step: self.step,
-                        what,
-                    });
-                }
-                _ => Vec::new(),
-            },
-        };
-        let mut saved = MAGIC.to_vec();
-        for number in [owned.len() as u64, own.len() as u64, self.step, summary.begun] {
-            saved.extend_from_slice(&number.to_le_bytes());
+    fn health(&self) -> Result<()> {
+        match self.unsaid.take() {
+            Some(what) => Err(self.failure(what)),
+            None => Ok(()),
         }
-        saved.extend_from_slice(bytemuck::cast_slice(owned));
-        saved.extend_from_slice(&own);
-        Ok(saved)
     }
 
+    /// On rank 0 with what LIGGGHTS itself needs.
+    fn save(&self) -> Result<Vec<u8>> {
+        let mut saved = Saved {
+            substep: self.step,
+            begun: self.contacts().begun,
+            particles: self.population.store.owned().to_vec(),
+            loads: self.population.loads.clone(),
+            ..Saved::default()
+        };
+        if let Some(process) = self.process() {
+            saved.states = self.contact_states();
+            match process.borrow_mut().ask(Request::Save) {
+                Reply::Saved(bytes) => saved.own = bytes,
+                Reply::Failed(what) => return Err(self.failure(what)),
+                _ => return Err(self.failure(NO_ANSWER.to_owned())),
+            }
+        }
+        Ok(saved.write(NAME))
+    }
+
+    /// A set-up that LIGGGHTS refuses leaves an engine that has failed.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let malformed = || {
-            Error::Input("what the liggghts engine has saved is not whole, or of another version".to_owned())
+        let case = Case {
+            census: self.population.census(comm),
+            walls: self.params.walls.len(),
+            domain: self.near.decomposition().domain,
         };
-        let (mut all, mut own, mut step, mut begun) = (Vec::new(), Vec::new(), 0, 0);
-        for part in parts {
-            let (particles, bytes, numbers) = split(part).ok_or_else(malformed)?;
-            all.extend(particles);
-            own.extend_from_slice(bytes);
-            step = numbers[0];
-            begun += numbers[1];
-        }
-        let mut ids: Vec<u64> = all.iter().map(|p: &Particle| p.id).collect();
-        ids.sort_unstable();
-        if ids != self.ids || all.iter().any(|p| p.template as usize >= self.inertias.len()) {
-            return Err(Error::Input(
-                "what the liggghts engine has saved is of another case".to_owned(),
-            ));
-        }
-        self.begin(comm, &all, Some(own))?;
-        self.step = step;
-        // The contacts there are now are not the first of theirs.
-        let states: Vec<State> = match &self.master {
-            None => Vec::new(),
-            Some(master) => (master.positions.iter())
-                .map(|position| State {
-                    position: (*position).into(),
-                    ..State::default()
-                })
-                .collect(),
-        };
-        self.count(&states)?;
+        let saved = Saved::join(NAME, parts, &case, (self.rank, comm.size()))?;
+        // The contacts there are already are not the first of theirs.
+        let begun: u64 = parts.iter().filter_map(|part| Saved::begun(part)).sum();
+        self.begin(comm, &saved.particles, Some(saved.own))?;
+        self.step = saved.substep;
+        self.population = Population::loaded(
+            &self.near,
+            self.rank,
+            self.population.store.templates.clone(),
+            saved.particles.into_iter().zip(saved.loads),
+        );
+        let states: Vec<State> = (self.master.iter().flat_map(|master| &master.positions))
+            .map(|position| State {
+                position: (*position).into(),
+                ..State::default()
+            })
+            .collect();
+        // Whatever there is to complain of was there when it was saved.
+        let _ = self.count(&states);
         if let Some(master) = &mut self.master {
             master.summary.begun = begun;
         }
@@ -616,25 +651,7 @@ impl DemEngine for Liggghts {
     }
 }
 
-/// What is saved begins with this; the last byte is the version.
-const MAGIC: [u8; 8] = *b"turbidL\x01";
-
-/// Particles, LIGGGHTS's own bytes, steps and contacts begun of one rank's part.
-fn split(part: &[u8]) -> Option<(Vec<Particle>, &[u8], [u64; 2])> {
-    let rest = part.strip_prefix(&MAGIC)?;
-    let (numbers, rest) = rest.split_at_checked(32)?;
-    let numbers: Vec<u64> = bytemuck::pod_collect_to_vec(numbers);
-    let length = (numbers[0] as usize).checked_mul(size_of::<Particle>())?;
-    let (particles, own) = rest.split_at_checked(length)?;
-    let whole = own.len() as u64 == numbers[1];
-    whole.then(|| {
-        (
-            bytemuck::pod_collect_to_vec(particles),
-            own,
-            [numbers[2], numbers[3]],
-        )
-    })
-}
+const NO_ANSWER: &str = "it answered something else than what it was asked";
 
 /// LIGGGHTS cannot have what the case asks for.
 fn unsupported(what: String) -> Error {

@@ -25,7 +25,7 @@ mod carried_tests;
 mod cube_tests;
 #[cfg(test)]
 mod damped_tests;
-mod failures;
+pub(super) mod failures;
 mod ledger;
 #[cfg(test)]
 mod mixed_tests;
@@ -44,7 +44,7 @@ use super::integrator::{self, Inertia};
 use super::saved::{Case, Saved};
 use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{ContactModel, Contour, PairFinder, PairLaw};
+use crate::contact::{ContactModel, Contour, DampingLaw, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -91,6 +91,8 @@ pub struct Native {
     ledger: Ledger,
     /// Sub-steps since the start.
     substep: u64,
+    /// Loads of the sub-step before by known particle, if a law wants them.
+    past: Vec<Load>,
     roll: Roll,
 }
 
@@ -142,6 +144,7 @@ impl Native {
             surfaces: Vec::new(),
             ledger: Ledger::new(near.peers.len()),
             substep: 0,
+            past: Vec::new(),
             params,
             rank,
             near,
@@ -170,6 +173,15 @@ impl Native {
     /// Sub-steps since the start.
     pub fn substep(&self) -> u64 {
         self.substep
+    }
+
+    /// Keeps the loads of the sub-step before for the laws that want them.
+    fn note_loads(&mut self) {
+        self.past.clear();
+        if self.laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
+            self.past.extend_from_slice(&self.population.loads);
+            self.past.extend_from_slice(&self.population.ghost_loads);
+        }
     }
 
     /// One sub-step; all messages are exchanged even if it fails.
@@ -204,6 +216,8 @@ impl Native {
             rank: self.rank,
             substep: self.substep,
             dt,
+            gravity: self.params.gravity,
+            past: (self.substep > 0 && !self.past.is_empty()).then_some(&self.past[..]),
         };
         let mut outcome = scene.pairs(&mut self.roll, &mut self.ledger);
         if !self.params.walls.is_empty() {
@@ -267,7 +281,7 @@ fn responsible_for(record: &Record, near: &Neighbourhood, population: &Populatio
 }
 
 /// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
-fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
+pub(super) fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     const FACES: [[&str; 2]; 3] = [["x-", "x+"], ["y-", "y+"], ["z-", "z+"]];
     if domain.periodic == [true; 3] {
         return None;
@@ -326,9 +340,13 @@ impl DemEngine for Native {
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
         assert_eq!(loads.len(), self.population.store.owned);
         assert_eq!((comm.rank(), comm.size()), (self.rank, self.near.ranks()));
+        self.note_loads();
         self.population.loads.copy_from_slice(loads);
         let mut outcome = Ok(());
-        for _ in 0..self.params.substeps {
+        for substep in 0..self.params.substeps {
+            if substep > 0 {
+                self.note_loads();
+            }
             outcome = outcome.and(self.advance_once(comm, dt / f64::from(self.params.substeps)));
         }
         outcome
@@ -350,6 +368,7 @@ impl DemEngine for Native {
             loads: self.population.loads.clone(),
             records: self.records().to_vec(),
             states: self.ledger.states.clone(),
+            own: Vec::new(),
         };
         Ok(saved.write(self.name()))
     }

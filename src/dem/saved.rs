@@ -1,7 +1,7 @@
 //! What an engine saves of a run, as bytes, and how all ranks read it again.
 //!
 //! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts, and the
-//! contacts of the last sub-step, as plain data of this machine. All parts together are the run: whoever reads them picks
+//! contacts of the last sub-step, as plain data of this machine, and at the end what the engine has of its own. All parts together are the run: whoever reads them picks
 //! what its own rank owns or knows, so the number of ranks may be another one.
 
 use super::{ContactState, Load, Record};
@@ -33,6 +33,8 @@ pub(super) struct Saved {
     pub(super) records: Vec<Record>,
     /// Contacts of the last sub-step.
     pub(super) states: Vec<ContactState>,
+    /// What the engine has of its own, of all ranks together.
+    pub(super) own: Vec<u8>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -48,6 +50,7 @@ struct Header {
     states: u64,
     substep: u64,
     begun: u64,
+    own: u64,
 }
 
 /// Where [`Header::checksum`] ends.
@@ -78,6 +81,7 @@ impl Saved {
             states: self.states.len() as u64,
             substep: self.substep,
             begun: self.begun,
+            own: self.own.len() as u64,
         };
         let loads: Vec<[[f64; 3]; 2]> = (self.loads.iter())
             .map(|load| [load.force.into(), load.torque.into()])
@@ -87,9 +91,16 @@ impl Saved {
         bytes.extend_from_slice(bytemuck::cast_slice(&loads));
         bytes.extend_from_slice(bytemuck::cast_slice(&self.records));
         bytes.extend_from_slice(bytemuck::cast_slice(&self.states));
+        bytes.extend_from_slice(&self.own);
         let checksum = xxh3_64(&bytes[UNCHECKED..]);
         bytes[UNCHECKED - 8..UNCHECKED].copy_from_slice(bytemuck::bytes_of(&checksum));
         bytes
+    }
+
+    /// The contacts that a part, which has been read, has seen begin.
+    pub(super) fn begun(part: &[u8]) -> Option<u64> {
+        let head = part.get(..size_of::<Header>())?;
+        Some(bytemuck::pod_read_unaligned::<Header>(head).begun)
     }
 
     /// One part, or what is wrong with it.
@@ -116,6 +127,7 @@ impl Saved {
             let loads = take::<[[f64; 3]; 2]>(&mut rest, header.particles)?;
             let records = take(&mut rest, header.records)?;
             let states = take(&mut rest, header.states)?;
+            let own = take(&mut rest, header.own)?;
             rest.is_empty().then(|| Self {
                 substep: header.substep,
                 begun: header.begun,
@@ -128,6 +140,7 @@ impl Saved {
                     .collect(),
                 records,
                 states,
+                own,
             })
         })();
         whole.ok_or_else(|| format!("has {} bytes, which are not those its head counts", bytes.len()))
@@ -165,6 +178,7 @@ impl Saved {
             all.particles.extend(part.particles);
             all.loads.extend(part.loads);
             all.records.extend(part.records);
+            all.own.extend(part.own);
             if n % size == rank {
                 all.begun = all.begun.wrapping_add(part.begun);
                 all.states.extend(part.states);
@@ -307,6 +321,7 @@ mod tests {
                 loads: vec![load; 2],
                 records: vec![record(3, 9)],
                 states: vec![state(3, 9)],
+                own: vec![1, 2, 3],
             },
             Saved {
                 substep: 40,
@@ -315,6 +330,7 @@ mod tests {
                 loads: vec![load],
                 records: vec![record(5, ContactState::of_wall(1))],
                 states: vec![state(3, 4)],
+                own: Vec::new(),
             },
         ]
     }

@@ -10,7 +10,7 @@
 //!   pictures/velocity_0000001000.png ...
 //! ```
 //!
-//! The folders appear with their first file. A run owns these names and no others. [`prepare`] removes what an earlier
+//! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
 //! run left under them, so that frames of two runs never mix; files with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
@@ -26,7 +26,7 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory.
-const TOP: [&str; 10] = [
+const TOP: [&str; 9] = [
     "summary.json",
     "series.csv",
     "settling_velocity.png",
@@ -36,14 +36,16 @@ const TOP: [&str; 10] = [
     "force_chains.pvd",
     "walls.vtp",
     "particle_series.csv",
-    "liggghts.log",
 ];
+/// What an external engine says.
+const LOG: &str = "liggghts.log";
 /// Directory, prefix and extension of the numbered files.
 const FIELDS: (&str, &str, &str) = ("fields", "fields_", ".vti");
 const PARTICLES: (&str, &str, &str) = ("particles", "particles_", ".vtp");
 const CONTACTS: (&str, &str, &str) = ("contacts", "contacts_", ".vtp");
 const FORCE_CHAINS: (&str, &str, &str) = ("force_chains", "force_chains_", ".vtp");
 const PICTURES: (&str, &str, &str) = ("pictures", "velocity_", ".png");
+const FOLDERS: [(&str, &str, &str); 5] = [FIELDS, PARTICLES, CONTACTS, FORCE_CHAINS, PICTURES];
 
 impl OutputFiles {
     /// The files of a run whose output goes to `directory`.
@@ -105,7 +107,7 @@ impl OutputFiles {
 
     /// What LIGGGHTS prints.
     pub fn liggghts_log(&self) -> PathBuf {
-        self.directory.join(TOP[9])
+        self.directory.join(LOG)
     }
 
     /// The fluid fields at `step`.
@@ -140,14 +142,31 @@ impl OutputFiles {
     }
 }
 
-/// Creates the output directory, removes what an earlier run left, and proves that files can be written.
+/// Creates the output directory, and proves that files can be written; the log of an earlier run goes.
 ///
 /// Called before anything is computed, so that a run cannot fail at its first output after hours.
-pub fn prepare(directory: &Path) -> Result<()> {
+pub fn create(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         fs::create_dir_all(directory)?;
+        remove_matching(directory, |name| name == LOG)?;
+        for (folder, ..) in FOLDERS {
+            let folder = directory.join(folder);
+            if folder.is_dir() {
+                probe(&folder)?;
+            }
+        }
+        probe(directory)
+    };
+    attempt().map_err(|source| refused(directory, &source))
+}
+
+/// Removes what an earlier run has left in a directory that [`create`] has made, but the log, which is of this run.
+///
+/// Called when nothing can refuse the run any more.
+pub fn clear(directory: &Path) -> Result<()> {
+    let attempt = || -> io::Result<()> {
         remove_matching(directory, |name| TOP.contains(&name))?;
-        for (folder, prefix, extension) in [FIELDS, PARTICLES, CONTACTS, FORCE_CHAINS, PICTURES] {
+        for (folder, prefix, extension) in FOLDERS {
             let folder = directory.join(folder);
             if !folder.is_dir() {
                 continue;
@@ -158,17 +177,18 @@ pub fn prepare(directory: &Path) -> Result<()> {
                     .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
             };
             remove_matching(&folder, is_frame)?;
-            probe(&folder)?;
         }
-        probe(directory)
+        Ok(())
     };
-    attempt().map_err(|source| {
-        Error::Input(format!(
-            "cannot write to the output directory {}: {source}\n  \
-             choose another one with --out DIR or the key output.directory",
-            directory.display()
-        ))
-    })
+    attempt().map_err(|source| refused(directory, &source))
+}
+
+fn refused(directory: &Path, source: &io::Error) -> Error {
+    Error::Input(format!(
+        "cannot write to the output directory {}: {source}\n  \
+         choose another one with --out DIR or the key output.directory",
+        directory.display()
+    ))
 }
 
 /// Removes the files, finished or partial, whose final name is `own`.
@@ -206,7 +226,7 @@ mod tests {
     fn an_earlier_run_is_cleared_and_foreign_files_stay() {
         let root = tempfile::tempdir().unwrap();
         let directory = root.path().join("a/b");
-        prepare(&directory).unwrap();
+        create(&directory).unwrap();
         let files = OutputFiles::new(&directory);
         let own = [
             files.summary(),
@@ -223,7 +243,6 @@ mod tests {
             files.force_chains_collection(),
             files.force_chains(3),
             files.walls(),
-            files.liggghts_log(),
             files.fields(4).with_extension("vti.tmp"),
         ];
         let foreign = [
@@ -236,7 +255,10 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "x").unwrap();
         }
-        prepare(&directory).unwrap();
+        create(&directory).unwrap();
+        let summary = files.summary();
+        assert!(summary.exists(), "a run may be refused yet");
+        clear(&directory).unwrap();
         for path in own {
             assert!(!path.exists(), "{} is stale", path.display());
         }
@@ -253,7 +275,7 @@ mod tests {
         let file = root.path().join("file");
         fs::write(&file, "x").unwrap();
         for directory in [file.join("out"), PathBuf::from("/proc/turbid")] {
-            let error = prepare(&directory).unwrap_err();
+            let error = create(&directory).unwrap_err();
             assert_eq!(error.exit_code(), 2);
             let text = error.to_string();
             assert!(

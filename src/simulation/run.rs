@@ -32,7 +32,7 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     setup.engine.refuse_if_missing()?;
     let decomposition = decompose(setup)?;
     if comm::launched().is_none_or(|launched| launched.rank == 0) {
-        directory::prepare(&setup.output.directory)?;
+        directory::create(&setup.output.directory)?;
     }
     match setup.precision {
         Precision::F32 => on_ranks(&decomposition, |comm| {
@@ -125,6 +125,18 @@ fn run_rank<T: Real>(
 ) -> Result<Option<Summary>> {
     let log = OutputFiles::new(&setup.output.directory).liggghts_log();
     let mut simulation = Simulation::<T>::logged(setup, decomposition, comm, Some(&log))?;
+    // Nothing can refuse the case from here on: the results of an earlier run may go.
+    let cleared = if simulation.comm.rank() == 0 {
+        directory::clear(&setup.output.directory)
+    } else {
+        Ok(())
+    };
+    let mut failures = [i64::from(cleared.is_err())];
+    simulation.comm.sum(&mut failures);
+    cleared?;
+    if failures[0] > 0 {
+        return Err(Error::OtherRank);
+    }
     let mut observer = Observer::new(setup, decomposition, &simulation.comm, options.quiet);
     let mut interrupted = false;
     observer.observe(&mut simulation, false)?;

@@ -106,6 +106,27 @@ fn a_wrong_command_of_the_user_is_an_error_with_liggghts_words_and_no_run() {
     );
 }
 
+#[test]
+fn a_set_up_that_liggghts_refuses_leaves_the_results_of_the_run_before() {
+    let folder = folder(16, "");
+    let output = turbid(folder.path(), &["run", "case.toml"]).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let read = |name: &str| std::fs::read(folder.path().join("out").join(name)).unwrap();
+    let names = ["summary.json", "series.csv", "particles.pvd"];
+    let before = names.map(read);
+    let refused = [
+        "run",
+        "case.toml",
+        "--set",
+        "dem.liggghts.commands=[\"fix a all nonsense\"]",
+    ];
+    let output = turbid(folder.path(), &refused).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(before == names.map(read));
+    let log = String::from_utf8(read("liggghts.log")).unwrap();
+    assert!(log.contains("fix a all nonsense"), "{log}");
+}
+
 /// A run that does not outlive its test.
 struct Running(Option<Child>);
 

@@ -84,7 +84,9 @@ pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         ]
         .map(str::to_owned),
     );
-    last.push(format!("compute {PAIRS} all pair/gran/local pos id force"));
+    last.push(format!(
+        "compute {PAIRS} all pair/gran/local pos id force force_normal force_tangential"
+    ));
     Ok(Plan {
         before,
         space,
@@ -126,19 +128,7 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
     let young = list(materials.iter().map(|m| m.youngs_modulus).collect());
     let poisson = list(materials.iter().map(|m| m.poisson_ratio).collect());
     let restitution = list(pairs.iter().map(|pair| pair.restitution).collect());
-    // A static coefficient of zero switches friction off.
-    let friction = list(
-        pairs
-            .iter()
-            .map(|pair| {
-                if pair.friction_static > 0.0 {
-                    pair.friction_kinetic
-                } else {
-                    0.0
-                }
-            })
-            .collect(),
-    );
+    let friction = list(pairs.iter().map(friction).collect());
     vec![
         format!("fix young all property/global youngsModulus peratomtype{young}"),
         format!("fix poisson all property/global poissonsRatio peratomtype{poisson}"),
@@ -147,6 +137,15 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
         ),
         format!("fix friction all property/global coefficientFriction peratomtypepair {n}{friction}"),
     ]
+}
+
+/// LIGGGHTS's one coefficient of friction (-): a static one of zero switches friction off.
+pub(super) fn friction(pair: &PairParams) -> f64 {
+    if pair.friction_static > 0.0 {
+        pair.friction_kinetic
+    } else {
+        0.0
+    }
 }
 
 /// A wall in LIGGGHTS's words, or why it has none for it.

@@ -39,6 +39,8 @@ pub(super) fn wall_fix(index: usize) -> String {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Atom {
+    /// Id of the particle, for messages; LIGGGHTS counts from 1.
+    pub(super) id: u64,
     pub(super) position: [f64; 3],
     pub(super) velocity: [f64; 3],
     pub(super) angular_velocity: [f64; 3],
@@ -65,9 +67,9 @@ pub(super) struct State {
     pub(super) position: [f64; 3],
     pub(super) velocity: [f64; 3],
     pub(super) angular_velocity: [f64; 3],
-    /// Of all contacts, at this position (N).
+    /// Of all contacts, and of what commands of the user have added, at this position (N).
     pub(super) contact_force: [f64; 3],
-    /// Of all contacts, at this position (N m).
+    /// The same (N m).
     pub(super) contact_torque: [f64; 3],
 }
 
@@ -81,8 +83,10 @@ pub(super) struct Touch {
     pub(super) second: u64,
     /// Whether `second` is a wall.
     pub(super) is_wall: u64,
-    /// On the first (N).
+    /// On the first, without the friction if the second is a sphere (N).
     pub(super) force: [f64; 3],
+    /// The friction on the first (N).
+    pub(super) friction: [f64; 3],
 }
 
 /// What the engine asks.

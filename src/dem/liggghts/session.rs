@@ -20,7 +20,8 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3).
+/// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
+/// the surfaces (3 each).
 pub(super) const PAIRS: &str = "contacts";
 
 /// The fixes that hold the loads, made by `couple/cfd/force`.
@@ -42,6 +43,22 @@ enum Shelf {
     Ready(Instance),
     /// In use, or left behind by an error.
     Taken,
+}
+
+/// Ends the LIGGGHTS of this process, and MPI if LIGGGHTS has started it; for the end of the program. A job whose process ends
+/// without it counts as failed.
+pub fn end() {
+    let Ok(mut shelf) = SHELF.lock() else {
+        return;
+    };
+    match std::mem::replace(&mut *shelf, Shelf::Taken) {
+        Shelf::Empty => return,
+        // SAFETY: nobody else has the instance, and it is not used after this.
+        Shelf::Ready(instance) => unsafe { ffi::lgg_close(instance.0) },
+        Shelf::Taken => {}
+    }
+    // SAFETY: nothing calls MPI after this.
+    unsafe { ffi::lgg_finalize() };
 }
 
 /// An instance of LIGGGHTS.
@@ -182,6 +199,8 @@ pub(super) struct Session {
     time_step: f64,
     /// Where the spheres were last, to say where one was lost.
     last: Vec<[f64; 3]>,
+    /// Their ids, by index.
+    names: Vec<u64>,
 }
 
 impl Drop for Session {
@@ -202,6 +221,7 @@ impl Session {
             loads: Vec::new(),
             time_step: 0.0,
             last: Vec::new(),
+            names: Vec::new(),
         }
     }
 
@@ -248,6 +268,7 @@ impl Session {
         self.walls = plan.walls;
         self.loads = vec![Push::default(); atoms.len()];
         self.last = atoms.iter().map(|atom| atom.position).collect();
+        self.names = atoms.iter().map(|atom| atom.id).collect();
         self.atoms = atoms;
         self.time_step = 0.0;
         let instance = self.instance()?;
@@ -320,8 +341,9 @@ impl Session {
                     String::new()
                 };
                 Err(format!(
-                    "LIGGGHTS has lost the particle last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m{more}: it left the box \
-                     through a face that is not periodic"
+                    "LIGGGHTS has lost particle {}, last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m{more}: it has left the box, or \
+                     moved too far in one step",
+                    self.names[lost]
                 ))
             }
         }
@@ -355,7 +377,8 @@ impl Session {
             if !numbers.iter().flatten().all(|x| x.is_finite()) {
                 let [x, y, z] = self.last[index];
                 return Err(format!(
-                    "the state of the particle last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m is not finite"
+                    "the state of particle {}, last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m, is not finite",
+                    self.names[index]
                 ));
             }
         }
@@ -445,11 +468,47 @@ impl Session {
         Ok(states)
     }
 
+    /// The forces of the contacts as they acted: LIGGGHTS works them out anew when asked, so the velocities are those of
+    /// half a step before in the meantime. (Those of periodic images are that all the time.) What it cannot repeat is that a
+    /// contact slid: then its tangential dashpot is in the friction although it did not act.
     fn touches(&self) -> Outcome<Vec<Touch>> {
         let instance = self.instance()?;
+        let indices = self.indices()?;
+        let arrays = instance.atoms()?;
+        let mut full = Vec::with_capacity(indices.len());
+        for (k, &index) in indices.iter().enumerate() {
+            let atom = &self.atoms[index];
+            let push = 0.5 * self.time_step / atom.mass;
+            let twist = push * atom.inertia_ratio / (SPHERE * atom.radius * atom.radius);
+            // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
+            let [v, w, f, t] = unsafe {
+                [
+                    arrays.velocity,
+                    arrays.angular_velocity,
+                    arrays.force,
+                    arrays.torque,
+                ]
+                .map(|base| vector(base, k))
+            };
+            full.push((*v, *w));
+            for i in 0..3 {
+                v[i] -= push * f[i];
+                w[i] -= twist * t[i];
+            }
+        }
+        let rows = instance.rows(PAIRS);
+        let arrays = instance.atoms()?;
+        for (k, (v, w)) in full.into_iter().enumerate() {
+            // SAFETY: as above; to ask for contacts does not sort the particles.
+            unsafe {
+                *vector(arrays.velocity, k) = v;
+                *vector(arrays.angular_velocity, k) = w;
+            }
+        }
         let mut touches = Vec::new();
-        for row in instance.rows(PAIRS)? {
-            let force: [f64; 3] = [row[9], row[10], row[11]];
+        for row in rows? {
+            let part = |at: usize| -> [f64; 3] { [row[at], row[at + 1], row[at + 2]] };
+            let (force, friction) = (part(12), part(15));
             let [a, b] = [row[6] as u64 - 1, row[7] as u64 - 1];
             let turned = a > b;
             touches.push(Touch {
@@ -457,9 +516,9 @@ impl Session {
                 second: a.max(b),
                 is_wall: 0,
                 force: if turned { force.map(|f| -f) } else { force },
+                friction: if turned { friction.map(|f| -f) } else { friction },
             });
         }
-        let indices = self.indices()?;
         for wall in 0..self.walls {
             let forces = instance.property(&format!("force_{}", wall_fix(wall)))?;
             for (k, &index) in indices.iter().enumerate() {
@@ -471,6 +530,7 @@ impl Session {
                         second: wall as u64,
                         is_wall: 1,
                         force,
+                        friction: [0.0; 3],
                     });
                 }
             }
@@ -480,13 +540,17 @@ impl Session {
     }
 
     /// LIGGGHTS's own restart file, which has the history of contacts, and what it leaves out: forces, torques, loads.
+    ///
+    /// To write it LIGGGHTS sorts its particles into the box anew, but not its lists of neighbours, so these are made again: the
+    /// run goes on as one that goes on from what was saved.
     fn save(&self) -> Outcome<Vec<u8>> {
+        let states = self.states()?;
         let instance = self.instance()?;
         let file = Passing::new();
         instance.command(&format!("write_restart {}", file.path()))?;
         let restart =
             std::fs::read(&file.0).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
-        let states = self.states()?;
+        self.set_up_again(&states)?;
         let mut saved = (restart.len() as u64).to_le_bytes().to_vec();
         saved.extend_from_slice(&restart);
         saved.extend_from_slice(bytemuck::bytes_of(&self.time_step));
@@ -510,27 +574,29 @@ impl Session {
         instance.command(&format!("read_restart {}", file.path()))?;
         instance.commands(&plan.after)?;
         self.finish(plan)?;
-        let instance = self.instance()?;
-        // As in the first step; then the forces as they were, of the velocities of half a step before.
-        instance.command(&format!("timestep {step:e}"))?;
-        instance.command("run 0")?;
+        if step > 0.0 {
+            self.instance()?.command(&format!("timestep {step:e}"))?;
+        }
         self.time_step = step;
+        self.last = states.iter().map(|state| state.position).collect();
+        self.loads = loads;
+        self.set_up_again(&states)
+    }
+
+    /// Makes LIGGGHTS's lists again, at the present positions; then forces and torques are made those of `states`, which the
+    /// velocities of half a step before have determined.
+    fn set_up_again(&self, states: &[State]) -> Outcome<()> {
+        self.instance()?.command("run 0")?;
         let indices = self.indices()?;
-        let instance = self.instance()?;
-        let arrays = instance.atoms()?;
+        let arrays = self.instance()?.atoms()?;
         for (k, &index) in indices.iter().enumerate() {
-            let (state, load) = (&states[index], &loads[index]);
+            let (state, load) = (&states[index], &self.loads[index]);
             // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
             unsafe {
-                *vector(arrays.position, k) = state.position;
-                *vector(arrays.velocity, k) = state.velocity;
-                *vector(arrays.angular_velocity, k) = state.angular_velocity;
                 *vector(arrays.force, k) = std::array::from_fn(|i| state.contact_force[i] + load.force[i]);
                 *vector(arrays.torque, k) = std::array::from_fn(|i| state.contact_torque[i] + load.torque[i]);
             }
         }
-        self.last = states.iter().map(|state| state.position).collect();
-        self.loads = loads;
         Ok(())
     }
 }

@@ -58,9 +58,14 @@ fn damped_impacts_end_with_the_set_restitution_and_last_and_sink_in_as_each_damp
                 t / duration - 1.0,
                 d / depth - 1.0
             );
-            assert!((e - set - off).abs() < 1e-4, "{damping:?} {set}: {e}");
-            assert!((t / duration - 1.0).abs() < 1e-4, "{damping:?} {set}: {t}");
-            assert!((d / depth - 1.0).abs() < 2e-4, "{damping:?} {set}: {d}");
+            // First order in the step by Tsuji, as LIGGGHTS: it is off by up to 3e-4 at this step.
+            let [of_e, of_t, of_d] = match damping {
+                DampingLaw::HuntCrossley => [1e-4, 1e-4, 2e-4],
+                DampingLaw::Tsuji => [2e-4, 3e-4, 3e-4],
+            };
+            assert!((e - set - off).abs() < of_e, "{damping:?} {set}: {e}");
+            assert!((t / duration - 1.0).abs() < of_t, "{damping:?} {set}: {t}");
+            assert!((d / depth - 1.0).abs() < of_d, "{damping:?} {set}: {d}");
         }
     }
 }

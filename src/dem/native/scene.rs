@@ -5,9 +5,9 @@ use super::ledger::{Ledger, Meeting, Share};
 use crate::contact::{
     Body, ContactModel, Contour, Couple, DampingLaw, PairFinder, PairLaw, measure, measure_wall,
 };
-use crate::dem::ContactState;
 use crate::dem::assign::{Neighbourhood, responsible};
 use crate::dem::integrator::Inertia;
+use crate::dem::{ContactState, Load};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
@@ -80,6 +80,10 @@ pub(super) struct Scene<'a> {
     pub(super) substep: u64,
     /// Length of a sub-step (s).
     pub(super) dt: f64,
+    /// Acceleration of every particle (m/s^2).
+    pub(super) gravity: Vec3,
+    /// Loads of the sub-step before by known particle, if there was one and a law wants them.
+    pub(super) past: Option<&'a [Load]>,
 }
 
 impl<'a> Scene<'a> {
@@ -94,20 +98,25 @@ impl<'a> Scene<'a> {
         &self.laws[a * self.contact.materials.len() + b]
     }
 
-    /// Velocity (m/s) at a point of a body, `lever` (m) from its centre, as a law wants it.
+    /// Velocity (m/s) at a point of a known particle, `lever` (m) from its centre, as a law wants it.
     ///
     /// [`DampingLaw::Tsuji`] is there to be held against LIGGGHTS, whose velocity Verlet works forces out with the velocity of
-    /// half a step before, contacts being what has changed it: so does it.
-    fn velocity(&self, particle: &Particle, lever: &Vec3, law: &PairLaw) -> Vec3 {
-        let (velocity, spin) = match law.damping {
-            DampingLaw::HuntCrossley => (particle.velocity(), particle.angular_velocity()),
-            DampingLaw::Tsuji => {
+    /// half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
+    fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw) -> Vec3 {
+        let particle = &self.store.particles[index];
+        let (velocity, spin) = match (law.damping, self.past) {
+            (DampingLaw::HuntCrossley, _) | (DampingLaw::Tsuji, None) => {
+                (particle.velocity(), particle.angular_velocity())
+            }
+            (DampingLaw::Tsuji, Some(past)) => {
                 let inertia = &self.inertias[particle.template as usize];
                 let half = 0.5 * self.dt;
-                let momentum =
-                    Vec3::from(particle.angular_momentum) - Vec3::from(particle.contact_torque) * half;
+                let weight = self.gravity * inertia.mass;
+                let force = Vec3::from(particle.contact_force) + (past[index].force + weight);
+                let torque = Vec3::from(particle.contact_torque) + past[index].torque;
+                let momentum = Vec3::from(particle.angular_momentum) - torque * half;
                 (
-                    particle.velocity() - Vec3::from(particle.contact_force) * (half / inertia.mass),
+                    particle.velocity() - force * (half / inertia.mass),
                     inertia.angular_velocity(&particle.orientation(), momentum),
                 )
             }
@@ -143,7 +152,7 @@ impl<'a> Scene<'a> {
                     radii: [a, b].map(|p| self.radii[p.template as usize]),
                     masses: [a, b].map(|p| self.inertias[p.template as usize].mass),
                 },
-                velocity: self.velocity(a, &levers[0], law) - self.velocity(b, &levers[1], law),
+                velocity: self.velocity(i, &levers[0], law) - self.velocity(j, &levers[1], law),
                 point: domain.wrap(a.position() + overlap.point),
             });
             let thinner = (first.contour.shape.thickness()).min(second.contour.shape.thickness());
@@ -189,7 +198,7 @@ impl<'a> Scene<'a> {
                 };
                 let point = centre + overlap.point;
                 let law = self.law(self.store.template(particle).material, wall.material);
-                let velocity = self.velocity(particle, &overlap.point, law);
+                let velocity = self.velocity(i, &overlap.point, law);
                 let ids = [particle.id, ContactState::of_wall(index)];
                 let action = ledger.enter(&Meeting {
                     ids,
