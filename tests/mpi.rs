@@ -109,6 +109,25 @@ fn liggghts_moves_the_particles_of_all_processes() {
     assert!(result(folder.path()) == expected);
 }
 
+#[cfg(feature = "liggghts")]
+#[test]
+fn liggghts_inside_of_one_of_several_processes_is_refused() {
+    let folder = folder();
+    let arguments = [
+        "run",
+        "case.toml",
+        "--set",
+        "dem.engine=liggghts",
+        "--set",
+        "dem.liggghts.process=own",
+    ];
+    let output = turbid(folder.path(), 2, &arguments);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("error:").count(), 1, "{said}");
+    assert!(said.contains("`dem.liggghts.process = \"worker\"`"), "{said}");
+}
+
 #[test]
 fn a_failure_is_said_once_and_ends_all_processes_with_its_exit_code() {
     let folder = folder();

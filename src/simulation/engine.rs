@@ -1,18 +1,23 @@
 //! The engine that a case asks for.
 
 use crate::case::Setup;
+#[cfg(feature = "liggghts")]
+use crate::comm;
 use crate::comm::Comm;
 use crate::dem::{DemEngine, EngineChoice, Native, NativeParams};
 #[cfg(feature = "liggghts")]
-use crate::dem::{Liggghts, LiggghtsParams};
+use crate::dem::{Liggghts, LiggghtsOptions, LiggghtsParams, LiggghtsProcess};
 use crate::domain::Decomposition;
+#[cfg(feature = "liggghts")]
+use crate::error::Error;
 use crate::error::Result;
 use std::path::Path;
 
 /// The engine with the particles of the case; what an external one prints goes to `log`, if there is one. Collective.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if this program was built without the engine; what the engine says otherwise.
+/// [`Error::Input`](crate::Error::Input) if this program was built without the engine, or if the engine is to live in one of
+/// several processes of an MPI job; what the engine says otherwise.
 #[cfg_attr(
     not(feature = "liggghts"),
     expect(unused_variables, reason = "only an external engine prints")
@@ -28,6 +33,7 @@ pub(super) fn engine(
     match &setup.engine {
         #[cfg(feature = "liggghts")]
         EngineChoice::Liggghts(options) => {
+            refuse_in_a_job(options)?;
             let params = LiggghtsParams {
                 contact: setup.contact.clone(),
                 walls: setup.walls.clone(),
@@ -53,4 +59,18 @@ pub(super) fn engine(
             Ok(Box::new(engine))
         }
     }
+}
+
+/// LIGGGHTS in a process of turbid takes all processes of an MPI job, and waits until they call it; one alone does.
+#[cfg(feature = "liggghts")]
+fn refuse_in_a_job(options: &LiggghtsOptions) -> Result<()> {
+    let processes = comm::launched().map_or(1, |launched| launched.size);
+    if processes < 2 || options.process != LiggghtsProcess::Own {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "`dem.liggghts.process` is \"own\", and {processes} processes of turbid were launched: inside of one of them LIGGGHTS \
+         would wait for the others for ever; set `dem.liggghts.process = \"worker\"`, or start one process with --threads \
+         {processes}"
+    )))
 }

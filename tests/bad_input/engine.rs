@@ -193,6 +193,29 @@ fn commands_that_would_break_the_coupling_are_refused_with_the_reason() {
         ("processors 2 1 1", &["\"processors ...\""]),
         ("set group all diameter 1", &["\"set ...\"", "[[particles]]"]),
         ("unfix motion", &["\"unfix ...\""]),
+        (
+            "neigh_modify every 100000 check no",
+            &["\"neigh_modify ...\"", "no contact is missed"],
+        ),
+        (
+            "neigh_modify exclude type 1 1",
+            &["\"neigh_modify ...\"", "without a word"],
+        ),
+        ("neighbor 0 bin", &["\"neighbor ...\"", "no contact is missed"]),
+        (
+            "thermo_modify lost ignore",
+            &["\"thermo_modify ...\"", "a lost particle must be an error"],
+        ),
+        (
+            "compute_modify thermo_temp extra 0",
+            &["\"compute_modify ...\"", "as it has made them"],
+        ),
+        ("fix_modify motion energy yes", &["\"fix_modify ...\""]),
+        (
+            "fix f all freeze",
+            &["style \"freeze\"", "forces of contacts", "[[walls]]"],
+        ),
+        ("fix f all setforce 0 0 0", &["style \"setforce\""]),
         ("include more.in", &["\"include ...\"", "one by one"]),
         (
             "fix again all nve/sphere",

@@ -5,7 +5,7 @@ use crate::case::source::Source;
 use crate::error::Result;
 
 /// Commands, and why they are refused.
-const COMMANDS: [(&str, &str); 6] = [
+const COMMANDS: [(&str, &str); 9] = [
     (
         "run rerun minimize run_style timestep reset_timestep",
         "turbid sets the time step of LIGGGHTS and tells it when to step; `run.end` and `contact.substeps` say how far and how \
@@ -25,13 +25,26 @@ const COMMANDS: [(&str, &str); 6] = [
         "the coupling and its log rest on what it would take away",
     ),
     (
+        "neigh_modify neighbor",
+        "turbid sets the lists of neighbours so that no contact is missed; with others, particles would pass through each \
+         other without a word",
+    ),
+    (
+        "thermo_modify",
+        "a lost particle must be an error, and what is printed must cost nothing",
+    ),
+    (
+        "fix_modify compute_modify",
+        "the coupling reads the fixes and computes as it has made them; give the options where the fix or compute is made",
+    ),
+    (
         "include jump label next if shell python partition",
         "what it runs cannot be checked; give commands one by one",
     ),
 ];
 
 /// Beginnings of the styles of `fix` that are refused, and why.
-const FIXES: [(&str, &str); 4] = [
+const FIXES: [(&str, &str); 5] = [
     (
         "nve nvt npt rigid poems multisphere move",
         "the particles are moved by turbid's own fix already; a second one would move them twice",
@@ -43,6 +56,10 @@ const FIXES: [(&str, &str); 4] = [
     (
         "insert pour deposit remove evaporate adapt deform",
         "number and sizes of particles and the box are those of the case",
+    ),
+    (
+        "freeze setforce aveforce",
+        "it would replace the forces of contacts and fluid; a body that is held is one of [[walls]]",
     ),
     (
         "couple/cfd",
