@@ -12,13 +12,9 @@
 //! particle, `q` times too large (contacts of grown surfaces), the torque of the first half kick is multiplied by `q`
 //! and the second one is made up for, `w += (q - 1) dt/2 T / I`: again velocity Verlet, with the right inertia.
 
+use super::instance::{Instance, Outcome, vector};
 use super::protocol::{Atom, Plan, Push, Reply, Request, State, Touch, wall_fix};
-use liggghts_sys as ffi;
-use std::ffi::{CStr, CString};
-use std::path::{Path, PathBuf};
-use std::ptr;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
 /// the surfaces (3 each).
@@ -31,161 +27,6 @@ const TORQUE: &str = "hdtorque";
 /// The moment of inertia of a sphere over `m r^2`, as LIGGGHTS has it.
 const SPHERE: f64 = 0.4;
 
-type Outcome<T> = std::result::Result<T, String>;
-
-/// The one instance of this process, while nobody uses it.
-static SHELF: Mutex<Shelf> = Mutex::new(Shelf::Empty);
-
-enum Shelf {
-    /// Not started.
-    Empty,
-    /// Ready, cleared.
-    Ready(Instance),
-    /// In use, or left behind by an error.
-    Taken,
-}
-
-/// Ends the LIGGGHTS of this process, and MPI if LIGGGHTS has started it; for the end of the program. A job whose process ends
-/// without it counts as failed.
-pub fn end() {
-    let Ok(mut shelf) = SHELF.lock() else {
-        return;
-    };
-    match std::mem::replace(&mut *shelf, Shelf::Taken) {
-        Shelf::Empty => return,
-        // SAFETY: nobody else has the instance, and it is not used after this.
-        Shelf::Ready(instance) => unsafe { ffi::lgg_close(instance.0) },
-        Shelf::Taken => {}
-    }
-    // SAFETY: nothing calls MPI after this.
-    unsafe { ffi::lgg_finalize() };
-}
-
-/// An instance of LIGGGHTS.
-#[derive(Debug)]
-struct Instance(*mut ffi::lgg_instance);
-
-// SAFETY: an instance has no ties to the thread that made it; whoever has this value is its only user.
-unsafe impl Send for Instance {}
-
-impl Instance {
-    /// The one of this process.
-    fn take() -> Outcome<Self> {
-        let mut shelf = SHELF.lock().map_err(|e| e.to_string())?;
-        match std::mem::replace(&mut *shelf, Shelf::Taken) {
-            Shelf::Ready(instance) => Ok(instance),
-            Shelf::Empty => Self::start(),
-            Shelf::Taken => Err(
-                "this process has one LIGGGHTS, and it is in use, or an error has broken it; \
-                                 process = \"worker\" has no such limit"
-                    .to_owned(),
-            ),
-        }
-    }
-
-    fn start() -> Outcome<Self> {
-        let mut instance = ptr::null_mut();
-        // SAFETY: the path is a C string, and `instance` is where the pointer goes.
-        let failed = unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) };
-        if failed == 0 {
-            Ok(Self(instance))
-        } else {
-            Err(error())
-        }
-    }
-
-    /// Back onto the shelf, empty; an instance that cannot be cleared stays where it is.
-    fn put_back(self) {
-        let cleared = self.command("log none").and_then(|()| self.command("clear"));
-        if let (Ok(()), Ok(mut shelf)) = (cleared, SHELF.lock()) {
-            *shelf = Shelf::Ready(self);
-        }
-    }
-
-    fn command(&self, command: &str) -> Outcome<()> {
-        let text = CString::new(command).map_err(|_| "a command with a zero byte".to_owned())?;
-        // SAFETY: the instance is alive, and the text a C string that is only read.
-        if unsafe { ffi::lgg_command(self.0, text.as_ptr()) } == 0 {
-            Ok(())
-        } else {
-            Err(format!("{}\n  at the command: {command}", error()))
-        }
-    }
-
-    /// Commands of the set-up, with everything in the log before the next.
-    fn commands<'a>(&self, commands: impl IntoIterator<Item = &'a String>) -> Outcome<()> {
-        commands.into_iter().try_for_each(|command| {
-            self.command(command)?;
-            // SAFETY: may be called at any time.
-            unsafe { ffi::lgg_flush() };
-            Ok(())
-        })
-    }
-
-    /// The arrays of the atoms. Valid until the next command.
-    fn atoms(&self) -> Outcome<ffi::lgg_atoms> {
-        let mut atoms = ffi::lgg_atoms::default();
-        // SAFETY: the instance is alive, and the structure is there to be filled.
-        let failed = unsafe { ffi::lgg_get_atoms(self.0, &raw mut atoms) };
-        if failed == 0 { Ok(atoms) } else { Err(error()) }
-    }
-
-    /// Vectors of all atoms that a fix holds. Valid until the next command.
-    fn property(&self, name: &str) -> Outcome<*mut f64> {
-        let name = CString::new(name).map_err(|e| e.to_string())?;
-        let mut values = ptr::null_mut();
-        // SAFETY: the instance is alive, the name a C string, and the pointer is there to be set.
-        let failed = unsafe { ffi::lgg_atom_property(self.0, name.as_ptr(), &raw mut values) };
-        if failed == 0 { Ok(values) } else { Err(error()) }
-    }
-
-    /// Rows of a local compute.
-    fn rows(&self, name: &str) -> Outcome<Vec<Vec<f64>>> {
-        let name = CString::new(name).map_err(|e| e.to_string())?;
-        let (mut rows, mut columns, mut values) = (0, 0, ptr::null());
-        // SAFETY: the instance is alive, the name a C string, and the three places are there to be set.
-        let failed = unsafe {
-            ffi::lgg_local_compute(
-                self.0,
-                name.as_ptr(),
-                &raw mut rows,
-                &raw mut columns,
-                &raw mut values,
-            )
-        };
-        if failed != 0 {
-            return Err(error());
-        }
-        if rows == 0 || columns == 0 {
-            return Ok(Vec::new());
-        }
-        // SAFETY: the shim has copied that many rows, and keeps them until it is asked again.
-        let values = unsafe { std::slice::from_raw_parts(values, (rows * columns) as usize) };
-        Ok(values
-            .chunks_exact(columns as usize)
-            .map(<[f64]>::to_vec)
-            .collect())
-    }
-}
-
-/// The reason of the last failure, in LIGGGHTS's words.
-fn error() -> String {
-    // SAFETY: the shim returns a C string that lives until the next failure in this thread.
-    unsafe { CStr::from_ptr(ffi::lgg_error()) }
-        .to_string_lossy()
-        .trim()
-        .to_owned()
-}
-
-/// Three numbers of atom `k`.
-///
-/// # Safety
-/// `base` points to at least `3 (k + 1)` numbers that nobody else uses.
-unsafe fn vector<'a>(base: *mut f64, k: usize) -> &'a mut [f64; 3] {
-    // SAFETY: as the caller has promised.
-    unsafe { &mut *base.add(3 * k).cast() }
-}
-
 /// One simulation in LIGGGHTS.
 #[derive(Debug)]
 pub(super) struct Session {
@@ -194,11 +35,11 @@ pub(super) struct Session {
     atoms: Vec<Atom>,
     walls: usize,
     /// Loads of the last step, by index.
-    loads: Vec<Push>,
+    pub(super) loads: Vec<Push>,
     /// The present time step (s); nothing before the first step.
-    time_step: f64,
+    pub(super) time_step: f64,
     /// Where the spheres were last, to say where one was lost.
-    last: Vec<[f64; 3]>,
+    pub(super) last: Vec<[f64; 3]>,
     /// Their ids, by index.
     names: Vec<u64>,
 }
@@ -241,7 +82,7 @@ impl Session {
         outcome.unwrap_or_else(Reply::Failed)
     }
 
-    fn instance(&self) -> Outcome<&Instance> {
+    pub(super) fn instance(&self) -> Outcome<&Instance> {
         self.instance
             .as_ref()
             .ok_or_else(|| "LIGGGHTS has not been set up".to_owned())
@@ -261,7 +102,7 @@ impl Session {
     }
 
     /// Everything before the box.
-    fn begin(&mut self, plan: &Plan, atoms: Vec<Atom>) -> Outcome<()> {
+    pub(super) fn begin(&mut self, plan: &Plan, atoms: Vec<Atom>) -> Outcome<()> {
         if self.instance.is_none() {
             self.instance = Some(Instance::take()?);
         }
@@ -279,7 +120,7 @@ impl Session {
     }
 
     /// Everything after the atoms are there, to the first evaluation of forces.
-    fn finish(&self, plan: &Plan) -> Outcome<()> {
+    pub(super) fn finish(&self, plan: &Plan) -> Outcome<()> {
         let instance = self.instance()?;
         instance.commands(plan.last.iter().chain(&plan.user))?;
         // Sets the loads to zero, and finds out whatever is wrong.
@@ -318,7 +159,7 @@ impl Session {
     }
 
     /// The index of every atom of LIGGGHTS in its order; an error if one is not there.
-    fn indices(&self) -> Outcome<Vec<usize>> {
+    pub(super) fn indices(&self) -> Outcome<Vec<usize>> {
         let arrays = self.instance()?.atoms()?;
         let mut there = vec![false; self.atoms.len()];
         let mut indices = Vec::with_capacity(self.atoms.len());
@@ -440,7 +281,7 @@ impl Session {
     }
 
     /// The spheres now, by index.
-    fn states(&self) -> Outcome<Vec<State>> {
+    pub(super) fn states(&self) -> Outcome<Vec<State>> {
         let indices = self.indices()?;
         let arrays = self.instance()?.atoms()?;
         let mut states = vec![State::default(); self.atoms.len()];
@@ -537,115 +378,6 @@ impl Session {
         }
         touches.sort_by_key(|touch| (touch.first, touch.is_wall, touch.second));
         Ok(touches)
-    }
-
-    /// LIGGGHTS's own restart file, which has the history of contacts, and what it leaves out: forces, torques, loads.
-    ///
-    /// To write it LIGGGHTS sorts its particles into the box anew, but not its lists of neighbours, so these are made again: the
-    /// run goes on as one that goes on from what was saved.
-    fn save(&self) -> Outcome<Vec<u8>> {
-        let states = self.states()?;
-        let instance = self.instance()?;
-        let file = Passing::new();
-        instance.command(&format!("write_restart {}", file.path()))?;
-        let restart =
-            std::fs::read(&file.0).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
-        self.set_up_again(&states)?;
-        let mut saved = (restart.len() as u64).to_le_bytes().to_vec();
-        saved.extend_from_slice(&restart);
-        saved.extend_from_slice(bytemuck::bytes_of(&self.time_step));
-        saved.extend_from_slice(bytemuck::cast_slice(&self.loads));
-        saved.extend_from_slice(bytemuck::cast_slice(&states));
-        Ok(saved)
-    }
-
-    fn resume(&mut self, plan: &Plan, atoms: Vec<Atom>, saved: &[u8]) -> Outcome<()> {
-        let count = atoms.len();
-        let Saved {
-            restart,
-            step,
-            loads,
-            states,
-        } = Saved::of(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
-        self.begin(plan, atoms)?;
-        let instance = self.instance()?;
-        let file = Passing::new();
-        std::fs::write(&file.0, restart).map_err(|e| format!("cannot give back what LIGGGHTS saved: {e}"))?;
-        instance.command(&format!("read_restart {}", file.path()))?;
-        instance.commands(&plan.after)?;
-        self.finish(plan)?;
-        if step > 0.0 {
-            self.instance()?.command(&format!("timestep {step:e}"))?;
-        }
-        self.time_step = step;
-        self.last = states.iter().map(|state| state.position).collect();
-        self.loads = loads;
-        self.set_up_again(&states)
-    }
-
-    /// Makes LIGGGHTS's lists again, at the present positions; then forces and torques are made those of `states`, which the
-    /// velocities of half a step before have determined.
-    fn set_up_again(&self, states: &[State]) -> Outcome<()> {
-        self.instance()?.command("run 0")?;
-        let indices = self.indices()?;
-        let arrays = self.instance()?.atoms()?;
-        for (k, &index) in indices.iter().enumerate() {
-            let (state, load) = (&states[index], &self.loads[index]);
-            // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
-            unsafe {
-                *vector(arrays.force, k) = std::array::from_fn(|i| state.contact_force[i] + load.force[i]);
-                *vector(arrays.torque, k) = std::array::from_fn(|i| state.contact_torque[i] + load.torque[i]);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// What [`Session::save`] has saved.
-struct Saved<'a> {
-    /// LIGGGHTS's own file.
-    restart: &'a [u8],
-    /// Time step (s).
-    step: f64,
-    loads: Vec<Push>,
-    states: Vec<State>,
-}
-
-impl<'a> Saved<'a> {
-    /// The parts of what was saved for `count` spheres.
-    fn of(saved: &'a [u8], count: usize) -> Option<Self> {
-        let (length, rest) = saved.split_first_chunk::<8>()?;
-        let (restart, rest) = rest.split_at_checked(u64::from_le_bytes(*length) as usize)?;
-        let (step, rest) = rest.split_first_chunk::<8>()?;
-        let (loads, states) = rest.split_at_checked(count * size_of::<Push>())?;
-        (states.len() == count * size_of::<State>()).then(|| Self {
-            restart,
-            step: f64::from_le_bytes(*step),
-            loads: bytemuck::pod_collect_to_vec(loads),
-            states: bytemuck::pod_collect_to_vec(states),
-        })
-    }
-}
-
-/// A file that LIGGGHTS and we hand each other; removed at the end.
-struct Passing(PathBuf);
-
-impl Passing {
-    fn new() -> Self {
-        static NUMBER: AtomicU64 = AtomicU64::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let name = format!("turbid-liggghts-{}-{number}.restart", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-
-    fn path(&self) -> String {
-        quoted(&self.0)
-    }
-}
-
-impl Drop for Passing {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
     }
 }
 
