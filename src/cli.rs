@@ -125,11 +125,21 @@ const CHECKS_FAILED: u8 = 3;
 
 /// Runs the program; arguments are those of the process.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return terminal::usage(&error),
+    };
     if let Some(done) = place_in_job(&arguments.command) {
         return done;
     }
-    let done = match arguments.command {
+    let done = carry_out(arguments.command);
+    #[cfg(feature = "liggghts")]
+    crate::dem::liggghts::end();
+    done
+}
+
+fn carry_out(command: Command) -> ExitCode {
+    let done = match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
@@ -167,11 +177,15 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     if cfg!(feature = "mpi") {
         return None;
     }
-    let error = Error::Input(format!(
-        "{processes} processes of this program were launched, but it was built without MPI: each would do the same run, into \
-         the same files; build it with `cargo build --release --features mpi` (Debian packages libopenmpi-dev, \
-         openmpi-bin, libclang-dev), or start one process with --threads {processes}"
-    ));
+    // All find the same.
+    let error = Error::Agreed {
+        code: 2,
+        text: format!(
+            "{processes} processes of this program were launched, but it was built without MPI: each would do the same run, \
+             into the same files; build it with `cargo build --release --features mpi` (Debian packages libopenmpi-dev, \
+             openmpi-bin, libclang-dev), or start one process with --threads {processes}"
+        ),
+    };
     terminal::error(&error);
     Some(ExitCode::from(2))
 }

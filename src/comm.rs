@@ -299,6 +299,8 @@ mod tests {
     #[test]
     #[ignore = "a rank of the test below"]
     fn as_an_mpi_rank() {
+        // Two runs of one process, one after the other.
+        contract(&Comm::Mpi(MpiComm::world()));
         contract(&Comm::Mpi(MpiComm::world()));
     }
 

@@ -21,7 +21,7 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 use failure::Failure;
-pub use run::{RunOptions, decompose, run};
+pub use run::{RunOptions, agreed, decompose, run};
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 

@@ -156,7 +156,7 @@ fn bad_input_is_said_once() {
     );
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert_eq!(said.matches("fluid.density").count(), 1, "{said}");
+    assert_eq!(said.matches("`fluid.density` is -1").count(), 1, "{said}");
     let output = turbid(folder.path(), 2, &["check", "case.toml"]);
     assert!(output.status.success());
     assert_eq!(
@@ -165,4 +165,55 @@ fn bad_input_is_said_once() {
         "{}",
         words(&output)
     );
+}
+
+#[test]
+fn wrong_arguments_are_said_once() {
+    let folder = folder();
+    let output = turbid(folder.path(), 3, &["run", "case.toml", "--cores"]);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("unexpected argument '--cores'").count(), 1, "{said}");
+}
+
+#[test]
+fn what_one_process_alone_finds_wrong_is_said_with_its_number_and_ends_all() {
+    let folder = folder();
+    let program = env!("CARGO_BIN_EXE_turbid");
+    let arguments = ["run", "case.toml", ":", "-n", "1", program, "run", "missing.toml"];
+    let output = turbid(folder.path(), 2, &arguments);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("error: rank 2:").count(), 1, "{said}");
+    assert_eq!(said.matches("missing.toml").count(), 1, "{said}");
+    assert!(!folder.path().join("out").exists(), "{said}");
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_ends_all_processes() {
+    let folder = folder();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    let output = turbid(folder.path(), 3, &["run", "case.toml", "--out", "file/out"]);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("error:").count(), 1, "{said}");
+}
+
+#[test]
+fn the_launcher_of_another_mpi_is_refused() {
+    let folder = folder();
+    for (rank, times) in [("0", 1), ("1", 0)] {
+        let output = Command::new("timeout")
+            .args(["--kill-after=5", "60", env!("CARGO_BIN_EXE_turbid")])
+            .args(["run", "case.toml"])
+            .current_dir(folder.path())
+            .envs([("PMI_RANK", rank), ("PMI_SIZE", "2")])
+            .output()
+            .unwrap();
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        let words = "process 0 of 2, and MPI says that it is process 0 of 1";
+        assert_eq!(said.matches(words).count(), times, "{said}");
+        assert!(!folder.path().join("out").exists(), "{said}");
+    }
 }

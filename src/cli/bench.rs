@@ -7,8 +7,9 @@ use crate::error::Result;
 use crate::simulation::{self, BenchOptions, BenchReport};
 
 pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
-    let setup = load(&arguments.case.case, &arguments.case.changes)?;
-    preflight::refuse_what_does_not_fit(&setup)?;
+    let setup = load(&arguments.case.case, &arguments.case.changes)
+        .and_then(|setup| preflight::refuse_what_does_not_fit(&setup).map(|()| setup));
+    let setup = simulation::agreed(setup)?;
     let options = BenchOptions {
         steps: arguments.steps,
         warm_up: arguments.warm_up.unwrap_or(arguments.steps),

@@ -2,6 +2,7 @@
 
 use super::terminal::{say, warn};
 use super::{RunArguments, load, preflight};
+use crate::case::Setup;
 use crate::error::{Error, Result};
 use crate::output::Summary;
 use crate::simulation::{self, RunOptions};
@@ -18,11 +19,7 @@ const DRIFT_LIMIT: f64 = 0.05;
 const INTERRUPTED: i32 = 130;
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
-    let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
-    if let Some(out) = &arguments.out {
-        setup.output.directory.clone_from(out);
-    }
-    preflight::refuse_what_does_not_fit(&setup)?;
+    let (setup, stop) = simulation::agreed(prepare(arguments))?;
     if !arguments.quiet {
         for advice in preflight::advice(&setup) {
             warn(&advice);
@@ -30,13 +27,23 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
     }
     let options = RunOptions {
         quiet: arguments.quiet,
-        stop: stop_on_signals()?,
+        stop,
     };
     let summary = simulation::run(&setup, &options)?;
     if let Some(summary) = summary.filter(|_| !arguments.quiet) {
         say(&Headline::of(&summary).text(&setup.output.directory));
     }
     Ok(())
+}
+
+/// The case, and the flag of the signals: what can fail on one process of an MPI job alone.
+fn prepare(arguments: &RunArguments) -> Result<(Setup, Arc<AtomicBool>)> {
+    let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
+    if let Some(out) = &arguments.out {
+        setup.output.directory.clone_from(out);
+    }
+    preflight::refuse_what_does_not_fit(&setup)?;
+    Ok((setup, stop_on_signals()?))
 }
 
 /// A flag that the first SIGINT or SIGTERM sets; the second ends the process.

@@ -1,8 +1,10 @@
-//! All that is ever printed, by one process of an MPI job. A closed pipe is no reason to fail.
+//! All that is ever printed, by one process of an MPI job; another one prints only why it alone has failed. A closed pipe is
+//! no reason to fail.
 
 use crate::comm;
 use crate::error::Error;
 use std::io::{self, Write};
+use std::process::ExitCode;
 
 /// Whether this process speaks for all.
 pub(super) fn speaks() -> bool {
@@ -25,12 +27,24 @@ pub(super) fn warn(text: &str) {
     let _ = writeln!(io::stderr(), "warning: {}", text.trim_end());
 }
 
-/// Why nothing came of it, on standard error.
+/// Why nothing came of it, on standard error. What all processes have agreed on is said by one, all else by each that finds it.
 pub(super) fn error(error: &Error) {
-    if !speaks() {
-        return;
+    let rank = comm::launched().map_or(0, |launched| launched.rank);
+    let text = error.to_string();
+    let text = text.trim_end();
+    let _ = match (rank, error) {
+        (0, _) => writeln!(io::stderr(), "error: {text}"),
+        (_, Error::Agreed { .. } | Error::OtherRank) => Ok(()),
+        _ => writeln!(io::stderr(), "error: rank {rank}: {text}"),
+    };
+}
+
+/// What is wrong with the arguments, which are the same for all processes, or the help that they ask for.
+pub(super) fn usage(error: &clap::Error) -> ExitCode {
+    if speaks() {
+        let _ = error.print();
     }
-    let _ = writeln!(io::stderr(), "error: {}", error.to_string().trim_end());
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// Rows of name, value and remark, aligned.

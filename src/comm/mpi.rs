@@ -1,22 +1,22 @@
 //! Ranks that are MPI processes, started by `mpirun`, `srun` or the like.
 //!
 //! MPI is initialised only under such a launcher: alone it would cost a third of a second and start a daemon. Patterns of
-//! messages are persistent requests; all else is a handful of collectives and one message for each neighbour. Only the thread
-//! that has initialised MPI calls it.
+//! messages are persistent requests; all else is a handful of collectives and one message for each neighbour. One thread at a
+//! time calls MPI: the one that has the [`MpiComm`]. MPI runs from the first of them to the exit of the process, since it
+//! cannot be started twice.
 //!
 //! A rank that panics aborts all: otherwise the others would wait for it for ever.
 
 use super::Halo;
-use ::mpi::environment::{Threading, Universe};
+use ::mpi::environment::Threading;
 use ::mpi::ffi;
-use ::mpi::raw::AsRaw;
-use ::mpi::topology::SimpleCommunicator;
 use bytemuck::Pod;
 use std::cell::Cell;
 use std::os::raw::{c_int, c_void};
 use std::process;
 use std::ptr;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Once};
 
 /// Exit code of all ranks after the panic of one.
 const PANICKED: c_int = 101;
@@ -24,22 +24,37 @@ const PANICKED: c_int = 101;
 /// Tag of [`MpiComm::exchange`]; patterns have the tags above.
 const POST: c_int = 0;
 
-/// MPI, until the last communicator and pattern are gone.
-struct Session {
-    world: SimpleCommunicator,
-    /// Dropped last: this ends MPI.
-    _universe: Universe,
+/// Starts MPI.
+static START: Once = Once::new();
+
+/// Whether somebody has a [`Turn`].
+static AT_WORK: AtomicBool = AtomicBool::new(false);
+
+/// Whether this process has told MPI to end all.
+static ABORTED: AtomicBool = AtomicBool::new(false);
+
+/// The right to call MPI, until the last communicator and pattern of a run are gone.
+struct Turn;
+
+impl Turn {
+    fn take() -> Self {
+        assert!(
+            !AT_WORK.swap(true, Ordering::AcqRel),
+            "the ranks of this MPI job are at work already: one run at a time"
+        );
+        Self
+    }
 }
 
-// SAFETY: MPI is used by the thread that has initialised it alone; the session is shared by what this thread holds. The
-// bounds are those of a trait whose other implementations do move between threads.
-unsafe impl Send for Session {}
-// SAFETY: as above.
-unsafe impl Sync for Session {}
+impl Drop for Turn {
+    fn drop(&mut self) {
+        AT_WORK.store(false, Ordering::Release);
+    }
+}
 
 /// One of several ranks that are processes of an MPI job.
 pub struct MpiComm {
-    session: Arc<Session>,
+    turn: Arc<Turn>,
     rank: usize,
     size: usize,
     plans: Cell<c_int>,
@@ -73,58 +88,50 @@ fn start_mut(bytes: &mut [u8]) -> *mut c_void {
 }
 
 impl MpiComm {
-    /// The ranks of the job this process is one of. To be called once, by the thread that will do the work.
+    /// The ranks of the job this process is one of. Their first call starts MPI, the exit of the process ends it. Collective.
     ///
     /// # Panics
-    /// If MPI runs already.
+    /// If the communicator or a pattern of an earlier call is alive, or if others in this process have started MPI.
     pub fn world() -> Self {
-        let (universe, _) =
-            ::mpi::initialize_with_threading(Threading::Funneled).expect("MPI is not running yet");
-        let world = universe.world();
-        let session = Arc::new(Session {
-            world,
-            _universe: universe,
-        });
-        let mut comm = Self {
-            session,
-            rank: 0,
-            size: 0,
-            plans: Cell::new(POST),
-        };
+        let turn = Arc::new(Turn::take());
+        START.call_once(initialise);
         let (mut rank, mut size) = (0, 0);
-        // SAFETY: the communicator is alive, and the numbers are there to be set.
+        // SAFETY: MPI runs, and the numbers are there to be set.
         unsafe {
-            done(ffi::MPI_Comm_rank(comm.raw(), &raw mut rank));
-            done(ffi::MPI_Comm_size(comm.raw(), &raw mut size));
+            done(ffi::MPI_Comm_rank(ffi::RSMPI_COMM_WORLD, &raw mut rank));
+            done(ffi::MPI_Comm_size(ffi::RSMPI_COMM_WORLD, &raw mut size));
         }
-        (comm.rank, comm.size) = (rank as usize, size as usize);
-        let before = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |information| {
-            before(information);
-            abort(PANICKED);
-        }));
-        comm
+        Self {
+            turn,
+            rank: rank as usize,
+            size: size as usize,
+            plans: Cell::new(POST),
+        }
     }
 
-    /// Another handle for collectives of the same ranks. Only one of both may make patterns.
+    /// Another handle for collectives of the same ranks, for the same thread. Only one of both may make patterns.
     #[must_use]
     pub fn twin(&self) -> Self {
         Self {
-            session: self.session.clone(),
+            turn: self.turn.clone(),
             plans: Cell::new(POST),
             ..*self
         }
     }
 
+    #[expect(clippy::unused_self, reason = "who has a communicator knows that MPI runs")]
     fn raw(&self) -> ffi::MPI_Comm {
-        self.session.world.as_raw()
+        // SAFETY: a constant of the library.
+        unsafe { ffi::RSMPI_COMM_WORLD }
     }
 
-    pub(super) fn rank(&self) -> usize {
+    /// Number of this rank, as MPI has it.
+    pub fn rank(&self) -> usize {
         self.rank
     }
 
-    pub(super) fn size(&self) -> usize {
+    /// Number of ranks, as MPI has it.
+    pub fn size(&self) -> usize {
         self.size
     }
 
@@ -287,8 +294,42 @@ impl MpiComm {
     }
 }
 
+/// Starts MPI, to be ended at the exit of this process, or of all processes when this one panics.
+fn initialise() {
+    let (universe, _) =
+        ::mpi::initialize_with_threading(Threading::Serialized).expect("nobody else has started MPI");
+    std::mem::forget(universe);
+    // SAFETY: the function takes nothing and does not unwind.
+    let registered = unsafe { libc::atexit(finalise) };
+    assert_eq!(
+        registered, 0,
+        "there is room for a function to be called at the exit"
+    );
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |information| {
+        before(information);
+        abort(PANICKED);
+    }));
+}
+
+/// Ends MPI in this process. Waits for the other ranks.
+extern "C" fn finalise() {
+    if ABORTED.load(Ordering::Acquire) {
+        return;
+    }
+    let mut over = 0;
+    // SAFETY: MPI may be asked at any time; it is told once, when nothing else of this program calls it any more.
+    unsafe {
+        ffi::MPI_Finalized(&raw mut over);
+        if over == 0 {
+            ffi::MPI_Finalize();
+        }
+    }
+}
+
 /// Ends all ranks of the job.
 pub fn abort(code: i32) -> ! {
+    ABORTED.store(true, Ordering::Release);
     // SAFETY: MPI may be told to abort at any time while it runs.
     unsafe {
         let mut running = 0;
@@ -339,11 +380,11 @@ struct MpiHalo<T> {
     outgoing: Vec<Box<[T]>>,
     incoming: Vec<Box<[T]>>,
     requests: Vec<ffi::MPI_Request>,
-    /// Lives at least as long as the requests.
-    _session: Arc<Session>,
+    /// Ends after the requests.
+    _turn: Arc<Turn>,
 }
 
-// SAFETY: as for the session.
+// SAFETY: the requests name buffers that move with them; whoever has them has the turn to call MPI.
 unsafe impl<T: Send> Send for MpiHalo<T> {}
 
 impl<T: Pod> MpiHalo<T> {
@@ -386,7 +427,7 @@ impl<T: Pod> MpiHalo<T> {
             outgoing,
             incoming,
             requests,
-            _session: comm.session.clone(),
+            _turn: comm.turn.clone(),
         }
     }
 }
@@ -410,7 +451,7 @@ impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
 impl<T> Drop for MpiHalo<T> {
     fn drop(&mut self) {
         for request in &mut self.requests {
-            // SAFETY: a complete persistent request, freed once, while MPI runs: the session is still alive.
+            // SAFETY: a complete persistent request, freed once, while MPI runs: it ends with the process.
             unsafe { ffi::MPI_Request_free(request) };
         }
     }

@@ -1,7 +1,7 @@
 //! Timing a case: steps without output, beside the streaming bandwidth of the machine.
 
 use super::observe::precision_name;
-use super::run::{decompose, on_ranks};
+use super::run::{agreed, decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -78,8 +78,7 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
         setup.zero_net_flux = false;
         setup.body_acceleration = Vec3::x() * (1e-7 * setup.units.acceleration());
     }
-    setup.engine.refuse_if_missing()?;
-    let decomposition = decompose(&setup)?;
+    let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(&setup)))?;
     match setup.precision {
         Precision::F32 => on_ranks(&decomposition, |comm| {
             bench_rank::<f32>(&setup, options, &decomposition, comm)

@@ -29,11 +29,13 @@ pub struct RunOptions {
 /// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
 /// the range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
 pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
-    setup.engine.refuse_if_missing()?;
-    let decomposition = decompose(setup)?;
-    if comm::launched().is_none_or(|launched| launched.rank == 0) {
-        directory::create(&setup.output.directory)?;
-    }
+    let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(setup)))?;
+    let first = comm::launched().is_none_or(|launched| launched.rank == 0);
+    agreed(if first {
+        directory::create(&setup.output.directory)
+    } else {
+        Ok(())
+    })?;
     match setup.precision {
         Precision::F32 => on_ranks(&decomposition, |comm| {
             run_rank::<f32>(setup, options, &decomposition, comm)
@@ -55,7 +57,7 @@ pub(super) fn on_ranks<R: Send>(
     }
     #[cfg(feature = "mpi")]
     if processes().is_some() {
-        let comm = MpiComm::world();
+        let comm = world()?;
         let twin = Comm::Mpi(comm.twin());
         return agree(&twin, body(Comm::Mpi(comm)));
     }
@@ -73,6 +75,52 @@ pub(super) fn on_ranks<R: Send>(
 fn processes() -> Option<usize> {
     let size = comm::launched()?.size;
     (cfg!(feature = "mpi") && size > 1).then_some(size)
+}
+
+/// What comes of something that every process of an MPI job does for itself: the result of this process, or the error of the
+/// first one that has failed, with its number if it is not the one that speaks. Elsewhere the result as it is. Collective.
+///
+/// # Errors
+/// That of the first process that has failed; [`Error::Agreed`] if the launcher is not that of the MPI of this program.
+pub fn agreed<R>(result: Result<R>) -> Result<R> {
+    #[cfg(feature = "mpi")]
+    if processes().is_some() {
+        let comm = Comm::Mpi(world()?);
+        let result = result.map_err(|error| match error {
+            Error::Agreed { .. } | Error::OtherRank => error,
+            error => Error::Agreed {
+                code: error.exit_code(),
+                text: match comm.rank() {
+                    0 => error.to_string(),
+                    rank => format!("rank {rank}: {error}"),
+                },
+            },
+        });
+        return agree(&comm, result);
+    }
+    result
+}
+
+/// The ranks of the MPI job. Collective.
+///
+/// # Errors
+/// [`Error::Agreed`] if they are not those that the launcher has told of: it is of another MPI than the program.
+#[cfg(feature = "mpi")]
+fn world() -> Result<MpiComm> {
+    let comm = MpiComm::world();
+    let result = match comm::launched() {
+        Some(told) if (told.rank, told.size) != (comm.rank(), comm.size()) => Err(Error::Input(format!(
+            "the launcher says that this is process {} of {}, and MPI says that it is process {} of {}: the launcher and this \
+             program are of different MPI libraries; start it with the mpirun or mpiexec of the MPI that it was built with",
+            told.rank,
+            told.size,
+            comm.rank(),
+            comm.size()
+        ))),
+        _ => Ok(()),
+    };
+    agree(&Comm::Mpi(comm.twin()), result)?;
+    Ok(comm)
 }
 
 /// The result of this process, or the error of the first one that has failed. Collective.
