@@ -64,7 +64,7 @@ const SPEEDS: [f64; 2] = [0.02, 0.05];
 /// Differences of a motion without contacts over the diameter, the largest speed and the largest spin.
 const FREE: f64 = 1e-11;
 /// Of elastic impacts: rounding of 1e-15, that every impact multiplies by about ten, and each sphere has some three.
-const ELASTIC: f64 = 1e-11;
+const ELASTIC: f64 = 1e-12;
 /// Of momentum over the sum of its absolute values.
 const MOMENTUM: f64 = 1e-11;
 
@@ -409,7 +409,8 @@ impl Replayed {
                 quantity,
                 apart,
                 ELASTIC,
-                "the same law (Hertz, elastic, no friction) in the same leapfrog scheme: rounding, ten times larger with every impact",
+                "the same law (Hertz, elastic, no friction) in the same leapfrog scheme: rounding of 1e-15, ten times larger with every \
+                 impact, and each sphere has some three",
             );
         }
         check(
