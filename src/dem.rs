@@ -112,7 +112,7 @@ pub trait DemEngine: Send {
     /// run: else the next advance fails.
     ///
     /// # Errors
-    /// [`Error::Engine`](crate::Error::Engine) on the rank where it could not.
+    /// [`Error::Engine`] on the rank where it could not.
     fn health(&self) -> Result<()> {
         Ok(())
     }

@@ -16,7 +16,7 @@ use std::path::Path;
 /// The engine with the particles of the case; what an external one prints goes to `log`, if there is one. Collective.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if this program was built without the engine, or if the engine is to live in one of
+/// [`crate::Error::Input`] if this program was built without the engine, or if the engine is to live in one of
 /// several processes of an MPI job; what the engine says otherwise.
 #[cfg_attr(
     not(feature = "liggghts"),
