@@ -226,6 +226,12 @@ mod tests {
         );
         let gathered = comm.gather(vec![7, rank as u8]);
         assert_eq!(gathered.len(), if rank == 0 { size } else { 0 });
+        assert!(
+            gathered
+                .iter()
+                .enumerate()
+                .all(|(r, bytes)| *bytes == [7, r as u8])
+        );
         let peers: Vec<usize> = (0..size).filter(|&p| p != rank).collect();
         for round in 0..50_usize {
             let messages = peers
@@ -302,6 +308,8 @@ mod tests {
         // Two runs of one process, one after the other.
         contract(&Comm::Mpi(MpiComm::world()));
         contract(&Comm::Mpi(MpiComm::world()));
+        // What is gathered goes in many pieces.
+        contract(&Comm::Mpi(MpiComm::world().with_limit(1)));
     }
 
     #[cfg(feature = "mpi")]

@@ -24,6 +24,9 @@ const PANICKED: c_int = 101;
 /// Tag of [`MpiComm::exchange`]; patterns have the tags above.
 const POST: c_int = 0;
 
+/// Most bytes that one call gathers: the library counts them with 31 bits.
+const MOST: usize = 1 << 30;
+
 /// Starts MPI.
 static START: Once = Once::new();
 
@@ -58,6 +61,8 @@ pub struct MpiComm {
     rank: usize,
     size: usize,
     plans: Cell<c_int>,
+    /// Bytes that one call of MPI may gather.
+    limit: usize,
 }
 
 /// Panics if MPI reports a failure; its default is to end the job before that.
@@ -106,7 +111,14 @@ impl MpiComm {
             rank: rank as usize,
             size: size as usize,
             plans: Cell::new(POST),
+            limit: MOST,
         }
+    }
+
+    /// The same with less in one call of MPI, to try what large amounts do; equal on all ranks.
+    #[cfg(test)]
+    pub(super) fn with_limit(self, limit: usize) -> Self {
+        Self { limit, ..self }
     }
 
     /// Another handle for collectives of the same ranks, for the same thread. Only one of both may make patterns.
@@ -172,30 +184,19 @@ impl MpiComm {
     }
 
     pub(super) fn all_gather(&self, bytes: &[u8]) -> Vec<Vec<u8>> {
-        let length = count(bytes.len());
-        let mut lengths = vec![0; self.size];
-        // SAFETY: one number goes out, and one from every rank comes in.
-        done(unsafe {
-            ffi::MPI_Allgather(
-                (&raw const length).cast(),
-                1,
-                ffi::RSMPI_INT32_T,
-                lengths.as_mut_ptr().cast(),
-                1,
-                ffi::RSMPI_INT32_T,
-                self.raw(),
-            )
-        });
-        let (starts, total) = places(&lengths);
-        let mut all = vec![0_u8; total];
+        let lengths = self.lengths(bytes);
+        let Some((counts, starts)) = places(&lengths, self.limit) else {
+            return self.all_gather_much(bytes, &lengths);
+        };
+        let mut all = vec![0_u8; lengths.iter().sum()];
         // SAFETY: every rank has a place of its length in the array.
         done(unsafe {
             ffi::MPI_Allgatherv(
                 start(bytes),
-                length,
+                count(bytes.len()),
                 ffi::RSMPI_UINT8_T,
                 start_mut(&mut all),
-                lengths.as_ptr(),
+                counts.as_ptr(),
                 starts.as_ptr(),
                 ffi::RSMPI_UINT8_T,
                 self.raw(),
@@ -205,38 +206,103 @@ impl MpiComm {
     }
 
     pub(super) fn gather(&self, bytes: &[u8]) -> Vec<Vec<u8>> {
-        let length = count(bytes.len());
-        let mut lengths = vec![0; if self.rank == 0 { self.size } else { 0 }];
-        // SAFETY: one number goes out, and one from every rank comes in on rank 0, where there is room.
-        done(unsafe {
-            ffi::MPI_Gather(
-                (&raw const length).cast(),
-                1,
-                ffi::RSMPI_INT32_T,
-                lengths.as_mut_ptr().cast(),
-                1,
-                ffi::RSMPI_INT32_T,
-                0,
-                self.raw(),
-            )
-        });
-        let (starts, total) = places(&lengths);
-        let mut all = vec![0_u8; total];
+        let lengths = self.lengths(bytes);
+        let Some((counts, starts)) = places(&lengths, self.limit) else {
+            return self.gather_much(bytes, &lengths);
+        };
+        let first = self.rank == 0;
+        let mut all = vec![0_u8; if first { lengths.iter().sum() } else { 0 }];
         // SAFETY: every rank has a place of its length in the array of rank 0.
         done(unsafe {
             ffi::MPI_Gatherv(
                 start(bytes),
-                length,
+                count(bytes.len()),
                 ffi::RSMPI_UINT8_T,
                 start_mut(&mut all),
-                lengths.as_ptr(),
+                counts.as_ptr(),
                 starts.as_ptr(),
                 ffi::RSMPI_UINT8_T,
                 0,
                 self.raw(),
             )
         });
-        split(&all, &lengths)
+        split(&all, if first { &lengths } else { &[] })
+    }
+
+    /// How many bytes each rank has.
+    fn lengths(&self, bytes: &[u8]) -> Vec<usize> {
+        let mine = bytes.len() as u64;
+        let mut lengths = vec![0_u64; self.size];
+        // SAFETY: one number goes out, and one from every rank comes in.
+        done(unsafe {
+            ffi::MPI_Allgather(
+                (&raw const mine).cast(),
+                1,
+                ffi::RSMPI_UINT64_T,
+                lengths.as_mut_ptr().cast(),
+                1,
+                ffi::RSMPI_UINT64_T,
+                self.raw(),
+            )
+        });
+        lengths.into_iter().map(|length| length as usize).collect()
+    }
+
+    /// As [`all_gather`](Self::all_gather), for any amount: every rank in turn shows its bytes, piece by piece.
+    fn all_gather_much(&self, bytes: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
+        let mut all: Vec<Vec<u8>> = (lengths.iter().enumerate())
+            .map(|(rank, &length)| {
+                if rank == self.rank {
+                    bytes.to_vec()
+                } else {
+                    vec![0; length]
+                }
+            })
+            .collect();
+        for (rank, part) in all.iter_mut().enumerate() {
+            for piece in part.chunks_mut(self.limit) {
+                // SAFETY: the piece has the same length on every rank; it is read on that rank and written on the others.
+                done(unsafe {
+                    ffi::MPI_Bcast(
+                        piece.as_mut_ptr().cast(),
+                        count(piece.len()),
+                        ffi::RSMPI_UINT8_T,
+                        count(rank),
+                        self.raw(),
+                    )
+                });
+            }
+        }
+        all
+    }
+
+    /// As [`gather`](Self::gather), for any amount: rank 0 takes the bytes of one rank after the other, piece by piece.
+    fn gather_much(&self, bytes: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
+        if self.rank > 0 {
+            for piece in bytes.chunks(self.limit) {
+                // SAFETY: the piece is not touched before the call returns.
+                done(unsafe {
+                    ffi::MPI_Send(
+                        piece.as_ptr().cast(),
+                        count(piece.len()),
+                        ffi::RSMPI_UINT8_T,
+                        0,
+                        POST,
+                        self.raw(),
+                    )
+                });
+            }
+            return Vec::new();
+        }
+        let mut all = vec![bytes.to_vec()];
+        for (peer, &length) in lengths.iter().enumerate().skip(1) {
+            let mut part = Vec::with_capacity(length);
+            while part.len() < length {
+                part.extend(self.receive(peer));
+            }
+            all.push(part);
+        }
+        all
     }
 
     pub(super) fn exchange(&self, peers: &[usize], messages: &[Vec<u8>]) -> Vec<Vec<u8>> {
@@ -341,23 +407,23 @@ pub fn abort(code: i32) -> ! {
     process::exit(code)
 }
 
-/// Starts of parts of these lengths, and the length of all.
-fn places(lengths: &[c_int]) -> (Vec<c_int>, usize) {
+/// Lengths and starts of parts of these lengths, unless all of them together have more than `limit` bytes.
+fn places(lengths: &[usize], limit: usize) -> Option<(Vec<c_int>, Vec<c_int>)> {
     let mut starts = Vec::with_capacity(lengths.len());
     let mut total = 0_usize;
     for &length in lengths {
         starts.push(count(total));
-        total += length as usize;
+        total = total.checked_add(length).filter(|&total| total <= limit)?;
     }
-    (starts, total)
+    Some((lengths.iter().map(|&length| count(length)).collect(), starts))
 }
 
-fn split(all: &[u8], lengths: &[c_int]) -> Vec<Vec<u8>> {
+fn split(all: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
     let mut rest = all;
     lengths
         .iter()
         .map(|&length| {
-            let (part, after) = rest.split_at(length as usize);
+            let (part, after) = rest.split_at(length);
             rest = after;
             part.to_vec()
         })
