@@ -12,6 +12,9 @@ use crate::particle::Particle;
 /// Particles further apart than this part of their diameter have parted.
 pub(super) const PARTED: f64 = 1e-3;
 
+/// So often a particle may come to touch something for the impacts to be few: what rounding has become by then has a limit.
+pub(super) const FEW: u32 = 3;
+
 /// Rows of the series, about; and moments of the trajectories.
 const ROWS: u64 = 500;
 const MOMENTS: u64 = 40;
@@ -53,6 +56,20 @@ pub(super) struct Parting {
     pub(super) touching: bool,
 }
 
+/// The steps from the start on; all are the largest until their end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Span {
+    /// How many.
+    pub(super) steps: u64,
+    /// Differences.
+    pub(super) apart: Apart,
+    /// Way of a particle in the native engine (m).
+    pub(super) path: f64,
+    /// Speed (m/s) and spin (1/s) of a particle in the native engine.
+    pub(super) speed: f64,
+    pub(super) spin: f64,
+}
+
 /// What the engines did.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Comparison {
@@ -64,15 +81,15 @@ pub(super) struct Comparison {
     pub(super) first_contact: [Option<u64>; 2],
     /// Contacts that each engine has seen begin: the native one looks at every sub-step, LIGGGHTS at every step.
     pub(super) begun: [u64; 2],
-    /// Steps before the first contact in either, and the largest distance over the diameter until then.
-    pub(super) before_contact: Option<(u64, f64)>,
+    /// Before the first contact in either.
+    pub(super) before_contact: Option<Span>,
+    /// Until a particle has come to touch something more than [`FEW`] times, or all together have on average.
+    pub(super) few_impacts: Option<Span>,
     pub(super) parting: Option<Parting>,
     pub(super) samples: Vec<Sample>,
     pub(super) moments: Vec<Moment>,
-    /// Longest way of a particle in the native engine (m).
-    pub(super) longest_path: f64,
-    /// Largest speed of a particle in the native engine (m/s).
-    pub(super) reference_speed: f64,
+    /// All steps.
+    pub(super) all: Span,
     /// Smallest diameter (m).
     pub(super) least_diameter: f64,
 }
@@ -91,7 +108,8 @@ pub(super) struct Pair {
     step: u64,
     every: u64,
     moment_every: u64,
-    free: bool,
+    /// Whether each particle touches something, and how often it has come to, in both engines.
+    touches: [Vec<(bool, u32)>; 2],
     found: Comparison,
 }
 
@@ -112,7 +130,7 @@ impl Pair {
             step: 0,
             every: steps.div_ceil(ROWS).max(1),
             moment_every: steps.div_ceil(MOMENTS).max(1),
-            free: true,
+            touches: [0, 1].map(|_| vec![(false, 0); setup.particles.len()]),
             found: Comparison {
                 least_diameter,
                 ..Comparison::default()
@@ -156,16 +174,20 @@ impl Pair {
             }
         }
         let apart = self.apart();
-        self.free &= self.found.first_contact == [None; 2];
-        if self.free && self.step > 0 {
-            let before = self.found.before_contact.map_or(0.0, |before| before.1);
-            self.found.before_contact = Some((self.step, before.max(apart.position)));
+        self.extend(apart);
+        let few = self.count_touches();
+        let all = self.found.all;
+        if self.found.first_contact == [None; 2] && self.step > 0 {
+            self.found.before_contact = Some(all);
+        }
+        let unbroken = self.found.few_impacts.map_or(0, |span| span.steps) + 1 == self.step;
+        let begun = contacts.iter().map(|now| now.begun).max().unwrap_or(0);
+        if few && unbroken && 2 * begun <= u64::from(FEW) * self.paths.len() as u64 {
+            self.found.few_impacts = Some(all);
         }
         if self.found.parting.is_none() && apart.position > PARTED {
             self.found.parting = Some(self.parting(apart.id));
         }
-        let fastest = self.particles(0).iter().map(|p| p.velocity().norm());
-        self.found.reference_speed = fastest.fold(self.found.reference_speed, f64::max);
         if self.step.is_multiple_of(self.every) {
             self.sample(apart);
         }
@@ -181,6 +203,35 @@ impl Pair {
             let time = self.step as f64 * self.dt;
             self.found.moments.push(Moment { time, spheres });
         }
+    }
+
+    /// Adds a step to all steps.
+    fn extend(&mut self, apart: Apart) {
+        let mut all = self.found.all;
+        all.steps = self.step;
+        if apart.position > all.apart.position {
+            (all.apart.position, all.apart.id) = (apart.position, apart.id);
+        }
+        all.apart.velocity = all.apart.velocity.max(apart.velocity);
+        all.apart.spin = all.apart.spin.max(apart.spin);
+        all.path = self.paths.iter().copied().fold(0.0, f64::max);
+        for particle in self.particles(0) {
+            all.speed = all.speed.max(particle.velocity().norm());
+            all.spin = all.spin.max(particle.angular_velocity().norm());
+        }
+        self.found.all = all;
+    }
+
+    /// Looks which particles touch something; whether none has come to more than [`FEW`] times.
+    fn count_touches(&mut self) -> bool {
+        for (engine, touches) in self.engines.iter().zip(&mut self.touches) {
+            for (particle, (touching, count)) in engine.particles().owned().iter().zip(touches) {
+                let now = particle.contact_force.iter().any(|f| *f != 0.0);
+                *count += u32::from(now && !*touching);
+                *touching = now;
+            }
+        }
+        self.touches.iter().flatten().all(|(_, count)| *count <= FEW)
     }
 
     /// Adds a row to the series.
@@ -246,7 +297,6 @@ impl Pair {
         }
         let mut found = std::mem::take(&mut self.found);
         found.begun = self.engines.each_ref().map(|engine| engine.contacts().begun);
-        found.longest_path = self.paths.iter().copied().fold(0.0, f64::max);
         found
     }
 }

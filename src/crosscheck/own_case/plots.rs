@@ -24,7 +24,7 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
         logarithmic: [false, logarithmic],
         curves,
     };
-    let speed = found.reference_speed;
+    let speed = found.all.speed;
     let mut apart = vec![curve("distance / D", &|s| s.apart.position)];
     if speed > 0.0 {
         apart.push(curve("difference of velocity / u_max", &|s| {

@@ -81,8 +81,8 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
     for first in found.first_contact {
         assert!(first.unwrap().abs_diff(contact) <= 2, "{:?}", found.first_contact);
     }
-    let (steps, apart) = found.before_contact.unwrap();
-    assert!(steps.abs_diff(contact) <= 2 && apart == 0.0);
+    let free = found.before_contact.unwrap();
+    assert!(free.steps.abs_diff(contact) <= 2 && free.apart == compare::Apart::default());
     let parting = found.parting.unwrap();
     assert!(parting.id < 2, "{parting:?}");
     assert!(
@@ -90,18 +90,84 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
         "{parting:?}"
     );
     assert!((parting.place[0] - 4.5e-3).abs() < 1e-3, "{parting:?}");
-    let check = free_flight(&hertz, &found).unwrap();
-    assert!(check.pass && check.tolerance < 1e-9, "{check:?}");
+    for check in free_flight(&hertz, &found) {
+        assert!(check.pass && check.tolerance < 1e-9, "{check:?}");
+    }
+    // As if their laws were the same, which they are not.
+    let check = few_impacts(&hertz, &found).unwrap();
+    assert!(!check.pass && check.tolerance < 1e-4, "{check:?}");
 }
 
 #[test]
 fn engines_that_part_in_free_flight_fail_the_check() {
     let slow = setup(DRY, &[]);
-    let mut fast = slow.clone();
-    fast.particles[0].velocity[0] *= 1.0 + 1e-8;
-    let found = compare(&slow, &fast);
-    let check = free_flight(&slow, &found).unwrap();
-    assert!(!check.pass, "{check:?}");
+    let fails = |change: &dyn Fn(&mut Setup)| {
+        let mut other = slow.clone();
+        change(&mut other);
+        let checks = free_flight(&slow, &compare(&slow, &other));
+        checks.iter().map(|check| !check.pass).collect::<Vec<_>>()
+    };
+    assert_eq!(fails(&|_| ()), [false; 3]);
+    let faster = |setup: &mut Setup| setup.particles[0].velocity[0] *= 1.0 + 1e-8;
+    assert_eq!(fails(&faster), [true, true, false]);
+    assert_eq!(
+        fails(&|setup| setup.particles[1].angular_velocity[2] = 1e-9),
+        [false, false, true]
+    );
+}
+
+#[test]
+fn few_impacts_have_a_limit_under_the_same_laws_only() {
+    let same = setup(DRY, &[]);
+    let found = compare(&same, &same);
+    let span = found.few_impacts.unwrap();
+    assert!(span.steps > found.before_contact.unwrap().steps, "{span:?}");
+    let check = few_impacts(&same, &found).unwrap();
+    assert!(
+        check.pass && check.difference == 0.0 && check.tolerance < PARTED,
+        "{check:?}"
+    );
+    for other in [
+        "contact.friction_static=0.1",
+        "contact.law=paper",
+        "contact.restitution=0.9",
+    ] {
+        assert!(few_impacts(&setup(DRY, &[other]), &found).is_none(), "{other}");
+    }
+    let tsuji = setup(DRY, &["contact.restitution=0.9", "contact.damping=tsuji"]);
+    assert!(few_impacts(&tsuji, &found).is_some());
+    // Loads come into the velocities that are damped.
+    let wet = Setup { dry: false, ..tsuji };
+    assert!(few_impacts(&wet, &found).is_none());
+    assert!(
+        notes(&wet, &found)
+            .iter()
+            .any(|note| note.contains("half a sub-step"))
+    );
+}
+
+#[test]
+fn commands_that_only_liggghts_gets_are_named() {
+    let mut setup = setup(DRY, &[]);
+    let found = compare(&setup, &setup);
+    let names = |setup: &Setup| {
+        notes(setup, &found)
+            .iter()
+            .any(|note| note.contains("`fix f all viscous 1e-9`"))
+    };
+    assert!(!names(&setup));
+    setup.engine = EngineChoice::Liggghts(LiggghtsOptions {
+        commands: vec!["fix f all viscous 1e-9".to_string()],
+        ..LiggghtsOptions::default()
+    });
+    assert!(names(&setup));
+    assert!(few_impacts(&setup, &found).is_none());
+    for check in free_flight(&setup, &found) {
+        assert!(
+            check.tolerance.is_infinite() && check.reason.contains("commands"),
+            "{check:?}"
+        );
+    }
 }
 
 #[test]
