@@ -326,16 +326,7 @@ fn has_the_same_laws(setup: &Setup) -> bool {
     different_laws(contact).is_empty()
         && contact.geometry == Geometry::Exact
         && !moving
-        && !damps_with_loads(setup, contact)
         && commands(setup).is_empty()
-}
-
-/// Whether damping sees loads. Both engines damp with velocities of half a sub-step before; LIGGGHTS then has what loads and
-/// gravity have added by then, the native engine what they add in the whole sub-step. Gravity is no difference between
-/// spheres.
-fn damps_with_loads(setup: &Setup, contact: &ContactModel) -> bool {
-    let falls_on_walls = setup.gravity.norm() > 0.0 && !setup.walls.is_empty();
-    is_damped(contact) && (!setup.dry || falls_on_walls)
 }
 
 fn is_damped(contact: &ContactModel) -> bool {
@@ -425,16 +416,6 @@ fn notes(setup: &Setup, found: &Comparison) -> Vec<String> {
         );
     }
     notes.extend(setup.contact.as_ref().map_or_else(Vec::new, different_laws));
-    if let Some(contact) = &setup.contact
-        && contact.damping == DampingLaw::Tsuji
-        && damps_with_loads(setup, contact)
-    {
-        notes.push(
-            "the velocities that are damped differ by what loads, or gravity at a wall, add in half a sub-step; \
-             --set contact.restitution=1 leaves rounding alone"
-                .to_string(),
-        );
-    }
     if !commands(setup).is_empty() {
         let quoted: Vec<String> = commands(setup).iter().map(|text| format!("`{text}`")).collect();
         notes.push(format!(

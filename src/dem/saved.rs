@@ -98,6 +98,7 @@ impl Saved {
     }
 
     /// The contacts that a part, which has been read, has seen begin.
+    #[cfg(feature = "liggghts")]
     pub(super) fn begun(part: &[u8]) -> Option<u64> {
         let head = part.get(..size_of::<Header>())?;
         Some(bytemuck::pod_read_unaligned::<Header>(head).begun)

@@ -136,14 +136,8 @@ fn few_impacts_have_a_limit_under_the_same_laws_only() {
     }
     let tsuji = setup(DRY, &["contact.restitution=0.9", "contact.damping=tsuji"]);
     assert!(few_impacts(&tsuji, &found).is_some());
-    // Loads come into the velocities that are damped.
     let wet = Setup { dry: false, ..tsuji };
-    assert!(few_impacts(&wet, &found).is_none());
-    assert!(
-        notes(&wet, &found)
-            .iter()
-            .any(|note| note.contains("half a sub-step"))
-    );
+    assert!(few_impacts(&wet, &found).is_some(), "loads are damped alike");
 }
 
 #[test]
