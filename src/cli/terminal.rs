@@ -39,11 +39,13 @@ pub(super) fn error(error: &Error) {
     };
 }
 
-/// What is wrong with the arguments, which are the same for all processes, or the help that they ask for.
+/// What is wrong with the arguments, which are the same for all processes, or the help that they ask for. The process that
+/// says it also has the exit code: a launcher ends the others at the first one that fails, before it may have spoken.
 pub(super) fn usage(error: &clap::Error) -> ExitCode {
-    if speaks() {
-        let _ = error.print();
+    if !speaks() {
+        return ExitCode::SUCCESS;
     }
+    let _ = error.print();
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
