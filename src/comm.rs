@@ -128,6 +128,13 @@ impl Comm {
         }
     }
 
+    /// Whether this is so on any rank.
+    pub fn any(&self, so: bool) -> bool {
+        let mut ranks = [i64::from(so)];
+        self.sum(&mut ranks);
+        ranks[0] > 0
+    }
+
     /// Everybody's bytes, by rank.
     pub fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
         match self {
@@ -214,6 +221,7 @@ mod tests {
         comm.sum(&mut sums);
         let n = size as i64;
         assert_eq!(sums, [n, n * (n - 1) / 2, i64::MAX.wrapping_mul(n)]);
+        assert!(comm.any(rank == size - 1) && !comm.any(false));
         let mut most = [rank as f64, -(rank as f64)];
         comm.max(&mut most);
         assert_eq!(most.map(|x| x as i64), [n - 1, 0]);

@@ -263,9 +263,7 @@ impl<T: Real> Simulation<T> {
     /// # Errors
     /// As [`check`](Self::check).
     fn share_failure(&mut self) -> Result<()> {
-        let mut failures = [i64::from(self.failure.is_some())];
-        self.comm.sum(&mut failures);
-        if failures[0] > 0 {
+        if self.comm.any(self.failure.is_some()) {
             Err(self.agree_on_failure())
         } else {
             Ok(())

@@ -180,24 +180,16 @@ impl Liggghts {
         }
         let templates = self.population.store.templates.clone();
         self.population = Population::new(&self.near, self.rank, templates, all.iter().copied());
-        self.failed = true;
         let outcome = if self.rank == 0 {
             self.launch(&all, saved)
         } else {
             Ok(())
         };
         // The others learn whether it has worked.
-        let mine = match &outcome {
-            Ok(()) => Vec::new(),
-            Err(error) => error.to_string().into_bytes(),
-        };
-        let words = comm.all_gather(mine).swap_remove(0);
+        self.failed = comm.any(outcome.is_err());
         match outcome {
-            Ok(()) if !words.is_empty() => Err(Error::OtherRank),
-            outcome => {
-                self.failed = outcome.is_err();
-                outcome
-            }
+            Ok(()) if self.failed => Err(Error::OtherRank),
+            outcome => outcome,
         }
     }
 

@@ -107,11 +107,10 @@ impl<'a> Observer<'a> {
             *done = Some(step);
         }
         simulation.timings.add("observe", start.elapsed().as_secs_f64());
-        let mut failures = [i64::from(failed.is_some())];
-        simulation.comm.sum(&mut failures);
+        let any = simulation.comm.any(failed.is_some());
         match failed {
             Some(error) => Err(error),
-            None if failures[0] > 0 => Err(Error::OtherRank),
+            None if any => Err(Error::OtherRank),
             None => Ok(()),
         }
     }

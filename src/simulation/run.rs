@@ -179,23 +179,19 @@ fn run_rank<T: Real>(
     } else {
         Ok(())
     };
-    let mut failures = [i64::from(cleared.is_err())];
-    simulation.comm.sum(&mut failures);
+    let failed = simulation.comm.any(cleared.is_err());
     cleared?;
-    if failures[0] > 0 {
+    if failed {
         return Err(Error::OtherRank);
     }
     let mut observer = Observer::new(setup, decomposition, &simulation.comm, options.quiet);
     let mut interrupted = false;
     observer.observe(&mut simulation, false)?;
     while simulation.step < setup.end_step {
-        if simulation.step.is_multiple_of(CONTROL_INTERVAL) {
-            let mut stop = [i64::from(options.stop.load(Ordering::Relaxed))];
-            simulation.comm.sum(&mut stop);
-            if stop[0] > 0 {
-                interrupted = true;
-                break;
-            }
+        let looks = simulation.step.is_multiple_of(CONTROL_INTERVAL);
+        if looks && simulation.comm.any(options.stop.load(Ordering::Relaxed)) {
+            interrupted = true;
+            break;
         }
         simulation.step()?;
         observer.observe(&mut simulation, false)?;
