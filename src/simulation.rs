@@ -6,6 +6,7 @@ mod failure;
 mod observe;
 mod references;
 mod run;
+mod work;
 
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -21,8 +22,9 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 use failure::Failure;
-pub use run::{RunOptions, agreed, decompose, run};
+pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;
+pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
