@@ -47,6 +47,8 @@ struct Wet<T: Real> {
     driving: Driving,
     /// Cells of the box that are in no wall.
     cells: f64,
+    /// Largest speed in this rank's block at the last measurement (cells per time step).
+    max_speed: f64,
 }
 
 impl<T: Real> Wet<T> {
@@ -103,6 +105,7 @@ impl<T: Real> Wet<T> {
             fluid,
             coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
             driving: Driving::new(driving),
+            max_speed: 0.0,
         }
     }
 }
@@ -213,8 +216,6 @@ impl<T: Real> Simulation<T> {
         }
         let sums: [f64; 5] =
             std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
-        let mut most = [flow.max_speed];
-        self.comm.max(&mut most);
         let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
@@ -222,9 +223,9 @@ impl<T: Real> Simulation<T> {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
-            max_lattice_speed: most[0],
         };
         if let Some(wet) = &mut self.wet {
+            wet.max_speed = flow.max_speed;
             wet.driving.observe(mean);
         }
         Ok(())
@@ -339,6 +340,11 @@ impl<T: Real> Simulation<T> {
                 torque: sum(&w[6..]) * self.units.torque(),
             })
             .collect()
+    }
+
+    /// Largest speed of the fluid in this rank's block at the last measurement (cells per time step); zero in a dry run.
+    pub fn max_lattice_speed(&self) -> f64 {
+        self.wet.as_ref().map_or(0.0, |wet| wet.max_speed)
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).
