@@ -11,13 +11,14 @@ mod halo;
 mod kernel;
 mod layout;
 mod observe;
+mod saved;
 mod simd;
 mod solid;
 mod walls;
 
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::lattice::{C, Q, opposite, shifted_equilibrium};
+use crate::lattice::{C, Q, shifted_equilibrium};
 use buffer::Buffer;
 pub use dispatch::Real;
 use halo::FluidHalo;
@@ -233,11 +234,7 @@ impl<T: Real> Fluid<T> {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         let mut sum = [0.0; 4];
         for i in 1..Q {
-            let place = match self.phase {
-                Phase::Home => (i * self.layout.stride + cell).wrapping_add_signed(self.layout.step(i)),
-                Phase::Away => opposite(i) * self.layout.stride + cell,
-            };
-            let g: f64 = self.populations[place].into();
+            let g: f64 = self.populations[self.left(cell, i)].into();
             for axis in 0..3 {
                 sum[axis] += C[i][axis] as f64 * g;
             }

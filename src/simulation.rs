@@ -6,6 +6,7 @@ mod failure;
 mod observe;
 mod references;
 mod run;
+mod saved;
 
 use crate::case::Setup;
 use crate::comm::Comm;

@@ -58,7 +58,7 @@ pub struct DrivingParams {
 }
 
 /// Mean values over all cells of the box that are not in walls, solid ones included; SI units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeanFlow {
     /// Mean velocity, the volume flux of the mixture (m/s).
     pub velocity: Vec3,

@@ -122,7 +122,7 @@ fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow:
 ///
 /// From `Home` the ghosts at both ends of the row are filled; from `Away` what the row wrote to ghosts returns.
 #[inline(always)]
-fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: isize, z: isize) {
+pub(super) fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: isize, z: isize) {
     let [nx, ny, nz] = layout.size.map(|n| n as isize);
     for j in (1..Q).filter(|&j| C[j][0] != 0) {
         let (ghost, real) = if C[j][0] > 0 { (nx, 0) } else { (-1, nx - 1) };
