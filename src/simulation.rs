@@ -48,8 +48,6 @@ struct Wet<T: Real> {
     driving: Driving,
     /// Cells of the box that are in no wall.
     cells: f64,
-    /// Largest speed in this rank's block at the last measurement (cells per time step).
-    max_speed: f64,
 }
 
 impl<T: Real> Wet<T> {
@@ -106,7 +104,6 @@ impl<T: Real> Wet<T> {
             fluid,
             coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
             driving: Driving::new(driving),
-            max_speed: 0.0,
         }
     }
 }
@@ -224,9 +221,9 @@ impl<T: Real> Simulation<T> {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
+            max_lattice_speed: flow.max_speed,
         };
         if let Some(wet) = &mut self.wet {
-            wet.max_speed = flow.max_speed;
             wet.driving.observe(mean);
         }
         Ok(())
@@ -341,11 +338,6 @@ impl<T: Real> Simulation<T> {
                 torque: sum(&w[6..]) * self.units.torque(),
             })
             .collect()
-    }
-
-    /// Largest speed of the fluid in this rank's block at the last measurement (cells per time step); zero in a dry run.
-    pub fn max_lattice_speed(&self) -> f64 {
-        self.wet.as_ref().map_or(0.0, |wet| wet.max_speed)
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).

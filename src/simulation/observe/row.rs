@@ -63,6 +63,7 @@ pub(super) fn row<T: Real>(
         .chain(on_walls.map(of_wall_contact))
         .collect();
     let summary = simulation.dem.contacts();
+    let mean = simulation.mean_flow();
     let fastest = own.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
     let Reduced {
         sums,
@@ -72,7 +73,7 @@ pub(super) fn row<T: Real>(
         &simulation.comm,
         &terms,
         [own.len(), summary.count],
-        [fastest, summary.max_depth, simulation.max_lattice_speed()],
+        [fastest, summary.max_depth, mean.max_lattice_speed],
     );
     if simulation.comm.rank() > 0 {
         return None;
@@ -92,7 +93,6 @@ pub(super) fn row<T: Real>(
         fy,
         fz,
     ] = sums;
-    let mean = simulation.mean_flow();
     let time = simulation.step as f64 * units.dt;
     let count = particles.max(1) as f64;
     let mean_velocity = Vec3::new(vx, vy, vz) / count;
