@@ -171,10 +171,15 @@ impl<'a> Observer<'a> {
         let dry = self.setup.dry;
         let particles = gather::particles(simulation);
         let forces = due[SAMPLES] && !self.setup.walls.is_empty();
-        let contacts = (due[CONTACTS] || forces).then(|| gather::contacts(simulation));
+        let touches = if due[CONTACTS] || forces {
+            simulation.dem.contact_states()
+        } else {
+            Vec::new()
+        };
         let row = (due[SAMPLES])
-            .then(|| row::row(self.setup, simulation, &particles, contacts.as_deref()))
+            .then(|| row::row(self.setup, simulation, &touches))
             .flatten();
+        let contacts = due[CONTACTS].then(|| gather::contacts(simulation, &touches));
         let fields =
             ((due[FIELDS] || due[PICTURES]) && !dry).then(|| gather::fields(simulation, self.decomposition));
         Frame {
