@@ -66,7 +66,7 @@ pub struct MeanFlow {
     pub solid_fraction: f64,
     /// Kinetic energy of the fluid in all cells (J).
     pub kinetic_energy: f64,
-    /// Largest speed (cells per time step).
+    /// Largest speed in the block of this rank alone (cells per time step).
     pub max_lattice_speed: f64,
 }
 
