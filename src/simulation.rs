@@ -6,6 +6,7 @@ mod failure;
 mod observe;
 mod references;
 mod run;
+mod saved;
 
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -213,8 +214,6 @@ impl<T: Real> Simulation<T> {
         }
         let sums: [f64; 5] =
             std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
-        let mut most = [flow.max_speed];
-        self.comm.max(&mut most);
         let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
@@ -222,7 +221,7 @@ impl<T: Real> Simulation<T> {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
-            max_lattice_speed: most[0],
+            max_lattice_speed: flow.max_speed,
         };
         if let Some(wet) = &mut self.wet {
             wet.driving.observe(mean);

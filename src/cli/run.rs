@@ -28,6 +28,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
     let options = RunOptions {
         quiet: arguments.quiet,
         stop,
+        ..RunOptions::default()
     };
     let summary = simulation::run(&setup, &options)?;
     if let Some(summary) = summary.filter(|_| !arguments.quiet) {

@@ -12,6 +12,7 @@ use crate::fluid::{Precision, Real};
 use crate::output::{OutputFiles, Summary, directory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// How a run behaves towards its caller.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +21,10 @@ pub struct RunOptions {
     pub quiet: bool,
     /// Set by a signal handler: the run ends cleanly after the current step, outputs closed.
     pub stop: Arc<AtomicBool>,
+    /// Set by a signal handler, cleared by the run: it writes a checkpoint and goes on.
+    pub checkpoint: Arc<AtomicBool>,
+    /// The run ends cleanly before it has taken so long.
+    pub max_walltime: Option<Duration>,
 }
 
 /// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job
