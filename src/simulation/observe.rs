@@ -120,6 +120,13 @@ impl<'a> Observer<'a> {
         Ok(observer)
     }
 
+    /// Prints a line among the progress.
+    pub(super) fn note(&mut self, text: &str) {
+        if let Some(writer) = &mut self.writer {
+            writer.progress.note(text);
+        }
+    }
+
     /// What rank 0 needs to go on from here; nothing elsewhere. What has been written is safe on disk after this. Collective.
     pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
         let writer = self.writer.as_mut().map(Writer::state).transpose();
