@@ -141,21 +141,17 @@ impl<'a> Keeper<'a> {
         simulation: &mut Simulation<T>,
     ) -> Result<(ObserverState, Vec<String>)> {
         let comm = simulation.comm.clone();
-        let (observer, skipped) = checkpoint::newest_sound(&self.folder, &comm, |saved| {
-            self.restore(simulation, saved)
-        })?;
+        let (observer, skipped) =
+            checkpoint::newest_sound(&self.folder, &comm, |saved| self.restore(simulation, saved))?;
         self.last = Some(simulation.step);
         Ok((observer, skipped))
     }
 
-    fn restore<T: Real>(
-        &self,
-        simulation: &mut Simulation<T>,
-        saved: &Checkpoint,
-    ) -> Result<ObserverState> {
+    fn restore<T: Real>(&self, simulation: &mut Simulation<T>, saved: &Checkpoint) -> Result<ObserverState> {
         let comm = simulation.comm.clone();
         let head = saved.head();
-        let fits = if (head.cells, head.bytes_per_cell) == (self.setup.domain.cells, simulation.saved_bytes()) {
+        let fits = if (head.cells, head.bytes_per_cell) == (self.setup.domain.cells, simulation.saved_bytes())
+        {
             serde_json::from_slice::<Shared>(saved.shared())
                 .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
         } else {

@@ -111,7 +111,7 @@ impl<'a> Observer<'a> {
         let mut observer = Self::new(setup, decomposition, comm, quiet);
         observer.done = state.done;
         let failed = match &mut observer.writer {
-            Some(writer) => Writer::resume(setup, quiet, step, state.writer)
+            Some(writer) => Writer::resume(setup, quiet, step, &state.done, state.writer)
                 .map(|resumed| *writer = resumed)
                 .err(),
             None => None,
@@ -120,10 +120,10 @@ impl<'a> Observer<'a> {
         Ok(observer)
     }
 
-    /// Prints a line among the progress.
-    pub(super) fn note(&mut self, text: &str) {
+    /// Prints a warning, quiet or not.
+    pub(super) fn warn(&mut self, text: &str) {
         if let Some(writer) = &mut self.writer {
-            writer.progress.note(text);
+            writer.progress.warn(text);
         }
     }
 

@@ -220,7 +220,7 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             let (comm, step) = (&simulation.comm, simulation.step);
             let mut observer = Observer::resume(setup, decomposition, comm, options.quiet, step, state)?;
             for what in skipped {
-                observer.note(&format!("warning: {what}"));
+                observer.warn(&what);
             }
             observer
         }
@@ -233,7 +233,11 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             break;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
-        simulation.wishes = if tells { keeper.wishes(options) } else { Wishes::default() };
+        simulation.wishes = if tells {
+            keeper.wishes(options)
+        } else {
+            Wishes::default()
+        };
         simulation.step()?;
         asked = simulation.wishes;
     }
