@@ -5,6 +5,7 @@ mod engine;
 mod failure;
 mod observe;
 mod references;
+mod resume;
 mod run;
 mod saved;
 
@@ -22,6 +23,7 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 use failure::Failure;
+pub use resume::resume;
 pub use run::{RunOptions, agreed, decompose, run};
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
