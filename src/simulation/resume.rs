@@ -1,6 +1,6 @@
 //! Going on with a run from its last checkpoint.
 
-use super::run::{RunOptions, agreed};
+use super::run::{Origin, RunOptions, agreed, run_from};
 use crate::case::{self, Setup};
 use crate::checkpoint::{self, CaseText};
 use crate::comm::Comm;
@@ -18,10 +18,10 @@ pub fn resume(
     directory: &Path,
     changes: &[String],
     threads: Option<usize>,
-    _options: &RunOptions,
+    options: &RunOptions,
 ) -> Result<Option<Summary>> {
     let setup = agreed(saved_setup(directory, changes, threads))?;
-    Err(Error::Input(format!("{} steps", setup.end_step)))
+    run_from(&setup, options, Origin::Checkpoint)
 }
 
 /// The case of the newest checkpoint whose case and heads are sound, with changes.
