@@ -6,6 +6,7 @@ mod failure;
 mod keeper;
 mod observe;
 mod references;
+mod resume;
 mod run;
 mod saved;
 
@@ -24,6 +25,7 @@ use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 use failure::Failure;
 use keeper::Wishes;
+pub use resume::resume;
 pub use run::{RunOptions, agreed, decompose, run};
 use std::path::Path;
 use std::rc::Rc;

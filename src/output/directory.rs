@@ -197,9 +197,7 @@ pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> 
             remove_if_there(&directory.join(end))?;
         }
         remove_frames(directory, |path, of| {
-            let partial = path
-                .extension()
-                .is_some_and(|end| PARTIAL_SUFFIX.ends_with(&*end.to_string_lossy()));
+            let partial = path.to_string_lossy().ends_with(PARTIAL_SUFFIX);
             partial || of > step || of == step && !kept.iter().any(|kept| kept == path)
         })
     };
