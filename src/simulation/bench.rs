@@ -70,7 +70,10 @@ fn bench_rank<T: Real>(
     for _ in 0..options.warm_up {
         simulation.step()?;
     }
+    // Ranks of one process share its memory: all look before the first of them fills arrays.
+    simulation.comm.barrier();
     let resident = peak_resident_bytes();
+    simulation.comm.barrier();
     *simulation.timings() = Timings::default();
     let cells = setup.domain.cell_count();
     let (mut mlups, mut bandwidth, mut traffic) = (Vec::new(), Vec::new(), Traffic::default());
