@@ -137,6 +137,15 @@ impl Comm {
         }
     }
 
+    /// Number of ranks in this process: all, or one if they are processes.
+    pub fn ranks_per_process(&self) -> usize {
+        match self {
+            Self::Solo | Self::Threads(_) => self.size(),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(_) => 1,
+        }
+    }
+
     /// Waits until every rank is here.
     pub fn barrier(&self) {
         self.collective(0, || match self {
