@@ -52,10 +52,11 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
     let start = Instant::now();
     let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
-    agreed(if first {
-        directory::create(&setup.output.directory)
+    let directory = &setup.output.directory;
+    let _lock = agreed(if first {
+        directory::create(directory)
     } else {
-        Ok(())
+        Ok(None)
     })?;
     let plan = Plan {
         setup,
