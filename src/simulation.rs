@@ -9,6 +9,7 @@ mod references;
 mod resume;
 mod run;
 mod saved;
+mod work;
 
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -24,11 +25,16 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, RankReport, Rate, Spread, bench};
 use failure::Failure;
+<<<<<<< HEAD
 use keeper::Wishes;
 pub use resume::resume;
 pub use run::{RunOptions, agreed, decompose, run};
 use std::path::Path;
 use std::rc::Rc;
+=======
+pub use run::{RunOptions, agreed, decompose, forecast, run};
+use std::path::Path;
+pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
