@@ -278,7 +278,7 @@ mod tests {
             periodic,
             dx: 1.0,
         };
-        Decomposition { domain, grid }
+        Decomposition::with_grid(domain, grid)
     }
 
     /// Places of a list of runs, in order.

@@ -383,7 +383,7 @@ fn the_fault_that_is_told_is_the_first_in_the_box_though_rows_next_to_others_are
             dx: 1.0,
         };
         let grid = [1, 2, 2];
-        let decomposition = Decomposition { domain, grid };
+        let decomposition = Decomposition::with_grid(domain, grid);
         let faults = on_threads(4, |comm| {
             let params = bgk(0.6, Simd::best());
             let mut fluid = Fluid::<f32>::new(&decomposition, &comm, &params, &Boundary::none());

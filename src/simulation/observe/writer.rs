@@ -10,11 +10,12 @@ use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_s
 use crate::output::progress::Workload;
 use crate::output::{
     Collection, FieldSnapshot, OutputFiles, ParticleSeries, PathsState, Progress, SeriesWriter, Summary,
-    estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
+    directory, estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
 };
 use crate::simulation::Simulation;
 use crate::simulation::references::references;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// What rank 0 keeps open.
 pub(super) struct Writer<'a> {
@@ -56,8 +57,15 @@ impl<'a> Writer<'a> {
         Self::starting_at(0, setup, quiet)
     }
 
-    /// Goes on after `step` steps, where [`state`](Self::state) was told. What was written later is removed or cut off.
-    pub(super) fn resume(setup: &'a Setup, quiet: bool, step: u64, state: WriterState) -> Result<Self> {
+    /// Goes on after `step` steps, where [`state`](Self::state) was told; `done` are the steps at which things were written
+    /// last. What was written later is removed or cut off.
+    pub(super) fn resume(
+        setup: &'a Setup,
+        quiet: bool,
+        step: u64,
+        done: &[Option<u64>; 5],
+        state: WriterState,
+    ) -> Result<Self> {
         let writer = Self::starting_at(step, setup, quiet);
         let files = &writer.files;
         // First all that may be refused.
@@ -68,6 +76,18 @@ impl<'a> Writer<'a> {
                 ParticleSeries::resume(&files.particle_series(), setup.domain, paths)?,
             )),
         };
+        let written = |kind: usize, path| (done[kind] == Some(step)).then_some(path);
+        let kept: Vec<PathBuf> = [
+            written(FIELDS, files.fields(step)),
+            written(PARTICLES, files.particles(step)),
+            written(CONTACTS, files.contacts(step)),
+            written(CONTACTS, files.force_chains(step)),
+            written(PICTURES, files.picture(step)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        directory::clear_after(files.directory(), step, &kept)?;
         Ok(Self {
             series,
             fields: Collection::resume(files.fields_collection(), state.fields)?,
