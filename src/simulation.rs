@@ -23,7 +23,7 @@ use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, RankReport, Rate, Spread, bench};
+pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
 <<<<<<< HEAD
 use keeper::Wishes;
