@@ -25,15 +25,11 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
-<<<<<<< HEAD
 use keeper::Wishes;
 pub use resume::resume;
-pub use run::{RunOptions, agreed, decompose, run};
-use std::path::Path;
-use std::rc::Rc;
-=======
 pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;
+use std::rc::Rc;
 pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
