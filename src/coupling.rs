@@ -12,6 +12,7 @@
 mod driving;
 mod lines;
 mod momentum_exchange;
+mod saved;
 mod solid_fraction;
 mod walls;
 
@@ -57,6 +58,9 @@ pub struct Coupling {
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_lines: Lines,
+    swept_particles: Vec<Particle>,
+    /// Number of those that were owned here.
+    swept_owned: usize,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
 }
@@ -105,6 +109,8 @@ impl Coupling {
             first_plane: Vec::new(),
             swept_bodies: Vec::new(),
             swept_lines: Lines::default(),
+            swept_particles: Vec::new(),
+            swept_owned: 0,
             added: Vec::new(),
         }
     }
@@ -281,9 +287,22 @@ impl Coupling {
                 }
             });
         let loads = loads.collect();
+        self.note_swept(particles);
+        loads
+    }
+
+    /// Makes what was mapped the state of the last sweep.
+    fn note_swept(&mut self, particles: &ParticleStore) {
         std::mem::swap(&mut self.bodies, &mut self.swept_bodies);
         std::mem::swap(&mut self.lines, &mut self.swept_lines);
-        loads
+        self.swept_particles.clear();
+        self.swept_particles.extend_from_slice(&particles.particles);
+        self.swept_owned = particles.owned;
+    }
+
+    /// Cells of the block that were covered in the last step, once for each particle that covered them.
+    pub fn covered_cells(&self) -> usize {
+        self.swept_lines.cells()
     }
 
     /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order.

@@ -3,13 +3,13 @@
 //! A homogenised lattice Boltzmann fluid ([`fluid`]), rigid convex particles ([`shape`], [`particle`]) with a
 //! discrete contact model based on overlap volume ([`contact`], [`dem`]), and a coupling layer ([`coupling`])
 //! through which all particle data moves. [`simulation`] puts them together; [`case`] reads what to simulate from
-//! a TOML file in SI units; [`output`] writes what came out.
+//! a TOML file in SI units; [`output`] writes what came out, and [`checkpoint`] what a run needs to go on.
 //!
 //! Modules are layers: arrows point down only, and `tests/architecture.rs` holds the table.
 //!
 //! ```text
 //! front     main -> cli
-//! whole     simulation   case   output   packing
+//! whole     simulation   case   output   packing   checkpoint
 //! border    coupling                the only place where lattice units meet SI at run time
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
@@ -18,6 +18,7 @@
 //! ```
 
 pub mod case;
+pub mod checkpoint;
 pub mod cli;
 pub mod comm;
 pub mod contact;

@@ -1,6 +1,9 @@
 //! Vectors, rotations, and the fixed-point sums that make results independent of summation order.
 
+mod reproducible;
+
 pub use nalgebra;
+pub use reproducible::{ReproducibleSum, magnitude};
 
 /// Vector in three dimensions.
 pub type Vec3 = nalgebra::Vector3<f64>;

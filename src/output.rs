@@ -28,7 +28,7 @@ pub mod walls;
 pub(crate) use atomic::write_bytes;
 pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
 pub use directory::OutputFiles;
-pub use particle_series::ParticleSeries;
+pub use particle_series::{ParticleSeries, PathsState};
 pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};

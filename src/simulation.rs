@@ -3,9 +3,12 @@
 mod bench;
 mod engine;
 mod failure;
+mod keeper;
 mod observe;
 mod references;
+mod resume;
 mod run;
+mod saved;
 mod work;
 
 use crate::case::Setup;
@@ -20,16 +23,19 @@ use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, bench};
+pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
+use keeper::Wishes;
+pub use resume::resume;
 pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;
+use std::rc::Rc;
 pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
 pub struct Simulation<T: Real> {
-    comm: Comm,
+    comm: Rc<Comm>,
     units: Units,
     /// `None` in a dry run.
     wet: Option<Wet<T>>,
@@ -40,6 +46,8 @@ pub struct Simulation<T: Real> {
     walls: usize,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
+    /// What is asked of this rank; after a control step, and only then, what is asked of any.
+    wishes: Wishes,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -140,11 +148,12 @@ impl<T: Real> Simulation<T> {
             units: setup.units,
             wet: (!setup.dry).then(|| Wet::new(setup, decomposition, &comm)),
             dem,
-            comm,
+            comm: Rc::new(comm),
             timings: Timings::default(),
             step: 0,
             walls: setup.walls.len(),
             failure: None,
+            wishes: Wishes::default(),
         }
     }
 
@@ -179,12 +188,14 @@ impl<T: Real> Simulation<T> {
             flow = t.stage("fluid", || {
                 fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
             });
-            t.stage("halo", || fluid.exchange());
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
         };
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
+        if let Some(Wet { fluid, .. }) = wet {
+            t.stage("halo", || fluid.exchange());
+        }
 
         if let Err(mut error) = moved {
             if let Error::Engine { step, .. } = &mut error {
@@ -195,8 +206,31 @@ impl<T: Real> Simulation<T> {
         self.step += 1;
         match flow {
             Some(flow) => self.control(&flow),
-            None if measure => self.check(),
+            None if measure => {
+                let mut words = self.notices();
+                self.comm.sum(&mut words);
+                self.heed(&words)
+            }
             None => Ok(()),
+        }
+    }
+
+    /// What this rank tells the others: whether it has failed, and what is asked of it.
+    fn notices(&self) -> [i64; 3] {
+        let Wishes { stop, checkpoint } = self.wishes;
+        [self.failure.is_some(), stop, checkpoint].map(i64::from)
+    }
+
+    /// Takes note of what all ranks have told. Collective.
+    fn heed(&mut self, sums: &[i64]) -> Result<()> {
+        self.wishes = Wishes {
+            stop: sums[1] > 0,
+            checkpoint: sums[2] > 0,
+        };
+        if sums[0] > 0 {
+            Err(self.agree_on_failure())
+        } else {
+            Ok(())
         }
     }
 
@@ -208,15 +242,11 @@ impl<T: Real> Simulation<T> {
             .into_iter()
             .flat_map(split_wide)
             .collect();
-        words.push(i64::from(self.failure.is_some()));
+        words.extend(self.notices());
         self.comm.sum(&mut words);
-        if words[10] > 0 {
-            return Err(self.agree_on_failure());
-        }
+        self.heed(&words[10..])?;
         let sums: [f64; 5] =
             std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
-        let mut most = [flow.max_speed];
-        self.comm.max(&mut most);
         let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
@@ -224,7 +254,7 @@ impl<T: Real> Simulation<T> {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
             kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
-            max_lattice_speed: most[0],
+            max_lattice_speed: flow.max_speed,
         };
         if let Some(wet) = &mut self.wet {
             wet.driving.observe(mean);

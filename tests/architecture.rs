@@ -11,7 +11,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "crosscheck simulation case output packing fluid dem contact comm error",
+        "crosscheck simulation case output packing checkpoint fluid dem contact comm error",
     ),
     (
         "crosscheck",
@@ -19,14 +19,15 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "simulation",
-        "case output coupling fluid dem contact particle shape wall lattice domain comm units math timing error",
+        "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing error",
     ),
     (
         "case",
         "packing coupling fluid dem contact particle shape wall domain units math error",
     ),
-    ("output", "particle shape wall domain math error"),
+    ("output", "checkpoint particle shape wall domain math error"),
     ("packing", "contact particle shape wall domain math"),
+    ("checkpoint", "domain comm error"),
     (
         "coupling",
         "fluid dem particle shape wall lattice domain comm units math",

@@ -58,7 +58,7 @@ pub struct DrivingParams {
 }
 
 /// Mean values over all cells of the box that are not in walls, solid ones included; SI units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeanFlow {
     /// Mean velocity, the volume flux of the mixture (m/s).
     pub velocity: Vec3,
@@ -66,7 +66,7 @@ pub struct MeanFlow {
     pub solid_fraction: f64,
     /// Kinetic energy of the fluid in all cells (J).
     pub kinetic_energy: f64,
-    /// Largest speed (cells per time step).
+    /// Largest speed in the block of this rank alone (cells per time step).
     pub max_lattice_speed: f64,
 }
 

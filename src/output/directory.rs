@@ -8,12 +8,15 @@
 //!   contacts.pvd      contacts/contacts_0000001000.vtp ...
 //!   force_chains.pvd  force_chains/force_chains_0000001000.vtp ...
 //!   pictures/velocity_0000001000.png ...
+//!   checkpoints/step-0000001000/ ...
 //! ```
 //!
 //! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
-//! run left under them, so that frames of two runs never mix; files with other names are never touched.
+//! run left under them, so that frames of two runs never mix, and [`clear_after`] what a run left that goes on from before it; files
+//! with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
+use crate::checkpoint;
 use crate::error::{Error, Result};
 use std::fs;
 use std::io::{self, Write};
@@ -135,6 +138,11 @@ impl OutputFiles {
         self.numbered(PICTURES, step)
     }
 
+    /// The checkpoints.
+    pub fn checkpoints(&self) -> PathBuf {
+        self.directory.join(checkpoint::FOLDER)
+    }
+
     fn numbered(&self, (folder, prefix, extension): (&str, &str, &str), step: u64) -> PathBuf {
         self.directory
             .join(folder)
@@ -142,14 +150,23 @@ impl OutputFiles {
     }
 }
 
-/// Creates the output directory, and proves that files can be written; the log of an earlier run goes.
+/// Creates the output directory, keeps other runs out of it as long as the lock lives (`None` on a file system without
+/// locks), and proves that files can be written; the log of an earlier run goes.
 ///
 /// Called before anything is computed, so that a run cannot fail at its first output after hours.
-pub fn create(directory: &Path) -> Result<()> {
+///
+/// # Errors
+/// [`Error::Input`] if nothing can be written there, or if another run does.
+pub fn create(directory: &Path) -> Result<Option<Lock>> {
+    fs::create_dir_all(directory).map_err(|source| refused(directory, &source))?;
+    let lock = lock(directory)?;
     let attempt = || -> io::Result<()> {
-        fs::create_dir_all(directory)?;
         remove_matching(directory, |name| name == LOG)?;
-        for (folder, ..) in FOLDERS {
+        for folder in FOLDERS
+            .iter()
+            .map(|(folder, ..)| *folder)
+            .chain([checkpoint::FOLDER])
+        {
             let folder = directory.join(folder);
             if folder.is_dir() {
                 probe(&folder)?;
@@ -157,7 +174,8 @@ pub fn create(directory: &Path) -> Result<()> {
         }
         probe(directory)
     };
-    attempt().map_err(|source| refused(directory, &source))
+    attempt().map_err(|source| refused(directory, &source))?;
+    Ok(lock)
 }
 
 /// Removes what an earlier run has left in a directory that [`create`] has made, but the log, which is of this run.
@@ -166,21 +184,70 @@ pub fn create(directory: &Path) -> Result<()> {
 pub fn clear(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         remove_matching(directory, |name| TOP.contains(&name))?;
-        for (folder, prefix, extension) in FOLDERS {
-            let folder = directory.join(folder);
-            if !folder.is_dir() {
-                continue;
-            }
-            let is_frame = |name: &str| {
-                name.strip_prefix(prefix)
-                    .and_then(|rest| rest.strip_suffix(extension))
-                    .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
-            };
-            remove_matching(&folder, is_frame)?;
+        remove_frames(directory, |_, _| true)
+    };
+    attempt().map_err(|source| refused(directory, &source))?;
+    checkpoint::clear(&directory.join(checkpoint::FOLDER))
+}
+
+/// Removes what a run has left that goes on after `step`: files of later steps, those of this step that are not in `kept` (full
+/// paths), what it was writing, and what tells of its end. All else stays, checkpoints too.
+///
+/// Called when nothing can refuse to go on any more.
+pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> {
+    let attempt = || -> io::Result<()> {
+        for partial in TOP.map(|name| directory.join(format!("{name}{PARTIAL_SUFFIX}"))) {
+            remove_if_there(&partial)?;
         }
-        Ok(())
+        for end in [TOP[0], TOP[2]] {
+            remove_if_there(&directory.join(end))?;
+        }
+        remove_frames(directory, |path, of| {
+            let partial = path.to_string_lossy().ends_with(PARTIAL_SUFFIX);
+            partial || of > step || of == step && !kept.iter().any(|kept| kept == path)
+        })
     };
     attempt().map_err(|source| refused(directory, &source))
+}
+
+/// Removes the numbered files, finished or partial, that `goes(path, step)` chooses.
+fn remove_frames(directory: &Path, goes: impl Fn(&Path, u64) -> bool) -> io::Result<()> {
+    for (folder, prefix, extension) in FOLDERS {
+        let folder = directory.join(folder);
+        if !folder.is_dir() {
+            continue;
+        }
+        let step = |name: &str| -> Option<u64> {
+            let digits = name.strip_prefix(prefix)?.strip_suffix(extension)?;
+            digits.bytes().all(|b| b.is_ascii_digit()).then_some(())?;
+            digits.parse().ok()
+        };
+        remove_matching_paths(&folder, |path, name| {
+            step(name).is_some_and(|step| goes(path, step))
+        })?;
+    }
+    Ok(())
+}
+
+/// Keeps other runs out of an output directory until it is dropped, or its process ends in any way.
+#[derive(Debug)]
+pub struct Lock {
+    _directory: fs::File,
+}
+
+/// Takes hold of a directory, unless another run has it: two that write the same files would spoil them.
+fn lock(directory: &Path) -> Result<Option<Lock>> {
+    let file = fs::File::open(directory).map_err(|source| refused(directory, &source))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(Lock { _directory: file })),
+        Err(fs::TryLockError::WouldBlock) => Err(Error::Input(format!(
+            "another run is writing to the output directory {}\n  wait for its end, or choose another one with --out DIR or \
+             the key output.directory",
+            directory.display()
+        ))),
+        // Some file systems have no locks.
+        Err(fs::TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 fn refused(directory: &Path, source: &io::Error) -> Error {
@@ -193,15 +260,27 @@ fn refused(directory: &Path, source: &io::Error) -> Error {
 
 /// Removes the files, finished or partial, whose final name is `own`.
 fn remove_matching(directory: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
+    remove_matching_paths(directory, |_, name| own(name))
+}
+
+/// Removes the files, finished or partial, that `own(path, final name)` chooses.
+fn remove_matching_paths(directory: &Path, own: impl Fn(&Path, &str) -> bool) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
-        let name = entry.file_name();
+        let (path, name) = (entry.path(), entry.file_name());
         let Some(name) = name.to_str() else { continue };
-        if own(name.strip_suffix(PARTIAL_SUFFIX).unwrap_or(name)) && !entry.file_type()?.is_dir() {
-            fs::remove_file(entry.path())?;
+        if own(&path, name.strip_suffix(PARTIAL_SUFFIX).unwrap_or(name)) && !entry.file_type()?.is_dir() {
+            fs::remove_file(path)?;
         }
     }
     Ok(())
+}
+
+fn remove_if_there(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed,
+    }
 }
 
 /// Writes a file that does not exist yet, and removes it again.
@@ -255,6 +334,14 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "x").unwrap();
         }
+        for name in [
+            "step-0000000100",
+            "step-0000000200.partial",
+            "step-0000000100.replaced",
+            "mine",
+        ] {
+            fs::create_dir_all(files.checkpoints().join(name)).unwrap();
+        }
         create(&directory).unwrap();
         let summary = files.summary();
         assert!(summary.exists(), "a run may be refused yet");
@@ -266,7 +353,73 @@ mod tests {
             assert!(path.exists(), "{} is not ours", path.display());
         }
         let left = fs::read_dir(&directory).unwrap().count();
-        assert_eq!(left, 7, "five folders, two foreign files, no probe");
+        assert_eq!(left, 8, "six folders, two foreign files, no probe");
+        let left: Vec<_> = fs::read_dir(files.checkpoints())
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
+        assert_eq!(left, ["mine"]);
+    }
+
+    #[test]
+    fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep() {
+        let root = tempfile::tempdir().unwrap();
+        let directory = root.path();
+        let files = OutputFiles::new(directory);
+        let partial = |path: PathBuf| PathBuf::from(format!("{}.tmp", path.display()));
+        let stays = [
+            files.series(),
+            files.particle_series(),
+            files.fields_collection(),
+            files.walls(),
+            files.fields(3),
+            files.fields(5),
+            files.particles(4),
+            files.liggghts_log(),
+            directory.join("fields/fields_0000000009.txt"),
+            directory.join("summary.json.bak"),
+        ];
+        let goes = [
+            files.summary(),
+            files.settling_plot(),
+            files.particles(5),
+            files.contacts(6),
+            files.force_chains(7),
+            files.picture(12_345_678_901),
+            partial(files.fields(2)),
+            partial(files.series()),
+        ];
+        for path in stays.iter().chain(&goes) {
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "x").unwrap();
+        }
+        let checkpoint = files.checkpoints().join("step-0000000009");
+        fs::create_dir_all(&checkpoint).unwrap();
+        clear_after(directory, 5, &[files.fields(5), files.contacts(6)]).unwrap();
+        for path in stays.iter().chain([&checkpoint]) {
+            assert!(path.exists(), "{} is needed", path.display());
+        }
+        for path in goes {
+            assert!(
+                !path.exists(),
+                "{} is of a course that was given up",
+                path.display()
+            );
+        }
+    }
+
+    #[test]
+    fn a_directory_that_a_run_writes_to_is_refused_until_that_ends() {
+        let root = tempfile::tempdir().unwrap();
+        let held = lock(root.path()).unwrap();
+        assert!(held.is_some());
+        let refused = lock(root.path()).unwrap_err().to_string();
+        assert!(
+            refused.contains("another run") && refused.contains("--out"),
+            "{refused}"
+        );
+        drop(held);
+        assert!(lock(root.path()).unwrap().is_some());
     }
 
     #[test]

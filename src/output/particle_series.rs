@@ -5,7 +5,7 @@ use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Particles whose paths are written: those with the lowest ids.
@@ -45,6 +45,15 @@ struct Row {
     orientation: [f64; 4],
 }
 
+/// How far `particle_series.csv` has come.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct PathsState {
+    /// Bytes of the file.
+    length: u64,
+    /// Where each particle was last, in the box and on its continuous path (m).
+    last: Vec<[[f64; 3]; 2]>,
+}
+
 /// Writes `particle_series.csv`, one row for each of the first [`PARTICLES`] particles at a time.
 #[derive(Debug)]
 pub struct ParticleSeries {
@@ -61,6 +70,30 @@ impl ParticleSeries {
             writer: CsvWriter::create(path, &COLUMNS)?,
             domain,
             last: Vec::new(),
+        })
+    }
+
+    /// Goes on where [`state`](Self::state) was told; rows that follow are cut off.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
+    pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
+        let last = (state.last.iter()).map(|[inside, path]| (Vec3::from(*inside), Vec3::from(*path)));
+        Ok(Self {
+            writer: CsvWriter::resume(path, state.length)?,
+            domain,
+            last: last.collect(),
+        })
+    }
+
+    /// What is needed to go on; the rows so far are safe on disk after this.
+    pub fn state(&mut self) -> Result<PathsState> {
+        let last = self.last.iter();
+        Ok(PathsState {
+            length: self.writer.length()?,
+            last: last
+                .map(|(inside, path)| [(*inside).into(), (*path).into()])
+                .collect(),
         })
     }
 

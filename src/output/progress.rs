@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 /// What a run is, as far as progress is concerned.
 #[derive(Clone, Copy, Debug)]
 pub struct Workload {
-    /// Number of fluid steps to run.
+    /// Number of fluid steps to run, those before `first` included.
     pub steps: u64,
+    /// Steps done before this run, which goes on from there.
+    pub first: u64,
     /// Number of cells; 0 in a dry run, whose speed is then told in steps.
     pub cells: usize,
     /// Time step (s).
@@ -83,7 +85,7 @@ impl Progress {
             interval,
             start,
             shown: start,
-            shown_step: 0,
+            shown_step: work.first,
             rate: 0.0,
         }
     }
@@ -101,7 +103,7 @@ impl Progress {
             return;
         }
         let rate = step.saturating_sub(self.shown_step) as f64 / elapsed.as_secs_f64();
-        self.rate = if self.shown_step == 0 {
+        self.rate = if self.shown_step == self.work.first {
             rate
         } else {
             NEW_WEIGHT * rate + (1.0 - NEW_WEIGHT) * self.rate
@@ -133,6 +135,16 @@ impl Progress {
         }
     }
 
+    /// Prints a warning, even if nothing else is shown.
+    pub fn warn(&mut self, text: &str) {
+        let text = format!("warning: {text}");
+        if let Target::Quiet = self.target {
+            let _ = writeln!(std::io::stderr(), "{text}");
+        } else {
+            self.note(&text);
+        }
+    }
+
     /// Ends the display after `step` steps and says how fast they were on average.
     pub fn finish(&mut self, step: u64) {
         self.finish_at(step, Instant::now());
@@ -141,10 +153,11 @@ impl Progress {
     fn finish_at(&mut self, step: u64, now: Instant) {
         let seconds = now.duration_since(self.start).as_secs_f64();
         let (name, time, unit) = self.work.time(step);
+        let done = step.saturating_sub(self.work.first);
         let text = format!(
-            "{step} steps in {}, {name} {time}{unit}, {}",
+            "{done} steps in {}, {name} {time}{unit}, {}",
             clock(seconds),
-            self.work.speed(step as f64 / seconds.max(1e-9))
+            self.work.speed(done as f64 / seconds.max(1e-9))
         );
         if let Target::Bar(bar) = &self.target {
             bar.finish_and_clear();
@@ -205,6 +218,7 @@ mod tests {
 
     const WORK: Workload = Workload {
         steps: 1000,
+        first: 0,
         cells: 2_000_000,
         time_step: 1e-4,
         stokes_time: Some(2e-3),

@@ -21,6 +21,21 @@ impl Collection {
         }
     }
 
+    /// Takes up the entries of an earlier collection and writes them, if there are any; those added later to the file are gone.
+    pub fn resume(path: impl Into<PathBuf>, entries: Vec<(f64, String)>) -> Result<Self> {
+        let path = path.into();
+        let collection = Self { path, entries };
+        if !collection.entries.is_empty() {
+            write_bytes(&collection.path, collection.text().as_bytes())?;
+        }
+        Ok(collection)
+    }
+
+    /// Times (s) and names of the files, for [`resume`](Self::resume).
+    pub fn entries(&self) -> &[(f64, String)] {
+        &self.entries
+    }
+
     /// Adds a finished file at physical time `time` (s) and rewrites the collection.
     ///
     /// Files below the directory of the collection are named relative to it, so the directory can be moved.

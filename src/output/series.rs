@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use serde::Serialize;
 use std::fs::File;
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields.
@@ -93,6 +94,19 @@ impl SeriesWriter {
         CsvWriter::create(path, &COLUMNS).map(Self)
     }
 
+    /// Goes on after the first `length` bytes of the file, as [`length`](Self::length) told them; what follows is cut off.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the file is not there or has become shorter.
+    pub fn resume(path: &Path, length: u64) -> Result<Self> {
+        CsvWriter::resume(path, length).map(Self)
+    }
+
+    /// Bytes of the file, which are safe on disk after this.
+    pub fn length(&mut self) -> Result<u64> {
+        self.0.length()
+    }
+
     /// Appends one row and hands it to the operating system as a whole, so that a killed run leaves whole rows.
     pub fn write(&mut self, row: &SeriesRow) -> Result<()> {
         self.0.write(row)?;
@@ -121,6 +135,38 @@ impl CsvWriter {
         Ok(table)
     }
 
+    /// Goes on after the first `length` bytes of the file, which are whole rows; what follows is cut off.
+    pub(super) fn resume(path: &Path, length: u64) -> Result<Self> {
+        let mut file = File::options()
+            .write(true)
+            .open(path)
+            .map_err(|source| gone(path, &source.to_string()))?;
+        let found = file
+            .metadata()
+            .map_err(|source| Error::io("read", path, source))?
+            .len();
+        if found < length {
+            return Err(gone(path, &format!("it has {found} bytes of at least {length}")));
+        }
+        file.set_len(length)
+            .and_then(|()| file.seek(SeekFrom::End(0)))
+            .map_err(|source| Error::io("cut", path, source))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            writer: csv::WriterBuilder::new().has_headers(false).from_writer(file),
+        })
+    }
+
+    /// Bytes of the file, which are safe on disk after this.
+    pub(super) fn length(&mut self) -> Result<u64> {
+        self.flush()?;
+        let file = self.writer.get_ref();
+        file.sync_all()
+            .and_then(|()| file.metadata())
+            .map(|metadata| metadata.len())
+            .map_err(|source| Error::io("write", &self.path, source))
+    }
+
     /// Appends one row.
     pub(super) fn write(&mut self, row: &impl Serialize) -> Result<()> {
         let written = self.writer.serialize(row);
@@ -138,9 +184,52 @@ impl CsvWriter {
     }
 }
 
+/// The rows of an earlier run are not what they were.
+fn gone(path: &Path, what: &str) -> Error {
+    Error::Input(format!(
+        "the rows of {} cannot be continued: {what}\n  put the file back as the run has left it, or start a new run",
+        path.display()
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_go_on_where_they_were_and_later_ones_are_cut_off() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("series.csv");
+        let row = |step| SeriesRow {
+            step,
+            ..SeriesRow::default()
+        };
+        let mut series = SeriesWriter::create(&path).unwrap();
+        series.write(&row(1)).unwrap();
+        let length = series.length().unwrap();
+        series.write(&row(7)).unwrap();
+        drop(series);
+        let mut series = SeriesWriter::resume(&path, length).unwrap();
+        series.write(&row(2)).unwrap();
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let steps: Vec<String> = reader.records().map(|r| r.unwrap()[0].to_string()).collect();
+        assert_eq!(steps, ["1", "2"]);
+    }
+
+    #[test]
+    fn rows_that_are_gone_are_named_and_what_is_left_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("series.csv");
+        std::fs::write(&path, "step\n1\n").unwrap();
+        let error = SeriesWriter::resume(&path, 100).unwrap_err().to_string();
+        assert!(
+            error.contains("series.csv") && error.contains("7 bytes"),
+            "{error}"
+        );
+        assert_eq!(std::fs::read(&path).unwrap(), b"step\n1\n");
+        std::fs::remove_file(&path).unwrap();
+        assert!(SeriesWriter::resume(&path, 100).is_err());
+    }
 
     #[test]
     fn each_row_is_on_disk_at_once_and_stands_under_its_header() {

@@ -17,6 +17,8 @@ pub struct Summary {
     pub case: String,
     /// Whether the run was asked to stop before its end.
     pub interrupted: bool,
+    /// Step from which the last run went on, if it did not begin at the start; speeds and times of stages are of that run.
+    pub resumed_from: Option<u64>,
     /// Mean settling velocity relative to the mixture over the Stokes velocity (-).
     pub settling_velocity_over_stokes: Option<f64>,
     /// Mean settling velocity over that of one particle after Schiller and Naumann (-).
@@ -148,6 +150,7 @@ mod tests {
             version: "0.1.0".into(),
             case: "settling".into(),
             interrupted: false,
+            resumed_from: None,
             settling_velocity_over_stokes: Some(0.1 + 0.2),
             settling_velocity_over_schiller_naumann: None,
             standard_error: None,

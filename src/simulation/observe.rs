@@ -16,9 +16,10 @@ use crate::fluid::Real;
 use crate::output::{Contact, SeriesRow, Summary};
 use crate::particle::Particle;
 use gather::Fields;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 pub(super) use summary::precision_name;
-use writer::Writer;
+use writer::{Writer, WriterState};
 
 /// Gathers and writes what the output plan asks for.
 pub(super) struct Observer<'a> {
@@ -31,6 +32,23 @@ pub(super) struct Observer<'a> {
     done: [Option<u64>; 5],
     /// Only on rank 0.
     writer: Option<Writer<'a>>,
+}
+
+/// What a run has written, as far as one needs to know it to go on.
+#[derive(Serialize, Deserialize)]
+pub(super) struct ObserverState {
+    done: [Option<u64>; 5],
+    writer: WriterState,
+}
+
+/// The failure of this rank, or that another one has failed. Collective.
+fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
+    let any = comm.any(failed.is_some());
+    match failed {
+        Some(error) => Err(error),
+        None if any => Err(Error::OtherRank),
+        None => Ok(()),
+    }
 }
 
 /// Which things are due, by the constants below.
@@ -78,6 +96,51 @@ impl<'a> Observer<'a> {
         }
     }
 
+    /// Goes on where [`state`](Self::state) was told after `step` steps. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Input`] or [`Error::Io`] if the files are not what they were then.
+    pub(super) fn resume(
+        setup: &'a Setup,
+        decomposition: &'a Decomposition,
+        comm: &Comm,
+        quiet: bool,
+        step: u64,
+        state: ObserverState,
+    ) -> Result<Self> {
+        let mut observer = Self::new(setup, decomposition, comm, quiet);
+        observer.done = state.done;
+        let failed = match &mut observer.writer {
+            Some(writer) => Writer::resume(setup, quiet, step, &state.done, state.writer)
+                .map(|resumed| *writer = resumed)
+                .err(),
+            None => None,
+        };
+        agree(comm, failed)?;
+        Ok(observer)
+    }
+
+    /// Prints a warning, quiet or not.
+    pub(super) fn warn(&mut self, text: &str) {
+        if let Some(writer) = &mut self.writer {
+            writer.progress.warn(text);
+        }
+    }
+
+    /// What rank 0 needs to go on from here; nothing elsewhere. What has been written is safe on disk after this. Collective.
+    pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
+        let writer = self.writer.as_mut().map(Writer::state).transpose();
+        let (writer, failed) = match writer {
+            Ok(writer) => (writer, None),
+            Err(error) => (None, Some(error)),
+        };
+        agree(comm, failed)?;
+        Ok(writer.map(|writer| ObserverState {
+            done: self.done,
+            writer,
+        }))
+    }
+
     /// Writes what is due after the current step; `last` makes everything due that is wanted at all. Collective.
     ///
     /// # Errors
@@ -107,12 +170,7 @@ impl<'a> Observer<'a> {
             *done = Some(step);
         }
         simulation.timings.add("observe", start.elapsed().as_secs_f64());
-        let any = simulation.comm.any(failed.is_some());
-        match failed {
-            Some(error) => Err(error),
-            None if any => Err(Error::OtherRank),
-            None => Ok(()),
-        }
+        agree(&simulation.comm, failed)
     }
 
     /// Brings to rank 0 what is needed for `due`. Collective.
@@ -120,10 +178,15 @@ impl<'a> Observer<'a> {
         let dry = self.setup.dry;
         let particles = gather::particles(simulation);
         let forces = due[SAMPLES] && !self.setup.walls.is_empty();
-        let contacts = (due[CONTACTS] || forces).then(|| gather::contacts(simulation));
+        let touches = if due[CONTACTS] || forces {
+            simulation.dem.contact_states()
+        } else {
+            Vec::new()
+        };
         let row = (due[SAMPLES])
-            .then(|| row::row(self.setup, simulation, &particles, contacts.as_deref()))
+            .then(|| row::row(self.setup, simulation, &touches))
             .flatten();
+        let contacts = due[CONTACTS].then(|| gather::contacts(simulation, &touches));
         let fields =
             ((due[FIELDS] || due[PICTURES]) && !dry).then(|| gather::fields(simulation, self.decomposition));
         Frame {

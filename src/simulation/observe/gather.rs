@@ -28,12 +28,11 @@ pub(super) fn particles<T: Real>(simulation: &Simulation<T>) -> Vec<Particle> {
     all
 }
 
-/// All contacts at the last sub-step in ascending order of the ids, on rank 0; none elsewhere. Collective.
-pub(super) fn contacts<T: Real>(simulation: &Simulation<T>) -> Vec<Contact> {
-    let own = simulation.dem.contact_states();
+/// All contacts of all ranks in ascending order of the ids, on rank 0; none elsewhere. Collective.
+pub(super) fn contacts<T: Real>(simulation: &Simulation<T>, own: &[ContactState]) -> Vec<Contact> {
     let mut all: Vec<ContactState> = simulation
         .comm
-        .gather(bytemuck::cast_slice(&own).to_vec())
+        .gather(bytemuck::cast_slice(own).to_vec())
         .iter()
         .flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, ContactState>(bytes))
         .collect();

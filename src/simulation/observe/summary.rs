@@ -18,6 +18,8 @@ pub(super) struct Outcome {
     pub(super) max_mach: f64,
     pub(super) hash: u64,
     pub(super) interrupted: bool,
+    /// Steps done before this run, which has gone on from there.
+    pub(super) first: u64,
     pub(super) wall_seconds: f64,
 }
 
@@ -29,12 +31,14 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         max_mach,
         hash,
         interrupted,
+        first,
         wall_seconds,
     } = outcome;
     let steps = simulation.step;
+    let done = steps - first;
     let scales = setup.scales;
     let over_schiller_naumann = scales.stokes_velocity / scales.schiller_naumann_velocity;
-    let per_step = |seconds: f64| seconds / steps.max(1) as f64;
+    let per_step = |seconds: f64| seconds / done.max(1) as f64;
     let stages: BTreeMap<String, f64> = (simulation.timings.stages().iter())
         .map(|&(name, seconds)| (name.to_owned(), per_step(seconds)))
         .collect();
@@ -44,6 +48,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         version: env!("CARGO_PKG_VERSION").to_owned(),
         case: setup.name.clone(),
         interrupted,
+        resumed_from: (first > 0).then_some(first),
         settling_velocity_over_stokes: estimate.map(|e| e.mean),
         settling_velocity_over_schiller_naumann: estimate.map(|e| e.mean * over_schiller_naumann),
         standard_error: estimate.and_then(|e| e.standard_error),
@@ -57,7 +62,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         dx: setup.domain.dx,
         time_step: setup.units.dt,
         relaxation_time: setup.relaxation_time,
-        mlups: steps as f64 * cells as f64 / wall_seconds / 1e6,
+        mlups: done as f64 * cells as f64 / wall_seconds / 1e6,
         wall_seconds,
         stages,
         precision: precision_name(setup.precision).to_owned(),

@@ -9,14 +9,18 @@ use crate::fluid::Real;
 use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
 use crate::output::progress::Workload;
 use crate::output::{
-    Collection, FieldSnapshot, OutputFiles, ParticleSeries, Progress, SeriesWriter, Summary, estimate_mean,
-    write_contacts, write_fields, write_force_chains, write_particles, write_walls,
+    Collection, FieldSnapshot, OutputFiles, ParticleSeries, PathsState, Progress, SeriesWriter, Summary,
+    directory, estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
 };
 use crate::simulation::Simulation;
 use crate::simulation::references::references;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// What rank 0 keeps open.
 pub(super) struct Writer<'a> {
+    /// Steps done before this run, which goes on from there.
+    first: u64,
     pub(super) progress: Progress,
     setup: &'a Setup,
     files: OutputFiles,
@@ -32,16 +36,104 @@ pub(super) struct Writer<'a> {
     max_mach: f64,
 }
 
+/// How far the files have come, and what the end of a run needs of its beginning.
+#[derive(Serialize, Deserialize)]
+pub(in crate::simulation) struct WriterState {
+    /// Bytes of `series.csv`, and how far the paths have come; nothing before the first row.
+    series: Option<(u64, PathsState)>,
+    fields: Vec<(f64, String)>,
+    particles: Vec<(f64, String)>,
+    contacts: Vec<(f64, String)>,
+    force_chains: Vec<(f64, String)>,
+    walls_written: bool,
+    t_star: Vec<f64>,
+    settling: Vec<f64>,
+    steps: Vec<u64>,
+    max_mach: f64,
+}
+
 impl<'a> Writer<'a> {
     pub(super) fn new(setup: &'a Setup, quiet: bool) -> Self {
+        Self::starting_at(0, setup, quiet)
+    }
+
+    /// Goes on after `step` steps, where [`state`](Self::state) was told; `done` are the steps at which things were written
+    /// last. What was written later is removed or cut off.
+    pub(super) fn resume(
+        setup: &'a Setup,
+        quiet: bool,
+        step: u64,
+        done: &[Option<u64>; 5],
+        state: WriterState,
+    ) -> Result<Self> {
+        let writer = Self::starting_at(step, setup, quiet);
+        let files = &writer.files;
+        // First all that may be refused.
+        let series = match &state.series {
+            None => None,
+            Some((length, paths)) => Some((
+                SeriesWriter::resume(&files.series(), *length)?,
+                ParticleSeries::resume(&files.particle_series(), setup.domain, paths)?,
+            )),
+        };
+        let written = |kind: usize, path| (done[kind] == Some(step)).then_some(path);
+        let kept: Vec<PathBuf> = [
+            written(FIELDS, files.fields(step)),
+            written(PARTICLES, files.particles(step)),
+            written(CONTACTS, files.contacts(step)),
+            written(CONTACTS, files.force_chains(step)),
+            written(PICTURES, files.picture(step)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        directory::clear_after(files.directory(), step, &kept)?;
+        Ok(Self {
+            series,
+            fields: Collection::resume(files.fields_collection(), state.fields)?,
+            particles: Collection::resume(files.particles_collection(), state.particles)?,
+            contacts: Collection::resume(files.contacts_collection(), state.contacts)?,
+            force_chains: Collection::resume(files.force_chains_collection(), state.force_chains)?,
+            walls_written: state.walls_written,
+            t_star: state.t_star,
+            settling: state.settling,
+            steps: state.steps,
+            max_mach: state.max_mach,
+            ..writer
+        })
+    }
+
+    /// What [`resume`](Self::resume) needs; the rows so far are safe on disk after this.
+    pub(super) fn state(&mut self) -> Result<WriterState> {
+        let series = match &mut self.series {
+            None => None,
+            Some((series, paths)) => Some((series.length()?, paths.state()?)),
+        };
+        Ok(WriterState {
+            series,
+            fields: self.fields.entries().to_vec(),
+            particles: self.particles.entries().to_vec(),
+            contacts: self.contacts.entries().to_vec(),
+            force_chains: self.force_chains.entries().to_vec(),
+            walls_written: self.walls_written,
+            t_star: self.t_star.clone(),
+            settling: self.settling.clone(),
+            steps: self.steps.clone(),
+            max_mach: self.max_mach,
+        })
+    }
+
+    fn starting_at(first: u64, setup: &'a Setup, quiet: bool) -> Self {
         let files = OutputFiles::new(&setup.output.directory);
         let work = Workload {
             steps: setup.end_step,
+            first,
             cells: if setup.dry { 0 } else { setup.domain.cell_count() },
             time_step: setup.units.dt,
             stokes_time: stokes_time(setup),
         };
         Self {
+            first,
             progress: Progress::new(work, quiet),
             setup,
             series: None,
@@ -173,6 +265,7 @@ impl<'a> Writer<'a> {
             max_mach: self.max_mach,
             hash,
             interrupted,
+            first: self.first,
             wall_seconds,
         };
         let summary = summary::summary(setup, simulation, outcome);

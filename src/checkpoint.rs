@@ -1,0 +1,174 @@
+//! The state of a run on disk: written by all ranks together, read by any number of them.
+//!
+//! ```text
+//! checkpoints/
+//!   step-0000000100/            whole; the last two are kept
+//!     manifest.toml             what it is, sizes and checksums of all other files; the last line is its own checksum
+//!     case.toml                 the case with its changes
+//!     files/00000 ...           what the case names: meshes, positions
+//!     part-00000.bin ...        of each rank: head, sections, one record per plane of cells (src/checkpoint/part.rs)
+//!   step-0000000200.partial/    being written, or being removed
+//!   step-0000000100.replaced/   the old one while one of the same step takes its place
+//! ```
+//!
+//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3), so what is
+//! damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes mean: cells have
+//! so many bytes each, and what the engine, the coupling and the whole run need are sections of bytes. Numbers are plain data of
+//! the machine that wrote them (little-endian on all that this program is built for).
+
+mod folder;
+mod manifest;
+mod part;
+mod read;
+mod write;
+
+use crate::comm::Comm;
+use crate::domain::Block;
+use crate::error::{Error, Result};
+use std::fs::File;
+use std::path::Path;
+
+use folder::name_of;
+pub use folder::{Found, clear, list};
+pub use read::Checkpoint;
+
+/// Name of the folder of checkpoints in the output directory of a run.
+pub const FOLDER: &str = "checkpoints";
+
+/// What identifies a state; the same on every rank.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Head {
+    /// Steps done.
+    pub step: u64,
+    /// Cells of the box.
+    pub cells: [usize; 3],
+    /// Bytes of a cell; 0 in a dry run, which has no planes.
+    pub bytes_per_cell: usize,
+    /// The case of the run.
+    pub case: CaseText,
+}
+
+/// A case with everything it names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CaseText {
+    /// Name of the case.
+    pub name: String,
+    /// Its text, with all changes applied.
+    pub text: String,
+    /// The files that the case names: the name as it stands there, and the contents.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+/// What one rank adds to a checkpoint besides its cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'a> {
+    /// The cells of the rank.
+    pub block: Block,
+    /// State of the engine.
+    pub engine: &'a [u8],
+    /// State of the coupling.
+    pub coupling: &'a [u8],
+    /// What all ranks have in common; of rank 0, empty on all others.
+    pub shared: &'a [u8],
+}
+
+/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All but this one and the newest one
+/// before it are removed. Collective.
+///
+/// `plane(z, out)` appends the bytes of the plane `z` of the block, `block.lo[2] <= z < block.hi[2]`: for y, for x,
+/// `bytes_per_cell` bytes. It is called once for each z, ascending, and not at all in a dry run.
+///
+/// # Errors
+/// [`Error::Agreed`], the same on every rank, with the path, the reason, and which earlier checkpoint is intact. Then nothing
+/// has the final name that did not have it before, and nothing partial is left.
+pub fn write(
+    directory: &Path,
+    comm: &Comm,
+    head: &Head,
+    part: &Part,
+    plane: impl FnMut(usize, &mut Vec<u8>),
+) -> Result<()> {
+    write::write(directory, comm, head, part, plane, &|path| File::create_new(path))
+}
+
+/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for each newer
+/// one what it was skipped for. Collective.
+///
+/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound on all of them. It may be collective itself
+/// if it makes the same calls on all ranks, even when only one of them finds something damaged: [`agreed`] sees to that.
+///
+/// # Errors
+/// [`Error::Agreed`], the same on every rank: there is none, or each of them with what is wrong.
+pub fn newest_sound<R>(
+    directory: &Path,
+    comm: &Comm,
+    mut attempt: impl FnMut(&Checkpoint) -> Result<R>,
+) -> Result<(R, Vec<String>)> {
+    let found = agreed(comm, in_rank_0(comm, || list(directory)))?;
+    // Others may see the folder of a remote disk a little later.
+    let names: Vec<String> = found.iter().map(|found| name_of(&found.path)).collect();
+    let names = comm.all_gather(names.join("\n").into_bytes()).swap_remove(0);
+    let mut skipped = Vec::new();
+    for name in String::from_utf8_lossy(&names).lines() {
+        let opened = agreed(comm, Checkpoint::open(&directory.join(name)));
+        match opened.and_then(|checkpoint| agreed(comm, attempt(&checkpoint))) {
+            Ok(result) => return Ok((result, skipped)),
+            Err(why) => skipped.push(why.to_string()),
+        }
+    }
+    Err(Error::Agreed {
+        code: 2,
+        text: if skipped.is_empty() {
+            none_in(directory)
+        } else {
+            let shown = directory.display();
+            format!(
+                "no checkpoint in {shown} can be used:\n  {}",
+                skipped.join("\n  ")
+            )
+        },
+    })
+}
+
+/// What is said where there is no checkpoint.
+fn none_in(directory: &Path) -> String {
+    format!(
+        "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
+         output.checkpoint_every and when it is stopped",
+        directory.display()
+    )
+}
+
+/// The result of this rank if all have succeeded; else, on all, the error of the first that has failed. Collective.
+///
+/// # Errors
+/// [`Error::Agreed`], the same on every rank.
+pub fn agreed<R>(comm: &Comm, result: Result<R>) -> Result<R> {
+    if !comm.any(result.is_err()) {
+        return result;
+    }
+    let mine = (result.err()).map_or(Vec::new(), |error| {
+        [&[error.exit_code() as u8], error.to_string().as_bytes()].concat()
+    });
+    let all = comm.all_gather(mine);
+    let first = all
+        .iter()
+        .find(|message| !message.is_empty())
+        .expect("one has failed");
+    Err(Error::Agreed {
+        code: i32::from(first[0]),
+        text: String::from_utf8_lossy(&first[1..]).into_owned(),
+    })
+}
+
+/// What rank 0 makes; the default on the others.
+fn in_rank_0<R: Default>(comm: &Comm, make: impl FnOnce() -> Result<R>) -> Result<R> {
+    if comm.rank() == 0 {
+        make()
+    } else {
+        Ok(R::default())
+    }
+}
+
+#[cfg(test)]
+mod tests;

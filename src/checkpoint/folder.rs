@@ -1,0 +1,187 @@
+//! The folder of checkpoints: what in it is ours, and what becomes of it.
+
+use crate::error::{Error, Result};
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A checkpoint under a final name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Steps done when it was written.
+    pub step: u64,
+    /// Its directory.
+    pub path: PathBuf,
+}
+
+/// What stands behind the step in a name. An old one that makes way for another of the same step is whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Whole,
+    Replaced,
+    Partial,
+}
+
+const SUFFIXES: [(Kind, &str); 3] = [
+    (Kind::Partial, ".partial"),
+    (Kind::Replaced, ".replaced"),
+    (Kind::Whole, ""),
+];
+
+/// Name of the checkpoint of a step.
+pub(super) fn name(step: u64) -> String {
+    format!("step-{step:010}")
+}
+
+/// The last part of a path.
+pub(super) fn name_of(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// Where the checkpoint of a step is written.
+pub(super) fn partial(directory: &Path, step: u64) -> PathBuf {
+    directory.join(name(step) + ".partial")
+}
+
+/// The whole checkpoints in a folder, newest first; none if there is no folder.
+///
+/// # Errors
+/// [`Error::Io`] if the folder cannot be read.
+pub fn list(directory: &Path) -> Result<Vec<Found>> {
+    let mut whole: Vec<_> = entries(directory)?
+        .into_iter()
+        .filter(|(_, kind)| *kind != Kind::Partial)
+        .collect();
+    whole.sort_by_key(|(found, kind)| (std::cmp::Reverse(found.step), *kind));
+    Ok(whole.into_iter().map(|(found, _)| found).collect())
+}
+
+/// Removes all checkpoints in a folder, whole or not, and the folder if nothing else is in it.
+///
+/// # Errors
+/// [`Error::Io`] if one cannot be removed.
+pub fn clear(directory: &Path) -> Result<()> {
+    for (found, _) in entries(directory)? {
+        remove(&found.path)?;
+    }
+    // Fails if there is something that is not ours, and that stays.
+    let _ = fs::remove_dir(directory);
+    Ok(())
+}
+
+/// Removes what no one is writing any more.
+pub(super) fn clear_partial(directory: &Path) -> Result<()> {
+    for (found, kind) in entries(directory)? {
+        if kind == Kind::Partial {
+            remove(&found.path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Gives a checkpoint that is on disk its final name, in place of an old one of the same step.
+pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
+    let (new, last) = (partial(directory, step), directory.join(name(step)));
+    let aside = directory.join(name(step) + ".replaced");
+    let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| Error::io("rename", from, e));
+    if last.is_dir() {
+        if aside.is_dir() {
+            remove(&aside)?;
+        }
+        rename(&last, &aside)?;
+        sync_folder(directory)?;
+    }
+    if let Err(error) = rename(&new, &last) {
+        if aside.is_dir() {
+            let _ = fs::rename(&aside, &last);
+        }
+        return Err(error);
+    }
+    sync_folder(directory)
+}
+
+/// Removes all checkpoints but that of `step` and the newest before it. Those of later steps belong to a course that was given
+/// up, since the run has gone on from before them.
+pub(super) fn thin_out(directory: &Path, step: u64) -> Result<()> {
+    let mut kept = Vec::new();
+    for found in list(directory)? {
+        // Of two of one step the first is the one that counts.
+        if found.step <= step && kept.len() < KEPT && !kept.contains(&found.step) {
+            kept.push(found.step);
+        } else {
+            remove(&found.path)?;
+        }
+    }
+    Ok(())
+}
+
+/// How many are kept.
+const KEPT: usize = 2;
+
+/// Removes a checkpoint, so that no half of it has a final name at any time.
+fn remove(path: &Path) -> Result<()> {
+    let attempt = || -> io::Result<()> {
+        let name = name_of(path);
+        if name.ends_with(".partial") {
+            return fs::remove_dir_all(path);
+        }
+        let doomed = path.with_file_name(name + ".partial");
+        if doomed.is_dir() {
+            fs::remove_dir_all(&doomed)?;
+        }
+        fs::rename(path, &doomed)?;
+        fs::remove_dir_all(&doomed)
+    };
+    attempt().map_err(|e| Error::io("remove", path, e))
+}
+
+/// Makes the names in a folder last.
+pub(super) fn sync_folder(directory: &Path) -> Result<()> {
+    match File::open(directory).and_then(|folder| folder.sync_all()) {
+        // Some file systems know no such thing.
+        Err(error)
+            if matches!(
+                error.kind(),
+                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
+            ) =>
+        {
+            Ok(())
+        }
+        result => result.map_err(|e| Error::io("write", directory, e)),
+    }
+}
+
+/// What in the folder has one of our names.
+fn entries(directory: &Path) -> Result<Vec<(Found, Kind)>> {
+    let attempt = || -> io::Result<Vec<_>> {
+        let mut ours = Vec::new();
+        for entry in fs::read_dir(directory)? {
+            let entry = entry?;
+            let of_ours = entry.file_name().to_str().and_then(parse);
+            if let Some((step, kind)) = of_ours.filter(|_| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+            {
+                let path = entry.path();
+                ours.push((Found { step, path }, kind));
+            }
+        }
+        Ok(ours)
+    };
+    match attempt() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        result => result.map_err(|e| Error::io("read", directory, e)),
+    }
+}
+
+/// Step and kind, from a name.
+fn parse(text: &str) -> Option<(u64, Kind)> {
+    let (kind, stem) = SUFFIXES
+        .iter()
+        .find_map(|&(kind, suffix)| Some((kind, text.strip_suffix(suffix)?)))?;
+    // One that is moved aside may be on its way out.
+    let stem = stem.strip_suffix(".replaced").unwrap_or(stem);
+    let step = stem.strip_prefix("step-")?.parse().ok()?;
+    (name(step) == stem).then_some((step, kind))
+}

@@ -1,0 +1,224 @@
+//! The file of one rank: `part-00000.bin`.
+//!
+//! ```text
+//! head      168 bytes: see [`PartHead`]
+//! sections  engine, coupling, shared; their lengths and checksums are in the head
+//! planes    for each z of the block, ascending: for y, for x, the bytes of the cell; then xxh3 of them, 8 bytes
+//! ```
+//!
+//! The checksum of a plane is seeded by that of the head plus z, so that no plane passes for another one.
+
+use super::{Head, Part};
+use crate::domain::Block;
+use bytemuck::{Pod, Zeroable};
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
+
+/// Begins every part; the last byte is the version.
+const MAGIC: [u8; 8] = *b"turbidP\x01";
+
+/// Number of sections.
+const SECTIONS: usize = 3;
+pub(super) const ENGINE: usize = 0;
+pub(super) const COUPLING: usize = 1;
+pub(super) const SHARED: usize = 2;
+/// How messages call them.
+const SECTION_NAMES: [&str; SECTIONS] = ["state of the engine", "state of the coupling", "common state"];
+
+/// Length of the checksum of a plane (bytes).
+const SEAL: u64 = 8;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+struct Section {
+    length: u64,
+    checksum: u64,
+}
+
+/// Begins the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct PartHead {
+    magic: [u8; 8],
+    /// Of all bytes of the head that follow this number.
+    checksum: u64,
+    step: u64,
+    rank: u64,
+    ranks: u64,
+    bytes_per_cell: u64,
+    cells: [u64; 3],
+    lo: [u64; 3],
+    hi: [u64; 3],
+    sections: [Section; SECTIONS],
+}
+
+/// Where [`PartHead::checksum`] ends.
+const UNCHECKED: usize = 16;
+
+/// Name of the file of a rank.
+pub(super) fn file_name(rank: usize) -> String {
+    format!("part-{rank:05}.bin")
+}
+
+impl PartHead {
+    fn new(head: &Head, part: &Part, rank: usize, ranks: usize) -> Self {
+        let wide = |cell: [usize; 3]| cell.map(|i| i as u64);
+        let mut new = Self {
+            magic: MAGIC,
+            checksum: 0,
+            step: head.step,
+            rank: rank as u64,
+            ranks: ranks as u64,
+            bytes_per_cell: head.bytes_per_cell as u64,
+            cells: wide(head.cells),
+            lo: wide(part.block.lo),
+            hi: wide(part.block.hi),
+            sections: [part.engine, part.coupling, part.shared].map(|bytes| Section {
+                length: bytes.len() as u64,
+                checksum: xxh3_64(bytes),
+            }),
+        };
+        new.checksum = new.own_checksum();
+        new
+    }
+
+    fn own_checksum(&self) -> u64 {
+        xxh3_64(&bytemuck::bytes_of(self)[UNCHECKED..])
+    }
+
+    /// Checksum of the whole head, for the manifest.
+    pub(super) fn seal(&self) -> u64 {
+        xxh3_64(bytemuck::bytes_of(self))
+    }
+
+    /// Reads the head of the part of `rank` of `ranks`, or says what is wrong with it.
+    pub(super) fn read(file: &mut File, (rank, ranks): (usize, usize), seal: &str) -> Result<Self, String> {
+        let mut bytes = [0; size_of::<Self>()];
+        file.read_exact(&mut bytes)
+            .map_err(|_| "its head cannot be read")?;
+        let head: Self = bytemuck::pod_read_unaligned(&bytes);
+        if super::manifest::hex(head.seal()) != seal || head.checksum != head.own_checksum() {
+            return Err("its head is damaged".into());
+        }
+        if head.magic != MAGIC {
+            return Err(format!("it is of version {}, not {}", head.magic[7], MAGIC[7]));
+        }
+        let fits = (0..3).all(|i| head.lo[i] < head.hi[i] && head.hi[i] <= head.cells[i]);
+        if (head.rank, head.ranks) != (rank as u64, ranks as u64) || !fits {
+            return Err("it is another part than its name says".into());
+        }
+        Ok(head)
+    }
+
+    /// Whether this is a part of that state.
+    pub(super) fn is_of(&self, step: u64, cells: [usize; 3], bytes_per_cell: usize) -> bool {
+        let of = (step, cells.map(|n| n as u64), bytes_per_cell as u64);
+        (self.step, self.cells, self.bytes_per_cell) == of
+    }
+
+    /// The cells of the rank.
+    pub(super) fn block(&self) -> Block {
+        Block {
+            lo: self.lo.map(|i| i as usize),
+            hi: self.hi.map(|i| i as usize),
+        }
+    }
+
+    /// Bytes of a plane without its checksum.
+    fn plane_length(&self) -> Option<u64> {
+        let row = self.bytes_per_cell.checked_mul(self.hi[0] - self.lo[0])?;
+        row.checked_mul(self.hi[1] - self.lo[1])
+    }
+
+    /// Where a section begins; that behind the last one is where the planes begin.
+    fn section_start(&self, section: usize) -> Option<u64> {
+        let mut lengths = self.sections[..section].iter().map(|section| section.length);
+        lengths.try_fold(size_of::<Self>() as u64, u64::checked_add)
+    }
+
+    /// Where a plane begins; that at `hi` is where the file ends.
+    fn plane_start(&self, z: u64) -> Option<u64> {
+        let start = self.section_start(SECTIONS)?;
+        if self.bytes_per_cell == 0 {
+            return Some(start);
+        }
+        let record = self.plane_length()?.checked_add(SEAL)?;
+        record.checked_mul(z - self.lo[2])?.checked_add(start)
+    }
+
+    /// Bytes of the file.
+    pub(super) fn file_length(&self) -> Option<u64> {
+        self.plane_start(self.hi[2])
+    }
+
+    fn plane_seal(&self, z: u64, bytes: &[u8]) -> u64 {
+        xxh3_64_with_seed(bytes, self.checksum.wrapping_add(z))
+    }
+
+    /// A section, or what is wrong with it.
+    pub(super) fn read_section(&self, file: &mut File, section: usize) -> Result<Vec<u8>, String> {
+        let name = SECTION_NAMES[section];
+        let Section { length, checksum } = self.sections[section];
+        let mut bytes = vec![0; length as usize];
+        let start = self.section_start(section).unwrap_or(u64::MAX);
+        read_at(file, start, &mut bytes).map_err(|e| format!("its {name} cannot be read: {e}"))?;
+        if xxh3_64(&bytes) != checksum {
+            return Err(format!("its {name} is damaged"));
+        }
+        Ok(bytes)
+    }
+
+    /// A plane into `bytes`, or what is wrong with it.
+    pub(super) fn read_plane(&self, file: &mut File, z: usize, bytes: &mut Vec<u8>) -> Result<(), String> {
+        let (start, length) = (self.plane_start(z as u64), self.plane_length());
+        let (start, length) = start.zip(length).expect("checked with the length of the file");
+        bytes.resize((length + SEAL) as usize, 0);
+        read_at(file, start, bytes).map_err(|e| format!("plane z = {z} cannot be read: {e}"))?;
+        let seal = bytes.split_off(length as usize);
+        if self.plane_seal(z as u64, bytes).to_ne_bytes() != seal[..] {
+            return Err(format!("plane z = {z} is damaged"));
+        }
+        Ok(())
+    }
+}
+
+fn read_at(file: &mut File, start: u64, bytes: &mut [u8]) -> io::Result<()> {
+    file.seek(SeekFrom::Start(start))?;
+    file.read_exact(bytes)
+}
+
+/// Writes a part and brings it to disk; its head and its length (bytes).
+pub(super) fn write(
+    file: File,
+    head: &Head,
+    part: &Part,
+    (rank, ranks): (usize, usize),
+    mut plane: impl FnMut(usize, &mut Vec<u8>),
+) -> io::Result<(PartHead, u64)> {
+    let part_head = PartHead::new(head, part, rank, ranks);
+    let mut file = BufWriter::with_capacity(1 << 20, file);
+    file.write_all(bytemuck::bytes_of(&part_head))?;
+    for section in [part.engine, part.coupling, part.shared] {
+        file.write_all(section)?;
+    }
+    let (Some(length), Some(plane_length)) = (part_head.file_length(), part_head.plane_length()) else {
+        panic!("a block is in memory, so its length is a number");
+    };
+    let mut bytes = Vec::new();
+    for z in (part.block.lo[2]..part.block.hi[2]).filter(|_| plane_length > 0) {
+        bytes.clear();
+        plane(z, &mut bytes);
+        assert_eq!(
+            bytes.len() as u64,
+            plane_length,
+            "plane z = {z} has another length"
+        );
+        file.write_all(&bytes)?;
+        file.write_all(&part_head.plane_seal(z as u64, &bytes).to_ne_bytes())?;
+    }
+    let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+    // Some file systems report a full disk only here.
+    file.sync_all()?;
+    Ok((part_head, length))
+}

@@ -1,0 +1,226 @@
+//! A checkpoint that is read: whole parts of it, or only the planes that a block needs.
+
+use super::folder::name_of;
+use super::manifest::{FileEntry, Manifest, hex};
+use super::part::{COUPLING, ENGINE, PartHead, SHARED};
+use super::{CaseText, Head};
+use crate::domain::Block;
+use crate::error::{Error, Result};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A checkpoint whose manifest, case and heads are sound; the rest is checked as it is read.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    directory: PathBuf,
+    head: Head,
+    shared: Vec<u8>,
+    /// Files and heads, by rank.
+    parts: Vec<(PathBuf, PartHead)>,
+}
+
+/// What is wrong, without the name of the checkpoint.
+type Damage<T> = std::result::Result<T, String>;
+
+impl Checkpoint {
+    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in common.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the name of the checkpoint and what is damaged or missing.
+    pub fn open(directory: &Path) -> Result<Self> {
+        Self::read(directory).map_err(|what| damaged(directory, &what))
+    }
+
+    fn read(directory: &Path) -> Damage<Self> {
+        let bytes = std::fs::read(directory.join("manifest.toml"))
+            .map_err(|e| format!("manifest.toml cannot be read: {e}"))?;
+        let manifest = Manifest::read(&bytes)?;
+        let Manifest {
+            step,
+            cells,
+            bytes_per_cell,
+            ranks,
+            ..
+        } = manifest;
+        let (case, files) = manifest
+            .files
+            .split_first()
+            .ok_or("manifest.toml names no case")?;
+        let text = String::from_utf8(content(directory, case)?).map_err(|_| "case.toml is no text")?;
+        let files = files
+            .iter()
+            .map(|entry| Ok((entry.name.clone(), content(directory, entry)?)))
+            .collect::<Damage<Vec<_>>>()?;
+        if ranks == 0 || ranks != manifest.parts.len() {
+            return Err("manifest.toml names another number of parts than there were ranks".into());
+        }
+        let mut parts = Vec::with_capacity(ranks);
+        let mut covered = 0;
+        for (rank, entry) in manifest.parts.iter().enumerate() {
+            let of_part = |what: String| format!("part {rank}: {what}");
+            let path = directory.join(&entry.file);
+            let mut file = open(&path).map_err(of_part)?;
+            let length = file.metadata().map_err(|e| of_part(e.to_string()))?.len();
+            if length != entry.bytes {
+                let wanted = entry.bytes;
+                return Err(of_part(format!("it has {length} bytes, not {wanted}")));
+            }
+            let head = PartHead::read(&mut file, (rank, ranks), &entry.head_xxh3).map_err(of_part)?;
+            if !head.is_of(step, cells, bytes_per_cell) || head.file_length() != Some(length) {
+                return Err(of_part("it is of another checkpoint".to_string()));
+            }
+            covered += head.block().cell_count();
+            parts.push((path, head));
+        }
+        if covered != cells.iter().product::<usize>() {
+            return Err("its parts do not cover the box".into());
+        }
+        let mut checkpoint = Self {
+            directory: directory.to_path_buf(),
+            head: Head {
+                step,
+                cells,
+                bytes_per_cell,
+                case: CaseText {
+                    name: manifest.case,
+                    text,
+                    files,
+                },
+            },
+            shared: Vec::new(),
+            parts,
+        };
+        checkpoint.shared = checkpoint.section(0, SHARED)?;
+        Ok(checkpoint)
+    }
+
+    /// What identifies the state.
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// Name of the checkpoint, `step-0000000100`.
+    pub fn name(&self) -> String {
+        name_of(&self.directory)
+    }
+
+    /// Number of ranks that wrote it.
+    pub fn ranks(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// What all ranks had in common.
+    pub fn shared(&self) -> &[u8] {
+        &self.shared
+    }
+
+    /// States of the engine, by rank.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the part that is damaged.
+    pub fn engines(&self) -> Result<Vec<Vec<u8>>> {
+        self.sections(ENGINE)
+    }
+
+    /// States of the coupling, by rank.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the part that is damaged.
+    pub fn couplings(&self) -> Result<Vec<Vec<u8>>> {
+        self.sections(COUPLING)
+    }
+
+    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one plane of
+    /// `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x. Nothing in a dry run.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the part and plane that is damaged, or if some cells are in no part. What was visited until then
+    /// was sound.
+    pub fn planes(&self, block: Block, visit: impl FnMut(Block, &[u8])) -> Result<()> {
+        self.read_planes(block, visit)
+            .map_err(|what| damaged(&self.directory, &what))
+    }
+
+    fn read_planes(&self, block: Block, mut visit: impl FnMut(Block, &[u8])) -> Damage<()> {
+        if self.head.bytes_per_cell == 0 {
+            return Ok(());
+        }
+        let (mut plane, mut bytes) = (Vec::new(), Vec::new());
+        let mut met: Vec<Block> = Vec::new();
+        for (rank, (path, head)) in self.parts.iter().enumerate() {
+            let stored = head.block();
+            let Some(common) = intersection(&block, &stored) else {
+                continue;
+            };
+            let of_part = |what: String| format!("part {rank}, {what}");
+            if met.iter().any(|other| intersection(other, &common).is_some()) {
+                return Err(of_part("which has cells of another part".to_string()));
+            }
+            met.push(common);
+            let mut file = open(path).map_err(of_part)?;
+            for z in common.lo[2]..common.hi[2] {
+                head.read_plane(&mut file, z, &mut plane).map_err(of_part)?;
+                let mut piece = common;
+                (piece.lo[2], piece.hi[2]) = (z, z + 1);
+                cut(&plane, &stored, &piece, self.head.bytes_per_cell, &mut bytes);
+                visit(piece, &bytes);
+            }
+        }
+        let covered: usize = met.iter().map(Block::cell_count).sum();
+        if covered < block.cell_count() {
+            return Err(format!("{} cells are in no part", block.cell_count() - covered));
+        }
+        Ok(())
+    }
+
+    fn sections(&self, section: usize) -> Result<Vec<Vec<u8>>> {
+        (0..self.ranks())
+            .map(|rank| self.section(rank, section))
+            .collect::<Damage<_>>()
+            .map_err(|what| damaged(&self.directory, &what))
+    }
+
+    fn section(&self, rank: usize, section: usize) -> Damage<Vec<u8>> {
+        let (path, head) = &self.parts[rank];
+        open(path)
+            .and_then(|mut file| head.read_section(&mut file, section))
+            .map_err(|what| format!("part {rank}: {what}"))
+    }
+}
+
+fn damaged(directory: &Path, what: &str) -> Error {
+    Error::Input(format!("checkpoint {}: {what}", name_of(directory)))
+}
+
+fn open(path: &Path) -> Damage<File> {
+    File::open(path).map_err(|e| format!("{} cannot be read: {e}", name_of(path)))
+}
+
+/// A file of the case.
+fn content(directory: &Path, entry: &FileEntry) -> Damage<Vec<u8>> {
+    let name = &entry.file;
+    let bytes = std::fs::read(directory.join(name)).map_err(|e| format!("{name} cannot be read: {e}"))?;
+    if bytes.len() as u64 != entry.bytes || hex(xxh3_64(&bytes)) != entry.xxh3 {
+        return Err(format!("{name} is damaged"));
+    }
+    Ok(bytes)
+}
+
+/// The cells of both, if there are any.
+fn intersection(a: &Block, b: &Block) -> Option<Block> {
+    let lo: [usize; 3] = std::array::from_fn(|i| a.lo[i].max(b.lo[i]));
+    let hi: [usize; 3] = std::array::from_fn(|i| a.hi[i].min(b.hi[i]));
+    (0..3).all(|i| lo[i] < hi[i]).then_some(Block { lo, hi })
+}
+
+/// Of a plane of `stored` the cells of `piece`, which are some of them.
+fn cut(plane: &[u8], stored: &Block, piece: &Block, bytes_per_cell: usize, bytes: &mut Vec<u8>) {
+    bytes.clear();
+    let row = stored.size()[0];
+    for y in piece.lo[1]..piece.hi[1] {
+        let first = (y - stored.lo[1]) * row + piece.lo[0] - stored.lo[0];
+        let cells = first..first + piece.size()[0];
+        bytes.extend_from_slice(&plane[cells.start * bytes_per_cell..cells.end * bytes_per_cell]);
+    }
+}

@@ -1,0 +1,138 @@
+//! How a checkpoint comes to be: parts by all ranks, the rest and the final name by rank 0.
+
+use super::folder;
+use super::manifest::{FileEntry, Manifest, PartEntry, hex};
+use super::{Head, Part, agreed, in_rank_0, part};
+use crate::comm::Comm;
+use crate::error::{Error, Result};
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Opens a file to write that is not there yet.
+pub(super) type Create<'a> = dyn Fn(&Path) -> io::Result<File> + 'a;
+
+/// As [`super::write`]; `create` makes the files.
+pub(super) fn write(
+    directory: &Path,
+    comm: &Comm,
+    head: &Head,
+    part: &Part,
+    plane: impl FnMut(usize, &mut Vec<u8>),
+    create: &Create,
+) -> Result<()> {
+    assert!(
+        part.shared.is_empty() || comm.rank() == 0,
+        "what is shared is of rank 0"
+    );
+    let written = steps(directory, comm, head, part, plane, create);
+    written.map_err(|why| {
+        let tail = in_rank_0(comm, || Ok(clean_up(directory, head.step))).unwrap_or_default();
+        let tail = comm.all_gather(tail.into_bytes()).swap_remove(0);
+        Error::Agreed {
+            code: 2,
+            text: format!(
+                "the checkpoint of step {} failed: {why}; {}",
+                head.step,
+                String::from_utf8_lossy(&tail)
+            ),
+        }
+    })
+}
+
+/// Removes what a failure has left, and says what is there to go on from.
+fn clean_up(directory: &Path, step: u64) -> String {
+    // The error at hand matters more than a failure to clean up after it.
+    let _ = fs::remove_dir_all(folder::partial(directory, step));
+    match folder::list(directory).unwrap_or_default().first() {
+        Some(found) => format!("the checkpoint of step {} is intact", found.step),
+        None => "there is no earlier one".to_string(),
+    }
+}
+
+fn steps(
+    directory: &Path,
+    comm: &Comm,
+    head: &Head,
+    part: &Part,
+    plane: impl FnMut(usize, &mut Vec<u8>),
+    create: &Create,
+) -> Result<()> {
+    let partial = folder::partial(directory, head.step);
+    let prepared = in_rank_0(comm, || {
+        fs::create_dir_all(directory).map_err(|e| Error::io("make", directory, e))?;
+        folder::clear_partial(directory)?;
+        fs::create_dir(&partial).map_err(|e| Error::io("make", &partial, e))
+    });
+    agreed(comm, prepared)?;
+
+    let path = partial.join(part::file_name(comm.rank()));
+    let place = (comm.rank(), comm.size());
+    let written = create(&path).and_then(|file| part::write(file, head, part, place, plane));
+    let (part_head, length) = agreed(comm, written.map_err(|e| Error::io("write", &path, e)))?;
+
+    let parts = comm.gather(bytemuck::bytes_of(&[part_head.seal(), length]).to_vec());
+    let finished = in_rank_0(comm, || {
+        finish(&partial, head, &parts, create)?;
+        folder::put_in_place(directory, head.step)?;
+        folder::thin_out(directory, head.step)
+    });
+    agreed(comm, finished)
+}
+
+/// Writes all that is not a part, and brings the names of all files to disk.
+fn finish(partial: &Path, head: &Head, parts: &[Vec<u8>], create: &Create) -> Result<()> {
+    let put = |name: &str, bytes: &[u8]| {
+        let path = partial.join(name);
+        let attempt = || -> io::Result<()> {
+            let mut file = create(&path)?;
+            file.write_all(bytes)?;
+            file.sync_all()
+        };
+        attempt().map_err(|e| Error::io("write", &path, e))
+    };
+    let case = &head.case;
+    let mut contents = vec![("case.toml".to_string(), case.name.as_str(), case.text.as_bytes())];
+    if !case.files.is_empty() {
+        let files = partial.join("files");
+        fs::create_dir(&files).map_err(|e| Error::io("make", &files, e))?;
+    }
+    for (n, (name, bytes)) in case.files.iter().enumerate() {
+        contents.push((format!("files/{n:05}"), name, bytes));
+    }
+    let mut files = Vec::new();
+    for (file, name, bytes) in contents {
+        put(&file, bytes)?;
+        files.push(FileEntry {
+            file,
+            name: name.to_string(),
+            bytes: bytes.len() as u64,
+            xxh3: hex(xxh3_64(bytes)),
+        });
+    }
+    let manifest = Manifest {
+        program: env!("CARGO_PKG_VERSION").to_string(),
+        step: head.step,
+        cells: head.cells,
+        bytes_per_cell: head.bytes_per_cell,
+        ranks: parts.len(),
+        case: case.name.clone(),
+        files,
+        parts: (parts.iter().enumerate())
+            .map(|(rank, sums)| {
+                let [seal, bytes] = bytemuck::pod_read_unaligned(sums);
+                PartEntry {
+                    file: part::file_name(rank),
+                    bytes,
+                    head_xxh3: hex(seal),
+                }
+            })
+            .collect(),
+    };
+    put("manifest.toml", manifest.to_text().as_bytes())?;
+    if !case.files.is_empty() {
+        folder::sync_folder(&partial.join("files"))?;
+    }
+    folder::sync_folder(partial)
+}

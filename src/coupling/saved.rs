@@ -1,0 +1,78 @@
+//! What the coupling remembers from one step to the next, for checkpoints: where particles stood in the last sweep, and what
+//! left their cells then.
+
+use super::Coupling;
+use super::momentum_exchange::ExchangeSum;
+use crate::particle::{Particle, ParticleStore};
+use bytemuck::{Pod, Zeroable};
+use std::collections::BTreeMap;
+
+/// A particle as it was in the last sweep, and what left those of its cells that are in the block.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Swept {
+    particle: Particle,
+    departed: ExchangeSum,
+}
+
+impl Coupling {
+    /// This rank's part of what is needed to go on: all parts together tell of every particle that a sweep has seen.
+    pub fn save(&self) -> Vec<u8> {
+        let swept: Vec<Swept> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
+            // Of a particle that is owned elsewhere only what left its cells here.
+            .filter(|(i, (_, body))| *i < self.swept_owned || body.departed != ExchangeSum::default())
+            .map(|(_, (particle, body))| Swept {
+                particle: *particle,
+                departed: body.departed,
+            })
+            .collect();
+        bytemuck::cast_slice(&swept).to_vec()
+    }
+
+    /// Goes on where the ranks of an earlier run, of which there may have been more or fewer, stood when they
+    /// [saved](Self::save) `parts`, one for each of them; `particles` are those the engine has now.
+    ///
+    /// # Errors
+    /// What is wrong with the parts.
+    pub fn restore(&mut self, particles: &ParticleStore, parts: &[Vec<u8>]) -> Result<(), String> {
+        let mut swept: BTreeMap<u64, Swept> = BTreeMap::new();
+        for (n, bytes) in parts.iter().enumerate() {
+            if !bytes.len().is_multiple_of(size_of::<Swept>()) {
+                return Err(format!(
+                    "part {} of the coupling has {} bytes, which are no whole particles",
+                    n + 1,
+                    bytes.len()
+                ));
+            }
+            for part in bytemuck::pod_collect_to_vec::<u8, Swept>(bytes) {
+                swept
+                    .entry(part.particle.id)
+                    .and_modify(|all| all.departed.add(&part.departed, 1))
+                    .or_insert(part);
+            }
+        }
+        // Before the first sweep there are none.
+        let known = |particle: &Particle| swept.get(&particle.id);
+        if let Some(other) = (particles.particles.iter()).find(|particle| {
+            !swept.is_empty() && known(particle).is_none_or(|s| s.particle.template != particle.template)
+        }) {
+            return Err(format!("the coupling does not know particle {}", other.id));
+        }
+        let count = if swept.is_empty() { 0 } else { particles.owned };
+        let then = ParticleStore {
+            templates: particles.templates.clone(),
+            particles: (particles.particles.iter())
+                .filter_map(|particle| Some(known(particle)?.particle))
+                .collect(),
+            owned: count,
+            owners: particles.owners.clone(),
+        };
+        self.map(&then);
+        // One rank takes off what left: the owner, to whom all others send their sums.
+        for (particle, body) in then.owned().iter().zip(&mut self.bodies) {
+            body.departed = swept[&particle.id].departed;
+        }
+        self.note_swept(&then);
+        Ok(())
+    }
+}

@@ -1,0 +1,223 @@
+//! The state of a block as plain bytes, for checkpoints: independent of how the box is cut and of the phase.
+//!
+//! Saved is what *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all `i`: every population has one cell
+//! that it left, but those that came back from a wall, which follow from what went there. Cells in walls have zeros. To go on,
+//! these numbers are put where a sweep from [`Phase::Home`] leaves them, and all that follows such a sweep is done again.
+
+use super::dispatch::wrap_row_x;
+use super::{Fluid, Phase, Real};
+use crate::domain::Block;
+use crate::lattice::{Q, opposite};
+
+impl<T: Real> Fluid<T> {
+    /// Bytes of a saved cell: one number for each direction, in the order of the lattice.
+    pub const SAVED_BYTES: usize = Q * size_of::<T>();
+
+    /// Appends the cells of plane `z` of the box, which crosses the block: rows in ascending order, cells along each.
+    pub fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
+        let [nx, ny, _] = self.layout.size;
+        let z = z - self.block.lo[2];
+        let mut left = [T::ZERO; Q];
+        for (y, x) in (0..ny).flat_map(|y| (0..nx).map(move |x| (y, x))) {
+            let cell = self.layout.cell(x as isize, y as isize, z as isize);
+            let in_wall = self.walls.of([x, y, z]).is_some();
+            for (i, left) in left.iter_mut().enumerate() {
+                *left = if in_wall {
+                    T::ZERO
+                } else {
+                    self.populations[self.left(cell, i)]
+                };
+            }
+            out.extend_from_slice(bytemuck::cast_slice(&left));
+        }
+    }
+
+    /// Where the population lies that left the cell at `cell` along direction `i` in the last sweep.
+    #[inline]
+    pub(super) fn left(&self, cell: usize, i: usize) -> usize {
+        match self.phase {
+            Phase::Home => (i * self.layout.stride + cell).wrapping_add_signed(self.layout.step(i)),
+            Phase::Away => opposite(i) * self.layout.stride + cell,
+        }
+    }
+
+    /// Takes the bytes of saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has written
+    /// them. When all cells of the block are taken, [`resume`](Self::resume) makes the fluid whole.
+    pub fn restore(&mut self, cells: Block, bytes: &[u8]) {
+        self.phase = Phase::Away;
+        let mut saved = bytes.chunks_exact(Self::SAVED_BYTES);
+        let lo = self.block.lo;
+        for z in cells.lo[2]..cells.hi[2] {
+            for y in cells.lo[1]..cells.hi[1] {
+                for x in cells.lo[0]..cells.hi[0] {
+                    let [x, y, z] = [x - lo[0], y - lo[1], z - lo[2]];
+                    let cell = self.layout.cell(x as isize, y as isize, z as isize);
+                    let left = saved.next().expect("bytes of all cells");
+                    for (i, g) in left.chunks_exact(size_of::<T>()).enumerate() {
+                        let place = self.left(cell, i);
+                        self.populations[place] = bytemuck::pod_read_unaligned(g);
+                    }
+                }
+            }
+        }
+        assert!(saved.next().is_none(), "bytes of these cells only");
+    }
+
+    /// Goes on from the cells that have been [restored](Self::restore): what follows a sweep. Collective.
+    pub fn resume(&mut self) {
+        self.phase = Phase::Away;
+        let [_, ny, nz] = self.layout.size;
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            self.walls.bounce_row(Phase::Away, &mut self.populations, y, z);
+            if self.wrap_x {
+                wrap_row_x(
+                    &self.layout,
+                    Phase::Home,
+                    &mut self.populations,
+                    y as isize,
+                    z as isize,
+                );
+            } else if self.walls.at_row_ends() {
+                self.walls
+                    .bounce_row_ends(&self.layout, Phase::Away, &mut self.populations, y, z);
+            }
+        }
+        self.exchange();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Boundary, Collision, FluidParams, NoSolids, Simd, WallMotion};
+    use super::*;
+    use crate::comm::{Comm, on_threads};
+    use crate::domain::{Decomposition, Domain};
+
+    const PARAMS: FluidParams = FluidParams {
+        relaxation_time: 0.7,
+        collision: Collision::Trt { magic: 0.1875 },
+        simd: Simd::Scalar,
+    };
+    const ACCELERATION: [f64; 3] = [1e-4, -2e-4, 3e-5];
+
+    /// A box with a moving wall at one face, one at rest at the other, and one that turns inside.
+    fn boxed(periodic: [bool; 3]) -> (Domain, Vec<WallMotion>) {
+        let domain = Domain {
+            periodic,
+            cells: [13, 10, 11],
+            dx: 1.0,
+        };
+        let motion = |velocity, angular_velocity| WallMotion {
+            velocity,
+            angular_velocity,
+            pivot: [6.0, 5.0, 5.0],
+        };
+        let motions = vec![
+            motion([0.01, -0.02, 0.0], [0.0; 3]),
+            motion([0.0; 3], [0.0; 3]),
+            motion([0.0; 3], [0.0, 0.0, 0.003]),
+        ];
+        (domain, motions)
+    }
+
+    fn wall_of(domain: &Domain, cell: [i64; 3]) -> Option<usize> {
+        let cells = domain.cells.map(|n| n as i64);
+        let beyond = |a: usize, high: bool| {
+            !domain.periodic[a] && if high { cell[a] >= cells[a] } else { cell[a] < 0 }
+        };
+        if beyond(2, true) {
+            Some(0)
+        } else if (0..3).any(|a| beyond(a, false) || beyond(a, true)) {
+            Some(1)
+        } else {
+            let inside = (5..8).contains(&cell[0]) && (4..7).contains(&cell[1]) && cell[2] >= 3;
+            (inside && !domain.periodic[0]).then_some(2)
+        }
+    }
+
+    fn fluid(domain: &Domain, motions: &[WallMotion], ranks: usize, comm: &Comm) -> Fluid<f32> {
+        let cut = Decomposition::new(*domain, ranks).unwrap();
+        let boundary = Boundary {
+            motions,
+            wall_of: &|cell| wall_of(domain, cell),
+        };
+        Fluid::new(&cut, comm, &PARAMS, &boundary)
+    }
+
+    fn advance(fluid: &mut Fluid<f32>, steps: usize) {
+        for _ in 0..steps {
+            fluid.sweep(ACCELERATION, &mut NoSolids, false);
+            fluid.exchange();
+        }
+    }
+
+    /// Hash of all populations, what left cells of the first block, and forces on walls, after the steps.
+    fn outcome(fluid: &Fluid<f32>, comm: &Comm) -> Vec<i64> {
+        let mut sums = vec![fluid.state_hash() as i64];
+        let [nx, ny, nz] = fluid.layout.size;
+        for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
+            let departed = fluid.departed([x, y, z]);
+            let place = x + fluid.block.lo[0] + 100 * (y + fluid.block.lo[1] + 100 * (z + fluid.block.lo[2]));
+            sums[0] = departed.iter().fold(sums[0], |sum, p| {
+                sum.wrapping_add((p.to_bits() as i64).wrapping_mul(2 * place as i64 + 1))
+            });
+        }
+        for load in fluid.wall_loads() {
+            sums.extend(load.force.iter().chain(&load.torque).map(|&sum| sum as i64));
+        }
+        comm.sum(&mut sums);
+        sums
+    }
+
+    #[test]
+    fn a_fluid_between_walls_goes_on_to_the_bit_on_any_ranks_from_both_phases() {
+        for periodic in [[true; 3], [true, false, false], [false; 3]] {
+            let (domain, motions) = boxed(periodic);
+            for before in [0, 4, 5] {
+                let runs = on_threads(3, |comm| {
+                    let mut fluid = fluid(&domain, &motions, 3, &comm);
+                    advance(&mut fluid, before);
+                    let block = fluid.block();
+                    let mut bytes = Vec::new();
+                    for z in block.lo[2]..block.hi[2] {
+                        fluid.save_plane(z, &mut bytes);
+                    }
+                    let now = outcome(&fluid, &comm);
+                    advance(&mut fluid, 3);
+                    (block, bytes, now, outcome(&fluid, &comm))
+                });
+                for ranks in [1, 2, 4, 6] {
+                    on_threads(ranks, |comm| {
+                        let mut fluid = fluid(&domain, &motions, ranks, &comm);
+                        // What is there does not matter.
+                        advance(&mut fluid, ranks);
+                        for (block, bytes, ..) in &runs {
+                            restore_common(&mut fluid, *block, bytes);
+                        }
+                        fluid.resume();
+                        assert_eq!(outcome(&fluid, &comm), runs[0].2, "{periodic:?} {before} {ranks}");
+                        advance(&mut fluid, 3);
+                        assert_eq!(outcome(&fluid, &comm), runs[0].3, "{periodic:?} {before} {ranks}");
+                    });
+                }
+            }
+        }
+    }
+
+    /// Restores the cells that a saved block and that of the fluid have in common, one by one.
+    fn restore_common(fluid: &mut Fluid<f32>, saved: Block, bytes: &[u8]) {
+        let mine = fluid.block();
+        let mut cells = bytes.chunks_exact(Fluid::<f32>::SAVED_BYTES);
+        for z in saved.lo[2]..saved.hi[2] {
+            for y in saved.lo[1]..saved.hi[1] {
+                for x in saved.lo[0]..saved.hi[0] {
+                    let (cell, bytes) = ([x, y, z], cells.next().unwrap());
+                    if (0..3).all(|a| (mine.lo[a]..mine.hi[a]).contains(&cell[a])) {
+                        let hi = cell.map(|n| n + 1);
+                        fluid.restore(Block { lo: cell, hi }, bytes);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The state between two steps: taken apart for a checkpoint, and put together again on any number of ranks.
+
+use super::{Simulation, Wet};
+use crate::coupling::MeanFlow;
+use crate::domain::Block;
+use crate::error::{Error, Result};
+use crate::fluid::{Fluid, Real};
+
+/// One rank's part of the state, but for the populations.
+pub(super) struct SavedState {
+    /// From [`DemEngine::save`](crate::dem::DemEngine::save).
+    pub(super) engine: Vec<u8>,
+    /// From [`Coupling::save`](crate::coupling::Coupling::save).
+    pub(super) coupling: Vec<u8>,
+    /// The last measurement of the flow, the same on every rank.
+    pub(super) mean: MeanFlow,
+}
+
+impl<T: Real> Simulation<T> {
+    /// Bytes of a saved cell; none in a dry run.
+    pub(super) fn saved_bytes(&self) -> usize {
+        self.wet.as_ref().map_or(0, |_| Fluid::<T>::SAVED_BYTES)
+    }
+
+    /// This rank's part of the state, but for the populations. Collective.
+    ///
+    /// # Errors
+    /// What the engine says, on the rank where it failed.
+    pub(super) fn save(&self) -> Result<SavedState> {
+        let mut mean = self.mean_flow();
+        let mut most = [mean.max_lattice_speed];
+        self.comm.max(&mut most);
+        mean.max_lattice_speed = most[0];
+        Ok(SavedState {
+            engine: self.dem.save()?,
+            coupling: (self.wet.as_ref()).map_or_else(Vec::new, |wet| wet.coupling.save()),
+            mean,
+        })
+    }
+
+    /// Appends the populations of plane `z` of the box, which crosses the block of this rank.
+    pub(super) fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
+        if let Some(wet) = &self.wet {
+            wet.fluid.save_plane(z, out);
+        }
+    }
+
+    /// Goes on after `step` steps of an earlier run of this case: `planes` hands out the saved populations of all cells of a
+    /// block; engines and couplings are the parts of all ranks of that run. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the parts are not of this case; whatever `planes` says. Some ranks may find nothing wrong.
+    pub(super) fn restore(
+        &mut self,
+        step: u64,
+        mean: MeanFlow,
+        engines: &[Vec<u8>],
+        couplings: &[Vec<u8>],
+        planes: impl FnOnce(Block, &mut dyn FnMut(Block, &[u8])) -> Result<()>,
+    ) -> Result<()> {
+        let mut outcome = self.dem.restore(&self.comm, engines);
+        if let Some(Wet {
+            fluid,
+            coupling,
+            driving,
+            ..
+        }) = &mut self.wet
+        {
+            let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
+            fluid.resume();
+            let known = coupling
+                .restore(self.dem.particles(), couplings)
+                .map_err(Error::Input);
+            driving.observe(mean);
+            outcome = outcome.and(read).and(known);
+        }
+        self.step = step;
+        self.failure = None;
+        outcome
+    }
+}
+
+#[cfg(test)]
+mod tests;

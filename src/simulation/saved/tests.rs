@@ -1,0 +1,179 @@
+//! A run that is taken apart and put together again goes on as if nothing had happened.
+
+use super::*;
+use crate::case::{Setup, from_text};
+use crate::comm::on_threads;
+use crate::domain::Decomposition;
+
+/// Spheres and cubes, close to each other and to the walls, in a box that is closed in one direction.
+const CASE: &str = r#"
+[domain]
+size = { diameters = [4, 4.5, 5] }
+periodic = [true, true, false]
+faces = { "z+" = { velocity = [0.02, 0.01, 0.0] } }
+[fluid]
+density = 1000.0
+archimedes = 1000
+[lattice]
+cells_per_diameter = 6
+relaxation_time = 0.55
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 3300.0
+count = 20
+[[particles]]
+shape = { cube = { edge = 1.2e-3 } }
+density = 2500.0
+count = 15
+[contact]
+substeps = 2
+[driving]
+gravity = [2.0, -3.0, -9.0]
+[run]
+end = { steps = 500 }
+"#;
+
+fn setup(text: &str) -> Setup {
+    let mut setup = from_text(text, "saved", &[]).unwrap();
+    for (n, particle) in (1_u32..).zip(&mut setup.particles) {
+        let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
+        particle.velocity = [part(5), part(11), part(17)].map(|v| 0.5 * v * setup.scales.stokes_velocity);
+        particle.angular_velocity = [part(7), part(13), part(29)].map(|w| 50.0 * w);
+    }
+    setup
+}
+
+fn advance<T: Real>(simulation: &mut Simulation<T>, steps: u64) {
+    for _ in 0..steps {
+        simulation.step().unwrap();
+    }
+}
+
+/// What a rank leaves behind: its block, its populations and the rest.
+struct Left {
+    block: Block,
+    planes: Vec<Vec<u8>>,
+    state: SavedState,
+}
+
+fn leave<T: Real>(simulation: &Simulation<T>, block: Block) -> Left {
+    let planes = (block.lo[2]..block.hi[2]).map(|z| {
+        let mut plane = Vec::new();
+        simulation.save_plane(z, &mut plane);
+        plane
+    });
+    Left {
+        block,
+        planes: planes.collect(),
+        state: simulation.save().unwrap(),
+    }
+}
+
+fn take_up<T: Real>(simulation: &mut Simulation<T>, step: u64, left: &[&Left]) -> Result<()> {
+    let engines: Vec<_> = left.iter().map(|left| left.state.engine.clone()).collect();
+    let couplings: Vec<_> = left.iter().map(|left| left.state.coupling.clone()).collect();
+    simulation.restore(step, left[0].state.mean, &engines, &couplings, |mine, visit| {
+        for left in left {
+            let saved = left.block;
+            let lo: [usize; 3] = std::array::from_fn(|a| mine.lo[a].max(saved.lo[a]));
+            let hi: [usize; 3] = std::array::from_fn(|a| mine.hi[a].min(saved.hi[a]));
+            if (0..3).any(|a| lo[a] >= hi[a]) {
+                continue;
+            }
+            let size = Fluid::<T>::SAVED_BYTES;
+            for z in lo[2]..hi[2] {
+                for y in lo[1]..hi[1] {
+                    let row = (y - saved.lo[1]) * saved.size()[0];
+                    let at = |x: usize| (row + x - saved.lo[0]) * size;
+                    let bytes = &left.planes[z - saved.lo[2]][at(lo[0])..at(hi[0])];
+                    let cells = Block {
+                        lo: [lo[0], y, z],
+                        hi: [hi[0], y + 1, z + 1],
+                    };
+                    visit(cells, bytes);
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Runs `before` steps on three ranks, takes the state apart, and goes on for `after` steps with it on these numbers of ranks;
+/// the hashes are those of the run that was left alone.
+fn goes_on<T: Real>(setup: &Setup, before: u64, after: u64, on: &[usize]) {
+    let cut = Decomposition::new(setup.domain, 3).unwrap();
+    let runs = on_threads(3, |comm| {
+        let block = cut.block(comm.rank());
+        let mut simulation = Simulation::<T>::new(setup, &cut, comm).unwrap();
+        advance(&mut simulation, before);
+        let left = leave(&simulation, block);
+        let now = simulation.state_hash();
+        advance(&mut simulation, after);
+        (
+            left,
+            now,
+            simulation.state_hash(),
+            simulation.mean_flow().velocity,
+        )
+    });
+    let left: Vec<&Left> = runs.iter().map(|run| &run.0).collect();
+    for &ranks in on {
+        let cut = Decomposition::new(setup.domain, ranks).unwrap();
+        on_threads(ranks, |comm| {
+            let mut simulation = Simulation::<T>::new(setup, &cut, comm).unwrap();
+            // What it was before does not matter.
+            advance(&mut simulation, ranks as u64);
+            take_up(&mut simulation, before, &left).unwrap();
+            assert_eq!(
+                simulation.state_hash(),
+                runs[0].1,
+                "at step {before} on {ranks} ranks"
+            );
+            advance(&mut simulation, after);
+            assert_eq!(
+                simulation.state_hash(),
+                runs[0].2,
+                "after step {before} on {ranks} ranks"
+            );
+            assert_eq!(simulation.mean_flow().velocity, runs[0].3);
+        });
+    }
+}
+
+#[test]
+fn a_suspension_between_walls_goes_on_to_the_bit_on_any_ranks() {
+    let setup = setup(CASE);
+    for before in [0, 1, 13, 40] {
+        goes_on::<f32>(&setup, before, 30, &[1, 2, 4]);
+    }
+}
+
+#[test]
+fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
+    let periodic = CASE
+        .replace("periodic = [true, true, false]", "")
+        .replace("faces =", "#");
+    let setup = setup(&periodic);
+    assert!(setup.zero_net_flux);
+    goes_on::<f64>(&setup, 20, 30, &[1, 5]);
+}
+
+#[test]
+fn a_dry_run_goes_on_to_the_bit() {
+    let (before, after) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
+    let dry = format!("{}[dry]\ntime_step = 2e-5\n{}", &CASE[..before], &CASE[after..]);
+    let setup = setup(&dry.replace("diameters = [4, 4.5, 5]", "diameters = [5, 6, 7]"));
+    goes_on::<f32>(&setup, 60, 60, &[1, 4]);
+}
+
+#[test]
+fn the_state_of_other_particles_is_refused() {
+    let (one, other) = (setup(CASE), setup(&CASE.replace("count = 15", "count = 14")));
+    let cut = Decomposition::new(one.domain, 1).unwrap();
+    let mut simulation = Simulation::<f32>::new(&one, &cut, crate::comm::Comm::Solo).unwrap();
+    advance(&mut simulation, 3);
+    let left = leave(&simulation, cut.block(0));
+    let mut simulation = Simulation::<f32>::new(&other, &cut, crate::comm::Comm::Solo).unwrap();
+    let refused = take_up(&mut simulation, 3, &[&left]).unwrap_err();
+    assert!(refused.to_string().contains("35 particles"), "{refused}");
+}
