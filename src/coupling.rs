@@ -14,18 +14,20 @@ mod lines;
 mod momentum_exchange;
 mod saved;
 mod solid_fraction;
+mod volume_fraction;
 mod walls;
 
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::fluid::{Fluid, Real, SolidRow, Solids};
+use crate::fluid::{CHUNK, Fluid, Real, SolidCollision, SolidRow, Solids};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore};
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
 use lines::{Lines, Segment, each_cell_outside};
-use momentum_exchange::{ExchangeSum, add_segment};
+use momentum_exchange::{ExchangeSum, add_segment, add_shares};
+pub use solid_fraction::Fraction;
 use solid_fraction::{FacePlane, Mapper, RigidMotion};
 pub use walls::{LatticeWalls, check_motion};
 
@@ -34,8 +36,10 @@ pub use walls::{LatticeWalls, check_motion};
 pub struct CouplingParams {
     /// Cell size, time step, density of the fluid.
     pub units: Units,
-    /// Width of the cosine ramp of the solid fraction (cells).
-    pub solid_ramp_width: f64,
+    /// How cells that particles cover collide, as in the parameters of the fluid.
+    pub solids: SolidCollision,
+    /// Solid fraction of a cell; the share of its volume where cells are partially saturated.
+    pub fraction: Fraction,
     /// Gravity (m/s^2), for the buoyancy.
     pub gravity: Vec3,
     /// Whether the mean pressure gradient acts on the particles, too.
@@ -183,7 +187,7 @@ impl Coupling {
     }
 
     /// The mapped particles as the sweep sees them; `particles` as at [`map`](Self::map).
-    pub fn solids<'a>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a> {
+    pub fn solids<'a, T>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a, T> {
         let (planes, first) = (&self.planes, &self.first_plane);
         let mappers = (particles.particles.iter().zip(&self.bodies).enumerate())
             .map(|(i, (particle, body))| {
@@ -196,6 +200,7 @@ impl Coupling {
             mappers,
             lines: &self.lines,
             bodies: &mut self.bodies,
+            shares: self.params.solids.is_saturated().then(Vec::new),
         }
     }
 
@@ -219,7 +224,13 @@ impl Coupling {
                     .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
-        for line in 0..ny * nz {
+        // Partially saturated cells tell all by themselves.
+        let lines = if self.params.solids.is_saturated() {
+            0
+        } else {
+            ny * nz
+        };
+        for line in 0..lines {
             let (new, old) = (self.lines.line(line), self.swept_lines.line(line));
             let cell = |x: u32| [x as usize, line % ny, line / ny];
             for segment in new {
@@ -352,7 +363,7 @@ fn mapper<'a>(
         motion,
         faces,
         params.units.dx,
-        params.solid_ramp_width,
+        params.fraction,
     )
 }
 
@@ -394,31 +405,47 @@ fn offset_of(segment: &Segment, x: u32) -> [i64; 3] {
 }
 
 /// The mapped particles of a block, row by row.
-pub struct MappedSolids<'a> {
+pub struct MappedSolids<'a, T> {
     rows: usize,
     mappers: Vec<Mapper<'a>>,
     lines: &'a Lines,
     bodies: &'a mut [Body],
+    /// Where cells are partially saturated, the fractions of the row that is being swept, segment by segment.
+    shares: Option<Vec<[T; CHUNK]>>,
 }
 
-impl<T: Real> Solids<T> for MappedSolids<'_> {
+impl<T: Real> Solids<T> for MappedSolids<'_, T> {
     #[inline(always)]
     fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>) {
+        if let Some(shares) = &mut self.shares {
+            shares.clear();
+        }
         for segment in self.lines.line(z * self.rows + y) {
-            self.mappers[segment.body as usize].fill(segment, row);
+            self.mappers[segment.body as usize].fill(segment, row, self.shares.as_mut());
         }
     }
 
     #[inline(always)]
     fn collect(&mut self, y: usize, z: usize, row: &SolidRow<T>) {
-        for segment in self.lines.line(z * self.rows + y) {
+        let segments = self.lines.line(z * self.rows + y);
+        let Some(shares) = &self.shares else {
+            for segment in segments {
+                let Body {
+                    motion,
+                    exchange,
+                    departed,
+                    ..
+                } = &mut self.bodies[segment.body as usize];
+                add_segment(segment, motion, row, exchange, departed);
+            }
+            return;
+        };
+        let mut windows = shares.iter();
+        for segment in segments {
             let Body {
-                motion,
-                exchange,
-                departed,
-                ..
+                exchange, departed, ..
             } = &mut self.bodies[segment.body as usize];
-            add_segment(segment, motion, row, exchange, departed);
+            add_shares(segment, &mut windows, row, exchange, departed);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Gravity, viscosity, time step and collision of a case.
 
 use super::checks::at;
-use super::file::{Case, CollisionKind, FluidSection, LatticeSection};
+use super::file::{Case, CollisionKind, Coupling, FluidSection, LatticeSection, SolidOperator};
 use super::forms::Gravity;
 use super::located::Located;
 use super::scales::Reference;
 use super::source::Source;
 use crate::error::Result;
-use crate::fluid::Collision;
+use crate::fluid::{Collision, SolidCollision};
 use crate::math::Vec3;
 use crate::units::Units;
 
@@ -92,6 +92,47 @@ pub(super) fn time_step(
     let dt = source.positive("lattice.time_step", dt, &remedy)?;
     let units = Units { dx, dt, density };
     Ok((units, units.relaxation_time(viscosity)))
+}
+
+/// What happens in cells that particles cover, and the width of the ramp of the solid fraction (cells).
+pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, f64)> {
+    match (lattice.coupling, &lattice.solid_operator, &lattice.solid_ramp_width) {
+        (Coupling::Paper, Some(operator), _) => Err(source.error(
+            &operator.span,
+            "`lattice.solid_operator` belongs to the coupling \"saturated\", but this case has \"paper\"",
+            "has no effect here",
+            "add `coupling = \"saturated\"`, or remove it",
+        )),
+        (Coupling::Saturated, _, Some(width)) => Err(source.error(
+            &width.span,
+            "`lattice.solid_ramp_width` belongs to the coupling \"paper\", but this case has \"saturated\"",
+            "has no effect here",
+            "add `coupling = \"paper\"`, or remove it",
+        )),
+        (Coupling::Paper, None, width) => {
+            let usual = 0.5;
+            let width = match width {
+                None => usual,
+                Some(width) => source.satisfies(
+                    "lattice.solid_ramp_width",
+                    width,
+                    |width| width > 0.0 && width <= 2.0,
+                    "above 0 and at most 2 cells",
+                    "in cells; 0.5 is usual",
+                )?,
+            };
+            Ok((SolidCollision::ExactDifference, width))
+        }
+        (Coupling::Saturated, operator, None) => {
+            let operator = operator.as_ref().map_or_else(Default::default, |o| o.value);
+            let solids = match operator {
+                SolidOperator::Sc1 => SolidCollision::Sc1,
+                SolidOperator::Sc2 => SolidCollision::Sc2,
+                SolidOperator::Sc3 => SolidCollision::Sc3,
+            };
+            Ok((solids, 0.0))
+        }
+    }
 }
 
 /// The collision operator.

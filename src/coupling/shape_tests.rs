@@ -46,7 +46,8 @@ fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64
     };
     let params = CouplingParams {
         units,
-        solid_ramp_width: RAMP,
+        solids: SolidCollision::ExactDifference,
+        fraction: Fraction::Ramp(RAMP),
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::Mixture,
     };
@@ -65,7 +66,7 @@ fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64
     let mut coupling = Coupling::new(params, &decomposition, 0, shape.circumradius());
     coupling.map(&store);
     let mut solids = coupling.solids(&store);
-    let mut row = SolidRow::<f64>::new(domain.cells[0].div_ceil(crate::fluid::CHUNK));
+    let mut row = SolidRow::<f64>::new(domain.cells[0].div_ceil(crate::fluid::CHUNK), params.solids);
     let mut all = Vec::with_capacity(domain.cell_count());
     for z in 0..domain.cells[2] {
         for y in 0..domain.cells[1] {

@@ -20,7 +20,8 @@ pub(super) const CELLS: [usize; 3] = [24, 20, 28];
 pub(super) fn params() -> CouplingParams {
     CouplingParams {
         units: UNITS,
-        solid_ramp_width: 0.5,
+        solids: SolidCollision::ExactDifference,
+        fraction: Fraction::Ramp(0.5),
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::Mixture,
     }
@@ -30,6 +31,7 @@ pub(super) fn bgk(simd: Simd) -> FluidParams {
     FluidParams {
         relaxation_time: 0.6,
         collision: Collision::Bgk,
+        solids: SolidCollision::ExactDifference,
         simd,
     }
 }

@@ -13,6 +13,7 @@ fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
     FluidParams {
         relaxation_time,
         collision: Collision::Bgk,
+        solids: SolidCollision::ExactDifference,
         simd,
     }
 }
@@ -297,7 +298,7 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
             let u: [f64; 3] = std::array::from_fn(|a| {
                 (0..Q).map(|i| crate::lattice::C[i][a] as f64 * g[i]).sum::<f64>() / rho
             });
-            let mut row = SolidRow::<f64>::new(cells[0].div_ceil(CHUNK));
+            let mut row = SolidRow::<f64>::new(cells[0].div_ceil(CHUNK), SolidCollision::ExactDifference);
             cubes.fill(c[1], c[2], &mut row);
             let (s, us) = row.cell(c[0]);
             let target = std::array::from_fn(|k| (1.0 - s) * (u[k] + a[k]) + s * us[k]);
