@@ -21,7 +21,8 @@ use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{CHUNK, Fluid, Real, SolidCollision, SolidRow, Solids};
-use crate::math::{Vec3, from_fixed};
+use crate::math::{Vec3, from_fixed, to_fixed_wide};
+use crate::shape::Shape;
 use crate::particle::{Particle, ParticleStore};
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
@@ -65,6 +66,8 @@ pub struct Coupling {
     swept_particles: Vec<Particle>,
     /// Number of those that were owned here.
     swept_owned: usize,
+    /// Whether there was a sweep.
+    begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
 }
@@ -78,8 +81,10 @@ struct Body {
     motion: RigidMotion,
     /// Momentum exchange of this step: came in now, less what left in the step before.
     exchange: ExchangeSum,
-    /// What left in this step's sweep.
+    /// What left in this step's sweep; of partially saturated cells what stayed in them, the momentum within the particle.
     departed: ExchangeSum,
+    /// Momentum of fluid that fills the particle and moves with it; of owned ones, and none where it does not matter.
+    rigid: ExchangeSum,
 }
 
 /// Index of a particle that is not in a list.
@@ -115,6 +120,7 @@ impl Coupling {
             swept_lines: Lines::default(),
             swept_particles: Vec::new(),
             swept_owned: 0,
+            begun: false,
             added: Vec::new(),
         }
     }
@@ -129,6 +135,12 @@ impl Coupling {
                 .iter()
                 .map(|particle| lattice_body(particle, &self.params.units)),
         );
+        if self.params.solids.is_saturated() {
+            for (particle, body) in particles.owned().iter().zip(&mut self.bodies) {
+                let shape = &*particles.template(particle).shape;
+                body.rigid = rigid_momentum(particle, shape, &body.motion, self.params.units.dx);
+            }
+        }
         self.planes.clear();
         self.first_plane.clear();
         for particle in &particles.particles {
@@ -215,7 +227,7 @@ impl Coupling {
         let mut new_of = vec![NOWHERE; self.swept_bodies.len()];
         let domain = &self.decomposition.domain;
         for (new, body) in self.bodies.iter_mut().enumerate() {
-            (body.exchange, body.departed) = Default::default();
+            (body.exchange, body.departed) = (body.rigid, body.rigid);
             if let Ok(at) = before.binary_search_by_key(&body.id, |&(id, _)| id) {
                 let old = before[at].1;
                 (old_of[new], new_of[old as usize]) = (old, new as u32);
@@ -277,6 +289,12 @@ impl Coupling {
             self.bodies.len(),
             "the particles that were mapped"
         );
+        if self.params.solids.is_saturated() && !self.begun {
+            // Nothing is known of a step before: what is within the particles is taken to have been there.
+            for body in &mut self.bodies {
+                body.exchange.add(&body.departed, -1);
+            }
+        }
         self.collect(particles, comm);
         let units = &self.params.units;
         let loads = particles
@@ -309,6 +327,7 @@ impl Coupling {
         self.swept_particles.clear();
         self.swept_particles.extend_from_slice(&particles.particles);
         self.swept_owned = particles.owned;
+        self.begun = true;
     }
 
     /// Cells of the block that were covered in the last step, once for each particle that covered them.
@@ -382,6 +401,22 @@ fn lattice_body(particle: &Particle, units: &Units) -> Body {
         },
         exchange: ExchangeSum::default(),
         departed: ExchangeSum::default(),
+        rigid: ExchangeSum::default(),
+    }
+}
+
+/// Momentum and angular momentum about the reference cell of fluid that fills a body and moves with it, lattice units.
+fn rigid_momentum(particle: &Particle, shape: &dyn Shape, motion: &RigidMotion, dx: f64) -> ExchangeSum {
+    let volume = shape.volume() / (dx * dx * dx);
+    let momentum = Vec3::from(motion.velocity) * volume;
+    let turn = particle.orientation();
+    let inertia = shape.inertia_per_mass() / (dx * dx) * volume;
+    let spin = turn.inverse_transform_vector(&Vec3::from(motion.angular));
+    let angular = turn.transform_vector(&inertia.component_mul(&spin));
+    let moment = angular + Vec3::from(motion.centre).cross(&momentum);
+    ExchangeSum {
+        force: momentum.map(to_fixed_wide).into(),
+        moment: moment.map(to_fixed_wide).into(),
     }
 }
 

@@ -28,7 +28,8 @@
 //! sc3   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u_s)           sum c W_solid = 2 rho (u_s - u)
 //! ```
 //!
-//! The solids receive `-b sum c W_solid`, known from the moments alone.
+//! The solids receive `-b sum c W_solid`, known from the moments alone. What the cells hold within the solids counts as moving
+//! with them: `e rho u_s` stands for `e rho u` in measurements.
 //!
 //! Streaming is in place (the "AA" pattern of Bailey et al. 2009): each cell reads 19 places and writes its results
 //! to the same 19 places, exchanged between opposite directions. Two phases alternate, which differ in nothing but
@@ -230,7 +231,7 @@ pub(crate) struct Row<T> {
     pub(crate) reflection: T,
 }
 
-/// Momentum along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
+/// Momentum of solids and fluid along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
 pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
 }
@@ -280,7 +281,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
             let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
             let (deviation, momentum, rho, u) = moments(&g);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
-            let mut saturation = None;
+            let (mut saturation, mut mean) = (None, momentum);
             if is_solid {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
                 let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
@@ -308,7 +309,8 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                         target[axis] = u[axis] + push;
                         let force = given * (u[axis] - velocity[axis]);
                         let left = momentum[axis] + (one - b) * rho * push - force;
-                        let inside = solid * left;
+                        let inside = solid * (left - rho * velocity[axis]);
+                        mean[axis] = mean[axis] - solid * (momentum[axis] - rho * velocity[axis]);
                         put(&mut solids.incoming[axis], weight * (force + inside));
                         put(&mut solids.outgoing[axis], weight * inside);
                     }
@@ -329,7 +331,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                 for axis in 0..3 {
                     let place = &mut measured.momentum[axis][x..x + R::WIDTH];
                     // SAFETY: the slice above has WIDTH numbers.
-                    unsafe { momentum[axis].store(place.as_mut_ptr()) };
+                    unsafe { mean[axis].store(place.as_mut_ptr()) };
                 }
             }
             relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep);

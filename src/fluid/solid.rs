@@ -28,10 +28,10 @@ pub struct SolidRow<T> {
     /// `sum phi_k u_k`.
     pub(crate) velocity_sum: [Vec<T>; 3],
     /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per unit of
-    /// `sum e_k`: momentum that the solids received and that is left within them, `-b sum c W_solid + e rho u'`.
+    /// `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
     pub(crate) incoming: [Vec<T>; 4],
     /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells. Partially saturated, per unit of
-    /// `sum e_k`: momentum left within the solids, `e rho u'`.
+    /// `sum e_k`: momentum left within the solids beyond that of their own motion, `e rho (u' - u_s)`.
     pub(crate) outgoing: [Vec<T>; 4],
     /// Chunks with solids; only there the other arrays mean anything.
     used: Vec<bool>,

@@ -19,17 +19,18 @@ use turbid::units::Units;
 
 /// Volume fractions and drag factors of simple-cubic arrays of spheres (Zick and Homsy 1982; others by an own solution with
 /// periodic Stokeslets, which agrees with theirs).
-const SPHERES: [(f64, f64); 10] = [
-    (0.027, 2.008),
-    (0.05, 2.4797),
-    (0.064, 2.810),
-    (0.06545, 2.84203),
-    (0.1, 3.6695),
-    (0.125, 4.2916),
-    (0.15, 5.0190),
-    (0.2, 6.776),
+const SPHERES: [(f64, f64); 11] = [
+    (0.027, 2.00775),
+    (0.064, 2.81020),
+    (0.065_449_8, 2.84202),
+    (0.1, 3.64245),
+    (0.125, 4.29159),
+    (0.15, 5.01902),
+    (0.2, 6.7757),
+    (0.216, 7.44195),
     (0.25, 9.062),
-    (0.3, 12.09),
+    (0.300_74, 12.1144),
+    (0.343, 15.4),
 ];
 
 /// One row: what is computed.
@@ -112,7 +113,7 @@ fn measure(row: &Row) -> Outcome {
     };
     let decomposition = Decomposition::new(domain, 1).expect("one block");
     let shape: Arc<dyn Shape> = if row.cube {
-        Arc::new(Cuboid::new(Vec3::repeat(0.5 * edge * row.volume_fraction.cbrt())).expect("a cube"))
+        Arc::new(Cuboid::new(Vec3::repeat(edge * row.volume_fraction.cbrt())).expect("a cube"))
     } else {
         Arc::new(Sphere { radius })
     };
