@@ -23,13 +23,13 @@ use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{CHUNK, Fluid, Real, SolidCollision, SolidRow, Solids};
 use crate::math::{Vec3, from_fixed, to_fixed_wide};
 use crate::shape::Shape;
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
 use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment, add_shares};
 pub use solid_fraction::Fraction;
-use solid_fraction::{FacePlane, Mapper, RigidMotion};
+use solid_fraction::{FacePlane, Mapper, RigidMotion, shift_of};
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
@@ -60,6 +60,8 @@ pub struct Coupling {
     /// Faces of the flat-faced ones, and where those of each begin; one past the last.
     planes: Vec<FacePlane>,
     first_plane: Vec<u32>,
+    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other fractions.
+    shifts: Vec<f64>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_lines: Lines,
@@ -116,6 +118,7 @@ impl Coupling {
             lines: Lines::default(),
             planes: Vec::new(),
             first_plane: Vec::new(),
+            shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_lines: Lines::default(),
             swept_particles: Vec::new(),
@@ -140,6 +143,11 @@ impl Coupling {
                 let shape = &*particles.template(particle).shape;
                 body.rigid = rigid_momentum(particle, shape, &body.motion, self.params.units.dx);
             }
+        }
+        if self.params.fraction == Fraction::Volume && self.shifts.len() != particles.templates.len() {
+            let dx = self.params.units.dx;
+            let shift = |template: &Template| shift_of(&*template.shape, dx);
+            self.shifts = particles.templates.iter().map(shift).collect();
         }
         self.planes.clear();
         self.first_plane.clear();
@@ -195,16 +203,17 @@ impl Coupling {
             particles,
             self.bodies[i].motion,
             &self.planes[faces],
+            &self.shifts,
         )
     }
 
     /// The mapped particles as the sweep sees them; `particles` as at [`map`](Self::map).
     pub fn solids<'a, T>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a, T> {
-        let (planes, first) = (&self.planes, &self.first_plane);
+        let (planes, first, shifts) = (&self.planes, &self.first_plane, &self.shifts);
         let mappers = (particles.particles.iter().zip(&self.bodies).enumerate())
             .map(|(i, (particle, body))| {
                 let faces = &planes[first[i] as usize..first[i + 1] as usize];
-                mapper(&self.params, particle, particles, body.motion, faces)
+                mapper(&self.params, particle, particles, body.motion, faces, shifts)
             })
             .collect();
         MappedSolids {
@@ -374,6 +383,7 @@ fn mapper<'a>(
     particles: &'a ParticleStore,
     motion: RigidMotion,
     faces: &'a [FacePlane],
+    shifts: &[f64],
 ) -> Mapper<'a> {
     let shape = &*particles.template(particle).shape;
     Mapper::new(
@@ -383,6 +393,7 @@ fn mapper<'a>(
         faces,
         params.units.dx,
         params.fraction,
+        shifts.get(particle.template as usize).copied().unwrap_or(0.0),
     )
 }
 

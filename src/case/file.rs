@@ -124,10 +124,11 @@ pub struct LatticeSection {
     pub relaxation_time: Option<Located<f64>>,
     /// Time step of the fluid (s).
     pub time_step: Option<Located<f64>>,
-    /// Collision operator: "bgk", or "trt" with `magic_parameter`. Default "bgk".
-    #[serde(default)]
-    pub collision: CollisionKind,
-    /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells. Default 3/16.
+    /// Collision operator: "bgk", or "trt" with `magic_parameter`. Default "bgk" with the coupling "paper", "trt" with
+    /// "saturated".
+    pub collision: Option<CollisionKind>,
+    /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells, 1/8 particles where they are.
+    /// Default 3/16 with the coupling "paper", 1/8 with "saturated".
     pub magic_parameter: Option<Located<f64>>,
     /// How particles and fluid are coupled: "paper", the homogenised velocity of Marquardt et al. (2024), or "saturated",
     /// partially saturated cells with exact volume fractions, whose drag does not depend on the relaxation time. Default

@@ -135,10 +135,18 @@ pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(Solid
     }
 }
 
+/// Magic parameter with which the drag of partially saturated cells depends least on the relaxation time and the resolution
+/// (validation/drag).
+const SATURATED_MAGIC: f64 = 0.125;
+
 /// The collision operator.
 pub(super) fn collision(source: &Source, lattice: &LatticeSection) -> Result<Collision> {
     let key = "lattice.magic_parameter";
-    match (lattice.collision, &lattice.magic_parameter) {
+    let (usual, usual_magic) = match lattice.coupling {
+        Coupling::Paper => (CollisionKind::Bgk, 0.1875),
+        Coupling::Saturated => (CollisionKind::Trt, SATURATED_MAGIC),
+    };
+    match (lattice.collision.unwrap_or(usual), &lattice.magic_parameter) {
         (CollisionKind::Bgk, None) => Ok(Collision::Bgk),
         (CollisionKind::Bgk, Some(magic)) => Err(source.error(
             &magic.span,
@@ -146,7 +154,7 @@ pub(super) fn collision(source: &Source, lattice: &LatticeSection) -> Result<Col
             "has no effect here",
             "add `collision = \"trt\"`, or remove it",
         )),
-        (CollisionKind::Trt, None) => Ok(Collision::Trt { magic: 0.1875 }),
+        (CollisionKind::Trt, None) => Ok(Collision::Trt { magic: usual_magic }),
         (CollisionKind::Trt, Some(magic)) => Ok(Collision::Trt {
             magic: source.positive(key, magic, "0.1875 puts walls half-way between cells")?,
         }),

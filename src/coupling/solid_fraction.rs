@@ -104,6 +104,43 @@ pub(super) struct FacePlane {
     reach: f64,
 }
 
+/// By how much the surface of a body is moved in to count as a plane in each cell (cells): its mean curvature, taken as the
+/// same everywhere.
+///
+/// `(k_1 + k_2) / 24` in the mean over the surface is `M / (12 A)` with the area `A` and, after Minkowski, the integral of the mean
+/// curvature `M = 2 pi b`, `b` the mean width.
+pub(super) fn shift_of(shape: &dyn Shape, dx: f64) -> f64 {
+    if let Some(radius) = shape.as_sphere() {
+        return curved(2.0 * dx / radius);
+    }
+    if shape.as_polyhedron().is_some() {
+        return 0.0;
+    }
+    // Lebedev's 26 points, exact for polynomials of degree 7: axes, diagonals of faces, diagonals of the cube.
+    let mut width = 0.0;
+    for n in 0..27 {
+        let direction = Vec3::from([n % 3, n / 3 % 3, n / 9].map(|k| f64::from(k - 1)));
+        let weight = match direction.norm_squared() as i32 {
+            1 => 1.0 / 21.0,
+            2 => 4.0 / 105.0,
+            3 => 9.0 / 280.0,
+            _ => continue,
+        };
+        let unit = direction.normalize();
+        width += 2.0 * weight * shape.support(unit).dot(&unit);
+    }
+    let mesh = shape.surface_mesh(2);
+    let area: f64 = mesh
+        .triangles
+        .iter()
+        .map(|corners| {
+            let [a, b, c] = corners.map(|i| mesh.points[i as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        })
+        .sum();
+    std::f64::consts::TAU * width / (12.0 * area) * dx
+}
+
 /// Half the diagonal of a cell.
 const HALF_DIAGONAL: f64 = 0.8660254037844386;
 
@@ -203,6 +240,7 @@ impl<'a> Mapper<'a> {
         planes: &'a [FacePlane],
         dx: f64,
         fraction: Fraction,
+        shift: f64,
     ) -> Self {
         let ramp_cells = 2.0 * fraction.half_layer();
         let orientation = particle.orientation();
@@ -223,10 +261,7 @@ impl<'a> Mapper<'a> {
             per_ramp: 1.0 / (ramp_cells * dx),
             half_ramp: 0.5 * ramp_cells,
             by_volume: fraction == Fraction::Volume,
-            shift: match shape.as_sphere() {
-                Some(radius) => curved(2.0 * dx / radius),
-                None => 0.0,
-            },
+            shift,
         }
     }
 

@@ -198,4 +198,17 @@ mod tests {
         assert_eq!(row.cell(16).0, 0.0);
         assert_eq!(row.fraction_total(), 0);
     }
+
+    #[test]
+    fn shares_of_the_volume_add_up_to_at_most_the_whole_cell() {
+        let mut row = SolidRow::<f64>::new(1, SolidCollision::Sc3);
+        for share in [0.25, 0.5, 0.75] {
+            let fraction = std::array::from_fn(|k| if k == 3 { share } else { 0.0 });
+            row.add(0, CHUNK, &fraction, &[[2.0 * share; CHUNK]; 3]);
+            assert_eq!(row.cell(2).0, 0.0);
+        }
+        let (solid, [u, _, _]) = row.cell(3);
+        assert_eq!(solid, 1.0);
+        assert!((u - 1.75 / 1.5).abs() < 1e-15);
+    }
 }
