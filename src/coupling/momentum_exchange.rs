@@ -13,8 +13,24 @@
 //! the sums are moments that the collision computes anyway: `p_in` in this sweep, `p_out` in the one before. Cells that
 //! were covered only before or only now are accounted for one by one ([`Fluid::departed`](crate::fluid::Fluid::departed)).
 //!
+//! Partially saturated cells tell all by themselves: what a particle received is `G = -b sum c W_solid`, its share of it where
+//! several cover a cell, and no neighbour is asked. The fluid within the particle is part of the lattice, but not of the fluid;
+//! it takes up a part of `G` when the particle is accelerated, which belongs to the fluid outside:
+//!
+//! ```text
+//! F = G + S(t) - S(t - dt),     S = rho V U + sum over cells of e rho (u - u_s)
+//! ```
+//!
+//! `S` is the momentum within the particle, the same for the angular momentum: of fluid that moves as the particle does, with its
+//! exact volume, and what is left of the motion against it. So the lattice is not felt through the mapped volume, a particle
+//! that moves with the fluid round it feels nothing, and the fluid outside, `sum (1 - e) rho u`, and the particles keep their
+//! momentum exactly. An effective inertia `rho V dU/dt` would stand for the first part only (Uhlmann 2005; Feng and Michaelides
+//! 2009).
+//!
 //! The paper's Eq. (16) lacks the opposite index and the minus sign.
-//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024).
+//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024); Noble and Torczynski (1998),
+//! doi:10.1142/S0129183198001084; Uhlmann (2005), doi:10.1016/j.jcp.2005.03.017; Feng and Michaelides (2009),
+//! doi:10.1016/j.compfluid.2008.11.002.
 
 use super::lines::Segment;
 use super::solid_fraction::RigidMotion;

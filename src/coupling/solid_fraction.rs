@@ -424,17 +424,28 @@ impl<'a> Mapper<'a> {
                 behind_plane(r - radius * self.per_dx + self.shift, [x * over, y * over, z * over])
             }
             Geometry::Flat(planes) => {
-                let (mut share, mut before) = (1.0, [0.0; 3]);
-                for plane in planes {
+                let mut share = 1.0;
+                for (at, plane) in planes.iter().enumerate() {
                     let height = plane.height(x, plane.rest(y, z));
                     if height >= plane.reach {
                         return 0.0;
                     }
                     if height > -plane.reach {
                         let n = plane.normal;
-                        let cosine = n[0] * before[0] + n[1] * before[1] + n[2] * before[2];
-                        share = behind_both(share, behind_plane(height, n), cosine);
-                        before = n;
+                        let behind = behind_plane(height, n);
+                        if share >= 1.0 {
+                            share = behind;
+                            continue;
+                        }
+                        // The face before that is most like this one.
+                        let cosine = planes[..at]
+                            .iter()
+                            .filter(|other| other.height(x, other.rest(y, z)) > -other.reach)
+                            .map(|other| {
+                                n[0] * other.normal[0] + n[1] * other.normal[1] + n[2] * other.normal[2]
+                            })
+                            .fold(-1.0, f64::max);
+                        share = behind_both(share, behind, cosine);
                     }
                 }
                 share

@@ -402,13 +402,13 @@ fn left_over(solids: SolidCollision) -> [f64; 2] {
         let store = store(&decomposition, 0, &[sphere], 0.6);
         coupling.map(&store);
         coupling.begin_exchange(&fluid);
-        let flow = fluid
-            .sweep(acceleration.into(), &mut coupling.solids(&store), true)
-            .unwrap();
+        let mut mass = 0.0;
+        fluid.each_cell([0.0; 3], &mut coupling.solids(&store), |cell| {
+            mass += (1.0 - cell.solid_fraction) * (1.0 + cell.density_deviation);
+        });
+        fed += acceleration * mass;
+        fluid.sweep(acceleration.into(), &mut coupling.solids(&store), false);
         fluid.exchange();
-        let cells = CELLS.iter().product::<usize>() as f64;
-        // The density is one on average, and one in the cells that the sphere covers to about 1e-4.
-        fed += acceleration * (cells - from_fixed_wide(flow.solid));
         force = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force / UNITS.force();
         received += force;
         first = first.or(Some(within(&coupling)));

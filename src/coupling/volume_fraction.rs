@@ -95,7 +95,8 @@ mod tests {
                 let d = 0.09 * f64::from(k);
                 let (exact, counted) = (behind_plane(d, n), counted(d, n));
                 assert!((exact - counted).abs() < 0.01, "{n:?} {d}: {exact} {counted}");
-                assert!((exact + behind_plane(-d, n) - 1.0).abs() < 1e-12);
+                // Rounding, over the product of components at their least.
+                assert!((exact + behind_plane(-d, n) - 1.0).abs() < 1e-7);
             }
         }
     }

@@ -24,9 +24,16 @@ pub(crate) fn setup(case: &str, changes: &[String]) -> (Setup, Decomposition) {
 }
 
 /// The same of a folder with several cases, by name.
+///
+/// What the variable `TURBID_SET` holds, options as of `--set` between semicolons, is changed last: the same validation for another
+/// coupling, for instance.
 pub(crate) fn setup_of(case: &str, name: &str, changes: &[String]) -> (Setup, Decomposition) {
     let path = folder(case).join(name).with_extension("toml");
-    let setup = case::load(&path, changes).unwrap_or_else(|e| panic!("{e}"));
+    let mut changes = changes.to_vec();
+    if let Ok(more) = std::env::var("TURBID_SET") {
+        changes.extend(more.split(';').map(str::to_owned));
+    }
+    let setup = case::load(&path, &changes).unwrap_or_else(|e| panic!("{e}"));
     for warning in &setup.warnings {
         println!("{case}: {warning}");
     }
