@@ -96,7 +96,11 @@ pub(super) fn time_step(
 
 /// What happens in cells that particles cover, and the width of the ramp of the solid fraction (cells).
 pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, f64)> {
-    match (lattice.coupling, &lattice.solid_operator, &lattice.solid_ramp_width) {
+    match (
+        lattice.coupling,
+        &lattice.solid_operator,
+        &lattice.solid_ramp_width,
+    ) {
         (Coupling::Paper, Some(operator), _) => Err(source.error(
             &operator.span,
             "`lattice.solid_operator` belongs to the coupling \"saturated\", but this case has \"paper\"",

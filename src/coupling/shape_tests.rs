@@ -43,12 +43,7 @@ fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64
 }
 
 /// The same with fractions of either kind.
-fn mapped_as(
-    shape: &Arc<dyn Shape>,
-    domain: Domain,
-    particle: Particle,
-    fraction: Fraction,
-) -> Vec<f64> {
+fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fraction: Fraction) -> Vec<f64> {
     let units = Units {
         dx: domain.dx,
         dt: 1.0,
@@ -201,10 +196,13 @@ fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
             let pose = random_pose(&domain, &mut random);
             let fractions = mapped_as(&shape, domain, pose, Fraction::Volume);
             let turn = pose.orientation().inverse();
-            let cut = fractions.iter().enumerate().filter(|(_, e)| **e > 0.0 && **e < 1.0);
+            let cut = fractions
+                .iter()
+                .enumerate()
+                .filter(|(_, e)| **e > 0.0 && **e < 1.0);
             for (n, fraction) in cut.step_by(11) {
                 let cell = [n % nx, n / nx % ny, n / nx / ny];
-                let fine = 12;
+                let fine = 12_usize;
                 let inside = (0..fine * fine * fine)
                     .filter(|k| {
                         let part = [k % fine, k / fine % fine, k / fine / fine];

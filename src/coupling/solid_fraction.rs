@@ -421,7 +421,10 @@ impl<'a> Mapper<'a> {
             Geometry::Sphere(radius) => {
                 let r = (x * x + (y * y + z * z)).sqrt().max(f64::MIN_POSITIVE);
                 let over = 1.0 / r;
-                behind_plane(r - radius * self.per_dx + self.shift, [x * over, y * over, z * over])
+                behind_plane(
+                    r - radius * self.per_dx + self.shift,
+                    [x * over, y * over, z * over],
+                )
             }
             Geometry::Flat(planes) => {
                 let mut share = 1.0;

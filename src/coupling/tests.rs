@@ -186,7 +186,11 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
         loads_after::<f64>(solids, &[sphere], 0.6, ranks, 6, shear(shift))[0]
     };
     let references = COUPLINGS.map(|solids| load(solids, [0, 0, 0], 1));
-    assert!(references.iter().all(|load| load.force.norm() > 0.01 * UNITS.force()));
+    assert!(
+        references
+            .iter()
+            .all(|load| load.force.norm() > 0.01 * UNITS.force())
+    );
     // The sphere, nine cells across, comes to lie on one, two and three faces of the box.
     for shift in [
         [12, 0, 0],
@@ -197,10 +201,12 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
         [0, 10, 14],
         [12, 10, 14],
     ] {
-        for (ranks, solids, reference) in [1, 2, 6, 8]
-            .into_iter()
-            .flat_map(|ranks| COUPLINGS.into_iter().zip(references).map(move |(s, r)| (ranks, s, r)))
-        {
+        for (ranks, solids, reference) in [1, 2, 6, 8].into_iter().flat_map(|ranks| {
+            COUPLINGS
+                .into_iter()
+                .zip(references)
+                .map(move |(s, r)| (ranks, s, r))
+        }) {
             let moved = load(solids, shift, ranks);
             let (force, torque) = (
                 (moved.force - reference.force).norm(),

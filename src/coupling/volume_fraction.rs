@@ -40,8 +40,7 @@ pub(super) fn behind_plane(d: f64, n: [f64; 3]) -> f64 {
     };
     // Up to half of the cell, at most two of the pairs are passed, and never all three.
     let single = (cube(far - m[0]) + cube(far - m[1])) + cube(far - m[2]);
-    let double =
-        (cube(far - (m[0] + m[1])) + cube(far - (m[1] + m[2]))) + cube(far - (m[2] + m[0]));
+    let double = (cube(far - (m[0] + m[1])) + cube(far - (m[1] + m[2]))) + cube(far - (m[2] + m[0]));
     let part = ((cube(far) - single) + double) / (6.0 * (m[0] * m[1] * m[2]));
     let part = if part < 0.5 { part } else { 0.5 };
     if d > 0.0 { part } else { 1.0 - part }

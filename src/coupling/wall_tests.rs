@@ -114,7 +114,10 @@ fn three() -> [Particle; 3] {
 
 #[test]
 fn spheres_at_rest_that_overlap_walls_feel_nothing_of_the_pressure() {
-    for (solids, density) in COUPLINGS.into_iter().flat_map(|s| [1.0, 1.02].map(|rho| (s, rho))) {
+    for (solids, density) in COUPLINGS
+        .into_iter()
+        .flat_map(|s| [1.0, 1.02].map(|rho| (s, rho)))
+    {
         let outcome = run::<f64>(solids, [1, 1, 1], &three(), 30, [0.0; 3], density);
         for load in outcome.loads {
             println!(

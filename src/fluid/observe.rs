@@ -62,8 +62,7 @@ impl<T: Real> Fluid<T> {
                     solid_fraction
                 };
                 let velocity = std::array::from_fn(|a| {
-                    let change =
-                        (1.0 - solid_fraction) * acceleration[a] + pull * (solid_velocity[a] - u[a]);
+                    let change = (1.0 - solid_fraction) * acceleration[a] + pull * (solid_velocity[a] - u[a]);
                     u[a] + 0.5 * change
                 });
                 visit(CellState {

@@ -292,20 +292,14 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
 }
 
 /// What a cell holds after its collision, from the formulae: one population at a time.
-fn collided(
-    g: &[f64; Q],
-    params: &FluidParams,
-    a: [f64; 3],
-    (e, us): (f64, [f64; 3]),
-) -> [f64; Q] {
+fn collided(g: &[f64; Q], params: &FluidParams, a: [f64; 3], (e, us): (f64, [f64; 3])) -> [f64; Q] {
     let tau = params.relaxation_time;
     let tau_odd = match params.collision {
         Collision::Bgk => tau,
         Collision::Trt { magic } => 0.5 + magic / (tau - 0.5),
     };
     let rho = 1.0 + g.iter().sum::<f64>();
-    let u: [f64; 3] =
-        std::array::from_fn(|a| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>() / rho);
+    let u: [f64; 3] = std::array::from_fn(|a| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>() / rho);
     let opposite = crate::lattice::opposite;
     let (eq, solid) = (shifted_equilibrium(rho, u), shifted_equilibrium(rho, us));
     let relaxed = |i: usize| {
@@ -347,8 +341,8 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
     let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
     for (solids, collision) in SOLIDS.iter().flat_map(|&s| BOTH.map(|collision| (s, collision))) {
         let params = FluidParams {
-            solids,
             collision,
+            solids,
             ..bgk(0.6, Simd::best())
         };
         let mut fluid = solo_with::<f64>(cells, &params);
@@ -370,11 +364,11 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
                 let mut row = SolidRow::<f64>::new(cells[0].div_ceil(CHUNK), solids);
                 cubes.fill(c[1], c[2], &mut row);
                 let after = collided(&plain[index(c)], &params, a, row.cell(c[0]));
-                for i in 0..Q {
+                for (i, after) in after.into_iter().enumerate() {
                     let to: [usize; 3] = std::array::from_fn(|k| {
                         (c[k] as isize + C[i][k]).rem_euclid(cells[k] as isize) as usize
                     });
-                    next[index(to)][i] = after[i];
+                    next[index(to)][i] = after;
                 }
             }
             plain = next;

@@ -120,7 +120,11 @@ fn measure(row: &Row) -> Outcome {
     let nu = (row.tau - 0.5) / 3.0;
     // A cube of this volume fraction in an array has a drag factor close to this (relative to the sphere of equal volume).
     let expected = if row.cube {
-        if (row.volume_fraction - 0.064).abs() < 1e-9 { 3.3203 } else { 1.13 * spheres(row.volume_fraction) }
+        if (row.volume_fraction - 0.064).abs() < 1e-9 {
+            3.3203
+        } else {
+            1.13 * spheres(row.volume_fraction)
+        }
     } else {
         spheres(row.volume_fraction)
     };
@@ -189,11 +193,7 @@ fn measure(row: &Row) -> Outcome {
             coupling.map(&store);
             coupling.begin_exchange(&fluid);
             let look = step % 7 == 0;
-            let flow = fluid.sweep(
-                (along * acceleration).into(),
-                &mut coupling.solids(&store),
-                look,
-            );
+            let flow = fluid.sweep((along * acceleration).into(), &mut coupling.solids(&store), look);
             fluid.exchange();
             let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
             let one = (1_u64 << 42) as f64;
@@ -269,8 +269,12 @@ fn main() {
     if !given {
         return;
     }
-    println!("solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps");
-    let keys = ["solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re"];
+    println!(
+        "solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps"
+    );
+    let keys = [
+        "solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re",
+    ];
     let total: usize = keys.iter().map(|k| lists[*k].len()).product();
     for mut number in 0..total {
         let mut pick: BTreeMap<&str, &str> = BTreeMap::new();

@@ -146,7 +146,11 @@ fn collision_name(collision: Collision) -> &'static str {
 
 /// As in the case file.
 fn coupling_name(solids: SolidCollision) -> &'static str {
-    if solids.is_saturated() { "saturated" } else { "paper" }
+    if solids.is_saturated() {
+        "saturated"
+    } else {
+        "paper"
+    }
 }
 
 /// As in the case file.
