@@ -1,5 +1,6 @@
 //! Timing a case: steps without output, beside the streaming bandwidth of the machine, and what every rank has and sends.
 
+mod network;
 mod report;
 
 use super::observe::precision_name;
@@ -13,6 +14,7 @@ use crate::error::Result;
 use crate::fluid::{Precision, Real, stream_bandwidth};
 use crate::lattice::Q;
 use crate::math::Vec3;
+pub use network::Network;
 pub use report::{BenchReport, RankReport, Rate, Spread};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -94,6 +96,7 @@ fn bench_rank<T: Real>(
     let steps = (SAMPLES as u64 * options.steps) as f64;
     let mine = rank_report(&mut simulation, traffic, steps, resident);
     let comm = &simulation.comm;
+    let network = Network::measure(comm);
     let by_rank = comm
         .gather(serde_json::to_vec(&mine).expect("a report is plain JSON"))
         .iter()
@@ -117,6 +120,7 @@ fn bench_rank<T: Real>(
         messages_per_step: 0.0,
         bytes_per_step: 0.0,
         collectives_per_step: 0.0,
+        network,
         bytes_per_cell: 0.0,
         memory_per_rank_bytes: 0,
         ranks_per_process: comm.ranks_per_process(),
