@@ -1,5 +1,5 @@
-//! What things cost in a time step: one thread of a 2-core virtual machine with AVX-512, median of samples, least of four
-//! runs. Only ratios matter for the cuts; absolute times scale with the machine.
+//! What things cost in a time step: one thread of a shared 2-core virtual machine (AMD EPYC), means over 25 to 100 steps, least of
+//! four runs. Only ratios matter for the cuts; absolute times scale with the machine.
 //!
 //! `turbid bench CASE --threads 1 --json` gave the times of the stages. `N` is cells per diameter; `hindered_settling` and
 //! `cubes_settling` are the cases of that name, `ellipsoids` is `hindered_settling` with axes 2 : 1 : 1.
@@ -7,7 +7,7 @@
 //! | constant | from |
 //! |---|---|
 //! | cell | `fluid` of `hindered_settling --fluid-only`, in f32 and f64 |
-//! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells: `hindered_settling` (N 10: 11 ns, N 18: 8 ns), `cubes_settling`, `ellipsoids` |
+//! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells: `hindered_settling` (12 to 13 ns at N 10, 8 ns at N 18), `cubes_settling` (31 ns), `ellipsoids` (72 ns) |
 //! | particle | `dem` of `--no-contact` (60 ns) and the search for pairs (190 ns, `hindered_settling` at N 18 without a contact) |
 //! | contact | rest of `dem` over the contacts: `hindered_settling` at volume fraction 0.3, `cubes_settling`, `ellipsoids`, and `hindered_settling` with `contact.geometry = "sampled"` |
 //! | face | `halo` of `hindered_settling --fluid-only` over the cells of the four faces |
@@ -64,9 +64,9 @@ impl Form {
     /// What a covered cell costs beyond one of the fluid (s).
     pub(super) fn covered_cell(self) -> f64 {
         match self {
-            Self::Sphere => 10e-9,
-            Self::Flat => 28e-9,
-            Self::Other => 64e-9,
+            Self::Sphere => 11e-9,
+            Self::Flat => 31e-9,
+            Self::Other => 70e-9,
         }
     }
 

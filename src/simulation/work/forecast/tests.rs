@@ -26,7 +26,7 @@ fn all_cells_particles_and_contacts_are_somebodys_and_ghosts_are_those_of_the_en
                     Population::new(&near, rank, setup.templates.clone(), setup.particles.clone());
                 let (owned, known) = (population.store.owned, population.store.particles.len());
                 assert_eq!((forecast.particles, forecast.ghosts), (owned, known - owned));
-                assert!(near.peers.iter().all(|peer| forecast.sends[peer].messages >= 4));
+                assert!(near.peers.iter().all(|peer| forecast.sends[peer].messages >= 3));
             }
         }
     }
