@@ -196,7 +196,7 @@ fn killed(times: u64) {
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        let moment = Duration::from_micros((random >> 33) * length >> 31);
+        let moment = Duration::from_micros(((random >> 33) * length) >> 31);
         std::fs::remove_dir_all(place.path("out")).unwrap();
         let threads = ["1", "2", "3"][time as usize % 3];
         let child = Guard::of(turbid(
