@@ -168,8 +168,9 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
             .chain([checkpoint::FOLDER])
         {
             let folder = directory.join(folder);
-            if folder.is_dir() {
-                probe(&folder)?;
+            if fs::symlink_metadata(&folder).is_ok() {
+                let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
+                probe(&folder).map_err(named)?;
             }
         }
         probe(directory)
@@ -437,5 +438,8 @@ mod tests {
             );
         }
         assert_eq!(fs::read(&file).unwrap(), b"x");
+        fs::write(root.path().join(checkpoint::FOLDER), "x").unwrap();
+        let text = create(root.path()).unwrap_err().to_string();
+        assert!(text.contains(checkpoint::FOLDER), "{text}");
     }
 }
