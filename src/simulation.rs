@@ -9,6 +9,7 @@ mod references;
 mod resume;
 mod run;
 mod saved;
+mod work;
 
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -26,9 +27,10 @@ pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, be
 use failure::Failure;
 use keeper::Wishes;
 pub use resume::resume;
-pub use run::{RunOptions, agreed, decompose, run};
+pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;
 use std::rc::Rc;
+pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
