@@ -91,7 +91,8 @@ mod tests {
                 seconds_per_reduction,
             } = network;
             assert!(seconds_per_message > 1e-8 && seconds_per_reduction > 1e-8);
-            assert!(seconds_per_byte > 0.0 && seconds_per_byte < 1e-6, "{network:?}");
+            // On a busy machine a long message may be no slower than a short one.
+            assert!((0.0..1e-6).contains(&seconds_per_byte), "{network:?}");
         }
     }
 }
