@@ -89,6 +89,15 @@ impl Comm {
         }
     }
 
+    /// Whether the ranks are processes, each with a memory of its own.
+    pub fn is_between_processes(&self) -> bool {
+        match self {
+            Self::Solo | Self::Threads(_) => false,
+            #[cfg(feature = "mpi")]
+            Self::Mpi(_) => true,
+        }
+    }
+
     /// Waits until every rank is here.
     pub fn barrier(&self) {
         match self {

@@ -26,7 +26,7 @@ use kernel::Measured;
 pub use kernel::Number;
 use layout::Layout;
 pub use layout::Phase;
-pub use observe::stream_bandwidth;
+pub use observe::{CellState, stream_bandwidth};
 use serde::{Deserialize, Serialize};
 pub use solid::{CHUNK, NoSolids, SolidRow, Solids};
 use walls::Walls;

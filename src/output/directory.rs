@@ -10,10 +10,19 @@
 //!   pictures/velocity_0000001000.png ...
 //! ```
 //!
+//! Where ranks are processes, each writes its own [piece](super::pieces) of every file for VTK, and the collection lists the index
+//! of the pieces:
+//!
+//! ```text
+//!   fields.pvd        fields/fields_0000001000.pvti ...
+//!                     fields/fields_0000001000/fields_0000001000_p00000.vti ...
+//! ```
+//!
 //! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
 //! run left under them, so that frames of two runs never mix; files with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
+use super::pieces;
 use crate::error::{Error, Result};
 use std::fs;
 use std::io::{self, Write};
@@ -171,16 +180,40 @@ pub fn clear(directory: &Path) -> Result<()> {
             if !folder.is_dir() {
                 continue;
             }
-            let is_frame = |name: &str| {
-                name.strip_prefix(prefix)
-                    .and_then(|rest| rest.strip_suffix(extension))
-                    .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
-            };
-            remove_matching(&folder, is_frame)?;
+            let index = extension.replacen('.', ".p", 1);
+            remove_matching(&folder, |name| {
+                [extension, &index].into_iter().any(|extension| {
+                    name.strip_suffix(extension)
+                        .is_some_and(|stem| is_frame(stem, prefix))
+                })
+            })?;
+            remove_pieces(&folder, prefix, extension)?;
         }
         Ok(())
     };
     attempt().map_err(|source| refused(directory, &source))
+}
+
+/// Whether this is the name of a frame, but for its extension.
+fn is_frame(stem: &str, prefix: &str) -> bool {
+    stem.strip_prefix(prefix).is_some_and(pieces::is_number)
+}
+
+/// Removes the pieces of all frames in a folder, and the folders that are empty then.
+fn remove_pieces(folder: &Path, prefix: &str, extension: &str) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let frame = name.to_str().filter(|name| is_frame(name, prefix));
+        if let (Some(frame), true) = (frame, entry.file_type()?.is_dir()) {
+            remove_matching(&entry.path(), |name| pieces::is_piece(name, frame, extension))?;
+            match fs::remove_dir(entry.path()) {
+                Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => return Err(error),
+                _ => {}
+            }
+        }
+    }
+    Ok(())
 }
 
 fn refused(directory: &Path, source: &io::Error) -> Error {
@@ -244,12 +277,21 @@ mod tests {
             files.force_chains(3),
             files.walls(),
             files.fields(4).with_extension("vti.tmp"),
+            pieces::index(&files.fields(5)),
+            pieces::piece(&files.fields(5), 0),
+            pieces::piece(&files.fields(5), 12_345).with_extension("vti.tmp"),
+            pieces::index(&files.contacts(5)),
+            pieces::piece(&files.contacts(5), 1),
+            pieces::piece(&files.contacts(6), 1),
         ];
         let foreign = [
             directory.join("notes.txt"),
             directory.join("fields/fields_best.vti"),
             directory.join("particles/fields_0000000001.vti"),
             directory.join("summary.json.bak"),
+            directory.join("contacts/contacts_0000000006/notes.txt"),
+            directory.join("contacts/contacts_best/contacts_best_p00001.vtp"),
+            directory.join("fields/fields_0000000005.pvtp"),
         ];
         for path in own.iter().chain(&foreign) {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -265,6 +307,10 @@ mod tests {
         for path in foreign {
             assert!(path.exists(), "{} is not ours", path.display());
         }
+        assert!(
+            !directory.join("fields/fields_0000000005").exists(),
+            "an empty folder"
+        );
         let left = fs::read_dir(&directory).unwrap().count();
         assert_eq!(left, 7, "five folders, two foreign files, no probe");
     }
