@@ -7,6 +7,7 @@ mod checks;
 mod dry;
 mod engine;
 pub mod file;
+mod files;
 pub mod forms;
 mod hertz;
 mod kinds;
@@ -17,6 +18,7 @@ mod physics;
 mod placement;
 mod resolve;
 mod scales;
+mod schedule;
 mod source;
 mod space;
 mod walls;
@@ -35,7 +37,7 @@ use std::sync::Arc;
 
 pub use file::schema;
 pub use hertz::Hertz;
-pub use resolve::{from_text, load};
+pub use resolve::{from_saved, from_text, load};
 
 /// A case resolved to numbers: everything a run needs, checked.
 #[derive(Clone, Debug)]
@@ -44,6 +46,8 @@ pub struct Setup {
     pub name: String,
     /// Text of the case file with overrides applied, echoed into the summary.
     pub text: String,
+    /// The files that the case names: the name as it stands there, and the contents.
+    pub files: Vec<(String, Vec<u8>)>,
     /// What the user should know although the case is valid, ready to print.
     pub warnings: Vec<String>,
     /// Box and cells.
@@ -149,4 +153,6 @@ pub struct OutputPlan {
     pub contacts_every: u64,
     /// Steps between pictures.
     pub picture_every: u64,
+    /// Steps between checkpoints.
+    pub checkpoint_every: u64,
 }

@@ -7,11 +7,14 @@
 #[cfg(feature = "mpi")]
 mod mpi;
 mod threads;
+mod traffic;
 
 use bytemuck::Pod;
 #[cfg(feature = "mpi")]
 pub use mpi::{MpiComm, abort};
 pub use threads::{ThreadComm, on_threads};
+use traffic::Counters;
+pub use traffic::{Tally, Traffic};
 
 /// A process that a launcher of MPI has started, as its environment tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,16 +60,36 @@ pub enum Comm {
 
 /// A fixed pattern of messages, at most one per ordered pair of ranks, repeated every step.
 ///
-/// Fill all of [`send`](Self::send), then [`exchange`](Self::exchange), then read [`received`](Self::received).
-/// After an exchange the send buffers hold stale data and must be overwritten wholly.
+/// Fill all of [`send`](Self::send), then [`start`](Self::start), do other work, [`finish`](Self::finish), read
+/// [`received`](Self::received). Buffers are out of reach between start and finish. After an exchange the send buffers hold
+/// stale data and must be overwritten wholly. Several patterns may be under way at once, if every rank starts and finishes
+/// them in the same order.
 pub trait Halo<T>: Send {
     /// Buffer for the message to `peers[link]`, of the length agreed at creation.
+    ///
+    /// # Panics
+    /// Between start and finish.
     fn send(&mut self, link: usize) -> &mut [T];
-    /// Sends all messages and waits for all that are due.
-    fn exchange(&mut self);
+    /// Sends all messages, which travel while the caller works.
+    fn start(&mut self);
+    /// Lets a transport that has no thread of its own move data; between start and finish.
+    fn progress(&mut self) {}
+    /// Waits for all messages that are due.
+    fn finish(&mut self);
     /// The message from `peers[link]`.
+    ///
+    /// # Panics
+    /// Between start and finish.
     fn received(&self, link: usize) -> &[T];
+    /// Sends all messages and waits for all that are due.
+    fn exchange(&mut self) {
+        self.start();
+        self.finish();
+    }
 }
+
+/// Of calls between start and finish.
+const UNDER_WAY: &str = "the messages of this pattern are on their way";
 
 impl Comm {
     /// Number of this rank, `0 <= rank < size`.
@@ -98,29 +121,54 @@ impl Comm {
         }
     }
 
+    fn counters(&self) -> Option<&Counters> {
+        match self {
+            Self::Solo => None,
+            Self::Threads(comm) => Some(comm.counters()),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => Some(comm.counters()),
+        }
+    }
+
+    /// What this rank has sent so far.
+    pub fn traffic(&self) -> Traffic {
+        self.counters().map_or_else(Traffic::default, Counters::traffic)
+    }
+
+    /// A call of all ranks, counted, into which this one puts so many bytes.
+    fn collective<R>(&self, bytes: usize, call: impl FnOnce() -> R) -> R {
+        match self.counters() {
+            None => call(),
+            Some(counters) => {
+                counters.collective.add(1, bytes);
+                counters.collective.time(call)
+            }
+        }
+    }
+
     /// Waits until every rank is here.
     pub fn barrier(&self) {
-        match self {
+        self.collective(0, || match self {
             Self::Solo => {}
             Self::Threads(comm) => comm.barrier(),
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.barrier(),
-        }
+        });
     }
 
     /// Replaces `values` by their (wrapping) sums over all ranks; `values.len()` is the same on every rank.
     pub fn sum(&self, values: &mut [i64]) {
-        match self {
+        self.collective(size_of_val(values), || match self {
             Self::Solo => {}
             Self::Threads(comm) => comm.sum(values),
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.sum(values),
-        }
+        });
     }
 
     /// Replaces `values` by their maxima over all ranks.
     pub fn max(&self, values: &mut [f64]) {
-        match self {
+        self.collective(size_of_val(values), || match self {
             Self::Solo => {}
             Self::Threads(comm) => {
                 for bytes in comm.all_gather(bytemuck::cast_slice(values).to_vec()) {
@@ -134,7 +182,7 @@ impl Comm {
             }
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.max(values),
-        }
+        });
     }
 
     /// Whether this is so on any rank.
@@ -146,22 +194,22 @@ impl Comm {
 
     /// Everybody's bytes, by rank.
     pub fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
-        match self {
+        self.collective(bytes.len(), || match self {
             Self::Solo => vec![bytes],
             Self::Threads(comm) => comm.all_gather(bytes),
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.all_gather(&bytes),
-        }
+        })
     }
 
     /// Everybody's bytes by rank, on rank 0; an empty list elsewhere.
     pub fn gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
-        match self {
+        self.collective(bytes.len(), || match self {
             Self::Solo => vec![bytes],
             Self::Threads(comm) => comm.gather(bytes),
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.gather(&bytes),
-        }
+        })
     }
 
     /// Sends `messages[i]` to `peers[i]` and returns what `peers[i]` sent here.
@@ -169,12 +217,18 @@ impl Comm {
     /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this rank.
     pub fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         assert_eq!(peers.len(), messages.len());
-        match self {
+        let Some(counters) = self.counters() else {
+            return Vec::new();
+        };
+        counters
+            .exchange
+            .add(messages.len(), messages.iter().map(Vec::len).sum());
+        counters.exchange.time(|| match self {
             Self::Solo => Vec::new(),
             Self::Threads(comm) => comm.exchange(peers, messages),
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.exchange(peers, &messages),
-        }
+        })
     }
 
     /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its own peer.
@@ -189,10 +243,20 @@ impl Comm {
     }
 }
 
+/// What a start of a pattern sends to others: number of messages and bytes in them.
+fn sent<T>(rank: usize, peers: &[usize], lengths: &[usize]) -> [usize; 2] {
+    let others = || peers.iter().zip(lengths).filter(|(peer, _)| **peer != rank);
+    [
+        others().count(),
+        others().map(|(_, length)| length * size_of::<T>()).sum(),
+    ]
+}
+
 /// Messages of the only rank to itself.
 struct SoloHalo<T> {
     outgoing: Vec<Vec<T>>,
     incoming: Vec<Vec<T>>,
+    under_way: bool,
 }
 
 impl<T: Pod> SoloHalo<T> {
@@ -201,20 +265,29 @@ impl<T: Pod> SoloHalo<T> {
         Self {
             outgoing: buffers.clone(),
             incoming: buffers,
+            under_way: false,
         }
     }
 }
 
 impl<T: Pod + Send> Halo<T> for SoloHalo<T> {
     fn send(&mut self, link: usize) -> &mut [T] {
+        assert!(!self.under_way, "{UNDER_WAY}");
         &mut self.outgoing[link]
     }
 
-    fn exchange(&mut self) {
+    fn start(&mut self) {
+        assert!(!self.under_way, "{UNDER_WAY}");
+        self.under_way = true;
+    }
+
+    fn finish(&mut self) {
         std::mem::swap(&mut self.outgoing, &mut self.incoming);
+        self.under_way = false;
     }
 
     fn received(&self, link: usize) -> &[T] {
+        assert!(!self.under_way, "{UNDER_WAY}");
         &self.incoming[link]
     }
 }
@@ -260,7 +333,11 @@ mod tests {
             }
         }
         let everybody: Vec<usize> = (0..size).collect();
-        let lengths: Vec<usize> = everybody.iter().map(|&p| 3 + p + rank).collect();
+        // The longest are too long for MPI to send before the receiver asks.
+        let lengths: Vec<usize> = everybody
+            .iter()
+            .map(|&p| 3 + 40_000 * usize::from(p + rank == 1) + p + rank)
+            .collect();
         let (mut a, mut b) = (
             comm.halo::<f32>(&everybody, &lengths),
             comm.halo::<f64>(&everybody, &lengths),
@@ -270,8 +347,25 @@ mod tests {
                 a.send(peer).fill(f32::from(round) + peer as f32);
                 b.send(peer).fill(f64::from(round) - rank as f64);
             }
-            a.exchange();
-            b.exchange();
+            // Both under way at once, while other messages travel and this rank works.
+            a.start();
+            let mut ranks = [1];
+            comm.sum(&mut ranks);
+            b.start();
+            for _ in 0..round % 4 {
+                a.progress();
+                b.progress();
+            }
+            let posted = comm.exchange(&peers, peers.iter().map(|&p| vec![p as u8; p]).collect());
+            assert!(posted.iter().all(|got| *got == vec![rank as u8; rank]));
+            if round % 2 == 0 {
+                a.finish();
+            }
+            b.finish();
+            if round % 2 == 1 {
+                a.finish();
+            }
+            assert_eq!(ranks, [n]);
             for &peer in &everybody {
                 assert_eq!(
                     a.received(peer),
@@ -283,7 +377,59 @@ mod tests {
                 );
             }
         }
+        // A pattern that is given up on its way leaves others alone.
+        let mut given_up = comm.halo::<f32>(&everybody, &lengths);
+        given_up.start();
+        given_up.progress();
+        drop(given_up);
+        a.exchange();
         comm.barrier();
+    }
+
+    /// Every call once, and what was counted.
+    fn traffic(comm: &Comm) {
+        let (rank, size) = (comm.rank(), comm.size());
+        let all: Vec<usize> = (0..size).collect();
+        let others: Vec<usize> = (0..size).filter(|&p| p != rank).collect();
+        let before = comm.traffic();
+        let mut pattern = comm.halo::<f64>(&all, &vec![10; size]);
+        assert_eq!(comm.traffic() - before, Traffic::default());
+        pattern.exchange();
+        pattern.exchange();
+        comm.exchange(&others, others.iter().map(|&p| vec![0; p]).collect());
+        comm.sum(&mut [1, 2]);
+        comm.max(&mut [1.0]);
+        comm.any(false);
+        comm.all_gather(vec![0; 5]);
+        comm.gather(vec![0; 7]);
+        comm.barrier();
+        let traffic = comm.traffic() - before;
+        let count = |tally: Tally| [tally.messages, tally.bytes].map(|n| n as usize);
+        assert_eq!(count(traffic.halo), [2 * others.len(), 160 * others.len()]);
+        assert_eq!(count(traffic.exchange), [others.len(), others.iter().sum()]);
+        let calls = if size > 1 { [6, 16 + 8 + 8 + 5 + 7] } else { [0, 0] };
+        assert_eq!(count(traffic.collective), calls);
+    }
+
+    #[test]
+    fn every_message_to_another_rank_is_counted_once_with_its_bytes_on_1_to_4_ranks() {
+        traffic(&Comm::Solo);
+        for ranks in 2..=4 {
+            on_threads(ranks, |comm| traffic(&comm));
+        }
+    }
+
+    #[test]
+    fn the_time_of_waiting_for_a_late_rank_is_counted_on_2_ranks() {
+        let waited = on_threads(2, |comm| {
+            let mut pattern = comm.halo::<f32>(&[1 - comm.rank()], &[4]);
+            if comm.rank() == 1 {
+                std::thread::sleep(std::time::Duration::from_millis(60));
+            }
+            pattern.exchange();
+            comm.traffic().halo.seconds
+        });
+        assert!(waited[0] > 0.04 && waited[0] > waited[1], "{waited:?}");
     }
 
     #[test]
@@ -327,6 +473,10 @@ mod tests {
         contract(&Comm::Mpi(MpiComm::world()));
         // What is gathered goes in many pieces.
         contract(&Comm::Mpi(MpiComm::world().with_limit(1)));
+        let comm = Comm::Mpi(MpiComm::world());
+        if comm.size() > 1 {
+            traffic(&comm);
+        }
     }
 
     #[cfg(feature = "mpi")]

@@ -11,6 +11,7 @@ mod halo;
 mod kernel;
 mod layout;
 mod observe;
+mod rows;
 mod saved;
 mod simd;
 mod solid;
@@ -27,6 +28,9 @@ pub use kernel::Number;
 use layout::Layout;
 pub use layout::Phase;
 pub use observe::{CellState, stream_bandwidth};
+#[doc(hidden)]
+pub use rows::Part;
+use rows::RowOrder;
 use serde::{Deserialize, Serialize};
 pub use solid::{CHUNK, NoSolids, SolidRow, Solids};
 use walls::Walls;
@@ -109,6 +113,7 @@ pub struct Fluid<T: Real> {
     phase: Phase,
     solid_row: SolidRow<T>,
     halo: FluidHalo<T>,
+    order: RowOrder,
     measured: Measured<T>,
     walls: Walls<T>,
     /// Of the even and of the odd part.
@@ -135,6 +140,7 @@ impl<T: Real> Fluid<T> {
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let layout = Layout::new(block.size(), size_of::<T>());
+        let order = RowOrder::new(decomposition, comm.rank());
         let row = layout.chunks_per_row() * CHUNK;
         let mut fluid = Self {
             block,
@@ -142,10 +148,11 @@ impl<T: Real> Fluid<T> {
             phase: Phase::Home,
             solid_row: SolidRow::new(layout.chunks_per_row()),
             halo: FluidHalo::new(&layout, decomposition, comm),
+            order,
             measured: Measured {
                 momentum: std::array::from_fn(|_| vec![T::ZERO; row]),
             },
-            walls: Walls::new(&layout, domain, block, boundary),
+            walls: Walls::new(&layout, order, domain, block, boundary),
             relaxation_times: match collision {
                 Collision::Bgk => [tau; 2],
                 Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
@@ -198,8 +205,9 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// `solids` says row by row what is solid, and sees what each row exchanged. The ghosts are stale until
-    /// [`exchange`](Self::exchange). With `measure`, also returns what the cells held before.
+    /// `solids` says row by row what is solid, and sees what each row exchanged; rows come in any order. What leaves the block
+    /// is on its way to the neighbouring blocks when this returns, most of it since the rows next to them were swept; the
+    /// ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns what the cells held before. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],
@@ -207,19 +215,36 @@ impl<T: Real> Fluid<T> {
         measure: bool,
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
-        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        let (trt, seen) = (self.collision != Collision::Bgk, flow.as_mut());
-        match (trt, !self.walls.is_empty()) {
-            (false, false) => T::sweep::<_, false, false>(self, acceleration, solids, seen),
-            (false, true) => T::sweep::<_, false, true>(self, acceleration, solids, seen),
-            (true, false) => T::sweep::<_, true, false>(self, acceleration, solids, seen),
-            (true, true) => T::sweep::<_, true, true>(self, acceleration, solids, seen),
+        let entered = self.phase.next();
+        if self.order.plain() {
+            self.sweep_part(Part::All, acceleration, solids, flow.as_mut());
+        } else {
+            self.sweep_part(Part::First, acceleration, solids, flow.as_mut());
+            self.halo.start_early(&self.populations, entered);
+            self.sweep_part(Part::Rest, acceleration, solids, flow.as_mut());
         }
-        self.phase = self.phase.next();
+        self.halo.start_late(&self.populations, entered);
+        self.phase = entered;
         flow
     }
 
-    /// Completes a sweep: populations travel to and from the neighbouring blocks, and walls send them back. Collective.
+    fn sweep_part(
+        &mut self,
+        part: Part,
+        acceleration: [f64; 3],
+        solids: &mut impl Solids<T>,
+        flow: Option<&mut Flow>,
+    ) {
+        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
+        match (self.collision != Collision::Bgk, !self.walls.is_empty()) {
+            (false, false) => T::sweep::<_, false, false>(self, part, acceleration, solids, flow),
+            (false, true) => T::sweep::<_, false, true>(self, part, acceleration, solids, flow),
+            (true, false) => T::sweep::<_, true, false>(self, part, acceleration, solids, flow),
+            (true, true) => T::sweep::<_, true, true>(self, part, acceleration, solids, flow),
+        }
+    }
+
+    /// Completes a sweep: populations arrive from the neighbouring blocks, and walls send them back. Collective.
     pub fn exchange(&mut self) {
         self.halo.exchange(&mut self.populations, self.phase);
         self.walls.bounce_late(self.phase, &mut self.populations);

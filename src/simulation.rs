@@ -3,6 +3,7 @@
 mod bench;
 mod engine;
 mod failure;
+mod keeper;
 mod observe;
 mod references;
 mod run;
@@ -22,13 +23,15 @@ use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, bench};
 use failure::Failure;
+use keeper::Wishes;
 pub use run::{RunOptions, agreed, decompose, run};
 use std::path::Path;
+use std::rc::Rc;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
 pub struct Simulation<T: Real> {
-    comm: Comm,
+    comm: Rc<Comm>,
     units: Units,
     /// `None` in a dry run.
     wet: Option<Wet<T>>,
@@ -39,6 +42,8 @@ pub struct Simulation<T: Real> {
     walls: usize,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
+    /// What is asked of this rank; after a control step, and only then, what is asked of any.
+    wishes: Wishes,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -139,11 +144,12 @@ impl<T: Real> Simulation<T> {
             units: setup.units,
             wet: (!setup.dry).then(|| Wet::new(setup, decomposition, &comm)),
             dem,
-            comm,
+            comm: Rc::new(comm),
             timings: Timings::default(),
             step: 0,
             walls: setup.walls.len(),
             failure: None,
+            wishes: Wishes::default(),
         }
     }
 
@@ -194,8 +200,31 @@ impl<T: Real> Simulation<T> {
         self.step += 1;
         match flow {
             Some(flow) => self.control(&flow),
-            None if measure => self.check(),
+            None if measure => {
+                let mut words = self.notices();
+                self.comm.sum(&mut words);
+                self.heed(&words)
+            }
             None => Ok(()),
+        }
+    }
+
+    /// What this rank tells the others: whether it has failed, and what is asked of it.
+    fn notices(&self) -> [i64; 3] {
+        let Wishes { stop, checkpoint } = self.wishes;
+        [self.failure.is_some(), stop, checkpoint].map(i64::from)
+    }
+
+    /// Takes note of what all ranks have told. Collective.
+    fn heed(&mut self, sums: &[i64]) -> Result<()> {
+        self.wishes = Wishes {
+            stop: sums[1] > 0,
+            checkpoint: sums[2] > 0,
+        };
+        if sums[0] > 0 {
+            Err(self.agree_on_failure())
+        } else {
+            Ok(())
         }
     }
 
@@ -207,11 +236,9 @@ impl<T: Real> Simulation<T> {
             .into_iter()
             .flat_map(split_wide)
             .collect();
-        words.push(i64::from(self.failure.is_some()));
+        words.extend(self.notices());
         self.comm.sum(&mut words);
-        if words[10] > 0 {
-            return Err(self.agree_on_failure());
-        }
+        self.heed(&words[10..])?;
         let sums: [f64; 5] =
             std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
         let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);

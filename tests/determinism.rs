@@ -96,7 +96,7 @@ fn same_bits<T: Real>() {
     let (hash, contacts, _) = outcome::<T>(&setup, &cut(1), Simd::best());
     assert!(contacts > 100, "only {contacts} contacts begun");
     // The blocks a run would take, which leave rows whole, and blocks that meet in corners and cut rows.
-    let grids = [[3, 1, 1], [2, 2, 2]].map(|grid| Decomposition { domain, grid });
+    let grids = [[3, 1, 1], [2, 2, 2]].map(|grid| Decomposition::with_grid(domain, grid));
     for cut in [2, 3, 4, 6, 8].map(cut).into_iter().chain(grids) {
         let (other, begun, moved) = outcome::<T>(&setup, &cut, Simd::best());
         println!(

@@ -61,10 +61,7 @@ fn the_walls_of_a_shear_cell_feel_viscosity_times_shear_rate_times_area() {
     let size = setup.domain.size();
     let expected = 1200.0 * 1e-5 * 2e-3 / size.z * size.x * size.y;
     for grid in [[1, 1, 1], [1, 2, 2]] {
-        let cut = Decomposition {
-            domain: setup.domain,
-            grid,
-        };
+        let cut = Decomposition::with_grid(setup.domain, grid);
         let loads = on_threads(cut.ranks(), |comm| {
             let mut simulation = Simulation::<f64>::new(&setup, &cut, comm).unwrap();
             for _ in 0..2400 {

@@ -245,6 +245,8 @@ pub struct OutputSection {
     pub contacts_every: Option<Located<Every>>,
     /// Pictures (.png). Default: 10 over the run.
     pub picture_every: Option<Located<Every>>,
+    /// Checkpoints, from which `turbid resume` goes on; the last two are kept. Default "never".
+    pub checkpoint_every: Option<Located<Every>>,
 }
 
 /// The JSON schema of the case file, for editors.

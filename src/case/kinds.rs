@@ -2,6 +2,7 @@
 
 use super::checks::at;
 use super::file::{Case, MeshSection, ParticleSection, ShapeSection};
+use super::files::Files;
 use super::forms::{LengthUnit, Sizes, Triple};
 use super::located::Located;
 use super::materials::Materials;
@@ -14,7 +15,6 @@ use crate::shape::{
     polyhedron,
 };
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 
 /// Units of length, and how many metres they are.
@@ -92,7 +92,7 @@ impl Written {
 }
 
 /// Builds all kinds.
-pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, folder: &Path) -> Result<Kinds> {
+pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: &Files) -> Result<Kinds> {
     if case.particles.is_empty() {
         return Err(Error::Input(format!(
             "{}: the case has no [[particles]]; the diameter of the first kind is the reference length, and \
@@ -112,7 +112,7 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, folder:
             source,
             key: &key,
             section: kind,
-            folder,
+            files,
         };
         let scale = builder.scale()?;
         let written = builder.build(scale)?;
@@ -156,8 +156,7 @@ struct Builder<'a> {
     source: &'a Source,
     key: &'a str,
     section: &'a ParticleSection,
-    /// Folder that mesh files are relative to.
-    folder: &'a Path,
+    files: &'a Files<'a>,
 }
 
 impl Builder<'_> {
@@ -250,10 +249,16 @@ impl Builder<'_> {
                 })
             }
             ShapeSection::Mesh(mesh) => {
-                let path = self.folder.join(&mesh.file.value);
+                let name = &mesh.file.value;
                 let unit = self.unit(mesh)?;
                 let given = self.positive("scale", &mesh.scale)?;
-                let (shape, placement) = mesh::read(&path, scale * unit * given, mesh.hull)
+                let path = self.files.path(name);
+                let (shape, placement) = (self.files.contents(name, mesh::load))
+                    .map_err(|problem| ShapeError::Mesh {
+                        path: path.clone(),
+                        problem,
+                    })
+                    .and_then(|bytes| mesh::parse(&path, bytes, scale * unit * given, mesh.hull))
                     .map_err(|e| self.bad(&mesh.file.span, &e))?;
                 Ok(Written {
                     shape: Arc::new(shape),

@@ -5,6 +5,7 @@ mod random;
 
 use super::checks::at;
 use super::file::Case;
+use super::files::Files;
 use super::forms::{Entry, MovingEntry, OrientationSection, Triple};
 use super::kinds::Kinds;
 use super::located::Located;
@@ -18,7 +19,6 @@ use crate::packing::positions;
 use crate::particle::{Particle, Template};
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::Path;
 
 /// What the case file and its neighbours say about positions.
 pub(super) struct Placer<'a> {
@@ -29,8 +29,7 @@ pub(super) struct Placer<'a> {
     pub(super) walls: &'a [PlacedWall],
     /// Volume of the box that is in no wall (m^3).
     pub(super) free_volume: f64,
-    /// Folder that positions files are relative to.
-    pub(super) folder: &'a Path,
+    pub(super) files: &'a Files<'a>,
 }
 
 /// A particle and where it was written; its id is final only where the file gave one.
@@ -102,13 +101,16 @@ impl Placer<'_> {
     }
 
     fn read(&self, index: usize, file: &Located<String>, placed: &mut Vec<Placed>) -> Result<()> {
-        let path = self.folder.join(&file.value);
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(&path).map_err(|e| {
-            let title = format!("cannot read the positions file {name}: {e}");
-            let remedy = "the path is relative to the case file";
-            self.source.error(&file.span, &title, "this file", remedy)
-        })?;
+        let name = self.files.path(&file.value).display().to_string();
+        let text = self
+            .files
+            .contents(&file.value, |path| std::fs::read(path).map_err(|e| e.to_string()))
+            .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_string()))
+            .map_err(|what| {
+                let title = format!("cannot read the positions file {name}: {what}");
+                let remedy = "the path is relative to the case file";
+                self.source.error(&file.span, &title, "this file", remedy)
+            })?;
         for placement in positions::parse(&text, &name).map_err(Error::Input)? {
             let line = format!("{name}:{}", placement.line);
             let position = self.inside(&line, &file.span, placement.position)?;

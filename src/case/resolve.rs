@@ -1,26 +1,28 @@
 //! From what the user wrote to what a run needs: every derived number, and every check on the way.
 
+use super::Setup;
 use super::checks::Clock;
 use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls};
-use super::file::{Case, Duration, Every};
+use super::file::Case;
+use super::files::Files;
 use super::kinds::kinds;
 use super::materials::Materials;
 use super::physics::{collision, gravity, time_step, viscosity};
 use super::placement::Placer;
 use super::scales::Reference;
+use super::schedule::{Schedule, names, reschedule, title};
 use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
-use super::{OutputPlan, Setup};
 use crate::contact::Contour;
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::fluid::{Collision, Precision, Simd};
+use crate::fluid::{Collision, Precision};
 use crate::math::Vec3;
 use crate::units::Units;
 use crate::wall::Wall;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Most sub-steps of the particles in a step.
 const MAX_SUBSTEPS: u32 = 10_000;
@@ -32,21 +34,37 @@ pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
         .file_stem()
         .map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
-    resolve(&source, &name, folder)
+    resolve(&source, &name, Files::on_disk(folder))
 }
 
 /// As [`load`], for a text that is no file; what it names is looked for in the current directory.
 pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(&source, name, Path::new(""))
+    resolve(&source, name, Files::on_disk(Path::new("")))
 }
 
-fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
+/// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how
+/// long to run and what to write; what then has its default by the length of the run keeps the spacing it had.
+///
+/// # Errors
+/// As [`load`]; and for an option that names any other key than those below `run.` and `output.`.
+pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: &[String]) -> Result<Setup> {
+    // This processor may lack what the one had that the run comes from.
+    let simd: Vec<String> = (options.iter().filter(|option| names(option, "run.simd")).cloned()).collect();
+    let source = Source::new(title(name), text.to_string(), &simd);
+    let mut setup = resolve(&source, name, Files::saved(files))?;
+    if !options.is_empty() {
+        reschedule(&mut setup, text, options)?;
+    }
+    Ok(setup)
+}
+
+fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
     let (case, text) = source.parse::<Case>()?;
     let mut warnings = Vec::new();
     let medium = Medium::of(source, &case)?;
     let materials = Materials::new(source, &case)?;
-    let kinds = kinds(source, &case, &materials, folder)?;
+    let kinds = kinds(source, &case, &materials, &files)?;
     let templates = &kinds.templates;
     let (lattice, grown) = match &medium {
         Medium::Wet(_, lattice) => (Some(&lattice.value), &case.contact.enlargement),
@@ -111,7 +129,7 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         kinds: &kinds,
         walls: &walls,
         free_volume: free_volume(&domain, &walls),
-        folder,
+        files: &files,
     };
     let particles = placer.place()?;
     if contact.is_some() {
@@ -130,17 +148,24 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         time_step: units.dt,
         stokes_time: scales.stokes_time,
     };
-    let end_step = source.steps("run.end", &case.run.end, clock)?;
+    let Schedule {
+        simd,
+        end_step,
+        average_from_step,
+        threads,
+        output,
+    } = Schedule::new(source, &case, clock, name)?;
     let acceleration = &case.driving.body_acceleration;
     let walls: Vec<Wall> = walls.into_iter().map(|placed| placed.wall).collect();
     Ok(Setup {
         name: name.to_string(),
         text,
+        files: files.into_read(),
         warnings,
         domain,
         units,
         precision,
-        simd: simd(source, &case)?,
+        simd,
         dry: fluid.is_none(),
         relaxation_time,
         collision: operator,
@@ -171,9 +196,9 @@ fn resolve(source: &Source, name: &str, folder: &Path) -> Result<Setup> {
         walls,
         scales,
         end_step,
-        average_from_step: average_from(source, &case, clock, end_step)?,
-        threads: case.run.threads,
-        output: output(source, &case, clock, end_step, name)?,
+        average_from_step,
+        threads,
+        output,
     })
 }
 
@@ -198,91 +223,6 @@ fn substeps(source: &Source, case: &Case) -> Result<u32> {
         &substeps.value.to_string(),
         &wanted,
         "1 is usual",
-    ))
-}
-
-fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Result<u64> {
-    let Some(from) = &case.run.average_from else {
-        return Ok(end_step / 3);
-    };
-    let step = match from.value {
-        Duration::Steps(0) => 0,
-        _ => source.steps("run.average_from", from, clock)?,
-    };
-    if step >= end_step {
-        return Err(source.error_at(
-            &[
-                (&from.span, "averages from here"),
-                (&case.run.end.span, "the run ends here"),
-            ],
-            &format!("`run.average_from` is step {step}, but the run ends at step {end_step}"),
-            "average from an earlier time, or run longer",
-        ));
-    }
-    Ok(step)
-}
-
-fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str) -> Result<OutputPlan> {
-    let output = &case.output;
-    let directory = match &output.directory {
-        Some(directory) if directory.value.trim().is_empty() => {
-            let title = "`output.directory` is empty";
-            return Err(source.error(&directory.span, title, "no directory", "\".\" is the current one"));
-        }
-        Some(directory) => PathBuf::from(&directory.value),
-        None => Path::new("out").join(name),
-    };
-    if let Some(every) = &output.series_every
-        && every.value == Every::Never
-    {
-        return Err(source.error(
-            &every.span,
-            "`output.series_every` is \"never\", but the means of a run are taken from the rows of series.csv",
-            "no rows, no means",
-            "give an interval, e.g. { steps = 100 }, or leave the key out",
-        ));
-    }
-    let every = |key, value: &Option<_>, number| {
-        source.interval(&format!("output.{key}"), value.as_ref(), clock, end_step / number)
-    };
-    if let (Some(_), Some(fields)) = (&case.dry, &output.fields_every)
-        && fields.value != Every::Never
-    {
-        let title = "`output.fields_every` has no meaning in a dry run";
-        return Err(source.error(&fields.span, title, "there is no field to write", "remove it"));
-    }
-    let particles_every = every("particles_every", &output.particles_every, 50)?;
-    Ok(OutputPlan {
-        directory,
-        series_every: every("series_every", &output.series_every, 1000)?,
-        fields_every: every("fields_every", &output.fields_every, 5)?,
-        particles_every,
-        contacts_every: match &output.contacts_every {
-            Some(_) => every("contacts_every", &output.contacts_every, 50)?,
-            None => particles_every,
-        },
-        picture_every: every("picture_every", &output.picture_every, 10)?,
-    })
-}
-
-/// The instruction set asked for, if this processor has it.
-fn simd(source: &Source, case: &Case) -> Result<Option<Simd>> {
-    let Some(asked) = &case.run.simd else {
-        return Ok(None);
-    };
-    if asked.value.is_available() {
-        return Ok(Some(asked.value));
-    }
-    let remedy = format!(
-        "leave the key out; the best here is {}, and results do not depend on it",
-        Simd::best().name()
-    );
-    Err(source.out_of_range(
-        "run.simd",
-        &asked.span,
-        asked.value.name(),
-        "one this processor has",
-        &remedy,
     ))
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Opens a file to write that is not there yet.
-pub(super) type Create = dyn Fn(&Path) -> io::Result<File>;
+pub(super) type Create<'a> = dyn Fn(&Path) -> io::Result<File> + 'a;
 
 /// As [`super::write`]; `create` makes the files.
 pub(super) fn write(

@@ -7,7 +7,8 @@
 //!
 //! A rank that panics aborts all: otherwise the others would wait for it for ever.
 
-use super::Halo;
+use super::traffic::Counters;
+use super::{Halo, UNDER_WAY, sent};
 use ::mpi::environment::Threading;
 use ::mpi::ffi;
 use bytemuck::Pod;
@@ -61,6 +62,7 @@ pub struct MpiComm {
     rank: usize,
     size: usize,
     plans: Cell<c_int>,
+    counters: Arc<Counters>,
     /// Bytes that one call of MPI may gather.
     limit: usize,
 }
@@ -111,6 +113,7 @@ impl MpiComm {
             rank: rank as usize,
             size: size as usize,
             plans: Cell::new(POST),
+            counters: Arc::default(),
             limit: MOST,
         }
     }
@@ -127,6 +130,7 @@ impl MpiComm {
         Self {
             turn: self.turn.clone(),
             plans: Cell::new(POST),
+            counters: self.counters.clone(),
             ..*self
         }
     }
@@ -145,6 +149,10 @@ impl MpiComm {
     /// Number of ranks, as MPI has it.
     pub fn size(&self) -> usize {
         self.size
+    }
+
+    pub(super) fn counters(&self) -> &Counters {
+        &self.counters
     }
 
     pub(super) fn barrier(&self) {
@@ -446,6 +454,11 @@ struct MpiHalo<T> {
     outgoing: Vec<Box<[T]>>,
     incoming: Vec<Box<[T]>>,
     requests: Vec<ffi::MPI_Request>,
+    /// Messages to others, and bytes in them.
+    sent: [usize; 2],
+    counters: Arc<Counters>,
+    /// MPI has the buffers.
+    under_way: bool,
     /// Ends after the requests.
     _turn: Arc<Turn>,
 }
@@ -493,6 +506,9 @@ impl<T: Pod> MpiHalo<T> {
             outgoing,
             incoming,
             requests,
+            sent: sent::<T>(comm.rank, peers, lengths),
+            counters: comm.counters.clone(),
+            under_way: false,
             _turn: comm.turn.clone(),
         }
     }
@@ -500,22 +516,57 @@ impl<T: Pod> MpiHalo<T> {
 
 impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
     fn send(&mut self, link: usize) -> &mut [T] {
+        assert!(!self.under_way, "{UNDER_WAY}");
         &mut self.outgoing[link]
     }
 
-    fn exchange(&mut self) {
-        // SAFETY: the requests are persistent, complete, and their buffers in place.
-        done(unsafe { ffi::MPI_Startall(count(self.requests.len()), self.requests.as_mut_ptr()) });
-        wait_all(&mut self.requests);
+    fn start(&mut self) {
+        assert!(!self.under_way, "{UNDER_WAY}");
+        self.under_way = true;
+        self.counters.halo.add(self.sent[0], self.sent[1]);
+        let requests = &mut self.requests;
+        // SAFETY: the requests are persistent, complete, and their buffers in place and out of reach until they are complete
+        // again.
+        self.counters
+            .halo
+            .time(|| done(unsafe { ffi::MPI_Startall(count(requests.len()), requests.as_mut_ptr()) }));
+    }
+
+    fn progress(&mut self) {
+        if !self.under_way {
+            return;
+        }
+        let (requests, mut all) = (&mut self.requests, 0);
+        // SAFETY: the requests are alive, and may be complete; their statuses are not wanted.
+        self.counters.halo.time(|| {
+            done(unsafe {
+                ffi::MPI_Testall(
+                    count(requests.len()),
+                    requests.as_mut_ptr(),
+                    &raw mut all,
+                    ffi::RSMPI_STATUSES_IGNORE,
+                )
+            });
+        });
+    }
+
+    fn finish(&mut self) {
+        let requests = &mut self.requests;
+        self.counters.halo.time(|| wait_all(requests));
+        self.under_way = false;
     }
 
     fn received(&self, link: usize) -> &[T] {
+        assert!(!self.under_way, "{UNDER_WAY}");
         &self.incoming[link]
     }
 }
 
 impl<T> Drop for MpiHalo<T> {
     fn drop(&mut self) {
+        if self.under_way {
+            wait_all(&mut self.requests);
+        }
         for request in &mut self.requests {
             // SAFETY: a complete persistent request, freed once, while MPI runs: it ends with the process.
             unsafe { ffi::MPI_Request_free(request) };

@@ -1,6 +1,7 @@
 //! Ranks that are threads of one process: messages change hands by swapping buffers.
 
-use super::{Comm, Halo};
+use super::traffic::Counters;
+use super::{Comm, Halo, UNDER_WAY, sent};
 use bytemuck::Pod;
 use std::any::Any;
 use std::collections::HashMap;
@@ -34,6 +35,7 @@ pub struct ThreadComm {
     rank: usize,
     shared: Arc<Shared>,
     plans: AtomicUsize,
+    counters: Arc<Counters>,
     /// Mailboxes of [`Comm::exchange`], by peer.
     post: Mutex<HashMap<usize, [Arc<Mailbox<u8>>; 2]>>,
 }
@@ -123,6 +125,10 @@ impl ThreadComm {
 
     pub(super) fn size(&self) -> usize {
         self.shared.size
+    }
+
+    pub(super) fn counters(&self) -> &Counters {
+        &self.counters
     }
 
     pub(super) fn barrier(&self) {
@@ -221,6 +227,9 @@ impl ThreadComm {
         Box::new(ThreadHalo {
             links,
             shared: self.shared.clone(),
+            sent: sent::<T>(self.rank, peers, lengths),
+            counters: self.counters.clone(),
+            under_way: false,
         })
     }
 }
@@ -237,23 +246,40 @@ struct Link<T> {
 struct ThreadHalo<T> {
     links: Vec<Link<T>>,
     shared: Arc<Shared>,
+    /// Messages to others, and bytes in them.
+    sent: [usize; 2],
+    counters: Arc<Counters>,
+    under_way: bool,
 }
 
 impl<T: Pod + Send> Halo<T> for ThreadHalo<T> {
     fn send(&mut self, link: usize) -> &mut [T] {
+        assert!(!self.under_way, "{UNDER_WAY}");
         &mut self.links[link].outgoing
     }
 
-    fn exchange(&mut self) {
-        for link in &mut self.links {
-            link.out.put(std::mem::take(&mut link.outgoing), &self.shared);
-        }
-        for link in &mut self.links {
-            link.outgoing = std::mem::replace(&mut link.incoming, link.back.take(&self.shared));
-        }
+    fn start(&mut self) {
+        assert!(!self.under_way, "{UNDER_WAY}");
+        self.under_way = true;
+        self.counters.halo.add(self.sent[0], self.sent[1]);
+        self.counters.halo.time(|| {
+            for link in &mut self.links {
+                link.out.put(std::mem::take(&mut link.outgoing), &self.shared);
+            }
+        });
+    }
+
+    fn finish(&mut self) {
+        self.counters.halo.time(|| {
+            for link in &mut self.links {
+                link.outgoing = std::mem::replace(&mut link.incoming, link.back.take(&self.shared));
+            }
+        });
+        self.under_way = false;
     }
 
     fn received(&self, link: usize) -> &[T] {
+        assert!(!self.under_way, "{UNDER_WAY}");
         &self.links[link].incoming
     }
 }
@@ -278,6 +304,7 @@ pub fn on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Vec
             rank,
             shared: shared.clone(),
             plans: AtomicUsize::new(0),
+            counters: Arc::default(),
             post: Mutex::default(),
         };
         let result = catch_unwind(AssertUnwindSafe(|| body(Comm::Threads(comm))));

@@ -53,7 +53,7 @@ fn run<T: Real>(
         cells: CELLS,
         dx: UNITS.dx,
     };
-    let decomposition = Decomposition { domain, grid };
+    let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary {

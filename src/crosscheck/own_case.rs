@@ -162,10 +162,7 @@ fn liggghts(setup: &Setup, log: Option<&Path>) -> Result<Box<dyn DemEngine>> {
 
 /// The box in one piece.
 fn whole(setup: &Setup) -> Decomposition {
-    Decomposition {
-        domain: setup.domain,
-        grid: [1; 3],
-    }
+    Decomposition::with_grid(setup.domain, [1; 3])
 }
 
 fn same_as_recorded(recorded: &record::Recording, pair: &Pair) -> Check {

@@ -154,10 +154,7 @@ impl Scene {
     }
 
     fn whole(&self) -> Decomposition {
-        Decomposition {
-            domain: self.domain,
-            grid: [1; 3],
-        }
+        Decomposition::with_grid(self.domain, [1; 3])
     }
 
     fn shared_templates(&self) -> Arc<[Template]> {

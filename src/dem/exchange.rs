@@ -104,8 +104,8 @@ impl Population {
                 torque: load.torque.into(),
             };
             let bytes = bytemuck::bytes_of(&parcel);
-            for (&peer, message) in near.peers.iter().zip(&mut messages) {
-                if peer == owner || near.knows(peer, position, template) {
+            for (link, message) in messages.iter_mut().enumerate() {
+                if near.peers[link] == owner || near.peer_knows(link, position, template) {
                     message.extend_from_slice(bytes);
                 }
             }

@@ -2,6 +2,7 @@
 
 use super::kernel::{Keep, Measured, Number, Places, Row, sweep_row};
 use super::layout::{Layout, Phase};
+use super::rows::Part;
 use super::simd::Lanes;
 use super::solid::Solids;
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
@@ -14,22 +15,24 @@ pub trait Real: Number + Pod + Send + Sync {
     #[doc(hidden)]
     fn sweep<S: Solids<Self>, const TRT: bool, const WALLS: bool>(
         fluid: &mut Fluid<Self>,
+        part: Part,
         acceleration: [f64; 3],
         solids: &mut S,
         flow: Option<&mut Flow>,
     );
 }
 
-/// Sweeps all rows of a block.
+/// Sweeps a part of the rows of a block; meanwhile messages move on.
 #[inline(always)]
 fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS: bool>(
     fluid: &mut Fluid<T>,
+    part: Part,
     acceleration: [f64; 3],
     solids: &mut S,
     mut flow: Option<&mut Flow>,
 ) {
     let [nx, ny, nz] = fluid.layout.size;
-    let (layout, lo) = (fluid.layout.clone(), fluid.block.lo);
+    let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
     let row = Row {
         chunks: layout.chunks_per_row(),
@@ -40,7 +43,11 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS:
         acceleration: acceleration.map(T::from_f64),
     };
     for z in 0..nz {
+        fluid.halo.progress();
         for y in 0..ny {
+            if !order.is_in(part, [y, z]) {
+                continue;
+            }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
             fluid.solid_row.clear();
             solids.fill(y, z, &mut fluid.solid_row);
@@ -106,7 +113,9 @@ fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow:
     }
     flow.square += i128::from(square);
     flow.max_speed = flow.max_speed.max(most.sqrt());
-    if !good && flow.fault.is_none() {
+    // The first in the order of the box, in whatever order rows come.
+    let key = |cell: [usize; 3]| [cell[2], cell[1], cell[0]];
+    if !good && flow.fault.is_none_or(|(cell, _)| key(at) < key(cell)) {
         let speed = |x: usize| -> f64 {
             let p: [f64; 3] = [px[x].into(), py[x].into(), pz[x].into()];
             (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt()
@@ -144,6 +153,7 @@ macro_rules! real {
         impl Real for $t {
             fn sweep<S: Solids<Self>, const TRT: bool, const WALLS: bool>(
                 fluid: &mut Fluid<Self>,
+                part: Part,
                 acceleration: [f64; 3],
                 solids: &mut S,
                 flow: Option<&mut Flow>,
@@ -154,33 +164,35 @@ macro_rules! real {
                     #[target_feature(enable = "avx2")]
                     fn avx2<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
                         f: &mut Fluid<$t>,
+                        part: Part,
                         a: [f64; 3],
                         s: &mut S,
                         flow: Option<&mut Flow>,
                     ) {
-                        sweep_block::<$t, $avx2, S, TRT, WALLS>(f, a, s, flow);
+                        sweep_block::<$t, $avx2, S, TRT, WALLS>(f, part, a, s, flow);
                     }
                     #[target_feature(enable = "avx512f")]
                     fn avx512<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
                         f: &mut Fluid<$t>,
+                        part: Part,
                         a: [f64; 3],
                         s: &mut S,
                         flow: Option<&mut Flow>,
                     ) {
-                        sweep_block::<$t, $avx512, S, TRT, WALLS>(f, a, s, flow);
+                        sweep_block::<$t, $avx512, S, TRT, WALLS>(f, part, a, s, flow);
                     }
                     let (f, a, s) = (fluid, acceleration, solids);
                     return match f.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<S, TRT, WALLS>(f, a, s, flow) },
+                        Simd::Avx512 => unsafe { avx512::<S, TRT, WALLS>(f, part, a, s, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<S, TRT, WALLS>(f, a, s, flow) },
-                        Simd::Sse2 => sweep_block::<$t, $sse2, S, TRT, WALLS>(f, a, s, flow),
-                        Simd::Scalar => sweep_block::<$t, $t, S, TRT, WALLS>(f, a, s, flow),
+                        Simd::Avx2 => unsafe { avx2::<S, TRT, WALLS>(f, part, a, s, flow) },
+                        Simd::Sse2 => sweep_block::<$t, $sse2, S, TRT, WALLS>(f, part, a, s, flow),
+                        Simd::Scalar => sweep_block::<$t, $t, S, TRT, WALLS>(f, part, a, s, flow),
                     };
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                sweep_block::<$t, $t, S, TRT, WALLS>(fluid, acceleration, solids, flow);
+                sweep_block::<$t, $t, S, TRT, WALLS>(fluid, part, acceleration, solids, flow);
             }
         }
     };

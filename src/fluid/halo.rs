@@ -10,6 +10,7 @@ use crate::comm::{Comm, Halo};
 use crate::domain::Decomposition;
 use crate::lattice::{C, Q};
 use bytemuck::Pod;
+use std::collections::BTreeMap;
 
 /// A row of cells to copy: first index and distance between cells, for `count` cells.
 #[derive(Clone, Copy, Debug)]
@@ -32,52 +33,61 @@ struct Message {
     return_to: Vec<Run>,
 }
 
-/// The plan for one block, with its buffers.
-pub(crate) struct FluidHalo<T> {
-    messages: Vec<Message>,
-    halo: Box<dyn Halo<T>>,
+impl Message {
+    /// What is sent on entering a phase, and where what is received goes.
+    fn runs(&self, entered: Phase) -> (&[Run], &[Run]) {
+        match entered {
+            Phase::Away => (&self.fill_from, &self.fill_to),
+            Phase::Home => (&self.return_from, &self.return_to),
+        }
+    }
+
+    /// All messages of a rank by peer, ascending; what it sends to itself among them.
+    fn all(layout: &Layout, decomposition: &Decomposition, rank: usize) -> BTreeMap<usize, Self> {
+        let mut messages = BTreeMap::<usize, Self>::new();
+        // Sender and receiver list the directions in the order of the sender.
+        for d in C.iter().skip(1).copied() {
+            if decomposition.grid[0] == 1 && d[1] == 0 && d[2] == 0 {
+                // The sweep wraps rows itself.
+                continue;
+            }
+            let back = d.map(|x| -x);
+            if let Some(peer) = neighbour(decomposition, rank, d) {
+                let message = messages.entry(peer).or_default();
+                message.fill_from.extend(runs(layout, back, Side::Boundary));
+                message.return_from.extend(runs(layout, d, Side::Ghost));
+            }
+            if let Some(peer) = neighbour(decomposition, rank, back) {
+                let message = messages.entry(peer).or_default();
+                message.fill_to.extend(runs(layout, back, Side::Ghost));
+                message.return_to.extend(runs(layout, d, Side::Boundary));
+            }
+        }
+        messages
+    }
 }
 
-impl<T: Pod + Send> FluidHalo<T> {
+/// The rank of the block next to that of `rank` in a direction; across a closed face there is nobody.
+fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Option<usize> {
+    let place = decomposition.place(rank);
+    let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
+    let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
+    (0..3)
+        .all(|a| decomposition.domain.periodic[a] || inside(a))
+        .then(|| decomposition.rank_at(to))
+}
+
+/// Messages that go together.
+struct Pattern<T> {
+    messages: Vec<Message>,
+    halo: Box<dyn Halo<T>>,
+    under_way: bool,
+}
+
+impl<T: Pod + Send> Pattern<T> {
     /// Collective.
-    pub(crate) fn new(layout: &Layout, decomposition: &Decomposition, comm: &Comm) -> Self {
-        let rank = comm.rank();
-        let place = decomposition.place(rank).map(|p| p as isize);
-        let domain = &decomposition.domain;
-        // Across a closed face there is nobody.
-        let neighbour = |d: [isize; 3]| {
-            let to: [isize; 3] = std::array::from_fn(|a| place[a] + d[a]);
-            let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
-            (0..3)
-                .all(|a| domain.periodic[a] || inside(a))
-                .then(|| decomposition.rank_at(to))
-        };
-        let mut peers: Vec<usize> = C[1..].iter().filter_map(|&d| neighbour(d)).collect();
-        peers.sort_unstable();
-        peers.dedup();
-        let messages: Vec<Message> = peers
-            .iter()
-            .map(|&peer| {
-                let mut message = Message::default();
-                // Sender and receiver list the directions in the order of the sender.
-                for d in C.iter().skip(1).copied() {
-                    if decomposition.grid[0] == 1 && d[1] == 0 && d[2] == 0 {
-                        // The sweep wraps rows itself.
-                        continue;
-                    }
-                    let back = d.map(|x| -x);
-                    if neighbour(d) == Some(peer) {
-                        message.fill_from.extend(runs(layout, back, Side::Boundary));
-                        message.return_from.extend(runs(layout, d, Side::Ghost));
-                    }
-                    if neighbour(back) == Some(peer) {
-                        message.fill_to.extend(runs(layout, back, Side::Ghost));
-                        message.return_to.extend(runs(layout, d, Side::Boundary));
-                    }
-                }
-                message
-            })
-            .collect();
+    fn new(messages: Vec<(usize, Message)>, comm: &Comm) -> Self {
+        let (peers, messages): (Vec<usize>, Vec<Message>) = messages.into_iter().unzip();
         let lengths: Vec<usize> = messages
             .iter()
             .map(|m| m.fill_from.iter().map(|run| run.count).sum())
@@ -85,34 +95,44 @@ impl<T: Pod + Send> FluidHalo<T> {
         Self {
             messages,
             halo: comm.halo(&peers, &lengths),
+            under_way: false,
         }
     }
 
-    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep.
-    pub(crate) fn exchange(&mut self, populations: &mut [T], entered: Phase) {
+    /// Packs and sends, unless that has been done since the last [`finish`](Self::finish).
+    fn start(&mut self, populations: &[T], entered: Phase) {
+        if self.under_way || self.messages.is_empty() {
+            return;
+        }
         for (link, message) in self.messages.iter().enumerate() {
-            let from = if entered == Phase::Away {
-                &message.fill_from
-            } else {
-                &message.return_from
-            };
             let mut buffer = self.halo.send(link);
-            for run in from {
+            for run in message.runs(entered).0 {
                 let (now, rest) = buffer.split_at_mut(run.count);
                 let source = populations[run.start..].iter().step_by(run.distance);
                 now.iter_mut().zip(source).for_each(|(to, from)| *to = *from);
                 buffer = rest;
             }
         }
-        self.halo.exchange();
+        self.halo.start();
+        self.under_way = true;
+    }
+
+    fn progress(&mut self) {
+        if self.under_way {
+            self.halo.progress();
+        }
+    }
+
+    /// Waits for the messages of the others and unpacks them.
+    fn finish(&mut self, populations: &mut [T], entered: Phase) {
+        if !self.under_way {
+            return;
+        }
+        self.halo.finish();
+        self.under_way = false;
         for (link, message) in self.messages.iter().enumerate() {
-            let to = if entered == Phase::Away {
-                &message.fill_to
-            } else {
-                &message.return_to
-            };
             let mut buffer = self.halo.received(link);
-            for run in to {
+            for run in message.runs(entered).1 {
                 let (now, rest) = buffer.split_at(run.count);
                 let target = populations[run.start..].iter_mut().step_by(run.distance);
                 target.zip(now).for_each(|(to, from)| *to = *from);
@@ -120,6 +140,80 @@ impl<T: Pod + Send> FluidHalo<T> {
             }
         }
     }
+}
+
+/// The plan for one block, with its buffers.
+///
+/// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
+/// ([`RowOrder`]) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the places
+/// that a message is packed from belong to cells of these rows, so no later row writes them, and those that it is unpacked to
+/// belong to no cell of the block: only garbage lanes of the sweep may write them, which is over by then.
+pub(crate) struct FluidHalo<T> {
+    /// From here to here, where the block is its own neighbour.
+    own: Message,
+    /// To ranks that no x face is shared with.
+    early: Pattern<T>,
+    /// To ranks across x faces.
+    late: Pattern<T>,
+}
+
+impl<T: Pod + Send> FluidHalo<T> {
+    /// Collective.
+    pub(crate) fn new(layout: &Layout, decomposition: &Decomposition, comm: &Comm) -> Self {
+        let rank = comm.rank();
+        let mut messages = Message::all(layout, decomposition, rank);
+        let own = messages.remove(&rank).unwrap_or_default();
+        let (late, early) = messages
+            .into_iter()
+            .partition(|(peer, _)| is_late(decomposition, rank, *peer));
+        Self {
+            own,
+            early: Pattern::new(early, comm),
+            late: Pattern::new(late, comm),
+        }
+    }
+
+    /// Sends what the rows that are swept first have, which is all of it for some neighbours.
+    pub(crate) fn start_early(&mut self, populations: &[T], entered: Phase) {
+        self.early.start(populations, entered);
+    }
+
+    /// Sends what needs the ends of all rows.
+    pub(crate) fn start_late(&mut self, populations: &[T], entered: Phase) {
+        self.late.start(populations, entered);
+    }
+
+    /// Lets messages move on.
+    pub(crate) fn progress(&mut self) {
+        self.early.progress();
+        self.late.progress();
+    }
+
+    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep; sends what has not
+    /// been sent.
+    pub(crate) fn exchange(&mut self, populations: &mut [T], entered: Phase) {
+        self.early.start(populations, entered);
+        self.late.start(populations, entered);
+        let (from, to) = self.own.runs(entered);
+        for (from, to) in from.iter().zip(to) {
+            if from.distance == 1 {
+                populations.copy_within(from.start..from.start + from.count, to.start);
+            } else {
+                for k in 0..from.count {
+                    populations[to.start + k * to.distance] = populations[from.start + k * from.distance];
+                }
+            }
+        }
+        self.early.finish(populations, entered);
+        self.late.finish(populations, entered);
+    }
+}
+
+/// Whether the message to a peer has to wait for the ends of all rows.
+fn is_late(decomposition: &Decomposition, rank: usize, peer: usize) -> bool {
+    [[1, 0, 0], [-1, 0, 0]]
+        .into_iter()
+        .any(|d| neighbour(decomposition, rank, d) == Some(peer))
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -168,4 +262,140 @@ fn runs(layout: &Layout, d: [isize; 3], side: Side) -> Vec<Run> {
         }
     }
     runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::{Part, RowOrder};
+    use super::*;
+    use crate::comm::on_threads;
+    use crate::domain::Domain;
+    use std::collections::{HashMap, HashSet};
+
+    fn cut(cells: [usize; 3], periodic: [bool; 3], grid: [usize; 3]) -> Decomposition {
+        let domain = Domain {
+            cells,
+            periodic,
+            dx: 1.0,
+        };
+        Decomposition::with_grid(domain, grid)
+    }
+
+    /// Places of a list of runs, in order.
+    fn places(runs: &[Run]) -> Vec<usize> {
+        let each = |run: &Run| {
+            let Run {
+                start,
+                distance,
+                count,
+            } = *run;
+            (0..count).map(move |k| start + k * distance)
+        };
+        runs.iter().flat_map(each).collect()
+    }
+
+    #[test]
+    fn messages_are_packed_from_what_the_rows_swept_first_wrote_and_unpacked_where_no_cell_writes() {
+        let grids = [
+            [1, 1, 1],
+            [1, 1, 2],
+            [1, 2, 1],
+            [2, 1, 1],
+            [1, 3, 2],
+            [2, 2, 2],
+            [3, 1, 2],
+            [2, 3, 3],
+        ];
+        let (mut early, mut late, mut own) = (0, 0, 0);
+        for (grid, periodic) in grids
+            .into_iter()
+            .flat_map(|grid| [[true; 3], [true, false, true], [false, true, false]].map(|p| (grid, p)))
+        {
+            let cut = cut([17, 13, 14], periodic, grid);
+            for (rank, phase) in
+                (0..cut.ranks()).flat_map(|rank| [Phase::Home, Phase::Away].map(|phase| (rank, phase)))
+            {
+                let [nx, ny, nz] = cut.block(rank).size();
+                let layout = Layout::new([nx, ny, nz], 4);
+                let order = RowOrder::new(&cut, rank);
+                // What a sweep from this phase writes, by the row that writes it.
+                let mut writer = HashMap::new();
+                for (z, y, x) in
+                    (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+                {
+                    let cell = layout.cell(x as isize, y as isize, z as isize);
+                    for place in layout.places(phase, cell) {
+                        writer.insert(place, [y, z]);
+                    }
+                }
+                let (mut sent, mut filled) = (HashSet::new(), HashSet::new());
+                for (peer, message) in Message::all(&layout, &cut, rank) {
+                    let (from, to) = message.runs(phase.next());
+                    let is_early = peer != rank && !is_late(&cut, rank, peer);
+                    for place in places(from) {
+                        let row = *writer.get(&place).expect("written by the sweep");
+                        assert!(!is_early || order.is_in(Part::First, row), "{grid:?} {row:?}");
+                        assert!(sent.insert(place), "sent twice");
+                    }
+                    for place in places(to) {
+                        assert!(!writer.contains_key(&place), "{grid:?} {phase:?}");
+                        assert!(filled.insert(place), "received twice");
+                    }
+                    let count = if peer == rank {
+                        &mut own
+                    } else if is_early {
+                        &mut early
+                    } else {
+                        &mut late
+                    };
+                    *count += from.len();
+                }
+            }
+        }
+        assert!(early > 0 && late > 0 && own > 0);
+    }
+
+    #[test]
+    fn both_ends_of_a_message_agree_on_its_length_and_a_block_copies_to_itself_run_by_run() {
+        for grid in [[1, 1, 1], [1, 1, 2], [2, 1, 1], [2, 3, 2]] {
+            let cut = cut([17, 13, 14], [true, false, true], grid);
+            let all: Vec<_> = (0..cut.ranks())
+                .map(|rank| Message::all(&Layout::new(cut.block(rank).size(), 4), &cut, rank))
+                .collect();
+            for (rank, messages) in all.iter().enumerate() {
+                for (&peer, message) in messages {
+                    for entered in [Phase::Home, Phase::Away] {
+                        let (from, to) = (message.runs(entered).0, all[peer][&rank].runs(entered).1);
+                        let counts = |runs: &[Run]| runs.iter().map(|run| run.count).collect::<Vec<_>>();
+                        assert_eq!(counts(from), counts(to));
+                        let kind =
+                            |runs: &[Run]| runs.iter().map(|run| run.distance == 1).collect::<Vec<_>>();
+                        assert_eq!(kind(from), kind(to));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_step_sends_each_neighbour_one_message_of_what_crosses_on_2_and_8_ranks() {
+        // Five numbers for each cell of the two faces; and on 8 ranks three faces and three edges, all with different peers.
+        for (cells, grid, expected) in [
+            ([10, 12, 20], [1, 1, 2], [1, 2 * 5 * 10 * 12]),
+            ([16, 16, 16], [2, 2, 2], [6, 6 * (5 * 64 - 4 * 8) + 12 * 8]),
+        ] {
+            let cut = cut(cells, [true; 3], grid);
+            on_threads(cut.ranks(), |comm| {
+                let layout = Layout::new(cut.block(comm.rank()).size(), 4);
+                let mut halo = FluidHalo::<f32>::new(&layout, &cut, &comm);
+                let mut populations = vec![0.0; layout.len()];
+                for entered in [Phase::Away, Phase::Home] {
+                    let before = comm.traffic().halo;
+                    halo.exchange(&mut populations, entered);
+                    let sent = comm.traffic().halo - before;
+                    assert_eq!([sent.messages, sent.bytes / 4], expected, "{grid:?}");
+                }
+            });
+        }
+    }
 }

@@ -370,6 +370,36 @@ fn a_cell_that_is_too_fast_or_not_a_number_is_found() {
 }
 
 #[test]
+fn the_fault_that_is_told_is_the_first_in_the_box_though_rows_next_to_others_are_swept_first_on_4_ranks() {
+    // Along y and along z the later cell lies in a row that is swept first.
+    for (first, later) in [
+        ([3, 2, 2], [3, 5, 2]),
+        ([3, 2, 2], [1, 2, 7]),
+        ([9, 3, 1], [1, 5, 3]),
+    ] {
+        let domain = Domain {
+            periodic: [true; 3],
+            cells: [13, 12, 16],
+            dx: 1.0,
+        };
+        let grid = [1, 2, 2];
+        let decomposition = Decomposition::with_grid(domain, grid);
+        let faults = on_threads(4, |comm| {
+            let params = bgk(0.6, Simd::best());
+            let mut fluid = Fluid::<f32>::new(&decomposition, &comm, &params, &Boundary::none());
+            fluid.set_equilibrium(|c| {
+                let bad = c == first || c == later;
+                (1.0, if bad { [0.0, 0.45, 0.0] } else { [0.0; 3] })
+            });
+            let flow = fluid.sweep([0.0; 3], &mut NoSolids, true);
+            fluid.exchange();
+            flow.unwrap().fault.map(|(cell, _)| cell)
+        });
+        assert_eq!(faults, [Some(first), None, None, None]);
+    }
+}
+
+#[test]
 fn what_departed_from_a_cell_is_what_its_neighbours_received() {
     let cells = [18, 9, 8];
     // Before the first step, too, as if one had been.

@@ -24,6 +24,7 @@
 
 use super::Real;
 use super::layout::{Layout, Phase};
+use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
 use crate::lattice::{C, Q, W, opposite};
@@ -145,6 +146,8 @@ pub(crate) struct Walls<T> {
     /// Wall cells of the block by row; no row at all if there is none.
     rows: Vec<Option<Box<WallRow<T>>>>,
     size: [usize; 3],
+    /// In which rows are swept.
+    order: RowOrder,
     fluid_cells: usize,
 }
 
@@ -214,7 +217,13 @@ impl Map {
 }
 
 impl<T: Real> Walls<T> {
-    pub(crate) fn new(layout: &Layout, domain: &Domain, block: Block, boundary: &Boundary) -> Self {
+    pub(crate) fn new(
+        layout: &Layout,
+        order: RowOrder,
+        domain: &Domain,
+        block: Block,
+        boundary: &Boundary,
+    ) -> Self {
         let size = layout.size;
         let mut walls = Self {
             motions: boundary.motions.to_vec(),
@@ -228,6 +237,7 @@ impl<T: Real> Walls<T> {
             ends: Vec::new(),
             rows: Vec::new(),
             size,
+            order,
             fluid_cells: block.cell_count(),
         };
         if boundary.motions.is_empty() {
@@ -283,9 +293,14 @@ impl<T: Real> Walls<T> {
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             for i in 1..Q {
                 let [cx, cy, cz] = C[i];
-                let beyond = !(0..ny).contains(&(y - cy)) || !(0..nz).contains(&(z - cz));
+                let other = self.order.row(y - cy, z - cz);
+                let beyond = other.is_none();
                 // The later of the two rows.
-                let completed = (z * ny + y).max((z - cz) * ny + y - cy) as usize;
+                let own = [y as usize, z as usize];
+                let later = other
+                    .filter(|&other| self.order.is_before(own, other))
+                    .unwrap_or(own);
+                let completed = later[1] * ny as usize + later[0];
                 // The others are done at the ends of rows.
                 let first = isize::from(closed[0] && cx > 0);
                 let end = nx - isize::from(closed[1] && cx < 0);
@@ -397,8 +412,7 @@ impl<T: Real> Walls<T> {
         y: usize,
         z: usize,
     ) {
-        let (rows, planes) = (0..self.size[1] as isize, 0..self.size[2] as isize);
-        let (y, z) = (y as isize, z as isize);
+        let (own, y, z) = ([y, z], y as isize, z as isize);
         for ends in &self.ends {
             for (k, &i) in ends.directions.iter().enumerate() {
                 let [_, cy, cz] = C[i];
@@ -415,16 +429,16 @@ impl<T: Real> Walls<T> {
                     }
                     populations[to] = g;
                 };
-                if cz + cy >= 0 {
-                    // The row of the ghost is this one, an earlier one, or none of the block.
+                // The row of the ghost is this one, an earlier one, or none of the block.
+                let ghost = self.order.row(y - cy, z - cz);
+                if ghost.is_none_or(|ghost| !self.order.is_before(own, ghost)) {
                     bounce(y, z);
-                } else {
-                    if !(rows.contains(&(y - cy)) && planes.contains(&(z - cz))) {
-                        bounce(y, z);
-                    }
-                    if rows.contains(&(y + cy)) && planes.contains(&(z + cz)) {
-                        bounce(y + cy, z + cz);
-                    }
+                }
+                // An earlier row has its ghost in this one.
+                if let Some(earlier) = self.order.row(y + cy, z + cz)
+                    && self.order.is_before(earlier, own)
+                {
+                    bounce(y + cy, z + cz);
                 }
             }
         }

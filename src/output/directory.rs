@@ -8,6 +8,7 @@
 //!   contacts.pvd      contacts/contacts_0000001000.vtp ...
 //!   force_chains.pvd  force_chains/force_chains_0000001000.vtp ...
 //!   pictures/velocity_0000001000.png ...
+//!   checkpoints/step-0000001000/ ...
 //! ```
 //!
 //! Where ranks are processes, each writes its own [piece](super::pieces) of every file for VTK, and the collection lists the index
@@ -19,10 +20,12 @@
 //! ```
 //!
 //! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
-//! run left under them, so that frames of two runs never mix; files with other names are never touched.
+//! run left under them, so that frames of two runs never mix, and [`clear_after`] what a run left that goes on from before it; files
+//! with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
 use super::pieces;
+use crate::checkpoint;
 use crate::error::{Error, Result};
 use std::fs;
 use std::io::{self, Write};
@@ -144,6 +147,11 @@ impl OutputFiles {
         self.numbered(PICTURES, step)
     }
 
+    /// The checkpoints.
+    pub fn checkpoints(&self) -> PathBuf {
+        self.directory.join(checkpoint::FOLDER)
+    }
+
     fn numbered(&self, (folder, prefix, extension): (&str, &str, &str), step: u64) -> PathBuf {
         self.directory
             .join(folder)
@@ -158,7 +166,11 @@ pub fn create(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         fs::create_dir_all(directory)?;
         remove_matching(directory, |name| name == LOG)?;
-        for (folder, ..) in FOLDERS {
+        for folder in FOLDERS
+            .iter()
+            .map(|(folder, ..)| *folder)
+            .chain([checkpoint::FOLDER])
+        {
             let folder = directory.join(folder);
             if folder.is_dir() {
                 probe(&folder)?;
@@ -175,41 +187,65 @@ pub fn create(directory: &Path) -> Result<()> {
 pub fn clear(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         remove_matching(directory, |name| TOP.contains(&name))?;
-        for (folder, prefix, extension) in FOLDERS {
-            let folder = directory.join(folder);
-            if !folder.is_dir() {
-                continue;
-            }
-            let index = extension.replacen('.', ".p", 1);
-            remove_matching(&folder, |name| {
-                [extension, &index].into_iter().any(|extension| {
-                    name.strip_suffix(extension)
-                        .is_some_and(|stem| is_frame(stem, prefix))
-                })
-            })?;
-            remove_pieces(&folder, prefix, extension)?;
+        remove_frames(directory, |_, _, _| true)
+    };
+    attempt().map_err(|source| refused(directory, &source))?;
+    checkpoint::clear(&directory.join(checkpoint::FOLDER))
+}
+
+/// Removes what a run has left that goes on after `step`: files of later steps, those of this step that are not in `kept` (full
+/// paths; that of a file stands for its pieces and their index), what it was writing, and what tells of its end. All else stays,
+/// checkpoints too.
+///
+/// Called when nothing can refuse to go on any more.
+pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> {
+    let attempt = || -> io::Result<()> {
+        for partial in TOP.map(|name| directory.join(format!("{name}{PARTIAL_SUFFIX}"))) {
+            remove_if_there(&partial)?;
         }
-        Ok(())
+        for end in [TOP[0], TOP[2]] {
+            remove_if_there(&directory.join(end))?;
+        }
+        remove_frames(directory, |file, of, partial| {
+            partial || of > step || of == step && !kept.iter().any(|kept| kept == file)
+        })
     };
     attempt().map_err(|source| refused(directory, &source))
 }
 
-/// Whether this is the name of a frame, but for its extension.
-fn is_frame(stem: &str, prefix: &str) -> bool {
-    stem.strip_prefix(prefix).is_some_and(pieces::is_number)
-}
-
-/// Removes the pieces of all frames in a folder, and the folders that are empty then.
-fn remove_pieces(folder: &Path, prefix: &str, extension: &str) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let frame = name.to_str().filter(|name| is_frame(name, prefix));
-        if let (Some(frame), true) = (frame, entry.file_type()?.is_dir()) {
-            remove_matching(&entry.path(), |name| pieces::is_piece(name, frame, extension))?;
-            match fs::remove_dir(entry.path()) {
-                Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => return Err(error),
-                _ => {}
+/// Removes the numbered files, finished or partial, that `goes` chooses by the file that they are or are a part of, its step, and
+/// whether they are partial; and folders of pieces that are empty then.
+fn remove_frames(directory: &Path, goes: impl Fn(&Path, u64, bool) -> bool) -> io::Result<()> {
+    for (folder, prefix, extension) in FOLDERS {
+        let folder = directory.join(folder);
+        if !folder.is_dir() {
+            continue;
+        }
+        let goes = |frame: &str, partial: bool| {
+            let digits = frame
+                .strip_prefix(prefix)
+                .filter(|digits| pieces::is_number(digits));
+            let whole = || folder.join(format!("{frame}{extension}"));
+            digits
+                .and_then(|digits| digits.parse().ok())
+                .is_some_and(|step| goes(&whole(), step, partial))
+        };
+        let index = extension.replacen('.', ".p", 1);
+        remove_chosen(&folder, |name, partial| {
+            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index));
+            frame.is_some_and(|frame| goes(frame, partial))
+        })?;
+        for entry in fs::read_dir(&folder)? {
+            let entry = entry?;
+            let (path, name) = (entry.path(), entry.file_name());
+            let Some(frame) = name.to_str() else { continue };
+            if entry.file_type()?.is_dir() {
+                remove_chosen(&path, |name, partial| {
+                    pieces::is_piece(name, frame, extension) && goes(frame, partial)
+                })?;
+                if goes(frame, false) {
+                    remove_if_empty(&path)?;
+                }
             }
         }
     }
@@ -226,15 +262,35 @@ fn refused(directory: &Path, source: &io::Error) -> Error {
 
 /// Removes the files, finished or partial, whose final name is `own`.
 fn remove_matching(directory: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
+    remove_chosen(directory, |name, _| own(name))
+}
+
+/// Removes the files that `goes` chooses by their final name and whether they are partial.
+fn remove_chosen(directory: &Path, goes: impl Fn(&str, bool) -> bool) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
         let name = entry.file_name();
         let Some(name) = name.to_str() else { continue };
-        if own(name.strip_suffix(PARTIAL_SUFFIX).unwrap_or(name)) && !entry.file_type()?.is_dir() {
+        let finished = name.strip_suffix(PARTIAL_SUFFIX);
+        if goes(finished.unwrap_or(name), finished.is_some()) && !entry.file_type()?.is_dir() {
             fs::remove_file(entry.path())?;
         }
     }
     Ok(())
+}
+
+fn remove_if_empty(folder: &Path) -> io::Result<()> {
+    match fs::remove_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => Ok(()),
+        removed => removed,
+    }
+}
+
+fn remove_if_there(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed,
+    }
 }
 
 /// Writes a file that does not exist yet, and removes it again.
@@ -297,6 +353,14 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, "x").unwrap();
         }
+        for name in [
+            "step-0000000100",
+            "step-0000000200.partial",
+            "step-0000000100.replaced",
+            "mine",
+        ] {
+            fs::create_dir_all(files.checkpoints().join(name)).unwrap();
+        }
         create(&directory).unwrap();
         let summary = files.summary();
         assert!(summary.exists(), "a run may be refused yet");
@@ -312,7 +376,70 @@ mod tests {
             "an empty folder"
         );
         let left = fs::read_dir(&directory).unwrap().count();
-        assert_eq!(left, 7, "five folders, two foreign files, no probe");
+        assert_eq!(left, 8, "six folders, two foreign files, no probe");
+        let left: Vec<_> = fs::read_dir(files.checkpoints())
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
+        assert_eq!(left, ["mine"]);
+    }
+
+    #[test]
+    fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep() {
+        let root = tempfile::tempdir().unwrap();
+        let directory = root.path();
+        let files = OutputFiles::new(directory);
+        let partial = |path: PathBuf| PathBuf::from(format!("{}.tmp", path.display()));
+        let stays = [
+            files.series(),
+            files.particle_series(),
+            files.fields_collection(),
+            files.walls(),
+            files.fields(3),
+            files.fields(5),
+            files.particles(4),
+            files.liggghts_log(),
+            pieces::index(&files.fields(3)),
+            pieces::piece(&files.fields(3), 1),
+            pieces::index(&files.force_chains(5)),
+            pieces::piece(&files.force_chains(5), 0),
+            directory.join("fields/fields_0000000009.txt"),
+            directory.join("summary.json.bak"),
+        ];
+        let goes = [
+            files.summary(),
+            files.settling_plot(),
+            files.particles(5),
+            files.contacts(6),
+            files.force_chains(7),
+            files.picture(12_345_678_901),
+            partial(files.fields(2)),
+            partial(files.series()),
+            pieces::index(&files.particles(5)),
+            pieces::piece(&files.particles(5), 2),
+            pieces::index(&files.fields(6)),
+            pieces::piece(&files.fields(6), 7),
+            partial(pieces::piece(&files.fields(3), 0)),
+        ];
+        for path in stays.iter().chain(&goes) {
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "x").unwrap();
+        }
+        let checkpoint = files.checkpoints().join("step-0000000009");
+        fs::create_dir_all(&checkpoint).unwrap();
+        let kept = [files.fields(5), files.force_chains(5), files.contacts(6)];
+        clear_after(directory, 5, &kept).unwrap();
+        for path in stays.iter().chain([&checkpoint]) {
+            assert!(path.exists(), "{} is needed", path.display());
+        }
+        for path in goes {
+            assert!(
+                !path.exists(),
+                "{} is of a course that was given up",
+                path.display()
+            );
+        }
+        assert!(!directory.join("fields/fields_0000000006").exists());
     }
 
     #[test]

@@ -135,6 +135,16 @@ impl Progress {
         }
     }
 
+    /// Prints a warning, even if nothing else is shown.
+    pub fn warn(&mut self, text: &str) {
+        let text = format!("warning: {text}");
+        if let Target::Quiet = self.target {
+            let _ = writeln!(std::io::stderr(), "{text}");
+        } else {
+            self.note(&text);
+        }
+    }
+
     /// Ends the display after `step` steps and says how fast they were on average.
     pub fn finish(&mut self, step: u64) {
         self.finish_at(step, Instant::now());

@@ -26,17 +26,15 @@ const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its poi
 /// [`ShapeError::Mesh`] with file, facet and remedy: a file that cannot be read or is no such file, numbers that are not
 /// finite, a surface that is open, inside out, without volume, or concave.
 pub fn read(path: &Path, scale: f64, hull: bool) -> Result<(Polyhedron, Placement), ShapeError> {
-    super::error::check_size("scale", scale)?;
-    let in_file = |problem: String| ShapeError::Mesh {
+    let bytes = load(path).map_err(|problem| ShapeError::Mesh {
         path: path.to_path_buf(),
         problem,
-    };
-    let facets = facets(path).map_err(in_file)?;
-    body(&facets, scale, hull).map_err(in_file)
+    })?;
+    parse(path, bytes, scale, hull)
 }
 
-/// The triangles in the file, in its units.
-fn facets(path: &Path) -> Result<Vec<[Vec3; 3]>, String> {
+/// The contents of a mesh file, as [`parse`] takes them; or what is wrong with it.
+pub fn load(path: &Path) -> Result<Vec<u8>, String> {
     let size = fs::metadata(path)
         .map_err(|e| format!("cannot be read: {e}"))?
         .len();
@@ -45,17 +43,53 @@ fn facets(path: &Path) -> Result<Vec<[Vec3; 3]>, String> {
             "has {size} bytes; at most {LARGEST_FILE} are read. Take a coarser mesh"
         ));
     }
+    kind(path)?;
+    fs::read(path).map_err(|e| format!("cannot be read: {e}"))
+}
+
+/// As [`read`], for contents that are in memory; `path` says what kind of file it is, and names it in errors.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(
+    path: &Path,
+    bytes: Vec<u8>,
+    scale: f64,
+    hull: bool,
+) -> Result<(Polyhedron, Placement), ShapeError> {
+    super::error::check_size("scale", scale)?;
+    let in_file = |problem: String| ShapeError::Mesh {
+        path: path.to_path_buf(),
+        problem,
+    };
+    let facets = facets(path, bytes).map_err(in_file)?;
+    body(&facets, scale, hull).map_err(in_file)
+}
+
+/// Kinds of files, by extension.
+enum Kind {
+    Stl,
+    Obj,
+}
+
+fn kind(path: &Path) -> Result<Kind, String> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default();
-    let is_stl = match extension.as_str() {
-        "stl" => true,
-        "obj" => false,
-        other => return Err(format!("the extension is `{other}`, but must be `stl` or `obj`")),
+    match extension.as_str() {
+        "stl" => Ok(Kind::Stl),
+        "obj" => Ok(Kind::Obj),
+        other => Err(format!("the extension is `{other}`, but must be `stl` or `obj`")),
+    }
+}
+
+/// The triangles in a file, in its units.
+fn facets(path: &Path, bytes: Vec<u8>) -> Result<Vec<[Vec3; 3]>, String> {
+    let facets = match kind(path)? {
+        Kind::Stl => stl(bytes)?,
+        Kind::Obj => obj(&bytes)?,
     };
-    let bytes = fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
-    let facets = if is_stl { stl(bytes)? } else { obj(&bytes)? };
     if facets.len() > MOST_FACETS {
         return Err(format!(
             "has {} facets; at most {MOST_FACETS} are of use. Take a coarser mesh",

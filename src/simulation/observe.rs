@@ -132,13 +132,20 @@ impl<'a> Observer<'a> {
         let mut observer = Self::new(setup, decomposition, comm, quiet);
         observer.done = state.done;
         let failed = match &mut observer.writer {
-            Some(writer) => Writer::resume(setup, quiet, step, state.writer)
+            Some(writer) => Writer::resume(setup, quiet, step, &state.done, state.writer)
                 .map(|resumed| *writer = resumed)
                 .err(),
             None => None,
         };
         agree(comm, failed)?;
         Ok(observer)
+    }
+
+    /// Prints a warning, quiet or not.
+    pub(super) fn warn(&mut self, text: &str) {
+        if let Some(writer) = &mut self.writer {
+            writer.progress.warn(text);
+        }
     }
 
     /// What rank 0 needs to go on from here; nothing elsewhere. What has been written is safe on disk after this. Collective.

@@ -1,5 +1,6 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
+use super::keeper::{Keeper, Wishes};
 use super::observe::Observer;
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::Setup;
@@ -11,8 +12,8 @@ use crate::error::{Error, Result};
 use crate::fluid::{Precision, Real};
 use crate::output::{OutputFiles, Summary, directory};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 /// How a run behaves towards its caller.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +35,21 @@ pub struct RunOptions {
 /// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
 /// the range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
 pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
+    run_from(setup, options, Origin::Start)
+}
+
+/// Where a run begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// With the particles of the case in a fluid at rest.
+    Start,
+    /// With the newest sound checkpoint in the output directory.
+    Checkpoint,
+}
+
+/// As [`run`], from the start or from a checkpoint.
+pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> Result<Option<Summary>> {
+    let start = Instant::now();
     let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     agreed(if first {
@@ -41,13 +57,16 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     } else {
         Ok(())
     })?;
+    let plan = Plan {
+        setup,
+        options,
+        decomposition: &decomposition,
+        origin,
+        start,
+    };
     match setup.precision {
-        Precision::F32 => on_ranks(&decomposition, |comm| {
-            run_rank::<f32>(setup, options, &decomposition, comm)
-        }),
-        Precision::F64 => on_ranks(&decomposition, |comm| {
-            run_rank::<f64>(setup, options, &decomposition, comm)
-        }),
+        Precision::F32 => on_ranks(&decomposition, |comm| run_rank::<f32>(&plan, comm)),
+        Precision::F64 => on_ranks(&decomposition, |comm| run_rank::<f64>(&plan, comm)),
     }
 }
 
@@ -170,38 +189,68 @@ pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     })
 }
 
-fn run_rank<T: Real>(
-    setup: &Setup,
-    options: &RunOptions,
-    decomposition: &Decomposition,
-    comm: Comm,
-) -> Result<Option<Summary>> {
+/// What all ranks know of a run.
+struct Plan<'a> {
+    setup: &'a Setup,
+    options: &'a RunOptions,
+    decomposition: &'a Decomposition,
+    origin: Origin,
+    start: Instant,
+}
+
+fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
+    let &Plan {
+        setup,
+        options,
+        decomposition,
+        origin,
+        start,
+    } = plan;
     let log = OutputFiles::new(&setup.output.directory).liggghts_log();
     let mut simulation = Simulation::<T>::logged(setup, decomposition, comm, Some(&log))?;
-    // Nothing can refuse the case from here on: the results of an earlier run may go.
-    let cleared = if simulation.comm.rank() == 0 {
-        directory::clear(&setup.output.directory)
-    } else {
-        Ok(())
+    let mut keeper = Keeper::new(setup, decomposition, &simulation, start);
+    // Nothing can refuse the case once it is here: the results of an earlier run may go.
+    let mut observer = match origin {
+        Origin::Start => {
+            in_rank_0(&simulation.comm, || directory::clear(&setup.output.directory))?;
+            Observer::new(setup, decomposition, &simulation.comm, options.quiet)
+        }
+        Origin::Checkpoint => {
+            let (state, skipped) = keeper.take_up(&mut simulation)?;
+            let (comm, step) = (&simulation.comm, simulation.step);
+            let mut observer = Observer::resume(setup, decomposition, comm, options.quiet, step, state)?;
+            for what in skipped {
+                observer.warn(&what);
+            }
+            observer
+        }
     };
-    let failed = simulation.comm.any(cleared.is_err());
-    cleared?;
-    if failed {
-        return Err(Error::OtherRank);
-    }
-    let mut observer = Observer::new(setup, decomposition, &simulation.comm, options.quiet);
-    let mut interrupted = false;
-    observer.observe(&mut simulation, false)?;
-    while simulation.step < setup.end_step {
-        let looks = simulation.step.is_multiple_of(CONTROL_INTERVAL);
-        if looks && simulation.comm.any(options.stop.load(Ordering::Relaxed)) {
-            interrupted = true;
+    let mut asked = Wishes::default();
+    loop {
+        observer.observe(&mut simulation, false)?;
+        keeper.keep(&mut simulation, &mut observer, asked)?;
+        if asked.stop || simulation.step >= setup.end_step {
             break;
         }
+        let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
+        simulation.wishes = if tells {
+            keeper.wishes(options)
+        } else {
+            Wishes::default()
+        };
         simulation.step()?;
-        observer.observe(&mut simulation, false)?;
+        asked = simulation.wishes;
     }
     simulation.check()?;
     observer.observe(&mut simulation, true)?;
+    let interrupted = simulation.step < setup.end_step;
     observer.finish(&mut simulation, interrupted)
+}
+
+/// What rank 0 does for all. Collective.
+fn in_rank_0(comm: &Comm, work: impl FnOnce() -> Result<()>) -> Result<()> {
+    let done = if comm.rank() == 0 { work() } else { Ok(()) };
+    let failed = comm.any(done.is_err());
+    done?;
+    if failed { Err(Error::OtherRank) } else { Ok(()) }
 }

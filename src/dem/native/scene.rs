@@ -5,7 +5,7 @@ use super::ledger::{Ledger, Meeting, Share};
 use crate::contact::{
     Body, ContactModel, Contour, Couple, DampingLaw, PairFinder, PairLaw, measure, measure_wall,
 };
-use crate::dem::assign::{Neighbourhood, responsible};
+use crate::dem::assign::Neighbourhood;
 use crate::dem::integrator::Inertia;
 use crate::dem::{ContactState, Load};
 use crate::error::Result;
@@ -239,12 +239,9 @@ pub(super) fn responsible_for_pair(
     near: &Neighbourhood,
     store: &ParticleStore,
 ) -> Option<usize> {
-    let knows_both = |rank| {
-        [i, j].iter().all(|&k| {
-            let particle = &store.particles[k];
-            near.knows(rank, particle.position(), particle.template)
-        })
-    };
-    let [a, b] = [i, j].map(|k| store.owners[k] as usize);
-    responsible(a, b, near.ranks(), knows_both)
+    let [a, b] = [i, j].map(|k| {
+        let particle = &store.particles[k];
+        (store.owners[k] as usize, particle.position(), particle.template)
+    });
+    near.responsible(a, b)
 }

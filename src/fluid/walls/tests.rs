@@ -115,10 +115,7 @@ impl Tangle {
         collision: Collision,
         steps: usize,
     ) -> (u64, Vec<WallLoad>, [i128; 4]) {
-        let decomposition = Decomposition {
-            domain: self.domain,
-            grid,
-        };
+        let decomposition = Decomposition::with_grid(self.domain, grid);
         let params = FluidParams {
             simd,
             ..params(0.56, collision)

@@ -2,7 +2,7 @@
 
 use super::row::{settles_for_ever, settling_direction, stokes_time};
 use super::summary::{self, Outcome};
-use super::{CONTACTS, Due, FIELDS, Frame, PARTICLES, Picture};
+use super::{CONTACTS, Due, FIELDS, Frame, PARTICLES, PICTURES, Picture};
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
@@ -11,7 +11,8 @@ use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_s
 use crate::output::progress::Workload;
 use crate::output::{
     Collection, OutputFiles, ParticleSeries, ParticleSurfaces, PathsState, Progress, SeriesWriter, Summary,
-    estimate_mean, write_contacts_index, write_fields_index, write_force_chains_index, write_walls,
+    directory, estimate_mean, write_contacts_index, write_fields_index, write_force_chains_index,
+    write_walls,
 };
 use crate::simulation::Simulation;
 use crate::simulation::references::references;
@@ -58,8 +59,15 @@ impl<'a> Writer<'a> {
         Self::starting_at(0, setup, quiet)
     }
 
-    /// Goes on after `step` steps, where [`state`](Self::state) was told. What was written later is removed or cut off.
-    pub(super) fn resume(setup: &'a Setup, quiet: bool, step: u64, state: WriterState) -> Result<Self> {
+    /// Goes on after `step` steps, where [`state`](Self::state) was told; `done` are the steps at which things were written
+    /// last. What was written later is removed or cut off.
+    pub(super) fn resume(
+        setup: &'a Setup,
+        quiet: bool,
+        step: u64,
+        done: &[Option<u64>; 5],
+        state: WriterState,
+    ) -> Result<Self> {
         let writer = Self::starting_at(step, setup, quiet);
         let files = &writer.files;
         // First all that may be refused.
@@ -70,6 +78,18 @@ impl<'a> Writer<'a> {
                 ParticleSeries::resume(&files.particle_series(), setup.domain, paths)?,
             )),
         };
+        let written = |kind: usize, path| (done[kind] == Some(step)).then_some(path);
+        let kept: Vec<PathBuf> = [
+            written(FIELDS, files.fields(step)),
+            written(PARTICLES, files.particles(step)),
+            written(CONTACTS, files.contacts(step)),
+            written(CONTACTS, files.force_chains(step)),
+            written(PICTURES, files.picture(step)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        directory::clear_after(files.directory(), step, &kept)?;
         Ok(Self {
             series,
             fields: Collection::resume(files.fields_collection(), state.fields)?,

@@ -1,0 +1,73 @@
+//! The files that a case names: on disk, or kept with a case that was saved.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+/// Names as they stand in the case, and contents.
+pub(super) type Contents = Vec<(String, Vec<u8>)>;
+
+/// Where the files are that a case names, and what was read of them.
+pub(super) struct Files<'a> {
+    place: Place<'a>,
+    read: RefCell<Contents>,
+}
+
+enum Place<'a> {
+    /// Names are relative to this folder.
+    Folder(&'a Path),
+    /// All that were read when the case was new.
+    Saved(&'a [(String, Vec<u8>)]),
+}
+
+impl<'a> Files<'a> {
+    /// On disk, relative to `folder`.
+    pub(super) fn on_disk(folder: &'a Path) -> Self {
+        Self::new(Place::Folder(folder))
+    }
+
+    /// Kept with the case.
+    pub(super) fn saved(files: &'a [(String, Vec<u8>)]) -> Self {
+        Self::new(Place::Saved(files))
+    }
+
+    fn new(place: Place<'a>) -> Self {
+        Self {
+            place,
+            read: RefCell::default(),
+        }
+    }
+
+    /// The contents of a file, which `load` reads if it is on disk; or what is wrong.
+    pub(super) fn contents(
+        &self,
+        name: &str,
+        load: impl FnOnce(&Path) -> Result<Vec<u8>, String>,
+    ) -> Result<Vec<u8>, String> {
+        let bytes = match self.place {
+            Place::Folder(folder) => load(&folder.join(name))?,
+            Place::Saved(files) => files
+                .iter()
+                .find(|(known, _)| known == name)
+                .map(|(_, bytes)| bytes.clone())
+                .ok_or("was not saved with the case")?,
+        };
+        let mut read = self.read.borrow_mut();
+        if !read.iter().any(|(known, _)| known == name) {
+            read.push((name.to_string(), bytes.clone()));
+        }
+        Ok(bytes)
+    }
+
+    /// How messages call a file.
+    pub(super) fn path(&self, name: &str) -> PathBuf {
+        match self.place {
+            Place::Folder(folder) => folder.join(name),
+            Place::Saved(_) => PathBuf::from(name),
+        }
+    }
+
+    /// All that was read.
+    pub(super) fn into_read(self) -> Contents {
+        self.read.into_inner()
+    }
+}

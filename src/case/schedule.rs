@@ -1,0 +1,244 @@
+//! How long to run and what to write: what may change when a run goes on, and the numbers that then stay.
+
+use super::checks::Clock;
+use super::file::{Case, Duration, Every};
+use super::source::Source;
+use super::{OutputPlan, Setup};
+use crate::error::Result;
+use crate::fluid::Simd;
+use std::path::{Path, PathBuf};
+
+/// What the sections `[run]` and `[output]` say, in steps.
+pub(super) struct Schedule {
+    pub(super) simd: Option<Simd>,
+    pub(super) end_step: u64,
+    pub(super) average_from_step: u64,
+    pub(super) threads: usize,
+    pub(super) output: OutputPlan,
+}
+
+impl Schedule {
+    /// That of a case with this name.
+    pub(super) fn new(source: &Source, case: &Case, clock: Clock, name: &str) -> Result<Self> {
+        let end_step = source.steps("run.end", &case.run.end, clock)?;
+        Ok(Self {
+            simd: simd(source, case)?,
+            end_step,
+            average_from_step: average_from(source, case, clock, end_step)?,
+            threads: case.run.threads,
+            output: output(source, case, clock, end_step, name)?,
+        })
+    }
+
+    fn of(setup: &Setup) -> Self {
+        Self {
+            simd: setup.simd,
+            end_step: setup.end_step,
+            average_from_step: setup.average_from_step,
+            threads: setup.threads,
+            output: setup.output.clone(),
+        }
+    }
+
+    /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
+    fn spacings(&self) -> [(&'static str, u64); 6] {
+        let plan = &self.output;
+        [
+            ("run.average_from", self.average_from_step),
+            ("output.series_every", plan.series_every),
+            ("output.fields_every", plan.fields_every),
+            ("output.particles_every", plan.particles_every),
+            ("output.contacts_every", plan.contacts_every),
+            ("output.picture_every", plan.picture_every),
+        ]
+    }
+}
+
+/// Changes the schedule of a case as `options` ask, who name keys of `[run]` and `[output]` only. What has its default by the
+/// length of the run keeps the number of steps it has, and stands in the text from now on.
+pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> Result<()> {
+    let clock = Clock {
+        time_step: setup.units.dt,
+        stokes_time: setup.scales.stokes_time,
+    };
+    let resolve = |options: &[String]| -> Result<(Schedule, String)> {
+        let source = Source::new(title(&setup.name), saved.to_string(), options);
+        source.refuse_changes_of_the_case()?;
+        let (case, text) = source.parse::<Case>()?;
+        Ok((Schedule::new(&source, &case, clock, &setup.name)?, text))
+    };
+    let before = Schedule::of(setup);
+    let (mut schedule, mut text) = resolve(options)?;
+    // Contacts are written as often as particles if nothing else is said.
+    let named = |key: &str| {
+        let also = if key == "output.contacts_every" {
+            "output.particles_every"
+        } else {
+            key
+        };
+        options
+            .iter()
+            .any(|option| names(option, key) || names(option, also))
+    };
+    let pins: Vec<String> = (before.spacings().into_iter().zip(schedule.spacings()))
+        .filter(|((key, old), (_, new))| old != new && !named(key))
+        .map(|((key, old), _)| match old {
+            0 if key != "run.average_from" => format!("{key}=\"never\""),
+            steps => format!("{key}={{ steps = {steps} }}"),
+        })
+        .collect();
+    if !pins.is_empty() {
+        (schedule, text) = resolve(&[options, &pins[..]].concat())?;
+    }
+    setup.text = text;
+    setup.follow(schedule);
+    Ok(())
+}
+
+/// Whether an option sets this key or one below it.
+pub(super) fn names(option: &str, key: &str) -> bool {
+    let path: String = option
+        .split('=')
+        .next()
+        .unwrap_or_default()
+        .split_whitespace()
+        .collect();
+    path.strip_prefix(key)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// How messages call a case that was saved.
+pub(super) fn title(name: &str) -> String {
+    format!("saved case {name}")
+}
+
+impl Setup {
+    fn follow(&mut self, schedule: Schedule) {
+        let Schedule {
+            simd,
+            end_step,
+            average_from_step,
+            threads,
+            output,
+        } = schedule;
+        (self.simd, self.end_step, self.average_from_step) = (simd, end_step, average_from_step);
+        (self.threads, self.output) = (threads, output);
+    }
+}
+
+impl Source {
+    /// Refuses options that make another case of this one.
+    fn refuse_changes_of_the_case(&self) -> Result<()> {
+        for option in &self.options {
+            let text = &self.text[option.span.clone()];
+            let path: Vec<&str> = text
+                .split('=')
+                .next()
+                .unwrap_or_default()
+                .split('.')
+                .map(str::trim)
+                .collect();
+            let remedy = match path[..] {
+                ["output", "directory", ..] => {
+                    "it goes on in its own directory; a copy of that goes on as well"
+                }
+                ["run" | "output", _, ..] => continue,
+                _ => {
+                    "only keys below `run.` and `output.` can; with any other change it is another run, for `turbid run`"
+                }
+            };
+            let title = format!("`--set {text}` cannot change a run that goes on");
+            return Err(self.error(&option.span, &title, "not this key", remedy));
+        }
+        Ok(())
+    }
+}
+
+fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Result<u64> {
+    let Some(from) = &case.run.average_from else {
+        return Ok(end_step / 3);
+    };
+    let step = match from.value {
+        Duration::Steps(0) => 0,
+        _ => source.steps("run.average_from", from, clock)?,
+    };
+    if step >= end_step {
+        return Err(source.error_at(
+            &[
+                (&from.span, "averages from here"),
+                (&case.run.end.span, "the run ends here"),
+            ],
+            &format!("`run.average_from` is step {step}, but the run ends at step {end_step}"),
+            "average from an earlier time, or run longer",
+        ));
+    }
+    Ok(step)
+}
+
+fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str) -> Result<OutputPlan> {
+    let output = &case.output;
+    let directory = match &output.directory {
+        Some(directory) if directory.value.trim().is_empty() => {
+            let title = "`output.directory` is empty";
+            return Err(source.error(&directory.span, title, "no directory", "\".\" is the current one"));
+        }
+        Some(directory) => PathBuf::from(&directory.value),
+        None => Path::new("out").join(name),
+    };
+    if let Some(every) = &output.series_every
+        && every.value == Every::Never
+    {
+        return Err(source.error(
+            &every.span,
+            "`output.series_every` is \"never\", but the means of a run are taken from the rows of series.csv",
+            "no rows, no means",
+            "give an interval, e.g. { steps = 100 }, or leave the key out",
+        ));
+    }
+    let every = |key, value: &Option<_>, number| {
+        source.interval(&format!("output.{key}"), value.as_ref(), clock, end_step / number)
+    };
+    if let (Some(_), Some(fields)) = (&case.dry, &output.fields_every)
+        && fields.value != Every::Never
+    {
+        let title = "`output.fields_every` has no meaning in a dry run";
+        return Err(source.error(&fields.span, title, "there is no field to write", "remove it"));
+    }
+    let particles_every = every("particles_every", &output.particles_every, 50)?;
+    Ok(OutputPlan {
+        directory,
+        series_every: every("series_every", &output.series_every, 1000)?,
+        fields_every: every("fields_every", &output.fields_every, 5)?,
+        particles_every,
+        contacts_every: match &output.contacts_every {
+            Some(_) => every("contacts_every", &output.contacts_every, 50)?,
+            None => particles_every,
+        },
+        picture_every: every("picture_every", &output.picture_every, 10)?,
+        checkpoint_every: match &output.checkpoint_every {
+            Some(_) => every("checkpoint_every", &output.checkpoint_every, 1)?,
+            None => 0,
+        },
+    })
+}
+
+/// The instruction set asked for, if this processor has it.
+fn simd(source: &Source, case: &Case) -> Result<Option<Simd>> {
+    let Some(asked) = &case.run.simd else {
+        return Ok(None);
+    };
+    if asked.value.is_available() {
+        return Ok(Some(asked.value));
+    }
+    let remedy = format!(
+        "leave the key out; the best here is {}, and results do not depend on it",
+        Simd::best().name()
+    );
+    Err(source.out_of_range(
+        "run.simd",
+        &asked.span,
+        asked.value.name(),
+        "one this processor has",
+        &remedy,
+    ))
+}

@@ -1,0 +1,127 @@
+//! In which order a block sweeps its rows: those that messages are packed from first, so that these travel while the rest is
+//! swept.
+
+use crate::domain::Decomposition;
+
+/// The order of the rows of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowOrder {
+    /// Rows of a plane, and planes.
+    size: [usize; 2],
+    /// Whether another rank lies beyond the lower and the upper side in y, then in z.
+    neighbour: [[bool; 2]; 2],
+}
+
+/// Some rows of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// All of them, plane by plane.
+    All,
+    /// Those next to another rank in y or z.
+    First,
+    /// The others.
+    Rest,
+}
+
+impl RowOrder {
+    /// For the block of `rank`.
+    pub(crate) fn new(decomposition: &Decomposition, rank: usize) -> Self {
+        let [_, ny, nz] = decomposition.block(rank).size();
+        let place = decomposition.place(rank);
+        let (grid, periodic) = (decomposition.grid, decomposition.domain.periodic);
+        let beyond = |a: usize| {
+            let more = grid[a] > 1;
+            [
+                more && (periodic[a] || place[a] > 0),
+                more && (periodic[a] || place[a] + 1 < grid[a]),
+            ]
+        };
+        Self {
+            size: [ny, nz],
+            neighbour: [beyond(1), beyond(2)],
+        }
+    }
+
+    /// Plane by plane.
+    pub(crate) fn plain(&self) -> bool {
+        self.neighbour == [[false; 2]; 2]
+    }
+
+    /// Whether row `[y, z]` of the block belongs to a part.
+    #[inline(always)]
+    pub(crate) fn is_in(&self, part: Part, row: [usize; 2]) -> bool {
+        match part {
+            Part::All => true,
+            Part::First => self.is_first(row),
+            Part::Rest => !self.is_first(row),
+        }
+    }
+
+    #[inline(always)]
+    fn is_first(&self, row: [usize; 2]) -> bool {
+        (0..2).any(|a| {
+            let [low, high] = self.neighbour[a];
+            (low && row[a] == 0) || (high && row[a] + 1 == self.size[a])
+        })
+    }
+
+    /// Whether row `a`, as `[y, z]`, is swept before row `b`.
+    #[inline(always)]
+    pub(crate) fn is_before(&self, a: [usize; 2], b: [usize; 2]) -> bool {
+        let turn = |row| (!self.is_first(row), row[1], row[0]);
+        turn(a) < turn(b)
+    }
+
+    /// `[y, z]` as a row of the block, if it is one.
+    #[inline(always)]
+    pub(crate) fn row(&self, y: isize, z: isize) -> Option<[usize; 2]> {
+        let row = [y as usize, z as usize];
+        (y >= 0 && z >= 0 && row[0] < self.size[0] && row[1] < self.size[1]).then_some(row)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Domain;
+
+    fn order(periodic: [bool; 3], ranks: usize, rank: usize) -> (RowOrder, [usize; 2]) {
+        let domain = Domain {
+            cells: [16, 24, 40],
+            periodic,
+            dx: 1.0,
+        };
+        let cut = Decomposition::new(domain, ranks).unwrap();
+        let [_, ny, nz] = cut.block(rank).size();
+        (RowOrder::new(&cut, rank), [ny, nz])
+    }
+
+    #[test]
+    fn the_parts_hold_every_row_once_and_the_first_come_before_the_rest() {
+        for ranks in [1, 2, 4, 6] {
+            let (order, [ny, nz]) = order([true; 3], ranks, ranks - 1);
+            let rows: Vec<[usize; 2]> = (0..nz).flat_map(|z| (0..ny).map(move |y| [y, z])).collect();
+            let part = |part| rows.iter().copied().filter(move |&row| order.is_in(part, row));
+            assert_eq!(part(Part::All).count(), rows.len());
+            let turns: Vec<_> = part(Part::First).chain(part(Part::Rest)).collect();
+            assert_eq!(turns.len(), rows.len(), "{ranks} ranks");
+            assert!(turns.windows(2).all(|w| order.is_before(w[0], w[1])));
+            assert_eq!(part(Part::First).count() == 0, order.plain());
+        }
+    }
+
+    #[test]
+    fn only_rows_next_to_another_rank_come_first() {
+        // One block, two along z, and four along y and z.
+        let (alone, [ny, nz]) = order([true; 3], 1, 0);
+        assert!(alone.plain() && !alone.is_in(Part::First, [0, 0]));
+        assert_eq!([ny, nz], [24, 40]);
+        let (two, [_, nz]) = order([true; 3], 2, 0);
+        assert_eq!(nz, 20);
+        assert!(two.is_in(Part::First, [3, 0]) && two.is_in(Part::First, [3, 19]));
+        assert!(two.is_in(Part::Rest, [0, 1]));
+        // The lower of two between closed faces.
+        let (lower, _) = order([true, true, false], 2, 0);
+        assert!(lower.is_in(Part::Rest, [3, 0]) && lower.is_in(Part::First, [3, 19]));
+    }
+}
