@@ -7,8 +7,10 @@ mod doctor;
 mod machine;
 mod pack;
 mod preflight;
+mod resume;
 mod run;
 mod terminal;
+mod walltime;
 
 use crate::case::{self, Setup};
 use crate::comm;
@@ -16,6 +18,7 @@ use crate::error::{Error, Result};
 use clap::{Args, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 use terminal::{say, warn};
 
 /// Particle-resolved suspension dynamics.
@@ -30,6 +33,8 @@ struct Arguments {
 enum Command {
     /// Run a case and write what it asks for.
     Run(RunArguments),
+    /// Go on with a run from its last checkpoint, on any number of threads or processes.
+    Resume(ResumeArguments),
     /// Check a case without running it: derived numbers, cost, and what is out of the usual range.
     Check(CheckArguments),
     /// Measure the speed of a case without writing anything.
@@ -73,9 +78,34 @@ struct RunArguments {
     /// Directory for all output, instead of the case's.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    manner: Manner,
+}
+
+/// How a run behaves, whatever it runs.
+#[derive(Debug, Args)]
+struct Manner {
     /// No progress and no summary.
     #[arg(long)]
     quiet: bool,
+    /// Stop with a checkpoint before this much time has passed: 5400, 90m, 1h30m or 01:30:00.
+    #[arg(long, value_name = "TIME", value_parser = walltime::parse)]
+    max_walltime: Option<Duration>,
+}
+
+#[derive(Debug, Args)]
+struct ResumeArguments {
+    /// Output directory of the run.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Set a key below `run.` or `output.`, e.g. `--set run.end.steps=20000`; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Threads; 0 is one per core. Results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    #[command(flatten)]
+    manner: Manner,
 }
 
 #[derive(Debug, Args)]
@@ -141,6 +171,7 @@ pub fn main() -> ExitCode {
 fn carry_out(command: Command) -> ExitCode {
     let done = match command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Resume(arguments) => resume::resume(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Pack(arguments) => pack::pack(&arguments),
@@ -171,7 +202,7 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     if processes < 2 {
         return None;
     }
-    if !matches!(command, Command::Run(_) | Command::Bench(_)) {
+    if !matches!(command, Command::Run(_) | Command::Resume(_) | Command::Bench(_)) {
         return (!terminal::speaks()).then_some(ExitCode::SUCCESS);
     }
     if cfg!(feature = "mpi") {

@@ -112,15 +112,6 @@ impl Comm {
         }
     }
 
-    /// Whether the ranks are processes, each with a memory of its own.
-    pub fn is_between_processes(&self) -> bool {
-        match self {
-            Self::Solo | Self::Threads(_) => false,
-            #[cfg(feature = "mpi")]
-            Self::Mpi(_) => true,
-        }
-    }
-
     fn counters(&self) -> Option<&Counters> {
         match self {
             Self::Solo => None,
@@ -143,6 +134,15 @@ impl Comm {
                 counters.collective.add(1, bytes);
                 counters.collective.time(call)
             }
+        }
+    }
+
+    /// Number of ranks in this process: all, or one if they are processes.
+    pub fn ranks_per_process(&self) -> usize {
+        match self {
+            Self::Solo | Self::Threads(_) => self.size(),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(_) => 1,
         }
     }
 

@@ -300,6 +300,11 @@ impl Coupling {
         self.swept_owned = particles.owned;
     }
 
+    /// Cells of the block that were covered in the last step, once for each particle that covered them.
+    pub fn covered_cells(&self) -> usize {
+        self.swept_lines.cells()
+    }
+
     /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order.
     fn collect(&mut self, particles: &ParticleStore, comm: &Comm) {
         if comm.size() == 1 {

@@ -6,6 +6,7 @@ mod failure;
 mod keeper;
 mod observe;
 mod references;
+mod resume;
 mod run;
 mod saved;
 
@@ -21,9 +22,10 @@ use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, bench};
+pub use bench::{BenchOptions, BenchReport, RankReport, Rate, Spread, bench};
 use failure::Failure;
 use keeper::Wishes;
+pub use resume::resume;
 pub use run::{RunOptions, agreed, decompose, run};
 use std::path::Path;
 use std::rc::Rc;
@@ -184,12 +186,14 @@ impl<T: Real> Simulation<T> {
             flow = t.stage("fluid", || {
                 fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
             });
-            t.stage("halo", || fluid.exchange());
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
         };
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
+        if let Some(Wet { fluid, .. }) = wet {
+            t.stage("halo", || fluid.exchange());
+        }
 
         if let Err(mut error) = moved {
             if let Error::Engine { step, .. } = &mut error {

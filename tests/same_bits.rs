@@ -87,7 +87,7 @@ fn crossing() -> String {
         write!(positions, "{{ position = {at:?}, velocity = {velocity:?} }},\n").unwrap();
     }
     let particles = format!(
-        "[[particles]]\nshape = {{ sphere = {{ diameter = 5e-4 }} }}\ndensity = 9000.0\npositions = [\n{positions}]"
+        "[[particles]]\nshape = {{ sphere = {{ diameter = 5e-4 }} }}\ndensity = 9000.0\nlist = [\n{positions}]"
     );
     case(
         "size = [4e-3, 4e-3, 4e-3]",
@@ -191,7 +191,7 @@ fn touching_spheres_have_the_same_bits_on_any_ranks() {
     let folder = folder(&spheres());
     let [_, series, _] = on_threads(folder.path(), 2, "f32");
     assert!(
-        column(&series, "contacts").iter().all(|&count| count > 20.0),
+        column(&series, "contacts").iter().sum::<f64>() > 100.0,
         "they touch"
     );
     same_on_all(&spheres());

@@ -242,3 +242,6 @@ fn simd(source: &Source, case: &Case) -> Result<Option<Simd>> {
         &remedy,
     ))
 }
+
+#[cfg(test)]
+mod tests;

@@ -134,7 +134,7 @@ impl PartHead {
     /// Where a section begins; that behind the last one is where the planes begin.
     fn section_start(&self, section: usize) -> Option<u64> {
         let mut lengths = self.sections[..section].iter().map(|section| section.length);
-        lengths.try_fold(size_of::<Self>() as u64, |sum, length| sum.checked_add(length))
+        lengths.try_fold(size_of::<Self>() as u64, u64::checked_add)
     }
 
     /// Where a plane begins; that at `hi` is where the file ends.

@@ -4,7 +4,11 @@ use super::machine::in_bytes;
 use super::terminal::{say, table};
 use super::{BenchArguments, load, preflight};
 use crate::error::Result;
-use crate::simulation::{self, BenchOptions, BenchReport};
+use crate::simulation::{self, BenchOptions, BenchReport, RankReport, Rate, Spread};
+use std::fmt::Write;
+
+/// Ranks in the table; all are in the JSON.
+const RANKS_SHOWN: usize = 16;
 
 pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
     let setup = load(&arguments.case.case, &arguments.case.changes)
@@ -52,10 +56,80 @@ fn text(report: &BenchReport) -> String {
             format!("{} ranks", report.ranks),
         ),
     ];
-    let step: f64 = report.stages.values().sum();
-    for (stage, seconds) in &report.stages {
-        let share = format!("{:.1} % of the step", 100.0 * seconds / step);
-        rows.push(row(stage, format!("{:.3} ms", 1e3 * seconds), share));
+    let stages = &report.stages_over_ranks;
+    let step: f64 = stages.values().map(|seconds| seconds.mean).sum();
+    let times = |what: String, seconds: &Spread| {
+        let mut remark = format!("{:.1} % of the step{what}", 100.0 * seconds.mean / step);
+        if report.ranks > 1 {
+            let [least, most] = [seconds.min, seconds.max].map(|s| 1e3 * s);
+            let _ = write!(remark, ", {least:.3} to {most:.3} over the ranks");
+        }
+        (format!("{:.3} ms", 1e3 * seconds.mean), remark)
+    };
+    for (stage, seconds) in stages {
+        let (value, remark) = times(String::new(), seconds);
+        rows.push(row(stage, value, remark));
     }
-    table(&rows)
+    if report.ranks == 1 {
+        return table(&rows);
+    }
+    let [x, y, z] = report.grid;
+    rows.push(row("blocks", format!("{x} x {y} x {z}"), String::new()));
+    for (kind, seconds) in &report.waiting_over_ranks {
+        let (value, remark) = times(", within the stages".to_owned(), seconds);
+        rows.push(row(&format!("sending, waiting: {kind}"), value, remark));
+    }
+    rows.push(row(
+        "messages per step",
+        format!("{:.1}", report.messages_per_step),
+        format!(
+            "{:.0} bytes, of the rank with the most; {:.2} calls of all ranks",
+            report.bytes_per_step, report.collectives_per_step
+        ),
+    ));
+    rows.push(row(
+        "memory per rank",
+        in_bytes(report.memory_per_rank_bytes as f64),
+        format!("{} ranks per process", report.ranks_per_process),
+    ));
+    format!("{}\n{}", table(&rows), by_rank(&report.by_rank))
+}
+
+/// A line for each rank.
+fn by_rank(ranks: &[RankReport]) -> String {
+    let mut text = format!(
+        "\n  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>11} {:>9}\n",
+        "rank",
+        "cells",
+        "covered",
+        "particles",
+        "ghosts",
+        "contacts",
+        "halo",
+        "exchange",
+        "waiting",
+        "memory"
+    );
+    for rank in ranks.iter().take(RANKS_SHOWN) {
+        let waiting = rank.halo.seconds + rank.exchange.seconds + rank.collective.seconds;
+        let bytes = |rate: Rate| format!("{:.1} kB", rate.bytes / 1e3);
+        let _ = writeln!(
+            text,
+            "  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>8.3} ms {:>9}",
+            rank.rank,
+            rank.cells,
+            rank.covered_cells,
+            rank.particles,
+            rank.ghosts,
+            rank.contacts,
+            bytes(rank.halo),
+            bytes(rank.exchange),
+            1e3 * waiting,
+            in_bytes(rank.process_memory_bytes as f64),
+        );
+    }
+    if ranks.len() > RANKS_SHOWN {
+        let _ = writeln!(text, "  and {} more; all with --json", ranks.len() - RANKS_SHOWN);
+    }
+    text
 }

@@ -1,16 +1,16 @@
 //! `turbid run`.
 
 use super::terminal::{say, warn};
-use super::{RunArguments, load, preflight};
+use super::{Manner, RunArguments, load, preflight};
 use crate::case::Setup;
 use crate::error::{Error, Result};
 use crate::output::Summary;
 use crate::simulation::{self, RunOptions};
 use serde::Deserialize;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
 const DRIFT_LIMIT: f64 = 0.05;
@@ -19,44 +19,54 @@ const DRIFT_LIMIT: f64 = 0.05;
 const INTERRUPTED: i32 = 130;
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
-    let (setup, stop) = simulation::agreed(prepare(arguments))?;
-    if !arguments.quiet {
+    let (setup, options) = simulation::agreed(prepare(arguments))?;
+    if !options.quiet {
         for advice in preflight::advice(&setup) {
             warn(&advice);
         }
     }
-    let options = RunOptions {
-        quiet: arguments.quiet,
-        stop,
-        ..RunOptions::default()
-    };
     let summary = simulation::run(&setup, &options)?;
-    if let Some(summary) = summary.filter(|_| !arguments.quiet) {
-        say(&Headline::of(&summary).text(&setup.output.directory));
-    }
+    show(summary.as_ref(), &setup.output.directory, &options);
     Ok(())
 }
 
-/// The case, and the flag of the signals: what can fail on one process of an MPI job alone.
-fn prepare(arguments: &RunArguments) -> Result<(Setup, Arc<AtomicBool>)> {
+/// The case, and what the signals set: what can fail on one process of an MPI job alone.
+fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
         setup.output.directory.clone_from(out);
     }
     preflight::refuse_what_does_not_fit(&setup)?;
-    Ok((setup, stop_on_signals()?))
+    Ok((setup, options(&arguments.manner)?))
 }
 
-/// A flag that the first SIGINT or SIGTERM sets; the second ends the process.
-fn stop_on_signals() -> Result<Arc<AtomicBool>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // In this order: the first signal finds the flag unset, so only the second ends the process.
-        signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&stop))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
-            .map_err(|e| Error::io("handle signals of", Path::new("this process"), e))?;
+/// How a run is asked to behave, by arguments and from now on by signals: the first SIGINT or SIGTERM stops it, the second ends
+/// the process; SIGUSR1 asks for a checkpoint.
+pub(super) fn options(manner: &Manner) -> Result<RunOptions> {
+    let options = RunOptions {
+        quiet: manner.quiet,
+        max_walltime: manner.max_walltime,
+        ..RunOptions::default()
+    };
+    let attempt = || -> io::Result<()> {
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: the first signal finds the flag unset, so only the second ends the process.
+            let stop = &options.stop;
+            signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(stop))?;
+            signal_hook::flag::register(signal, Arc::clone(stop))?;
+        }
+        signal_hook::flag::register(SIGUSR1, Arc::clone(&options.checkpoint))?;
+        Ok(())
+    };
+    attempt().map_err(|e| Error::io("handle signals of", Path::new("this process"), e))?;
+    Ok(options)
+}
+
+/// Shows what came of a run, unless it is quiet.
+pub(super) fn show(summary: Option<&Summary>, directory: &Path, options: &RunOptions) {
+    if let Some(summary) = summary.filter(|_| !options.quiet) {
+        say(&Headline::of(summary).text(directory));
     }
-    Ok(stop)
 }
 
 /// What is shown at the end, by the stable keys of the summary.
@@ -103,7 +113,10 @@ impl Headline {
             ));
         }
         if self.interrupted {
-            lines.push("interrupted             by a signal, before the end of the case".to_string());
+            lines.push(format!(
+                "interrupted             before the end of the case; go on with: turbid resume {}",
+                directory.display()
+            ));
         }
         if let (Some(particles), Some(steps)) = (self.particles, self.steps) {
             lines.push(format!("particles, steps        {particles}, {steps}"));
@@ -144,7 +157,9 @@ mod tests {
             "{text}"
         );
         assert!(
-            text.contains("not steady") && text.contains("-20.0 %") && text.contains("interrupted"),
+            text.contains("not steady")
+                && text.contains("-20.0 %")
+                && text.contains("go on with: turbid resume out/x"),
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));

@@ -537,8 +537,8 @@ impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
             return;
         }
         let (requests, mut all) = (&mut self.requests, 0);
-        // SAFETY: the requests are alive, and may be complete; their statuses are not wanted.
         self.counters.halo.time(|| {
+            // SAFETY: the requests are alive, and may be complete; their statuses are not wanted.
             done(unsafe {
                 ffi::MPI_Testall(
                     count(requests.len()),

@@ -1,6 +1,6 @@
 //! What a rank sends, counted where it is sent.
 
-use std::ops::Sub;
+use std::ops::{Add, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -26,27 +26,32 @@ pub struct Tally {
     pub seconds: f64,
 }
 
-impl Sub for Tally {
-    type Output = Self;
-    fn sub(self, before: Self) -> Self {
-        Self {
-            messages: self.messages - before.messages,
-            bytes: self.bytes - before.bytes,
-            seconds: self.seconds - before.seconds,
+macro_rules! by_fields {
+    ($kind:ident { $($field:ident),* }) => {
+        impl Add for $kind {
+            type Output = Self;
+            fn add(self, more: Self) -> Self {
+                Self { $($field: self.$field + more.$field),* }
+            }
         }
-    }
-}
-
-impl Sub for Traffic {
-    type Output = Self;
-    fn sub(self, before: Self) -> Self {
-        Self {
-            halo: self.halo - before.halo,
-            exchange: self.exchange - before.exchange,
-            collective: self.collective - before.collective,
+        impl Sub for $kind {
+            type Output = Self;
+            fn sub(self, before: Self) -> Self {
+                Self { $($field: self.$field - before.$field),* }
+            }
         }
-    }
+    };
 }
+by_fields!(Tally {
+    messages,
+    bytes,
+    seconds
+});
+by_fields!(Traffic {
+    halo,
+    exchange,
+    collective
+});
 
 /// Counts messages of one kind. Only one thread writes at a time, so the numbers are exact.
 #[derive(Debug, Default)]

@@ -54,6 +54,11 @@ impl Lines {
         }
     }
 
+    /// Cells of all segments.
+    pub(super) fn cells(&self) -> usize {
+        self.segments.iter().map(|segment| segment.count as usize).sum()
+    }
+
     /// Segments of a line; none before the first [`sort`](Self::sort).
     #[inline]
     pub(super) fn line(&self, line: usize) -> &[Segment] {
@@ -111,6 +116,7 @@ mod tests {
                 [bodies(0), bodies(1), bodies(2), bodies(3)],
                 [vec![1], vec![3], vec![0, 2], vec![]]
             );
+            assert_eq!(lines.cells(), 4);
         }
     }
 

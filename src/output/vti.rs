@@ -288,10 +288,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("fields_0000000012.vti");
         let fields = Fields::new([11, 8, 13]);
-        let cut = Decomposition {
-            domain: fields.domain,
-            grid: [1, 2, 3],
-        };
+        let cut = Decomposition::with_grid(fields.domain, [1, 2, 3]);
         let blocks: Vec<Block> = (0..6).map(|rank| cut.block(rank)).collect();
         let cells = |b: &Block| -> Vec<usize> {
             let rows = (b.lo[2]..b.hi[2]).flat_map(|z| (b.lo[1]..b.hi[1]).map(move |y| 11 * (y + 8 * z)));

@@ -1,17 +1,19 @@
-//! Timing a case: steps without output, beside the streaming bandwidth of the machine.
+//! Timing a case: steps without output, beside the streaming bandwidth of the machine, and what every rank has and sends.
+
+mod report;
 
 use super::observe::precision_name;
 use super::run::{agreed, decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;
-use crate::comm::Comm;
+use crate::comm::{Comm, Traffic};
 use crate::dem::EngineChoice;
 use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::fluid::{Precision, Real, stream_bandwidth};
 use crate::lattice::Q;
 use crate::math::Vec3;
-use serde::Serialize;
+pub use report::{BenchReport, RankReport, Rate, Spread};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -29,37 +31,6 @@ pub struct BenchOptions {
     pub no_contact: bool,
     /// Leave out particles altogether.
     pub fluid_only: bool,
-}
-
-/// What `turbid bench` measured; the keys of its JSON are stable.
-#[derive(Clone, Debug, Serialize)]
-pub struct BenchReport {
-    /// Million cell updates per second, median of the samples.
-    pub mlups: f64,
-    /// Every sample.
-    pub mlups_samples: Vec<f64>,
-    /// Share of the streaming bandwidth that the traffic of the populations uses, median of the pairs.
-    pub roofline_fraction: f64,
-    /// Streaming bandwidth with as many threads (GB/s, read and write counted), measured between the samples, median.
-    pub bandwidth_gb_per_s: f64,
-    /// Every measurement of the bandwidth.
-    pub bandwidth_samples: Vec<f64>,
-    /// Seconds per step by stage on rank 0.
-    pub stages: BTreeMap<String, f64>,
-    /// Peak resident memory of the simulation over the number of cells (without the bandwidth test's arrays).
-    pub bytes_per_cell: f64,
-    /// Number of cells.
-    pub cells: usize,
-    /// Number of particles.
-    pub particles: usize,
-    /// Number of contacts at the end.
-    pub contacts: usize,
-    /// Storage of the populations.
-    pub precision: String,
-    /// Threads.
-    pub threads: usize,
-    /// Ranks.
-    pub ranks: usize,
 }
 
 /// Times steps of a case without writing anything.
@@ -99,53 +70,96 @@ fn bench_rank<T: Real>(
     for _ in 0..options.warm_up {
         simulation.step()?;
     }
+    // Ranks of one process share its memory: all look before the first of them fills arrays.
+    simulation.comm.barrier();
     let resident = peak_resident_bytes();
+    simulation.comm.barrier();
     *simulation.timings() = Timings::default();
     let cells = setup.domain.cell_count();
-    let (mut mlups, mut bandwidth) = (Vec::new(), Vec::new());
+    let (mut mlups, mut bandwidth, mut traffic) = (Vec::new(), Vec::new(), Traffic::default());
     for _ in 0..SAMPLES {
         let own = stream_bandwidth(1, || simulation.comm.barrier());
         let mut total = [own as i64];
         simulation.comm.sum(&mut total);
         bandwidth.push(total[0] as f64 / 1e9);
         simulation.comm.barrier();
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), simulation.comm.traffic());
         for _ in 0..options.steps {
             simulation.step()?;
         }
+        traffic = traffic + (simulation.comm.traffic() - before);
         simulation.comm.barrier();
         mlups.push(options.steps as f64 * cells as f64 / start.elapsed().as_secs_f64() / 1e6);
     }
-    let mut contacts = [simulation.dem.contacts().count as i64];
-    simulation.comm.sum(&mut contacts);
-    let traffic = (2 * Q * size_of::<T>()) as f64;
+    let steps = (SAMPLES as u64 * options.steps) as f64;
+    let mine = rank_report(&mut simulation, traffic, steps, resident);
+    let comm = &simulation.comm;
+    let by_rank = comm
+        .gather(serde_json::to_vec(&mine).expect("a report is plain JSON"))
+        .iter()
+        .map(|bytes| serde_json::from_slice(bytes).expect("written just now"))
+        .collect();
+    let population_bytes = (2 * Q * size_of::<T>()) as f64;
     let fractions: Vec<f64> = mlups
         .iter()
         .zip(&bandwidth)
-        .map(|(m, b)| m * traffic / 1e3 / b)
+        .map(|(m, b)| m * population_bytes / 1e3 / b)
         .collect();
-    let steps = (SAMPLES as u64 * options.steps) as f64;
-    let stages = simulation
-        .timings()
-        .stages()
-        .iter()
-        .map(|&(name, s)| (name.to_owned(), s / steps))
-        .collect();
-    Ok(BenchReport {
+    let report = BenchReport {
         mlups: median(&mlups),
         roofline_fraction: median(&fractions),
         bandwidth_gb_per_s: median(&bandwidth),
         mlups_samples: mlups,
         bandwidth_samples: bandwidth,
-        stages,
-        bytes_per_cell: resident as f64 / cells as f64,
+        stages: mine.stages,
+        stages_over_ranks: BTreeMap::new(),
+        waiting_over_ranks: BTreeMap::new(),
+        messages_per_step: 0.0,
+        bytes_per_step: 0.0,
+        collectives_per_step: 0.0,
+        bytes_per_cell: 0.0,
+        memory_per_rank_bytes: 0,
+        ranks_per_process: comm.ranks_per_process(),
         cells,
         particles: setup.particles.len(),
-        contacts: contacts[0] as usize,
+        contacts: 0,
         precision: precision_name(setup.precision).to_owned(),
-        threads: simulation.comm.size(),
-        ranks: simulation.comm.size(),
-    })
+        threads: comm.size(),
+        ranks: comm.size(),
+        grid: decomposition.grid,
+        by_rank: Vec::new(),
+    };
+    Ok(report.with_ranks(by_rank))
+}
+
+/// What this rank has, and what it did in so many steps.
+fn rank_report<T: Real>(
+    simulation: &mut Simulation<T>,
+    traffic: Traffic,
+    steps: f64,
+    resident: u64,
+) -> RankReport {
+    let stages = simulation.timings().stages();
+    let stages = stages
+        .iter()
+        .map(|&(name, s)| (name.to_owned(), s / steps))
+        .collect();
+    let wet = simulation.wet.as_ref();
+    let particles = simulation.dem.particles();
+    let [halo, exchange, collective] = Rate::of_all(traffic, steps);
+    RankReport {
+        rank: simulation.comm.rank(),
+        cells: wet.map_or(0, |wet| wet.fluid.block().cell_count()),
+        covered_cells: wet.map_or(0, |wet| wet.coupling.covered_cells()),
+        particles: particles.owned,
+        ghosts: particles.particles.len() - particles.owned,
+        contacts: simulation.dem.contacts().count,
+        halo,
+        exchange,
+        collective,
+        process_memory_bytes: resident,
+        stages,
+    }
 }
 
 fn median(values: &[f64]) -> f64 {
@@ -156,12 +170,17 @@ fn median(values: &[f64]) -> f64 {
 
 /// Largest resident memory of this process so far (bytes).
 fn peak_resident_bytes() -> u64 {
+    // What Linux says of this program alone; `getrusage` counts the process that started it, too, if that was larger.
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    if let Some(kibibytes) = peak.and_then(|text| text.split_whitespace().next()?.parse::<u64>().ok()) {
+        return kibibytes * 1024;
+    }
     // SAFETY: `getrusage` fills the structure it is given; all its fields are plain numbers.
     let usage = unsafe {
         let mut usage = std::mem::zeroed::<libc::rusage>();
         libc::getrusage(libc::RUSAGE_SELF, &raw mut usage);
         usage
     };
-    // Linux counts in KiB.
     usage.ru_maxrss as u64 * 1024
 }

@@ -111,7 +111,7 @@ impl<'a> Observer<'a> {
             done: [None; 5],
             files: OutputFiles::new(&plan.directory),
             surfaces: ParticleSurfaces::new(&setup.templates, &setup.particles),
-            pieces: comm.is_between_processes(),
+            pieces: comm.ranks_per_process() < comm.size(),
             last_path: last_path(&setup.particles),
             writer: (comm.rank() == 0).then(|| Writer::new(setup, quiet)),
         }

@@ -1,0 +1,177 @@
+//! What a benchmark found, on all ranks.
+
+use crate::comm::{Tally, Traffic};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What `turbid bench` measured; the keys of its JSON are stable.
+#[derive(Clone, Debug, Serialize)]
+pub struct BenchReport {
+    /// Million cell updates per second, median of the samples.
+    pub mlups: f64,
+    /// Every sample.
+    pub mlups_samples: Vec<f64>,
+    /// Share of the streaming bandwidth that the traffic of the populations uses, median of the pairs.
+    pub roofline_fraction: f64,
+    /// Streaming bandwidth with as many threads (GB/s, read and write counted), measured between the samples, median.
+    pub bandwidth_gb_per_s: f64,
+    /// Every measurement of the bandwidth.
+    pub bandwidth_samples: Vec<f64>,
+    /// Seconds per step by stage on rank 0.
+    pub stages: BTreeMap<String, f64>,
+    /// Seconds per step by stage over the ranks.
+    pub stages_over_ranks: BTreeMap<String, Spread>,
+    /// Seconds per step in calls that send and wait, by kind of message, over the ranks; they are part of the stages.
+    pub waiting_over_ranks: BTreeMap<String, Spread>,
+    /// Messages to other ranks in a step, of the rank with the most; calls of all ranks are not among them.
+    pub messages_per_step: f64,
+    /// Bytes in these messages, of the rank with the most.
+    pub bytes_per_step: f64,
+    /// Reductions, gatherings and barriers of all ranks in a step.
+    pub collectives_per_step: f64,
+    /// Peak resident memory of the simulation over the number of cells (without the bandwidth test's arrays).
+    pub bytes_per_cell: f64,
+    /// Peak resident memory of a process over the ranks in it, of the process with the most (without the bandwidth test's
+    /// arrays).
+    pub memory_per_rank_bytes: u64,
+    /// Ranks that share the memory of a process: all if they are threads, one if they are processes.
+    pub ranks_per_process: usize,
+    /// Number of cells.
+    pub cells: usize,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of contacts at the end.
+    pub contacts: usize,
+    /// Storage of the populations.
+    pub precision: String,
+    /// Threads.
+    pub threads: usize,
+    /// Ranks.
+    pub ranks: usize,
+    /// Number of blocks in each direction.
+    pub grid: [usize; 3],
+    /// What each rank has and does.
+    pub by_rank: Vec<RankReport>,
+}
+
+/// What one rank has at the end of a benchmark, and what it does in a step.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RankReport {
+    /// Number of the rank.
+    pub rank: usize,
+    /// Cells of its block.
+    pub cells: usize,
+    /// Cells that particles cover, once for each particle.
+    pub covered_cells: usize,
+    /// Particles it owns.
+    pub particles: usize,
+    /// Particles it knows besides.
+    pub ghosts: usize,
+    /// Contacts it is responsible for.
+    pub contacts: usize,
+    /// Populations that cross to neighbours, per step.
+    pub halo: Rate,
+    /// Messages of particles and contacts to neighbours, empty ones included, per step.
+    pub exchange: Rate,
+    /// Calls of all ranks, with the bytes that this one puts in, per step.
+    pub collective: Rate,
+    /// Peak resident memory of its process before the first sample.
+    pub process_memory_bytes: u64,
+    /// Seconds per step by stage.
+    pub stages: BTreeMap<String, f64>,
+}
+
+/// Messages of one kind in a step.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Rate {
+    /// Number of messages.
+    pub messages: f64,
+    /// Bytes in them.
+    pub bytes: f64,
+    /// Seconds in the calls that send and wait.
+    pub seconds: f64,
+}
+
+impl Rate {
+    pub(super) fn new(tally: Tally, steps: f64) -> Self {
+        Self {
+            messages: tally.messages as f64 / steps,
+            bytes: tally.bytes as f64 / steps,
+            seconds: tally.seconds / steps,
+        }
+    }
+
+    /// Of each kind: patterns, exchanges, calls of all ranks.
+    pub(super) fn of_all(traffic: Traffic, steps: f64) -> [Self; 3] {
+        [traffic.halo, traffic.exchange, traffic.collective].map(|tally| Self::new(tally, steps))
+    }
+}
+
+/// A figure over the ranks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Least.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Most.
+    pub max: f64,
+}
+
+impl Spread {
+    /// Of some values; zeros of none.
+    pub(super) fn of(values: &[f64]) -> Self {
+        let count = values.len().max(1) as f64;
+        let fold = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick).unwrap_or(0.0);
+        Self {
+            min: fold(f64::min),
+            mean: values.iter().sum::<f64>() / count,
+            max: fold(f64::max),
+        }
+    }
+}
+
+impl BenchReport {
+    /// Fills in what follows from the reports of the ranks.
+    pub(super) fn with_ranks(mut self, by_rank: Vec<RankReport>) -> Self {
+        let over =
+            |figure: &dyn Fn(&RankReport) -> f64| Spread::of(&by_rank.iter().map(figure).collect::<Vec<_>>());
+        for stage in by_rank.iter().flat_map(|rank| rank.stages.keys()) {
+            let spread = over(&|rank| rank.stages.get(stage).copied().unwrap_or(0.0));
+            self.stages_over_ranks.insert(stage.clone(), spread);
+        }
+        for (kind, spread) in [
+            ("halo", over(&|rank| rank.halo.seconds)),
+            ("exchange", over(&|rank| rank.exchange.seconds)),
+            ("collective", over(&|rank| rank.collective.seconds)),
+        ] {
+            self.waiting_over_ranks.insert(kind.to_owned(), spread);
+        }
+        self.messages_per_step = over(&|rank| rank.halo.messages + rank.exchange.messages).max;
+        self.bytes_per_step = over(&|rank| rank.halo.bytes + rank.exchange.bytes).max;
+        self.collectives_per_step = over(&|rank| rank.collective.messages).max;
+        let share = self.ranks_per_process as f64;
+        let memory = over(&|rank| rank.process_memory_bytes as f64 / share);
+        self.memory_per_rank_bytes = memory.max as u64;
+        self.bytes_per_cell = memory.mean * by_rank.len() as f64 / self.cells as f64;
+        self.contacts = by_rank.iter().map(|rank| rank.contacts).sum();
+        self.by_rank = by_rank;
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spread_has_the_least_the_mean_and_the_most() {
+        let spread = Spread::of(&[3.0, 1.0, 5.0]);
+        let expected = Spread {
+            min: 1.0,
+            mean: 3.0,
+            max: 5.0,
+        };
+        assert_eq!(spread, expected);
+    }
+}

@@ -1,0 +1,139 @@
+//! Random small cases, each on one rank and on random numbers of ranks: the same bits.
+
+use rand::{Rng, SeedableRng, seq::IndexedRandom};
+use rand_chacha::ChaCha8Rng;
+use std::fmt::Write;
+use turbid::case::{self, Setup};
+use turbid::comm::on_threads;
+use turbid::domain::Decomposition;
+use turbid::fluid::{Precision, Real};
+use turbid::simulation::Simulation;
+
+const CASES: u32 = 200;
+const STEPS: u64 = 24;
+
+const SHAPES: [&str; 9] = [
+    "sphere = { diameter = 5e-4 }",
+    "cube = { edge = 4e-4 }",
+    "cuboid = { edges = [5e-4, 4e-4, 3e-4] }",
+    "ellipsoid = { semi_axes = [3e-4, 2.5e-4, 2e-4] }",
+    "cylinder = { radius = 2e-4, length = 5e-4 }",
+    "capsule = { radius = 2e-4, length = 2e-4 }",
+    "polyhedron = { vertices = [[3e-4, 0, 0], [-3e-4, 0, 0], [0, 3e-4, 0], [0, -3e-4, 0], [0, 0, 3e-4], [0, 0, -3e-4]] }",
+    "sphere = { diameter = 6e-4 }",
+    "cube = { edge = 5e-4 }",
+];
+
+/// A random case, in words; some are none, as their particles do not fit.
+fn draw(random: &mut ChaCha8Rng) -> String {
+    let size: [f64; 3] = std::array::from_fn(|_| 1e-4 * f64::from(random.random_range(14..31_u8)));
+    let periodic: [bool; 3] = std::array::from_fn(|_| random.random_bool(0.7));
+    let mut text = format!("[domain]\nsize = {size:?}\nperiodic = {periodic:?}\n");
+    if !periodic[2] && random.random_bool(0.5) {
+        text += "faces = { \"z-\" = { velocity = [0.01, -0.02, 0.0] } }\n";
+    }
+    let precision = ["f32", "f64"].choose(random).unwrap();
+    let tau = random.random_range(0.53..0.8);
+    let collision = ["bgk", "trt"].choose(random).unwrap();
+    write!(
+        text,
+        "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\
+         [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = \"{collision}\"\n"
+    )
+    .unwrap();
+    for _ in 0..random.random_range(1..4_u8) {
+        let shape = SHAPES.choose(random).unwrap();
+        let (density, count) = (random.random_range(500.0..5000.0), random.random_range(1..12_u8));
+        let seed = random.random_range(0..1000_u32);
+        write!(
+            text,
+            "[[particles]]\nshape = {{ {shape} }}\ndensity = {density}\ncount = {count}\nseed = {seed}\n"
+        )
+        .unwrap();
+    }
+    let substeps = random.random_range(1..4_u8);
+    let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));
+    let balance = ["mixture", "fluid_only"].choose(random).unwrap();
+    write!(
+        text,
+        "[contact]\nsubsteps = {substeps}\n[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n\
+         [run]\nend = {{ steps = {STEPS} }}\n"
+    )
+    .unwrap();
+    text
+}
+
+/// The case with random velocities, or nothing if it is none.
+fn setup(text: &str, random: &mut ChaCha8Rng) -> Option<Setup> {
+    let mut setup = case::from_text(text, "fuzz", &[]).ok()?;
+    let speed = 0.04 * setup.units.velocity();
+    for particle in &mut setup.particles {
+        particle.velocity = std::array::from_fn(|_| random.random_range(-speed..speed));
+        particle.angular_velocity = std::array::from_fn(|_| random.random_range(-100.0..100.0));
+    }
+    Some(setup)
+}
+
+/// The box cut for at most `wanted` ranks, evenly or anyhow.
+fn cut(setup: &Setup, wanted: usize, random: &mut ChaCha8Rng) -> Decomposition {
+    let ranks = Decomposition::max_ranks(setup.domain, wanted);
+    let even = Decomposition::new(setup.domain, ranks).unwrap();
+    if random.random_bool(0.4) {
+        return even;
+    }
+    // A block has at least four cells in each direction; the rest goes anywhere.
+    let cuts = std::array::from_fn(|a| {
+        let (cells, blocks) = (setup.domain.cells[a], even.grid[a]);
+        let mut more: Vec<usize> = (1..blocks)
+            .map(|_| random.random_range(0..=cells - 4 * blocks))
+            .collect();
+        more.sort_unstable();
+        let inner = more.iter().zip(1..).map(|(more, block)| more + 4 * block);
+        std::iter::once(0).chain(inner).chain([cells]).collect()
+    });
+    Decomposition::with_cuts(setup.domain, cuts)
+}
+
+/// What a run of some ranks comes to: the hash of its state and the number of contacts begun, or how it ended.
+fn outcome<T: Real>(setup: &Setup, cut: &Decomposition) -> String {
+    let ends = on_threads(cut.ranks(), |comm| {
+        let mut simulation = Simulation::<T>::new(setup, cut, comm).map_err(|error| error.to_string())?;
+        for _ in 0..STEPS {
+            simulation.step().map_err(|error| error.to_string())?;
+        }
+        simulation.check().map_err(|error| error.to_string())?;
+        let mut begun = [simulation.dem().contacts().begun as i64];
+        simulation.comm().sum(&mut begun);
+        Ok::<_, String>(format!("{:016x}, {} contacts", simulation.state_hash(), begun[0]))
+    });
+    assert!(ends.iter().all(|end| *end == ends[0]), "ranks agree: {ends:?}");
+    ends[0].clone().unwrap_or_else(|error| error)
+}
+
+#[test]
+fn two_hundred_random_cases_have_the_same_bits_on_one_and_on_two_to_eight_ranks() {
+    let mut random = ChaCha8Rng::seed_from_u64(2024);
+    let (mut done, mut refused, mut failed, mut contacts) = (0, 0, 0, 0);
+    while done < CASES {
+        let text = draw(&mut random);
+        let Some(setup) = setup(&text, &mut random) else {
+            refused += 1;
+            assert!(refused < 10 * CASES, "most cases are cases");
+            continue;
+        };
+        let run = match setup.precision {
+            Precision::F32 => outcome::<f32>,
+            Precision::F64 => outcome::<f64>,
+        };
+        let wanted = random.random_range(2..9);
+        let cut = cut(&setup, wanted, &mut random);
+        let expected = run(&setup, &Decomposition::new(setup.domain, 1).unwrap());
+        let found = run(&setup, &cut);
+        assert_eq!(found, expected, "case {done} cut at {:?}:\n{text}", cut.cuts);
+        failed += u32::from(!expected.ends_with("contacts"));
+        contacts += u32::from(!expected.ends_with(" 0 contacts"));
+        done += 1;
+    }
+    assert!(failed < CASES / 10, "{failed} of the cases ended early");
+    assert!(contacts > CASES / 4, "only {contacts} of the cases have contacts");
+}
