@@ -104,37 +104,14 @@ pub fn newest_sound<R>(
     comm: &Comm,
     mut attempt: impl FnMut(&Checkpoint) -> Result<R>,
 ) -> Result<(R, Vec<String>)> {
-    newest_sound_for(
-        directory,
-        &mut &*comm,
-        |comm| comm,
-        |_, checkpoint| attempt(checkpoint),
-    )
-}
-
-/// As [`newest_sound`], for an attempt that changes what holds the ranks: `comm(holder)` are they.
-///
-/// # Errors
-/// As [`newest_sound`].
-pub fn newest_sound_for<H, R>(
-    directory: &Path,
-    holder: &mut H,
-    comm: impl Fn(&H) -> &Comm,
-    mut attempt: impl FnMut(&mut H, &Checkpoint) -> Result<R>,
-) -> Result<(R, Vec<String>)> {
-    let ranks = comm(holder);
-    let found = agreed(ranks, in_rank_0(ranks, || list(directory)))?;
+    let found = agreed(comm, in_rank_0(comm, || list(directory)))?;
     // Others may see the folder of a remote disk a little later.
     let names: Vec<String> = found.iter().map(|found| name_of(&found.path)).collect();
-    let names = ranks.all_gather(names.join("\n").into_bytes()).swap_remove(0);
+    let names = comm.all_gather(names.join("\n").into_bytes()).swap_remove(0);
     let mut skipped = Vec::new();
     for name in String::from_utf8_lossy(&names).lines() {
-        let opened = agreed(comm(holder), Checkpoint::open(&directory.join(name)));
-        let tried = opened.and_then(|checkpoint| {
-            let tried = attempt(holder, &checkpoint);
-            agreed(comm(holder), tried)
-        });
-        match tried {
+        let opened = agreed(comm, Checkpoint::open(&directory.join(name)));
+        match opened.and_then(|checkpoint| agreed(comm, attempt(&checkpoint))) {
             Ok(result) => return Ok((result, skipped)),
             Err(why) => skipped.push(why.to_string()),
         }
@@ -154,7 +131,7 @@ pub fn newest_sound_for<H, R>(
 }
 
 /// What is said where there is no checkpoint.
-pub fn none_in(directory: &Path) -> String {
+fn none_in(directory: &Path) -> String {
     format!(
         "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
          output.checkpoint_every and when it is stopped",

@@ -115,6 +115,9 @@ struct CheckArguments {
     case: Option<PathBuf>,
     #[command(flatten)]
     changes: Changes,
+    /// Also say what each of so many ranks (threads or MPI processes) would have to do and to send.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    ranks: Option<u64>,
     /// Print the JSON schema of case files instead.
     #[arg(long, conflicts_with = "case")]
     schema: bool,

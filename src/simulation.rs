@@ -9,6 +9,7 @@ mod references;
 mod resume;
 mod run;
 mod saved;
+mod work;
 
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -22,13 +23,14 @@ use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, RankReport, Rate, Spread, bench};
+pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
 use keeper::Wishes;
 pub use resume::resume;
-pub use run::{RunOptions, agreed, decompose, run};
+pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;
 use std::rc::Rc;
+pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.

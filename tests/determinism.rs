@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use turbid::case::{self, Setup};
 use turbid::comm::on_threads;
-use turbid::domain::Decomposition;
+use turbid::domain::{Decomposition, Weights};
 use turbid::fluid::{Real, Simd};
 use turbid::simulation::Simulation;
 
@@ -97,13 +97,32 @@ fn same_bits<T: Real>() {
     assert!(contacts > 100, "only {contacts} contacts begun");
     // The blocks a run would take, which leave rows whole, and blocks that meet in corners and cut rows.
     let grids = [[3, 1, 1], [2, 2, 2]].map(|grid| Decomposition::with_grid(domain, grid));
-    for cut in [2, 3, 4, 6, 8].map(cut).into_iter().chain(grids) {
+    // Blocks of any size, and those of a work that is nearly all at the bottom.
+    let uneven = Decomposition::with_cuts(domain, [vec![0, 29, 48], vec![0, 4, 56], vec![0, 10, 15, 64]]);
+    let mut weights = Weights::even(&domain, 1.0);
+    for layers in &mut weights.layers {
+        let bottom = layers.len() / 3;
+        layers[..bottom].iter_mut().for_each(|layer| *layer *= 9.0);
+    }
+    let balanced = [5, 8].map(|ranks| Decomposition::balanced(domain, ranks, &weights).unwrap());
+    assert!(
+        balanced
+            .iter()
+            .all(|cut| *cut != Decomposition::with_grid(domain, cut.grid))
+    );
+    for cut in [2, 3, 4, 6, 8]
+        .map(cut)
+        .into_iter()
+        .chain(grids)
+        .chain([uneven])
+        .chain(balanced)
+    {
         let (other, begun, moved) = outcome::<T>(&setup, &cut, Simd::best());
         println!(
             "{:?}: {other:016x}, {begun} contacts begun, {moved} particles changed rank",
-            cut.grid
+            cut.cuts
         );
-        assert_eq!((other, begun), (hash, contacts), "{:?}", cut.grid);
+        assert_eq!((other, begun), (hash, contacts), "{:?}", cut.cuts);
         assert!(moved > 10, "only {moved} particles changed rank");
     }
     for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512]

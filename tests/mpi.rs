@@ -2,7 +2,17 @@
 #![cfg(feature = "mpi")]
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// What lets a launcher start more processes than there are cores, as any user.
+const ENVIRONMENT: [(&str, &str); 5] = [
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("OMPI_MCA_mpi_yield_when_idle", "1"),
+    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+];
 
 const CASE: &str = r#"
 [domain]
@@ -44,13 +54,7 @@ fn turbid(folder: &Path, processes: usize, arguments: &[&str]) -> Output {
         .arg(env!("CARGO_BIN_EXE_turbid"))
         .args(arguments)
         .current_dir(folder)
-        .envs([
-            ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-            ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-            ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-            ("OMPI_MCA_mpi_yield_when_idle", "1"),
-            ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-        ])
+        .envs(ENVIRONMENT)
         .output()
         .unwrap()
 }
@@ -197,6 +201,107 @@ fn an_output_folder_that_cannot_be_made_ends_all_processes() {
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert_eq!(said.matches("error:").count(), 1, "{said}");
+}
+
+/// The processes of a job that run turbid, by their rank; found by the folder they were started in.
+fn ranks_of(folder: &Path) -> Vec<(usize, u32)> {
+    let folder = folder.canonicalize().unwrap();
+    let rank = |process: &Path| {
+        let here = std::fs::read_link(process.join("cwd")).ok()?;
+        let words = std::fs::read(process.join("environ")).ok()?;
+        let words = String::from_utf8_lossy(&words).into_owned();
+        let rank = words
+            .split('\0')
+            .find_map(|word| word.strip_prefix("OMPI_COMM_WORLD_RANK="))?;
+        let id = process.file_name()?.to_str()?.parse().ok()?;
+        (here == folder).then_some((rank.parse().ok()?, id))
+    };
+    std::fs::read_dir("/proc")
+        .unwrap()
+        .filter_map(|entry| rank(&entry.unwrap().path()))
+        .collect()
+}
+
+#[test]
+fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
+    let folder = folder();
+    // So many steps that it cannot end by itself.
+    let case = CASE.replace("end = { steps = 60 }", "end = { steps = 10000000 }");
+    std::fs::write(folder.path().join("case.toml"), case).unwrap();
+    let every = [
+        "--set",
+        "output.checkpoint_every.steps=8",
+        "--set",
+        "run.average_from.steps=20",
+    ];
+    let job = Command::new("timeout")
+        .args([
+            "--kill-after=5",
+            "120",
+            "mpirun",
+            "-n",
+            "3",
+            env!("CARGO_BIN_EXE_turbid"),
+        ])
+        .args(["run", "case.toml", "--quiet"])
+        .args(every)
+        .current_dir(folder.path())
+        .envs(ENVIRONMENT)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let written = folder.path().join("out/checkpoints/step-0000000024");
+    let limit = Instant::now() + Duration::from_secs(60);
+    let victim = loop {
+        assert!(Instant::now() < limit, "no checkpoint within a minute");
+        let ranks = ranks_of(folder.path());
+        if written.exists()
+            && let Some((_, id)) = ranks.iter().find(|(rank, _)| *rank == 1)
+        {
+            break *id;
+        }
+        std::thread::yield_now();
+    };
+    let killed = Instant::now();
+    assert!(
+        Command::new("kill")
+            .args(["-KILL", &victim.to_string()])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = job.wait_with_output().unwrap();
+    let took = killed.elapsed();
+    let said = words(&output);
+    assert!(!output.status.success(), "{said}");
+    assert!(took < Duration::from_secs(10), "{took:?}");
+    assert!(said.contains("process rank 1"), "{said}");
+    assert_eq!(ranks_of(folder.path()), [], "no process is left");
+
+    let newest: Option<u64> = std::fs::read_dir(written.parent().unwrap())
+        .unwrap()
+        .filter_map(|entry| {
+            entry
+                .unwrap()
+                .file_name()
+                .to_str()?
+                .strip_prefix("step-")?
+                .parse()
+                .ok()
+        })
+        .max();
+    let end = newest.expect("one is whole") + 20;
+    let end = format!("run.end.steps={end}");
+    let output = Command::new(env!("CARGO_BIN_EXE_turbid"))
+        .args(["resume", "out", "--quiet", "--threads", "2", "--set", &end])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", words(&output));
+    let resumed = result(folder.path());
+    let alone = on_threads(folder.path(), "1", &[&["--set", &end], &every[..]].concat());
+    assert!(resumed == alone);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::comm::on_threads;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::io;
 use std::path::PathBuf;
@@ -121,7 +121,7 @@ fn read_as(checkpoint: &Checkpoint, block: Block) -> Result<()> {
         (checkpoint.head(), checkpoint.shared()),
         (&head(step), &parts[0][2][..])
     );
-    let mut seen = BTreeMap::new();
+    let mut seen = BTreeSet::new();
     checkpoint.planes(block, |piece, bytes| {
         assert_eq!(piece.size()[2], 1);
         let mut cells = bytes.chunks_exact(BYTES);
@@ -129,7 +129,7 @@ fn read_as(checkpoint: &Checkpoint, block: Block) -> Result<()> {
             for x in piece.lo[0]..piece.hi[0] {
                 let at = [x, y, piece.lo[2]];
                 assert_eq!(cells.next().unwrap(), cell(step, at));
-                assert!(seen.insert(at, ()).is_none(), "{at:?} came twice");
+                assert!(seen.insert(at), "{at:?} came twice");
             }
         }
         assert!(cells.next().is_none());

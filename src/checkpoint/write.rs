@@ -13,7 +13,7 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Opens a file to write that is not there yet.
 pub(super) type Create<'a> = dyn Fn(&Path) -> io::Result<File> + 'a;
 
-/// As [`super::write`]; `create` makes the files.
+/// As [`super::write()`]; `create` makes the files.
 pub(super) fn write(
     directory: &Path,
     comm: &Comm,

@@ -87,6 +87,17 @@ fn text(report: &BenchReport) -> String {
             report.bytes_per_step, report.collectives_per_step
         ),
     ));
+    if let Some(network) = &report.network {
+        rows.push(row(
+            "a message",
+            format!("{:.1} us", 1e6 * network.seconds_per_message),
+            format!(
+                "and {:.2} us per kB; {:.1} us for a reduction",
+                1e9 * network.seconds_per_byte,
+                1e6 * network.seconds_per_reduction
+            ),
+        ));
+    }
     rows.push(row(
         "memory per rank",
         in_bytes(report.memory_per_rank_bytes as f64),

@@ -4,6 +4,7 @@ use super::terminal::{say, table, warn};
 use super::{CheckArguments, load, preflight};
 use crate::case;
 use crate::error::Result;
+use crate::simulation;
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
     let Some(path) = &arguments.case else {
@@ -17,6 +18,10 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
     }
     for advice in preflight::advice(&setup) {
         warn(&advice);
+    }
+    if let Some(ranks) = arguments.ranks {
+        let forecast = simulation::forecast(&setup, ranks as usize)?;
+        say(&preflight::ranks::text(&setup, &forecast));
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! What a run will be like: derived numbers, cost, and what lies outside the usual range.
 
 mod bodies;
+pub(super) mod ranks;
 
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
 use crate::case::{Hertz, Setup};

@@ -4,7 +4,7 @@ use super::traffic::Counters;
 use super::{Comm, Halo, UNDER_WAY, sent};
 use bytemuck::Pod;
 use std::any::Any;
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -62,41 +62,49 @@ impl Shared {
 
 const ANOTHER_RANK: &str = "another rank failed";
 
-/// Holds at most one message on its way from one rank to another.
+/// Most messages in a mailbox: a rank that is a step ahead need not wait for a late one before it has sent.
+const ROOM: usize = 2;
+
+/// Holds messages on their way from one rank to another, in order.
 struct Mailbox<T> {
-    message: Mutex<Option<Vec<T>>>,
-    full: AtomicBool,
+    messages: Mutex<VecDeque<Vec<T>>>,
+    /// How many there are.
+    count: AtomicUsize,
     changed: Condvar,
 }
 
 impl<T> Mailbox<T> {
     fn new() -> Self {
         Self {
-            message: Mutex::new(None),
-            full: AtomicBool::new(false),
+            messages: Mutex::new(VecDeque::with_capacity(ROOM)),
+            count: AtomicUsize::new(0),
             changed: Condvar::new(),
         }
     }
 
     fn put(&self, message: Vec<T>, shared: &Shared) {
-        self.wait_for(false, shared);
-        *lock(&self.message) = Some(message);
-        self.full.store(true, Ordering::Release);
+        self.wait_until(|count| count < ROOM, shared);
+        let mut messages = lock(&self.messages);
+        messages.push_back(message);
+        self.count.store(messages.len(), Ordering::Release);
+        drop(messages);
         self.changed.notify_one();
     }
 
     fn take(&self, shared: &Shared) -> Vec<T> {
-        self.wait_for(true, shared);
-        let message = lock(&self.message).take().expect("a full mailbox");
-        self.full.store(false, Ordering::Release);
+        self.wait_until(|count| count > 0, shared);
+        let mut messages = lock(&self.messages);
+        let message = messages.pop_front().expect("a mailbox with a message");
+        self.count.store(messages.len(), Ordering::Release);
+        drop(messages);
         self.changed.notify_one();
         message
     }
 
-    /// Polls, then yields, then sleeps until the box is full or empty as asked.
-    fn wait_for(&self, full: bool, shared: &Shared) {
+    /// Polls, then yields, then sleeps until the number of messages is as wanted. Only one rank puts and only one takes.
+    fn wait_until(&self, wanted: impl Fn(usize) -> bool, shared: &Shared) {
         for tries in 0..POLLS + YIELDS {
-            if self.full.load(Ordering::Acquire) == full {
+            if wanted(self.count.load(Ordering::Acquire)) {
                 return;
             }
             if tries < POLLS {
@@ -105,8 +113,8 @@ impl<T> Mailbox<T> {
                 std::thread::yield_now();
             }
         }
-        let mut guard = lock(&self.message);
-        while self.full.load(Ordering::Acquire) != full {
+        let mut guard = lock(&self.messages);
+        while !wanted(self.count.load(Ordering::Acquire)) {
             assert!(!shared.failed.load(Ordering::Relaxed), "{ANOTHER_RANK}");
             // A notification may slip in before the sleep, so sleep shortly.
             guard = self

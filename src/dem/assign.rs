@@ -140,6 +140,29 @@ impl Neighbourhood {
         self.decomposition.domain.shorter_way(axis, offset) <= half + reach
     }
 
+    /// All ranks that know a particle of this template at a wrapped position, its owner included, ascending.
+    pub fn who_knows(&self, position: Vec3, template: u64) -> Vec<usize> {
+        let [xs, ys, zs] = std::array::from_fn(|axis| self.slabs_that_know(axis, position, template));
+        let mut ranks = Vec::with_capacity(xs.len() * ys.len() * zs.len());
+        for &z in &zs {
+            for &y in &ys {
+                ranks.extend(xs.iter().map(|&x| self.decomposition.rank_of([x, y, z])));
+            }
+        }
+        ranks
+    }
+
+    /// The slabs of an axis whose ranks know a particle as far as that axis goes, ascending. Only slabs round that of the
+    /// owner are looked at.
+    fn slabs_that_know(&self, axis: usize, position: Vec3, template: u64) -> Vec<usize> {
+        let cut = &self.decomposition;
+        let reach = self.reach[template as usize];
+        let owner = cut.place(self.owner(position))[axis];
+        around(owner, cut.grid[axis], cut.domain.periodic[axis], |p| {
+            self.is_near(axis, position[axis], slab(cut, axis, p), reach)
+        })
+    }
+
     /// The rank responsible for the contact of two particles, each with its owner, wrapped position and template: the same
     /// answer on every rank.
     pub fn responsible(&self, a: (usize, Vec3, u64), b: (usize, Vec3, u64)) -> Option<usize> {
@@ -156,28 +179,16 @@ impl Neighbourhood {
 
     /// The lowest rank that knows both of two particles.
     ///
-    /// Ranks know a particle axis by axis, so those that know both are a product of places along x, y and z, and the lowest
-    /// is at the lowest of each. Only places round the owner of the first are looked at.
-    fn lowest_that_knows(&self, particles: [(Vec3, u64); 2]) -> Option<usize> {
-        let cut = &self.decomposition;
-        let owner = cut.place(self.owner(particles[0].0));
-        let near = |axis: usize, p: usize, (position, template): (Vec3, u64)| {
-            self.is_near(
-                axis,
-                position[axis],
-                slab(cut, axis, p),
-                self.reach[template as usize],
-            )
-        };
+    /// Ranks know a particle axis by axis, so those that know both are a product of slabs along x, y and z, and the lowest
+    /// is at the lowest of each.
+    fn lowest_that_knows(&self, [a, b]: [(Vec3, u64); 2]) -> Option<usize> {
         let mut place = [0; 3];
         for axis in 0..3 {
-            let periodic = cut.domain.periodic[axis];
-            let known = around(owner[axis], cut.grid[axis], periodic, |p| {
-                near(axis, p, particles[0])
-            });
-            place[axis] = known.into_iter().find(|&p| near(axis, p, particles[1]))?;
+            let of_b = self.slabs_that_know(axis, b.0, b.1);
+            let of_a = self.slabs_that_know(axis, a.0, a.1);
+            place[axis] = of_a.into_iter().find(|p| of_b.contains(p))?;
         }
-        Some(cut.rank_of(place))
+        Some(self.decomposition.rank_of(place))
     }
 
     /// Low corner and edges (m) of the part of space in which `rank` knows particles.
@@ -268,6 +279,8 @@ mod tests {
                     for (rank, other) in all.iter().enumerate() {
                         prop_assert_eq!(near.knows(rank, a.1, a.2), other.knows(rank, a.1, a.2));
                     }
+                    let who: Vec<usize> = (0..cut.ranks()).filter(|&r| near.knows(r, a.1, a.2)).collect();
+                    prop_assert_eq!(near.who_knows(a.1, a.2), who);
                 }
             }
         }

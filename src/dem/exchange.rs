@@ -254,4 +254,71 @@ mod tests {
             });
         }
     }
+
+    /// Places along an axis where rounding might lose or double a particle: the ends of the box and the faces of blocks.
+    fn edges(cut: &Decomposition, axis: usize) -> Vec<f64> {
+        let length = cut.domain.size()[axis];
+        let below = |x: f64| f64::from_bits(x.to_bits() - 1);
+        let mut places = vec![0.0, below(length)];
+        if cut.domain.periodic[axis] {
+            places.extend([-1e-25, length]);
+        } else {
+            places.push(length);
+        }
+        for &at in &cut.cuts[axis][1..cut.grid[axis]] {
+            let face = at as f64 * cut.domain.dx;
+            places.extend([below(face), face]);
+        }
+        places
+    }
+
+    #[test]
+    fn a_particle_that_arrives_on_a_face_edge_or_corner_of_blocks_or_box_has_one_owner_on_12_ranks() {
+        let templates: Arc<[Template]> = Arc::new([Template {
+            shape: Arc::new(Sphere { radius: 0.3 }),
+            material: 0,
+            density: 1.0,
+        }]);
+        for periodic in [[true; 3], [false; 3], [true, false, true]] {
+            let domain = Domain {
+                periodic,
+                cells: [16, 17, 18],
+                dx: 0.1,
+            };
+            let equal = Decomposition::with_grid(domain, [2, 2, 3]);
+            let uneven =
+                Decomposition::with_cuts(domain, [vec![0, 5, 16], vec![0, 13, 17], vec![0, 4, 9, 18]]);
+            for cut in [equal, uneven] {
+                let [xs, ys, zs] = [0, 1, 2].map(|axis| edges(&cut, axis));
+                let mut places = Vec::new();
+                for &z in &zs {
+                    for &y in &ys {
+                        places.extend(xs.iter().map(|&x| Vec3::new(x, y, z)));
+                    }
+                }
+                // Half a cell towards the middle of the box.
+                let middle = domain.size() * 0.5;
+                let before = |place: &Vec3| place + (middle - place).map(|d| 0.05 * d.signum());
+                let all: Vec<Particle> = (0..)
+                    .zip(&places)
+                    .map(|(id, place)| Particle::at(id, 0, domain.wrap(before(place))))
+                    .collect();
+                let owned = on_threads(cut.ranks(), |comm| {
+                    let rank = comm.rank();
+                    let near = Neighbourhood::new(cut.clone(), rank, &[0.03]);
+                    let mut population = Population::new(&near, rank, templates.clone(), all.clone());
+                    let count = population.store.owned;
+                    for particle in &mut population.store.particles[..count] {
+                        particle.position = domain.wrap(places[particle.id as usize]).into();
+                    }
+                    population.refresh(&near, &comm);
+                    let ids = |p: &Particle| p.id;
+                    population.store.owned().iter().map(ids).collect::<Vec<u64>>()
+                });
+                let mut ids = owned.concat();
+                ids.sort_unstable();
+                assert!(ids.iter().copied().eq(0..places.len() as u64), "{:?}", cut.cuts);
+            }
+        }
+    }
 }

@@ -159,12 +159,17 @@ impl OutputFiles {
     }
 }
 
-/// Creates the output directory, and proves that files can be written; the log of an earlier run goes.
+/// Creates the output directory, keeps other runs out of it as long as the lock lives (`None` on a file system without
+/// locks), and proves that files can be written; the log of an earlier run goes.
 ///
 /// Called before anything is computed, so that a run cannot fail at its first output after hours.
-pub fn create(directory: &Path) -> Result<()> {
+///
+/// # Errors
+/// [`Error::Input`] if nothing can be written there, or if another run does.
+pub fn create(directory: &Path) -> Result<Option<Lock>> {
+    fs::create_dir_all(directory).map_err(|source| refused(directory, &source))?;
+    let lock = lock(directory)?;
     let attempt = || -> io::Result<()> {
-        fs::create_dir_all(directory)?;
         remove_matching(directory, |name| name == LOG)?;
         for folder in FOLDERS
             .iter()
@@ -172,13 +177,15 @@ pub fn create(directory: &Path) -> Result<()> {
             .chain([checkpoint::FOLDER])
         {
             let folder = directory.join(folder);
-            if folder.is_dir() {
-                probe(&folder)?;
+            if fs::symlink_metadata(&folder).is_ok() {
+                let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
+                probe(&folder).map_err(named)?;
             }
         }
         probe(directory)
     };
-    attempt().map_err(|source| refused(directory, &source))
+    attempt().map_err(|source| refused(directory, &source))?;
+    Ok(lock)
 }
 
 /// Removes what an earlier run has left in a directory that [`create`] has made, but the log, which is of this run.
@@ -250,6 +257,27 @@ fn remove_frames(directory: &Path, goes: impl Fn(&Path, u64, bool) -> bool) -> i
         }
     }
     Ok(())
+}
+
+/// Keeps other runs out of an output directory until it is dropped, or its process ends in any way.
+#[derive(Debug)]
+pub struct Lock {
+    _directory: fs::File,
+}
+
+/// Takes hold of a directory, unless another run has it: two that write the same files would spoil them.
+fn lock(directory: &Path) -> Result<Option<Lock>> {
+    let file = fs::File::open(directory).map_err(|source| refused(directory, &source))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(Lock { _directory: file })),
+        Err(fs::TryLockError::WouldBlock) => Err(Error::Input(format!(
+            "another run is writing to the output directory {}\n  wait for its end, or choose another one with --out DIR or \
+             the key output.directory",
+            directory.display()
+        ))),
+        // Some file systems have no locks.
+        Err(fs::TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 fn refused(directory: &Path, source: &io::Error) -> Error {
@@ -443,6 +471,20 @@ mod tests {
     }
 
     #[test]
+    fn a_directory_that_a_run_writes_to_is_refused_until_that_ends() {
+        let root = tempfile::tempdir().unwrap();
+        let held = lock(root.path()).unwrap();
+        assert!(held.is_some());
+        let refused = lock(root.path()).unwrap_err().to_string();
+        assert!(
+            refused.contains("another run") && refused.contains("--out"),
+            "{refused}"
+        );
+        drop(held);
+        assert!(lock(root.path()).unwrap().is_some());
+    }
+
+    #[test]
     fn a_place_where_nothing_can_be_written_is_named_with_a_remedy() {
         let root = tempfile::tempdir().unwrap();
         let file = root.path().join("file");
@@ -457,5 +499,8 @@ mod tests {
             );
         }
         assert_eq!(fs::read(&file).unwrap(), b"x");
+        fs::write(root.path().join(checkpoint::FOLDER), "x").unwrap();
+        let text = create(root.path()).unwrap_err().to_string();
+        assert!(text.contains(checkpoint::FOLDER), "{text}");
     }
 }

@@ -9,11 +9,11 @@ use crate::output::{OutputFiles, Summary};
 use std::path::Path;
 
 /// Goes on with the run whose output directory this is, from its newest checkpoint that is sound, to its end; `changes` are
-/// options for keys of `[run]` and `[output]`. The summary is as that of [`run`](super::run).
+/// options for keys of `[run]` and `[output]`. The summary is as that of [`run`](super::run()).
 ///
 /// # Errors
 /// [`Error::Input`] if there is no sound checkpoint, or for a change that would make another run of it; else as
-/// [`run`](super::run).
+/// [`run`](super::run()).
 pub fn resume(
     directory: &Path,
     changes: &[String],

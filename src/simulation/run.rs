@@ -2,6 +2,7 @@
 
 use super::keeper::{Keeper, Wishes};
 use super::observe::Observer;
+use super::work::{Forecast, Work};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::Setup;
 #[cfg(feature = "mpi")]
@@ -52,10 +53,11 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
     let start = Instant::now();
     let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
-    agreed(if first {
-        directory::create(&setup.output.directory)
+    let directory = &setup.output.directory;
+    let _lock = agreed(if first {
+        directory::create(directory)
     } else {
-        Ok(())
+        Ok(None)
     })?;
     let plan = Plan {
         setup,
@@ -164,7 +166,8 @@ fn agree<R>(comm: &Comm, result: Result<R>) -> Result<R> {
     }
 }
 
-/// One rank per process of an MPI job; else one per thread the case asks for; if it asks for none, one per core or as many as fit.
+/// Blocks with about the same work. One rank per process of an MPI job; else one per thread the case asks for; if it asks for
+/// none, one per core or as many as fit.
 ///
 /// # Errors
 /// [`Error::Input`] with the largest admissible number if the case asks for more threads than fit.
@@ -175,18 +178,36 @@ pub fn decompose(setup: &Setup) -> Result<Decomposition> {
         0 => Decomposition::max_ranks(setup.domain, cores),
         asked => asked,
     };
-    Decomposition::new(setup.domain, ranks).ok_or_else(|| {
-        let [x, y, z] = setup.domain.cells;
-        let (kind, remedy) = match processes {
-            Some(_) => ("processes", "mpirun -n"),
-            None => ("threads", "--threads"),
-        };
-        Error::Input(format!(
-            "{ranks} {kind} are too many for a box of {x} x {y} x {z} cells: every rank needs a block at least 4 cells \
-             wide; use {remedy} {}",
-            Decomposition::max_ranks(setup.domain, ranks)
-        ))
-    })
+    let (kind, remedy) = match processes {
+        Some(_) => ("processes", "mpirun -n"),
+        None => ("threads", "--threads"),
+    };
+    let blocks = if ranks == 1 {
+        Decomposition::new(setup.domain, 1)
+    } else {
+        Decomposition::balanced(setup.domain, ranks, &Work::of(setup).weights())
+    };
+    blocks.ok_or_else(|| too_many(setup, ranks, kind, remedy))
+}
+
+/// What each of so many ranks would have to do.
+///
+/// # Errors
+/// [`Error::Input`] with the largest admissible number if these are too many.
+pub fn forecast(setup: &Setup, ranks: usize) -> Result<Forecast> {
+    let work = Work::of(setup);
+    Decomposition::balanced(setup.domain, ranks, &work.weights())
+        .map(|cut| work.forecast(&cut))
+        .ok_or_else(|| too_many(setup, ranks, "ranks", "--ranks"))
+}
+
+fn too_many(setup: &Setup, ranks: usize, kind: &str, remedy: &str) -> Error {
+    let [x, y, z] = setup.domain.cells;
+    Error::Input(format!(
+        "{ranks} {kind} are too many for a box of {x} x {y} x {z} cells: every rank needs a block at least 4 cells \
+         wide; use {remedy} {}",
+        Decomposition::max_ranks(setup.domain, ranks)
+    ))
 }
 
 /// What all ranks know of a run.

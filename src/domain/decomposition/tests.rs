@@ -113,7 +113,7 @@ fn a_position_has_one_owner_whose_block_holds_its_cell_on_faces_and_at_the_ends_
     for periodic in [[true; 3], [false; 3], [true, false, true]] {
         // Sizes of a cell that have no exact binary form.
         for dx in [0.5, 0.1, 1.5e-3 / 7.0] {
-            let domain = Domain { periodic, dx, ..BOX };
+            let domain = Domain { dx, periodic, ..BOX };
             for cut in decompositions(domain) {
                 let size = domain.size();
                 for axis in 0..3 {

@@ -1,5 +1,6 @@
 //! What a benchmark found, on all ranks.
 
+use super::Network;
 use crate::comm::{Tally, Traffic};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -29,6 +30,8 @@ pub struct BenchReport {
     pub bytes_per_step: f64,
     /// Reductions, gatherings and barriers of all ranks in a step.
     pub collectives_per_step: f64,
+    /// Cost of the transport between ranks; none on one rank.
+    pub network: Option<Network>,
     /// Peak resident memory of the simulation over the number of cells (without the bandwidth test's arrays).
     pub bytes_per_cell: f64,
     /// Peak resident memory of a process over the ranks in it, of the process with the most (without the bandwidth test's
@@ -69,6 +72,8 @@ pub struct RankReport {
     pub ghosts: usize,
     /// Contacts it is responsible for.
     pub contacts: usize,
+    /// Forces of these contacts on particles that another rank owns; each is sent there.
+    pub forces_sent: usize,
     /// Populations that cross to neighbours, per step.
     pub halo: Rate,
     /// Messages of particles and contacts to neighbours, empty ones included, per step.

@@ -1,0 +1,92 @@
+//! What things cost in a time step: one thread of a shared 2-core virtual machine (AMD EPYC), means over 25 to 100 steps, least of
+//! four runs. Only ratios matter for the cuts; absolute times scale with the machine.
+//!
+//! `turbid bench CASE --threads 1 --json` gave the times of the stages. `N` is cells per diameter; `hindered_settling` and
+//! `cubes_settling` are the cases of that name, `ellipsoids` is `hindered_settling` with axes 2 : 1 : 1.
+//!
+//! | constant | from |
+//! |---|---|
+//! | cell | `fluid` of `hindered_settling --fluid-only`, in f32 and f64 |
+//! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells: `hindered_settling` (12 to 13 ns at N 10, 8 ns at N 18), `cubes_settling` (31 ns), `ellipsoids` (72 ns) |
+//! | particle | `dem` of `--no-contact` (60 ns) and the search for pairs (190 ns, `hindered_settling` at N 18 without a contact) |
+//! | contact | rest of `dem` over the contacts: `hindered_settling` at volume fraction 0.3, `cubes_settling`, `ellipsoids`, and `hindered_settling` with `contact.geometry = "sampled"` |
+//! | message, byte | `seconds_per_message` and `seconds_per_byte` of `mpirun -n 2 turbid bench hindered_settling.toml --json` |
+//! | face | `halo` of `hindered_settling --fluid-only` over the cells of the four faces |
+
+use crate::contact::{ContactModel, Geometry, sampled};
+use crate::fluid::Precision;
+use crate::particle::Template;
+
+/// A cell update (s).
+pub(super) fn cell(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 5.0e-9,
+        Precision::F64 => 5.6e-9,
+    }
+}
+
+/// A cell of a face: packing, unpacking (s).
+pub(super) fn face(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 2.9e-9,
+        Precision::F64 => 4.5e-9,
+    }
+}
+
+/// A particle that a rank knows: moved or received, and looked at in the search for pairs (s).
+pub(super) const PARTICLE: f64 = 0.25e-6;
+
+/// Time a message takes beyond that of its bytes (s), and time a byte takes (s). `mpirun -n 2 turbid bench` found 1.85 us and
+/// 0.086 ns between processes of one machine (Open MPI 4.1); networks of clusters are about as fast.
+pub(super) const MESSAGE: f64 = 2e-6;
+/// See [`MESSAGE`].
+pub(super) const BYTE: f64 = 0.1e-9;
+
+/// What the cost of a body depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    Sphere,
+    /// Flat faces only.
+    Flat,
+    Other,
+}
+
+impl Form {
+    pub(super) fn of(template: &Template) -> Self {
+        if template.shape.as_sphere().is_some() {
+            Self::Sphere
+        } else if template.shape.as_polyhedron().is_some() {
+            Self::Flat
+        } else {
+            Self::Other
+        }
+    }
+
+    /// What a covered cell costs beyond one of the fluid (s).
+    pub(super) fn covered_cell(self) -> f64 {
+        match self {
+            Self::Sphere => 11e-9,
+            Self::Flat => 31e-9,
+            Self::Other => 70e-9,
+        }
+    }
+
+    /// A contact of two bodies in one sub-step (s).
+    pub(super) fn contact(self, other: Self, model: &ContactModel) -> f64 {
+        let samples = match model.geometry {
+            Geometry::Exact if self != Self::Other && other != Self::Other => {
+                return if self == Self::Sphere && other == Self::Sphere {
+                    0.17e-6
+                } else {
+                    1e-6
+                };
+            }
+            Geometry::Exact => sampled::DEFAULT_SAMPLES,
+            Geometry::Sampled { samples } => samples,
+        };
+        // One line per sample in two directions.
+        let lines = f64::from(samples * samples) / 64.0;
+        let sphere = self == Self::Sphere && other == Self::Sphere;
+        lines * if sphere { 80e-6 } else { 300e-6 }
+    }
+}

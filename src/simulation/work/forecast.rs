@@ -1,0 +1,281 @@
+//! What every rank has to do and to send in a time step, before the first one.
+//!
+//! ```text
+//! time of a rank = work + c_message messages + c_byte bytes + 2 log2(ranks) c_message 3 / 8
+//! efficiency     = work on one rank / (ranks x longest time of a rank)
+//! ```
+//!
+//! The last term stands for the three global reductions of every eighth step. The work of a rank counts what is done twice:
+//! ghosts, and faces to pack. Messages do not hide behind work here, so the efficiency is a lower bound.
+
+use super::{Work, costs};
+use crate::coupling::CONTROL_INTERVAL;
+use crate::dem::EngineChoice;
+use crate::dem::assign::Neighbourhood;
+use crate::domain::Decomposition;
+use crate::fluid::CHUNK;
+use crate::lattice::C;
+use crate::particle::Particle;
+use std::collections::BTreeMap;
+
+/// Bytes of a particle on its way, with its load.
+const PARTICLE: usize = size_of::<Particle>() + size_of::<[f64; 6]>();
+/// Bytes of a part of the momentum exchange of a particle.
+const PARTIAL: usize = 56;
+/// Bytes of what a contact does to a particle.
+const SHARE: usize = 64;
+/// Points per axis at which a block is asked where its walls are.
+const POINTS: usize = 16;
+
+/// What a rank sends to another one in a time step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Bytes of populations.
+    pub halo: usize,
+    /// Bytes about particles: ghosts, loads, contact forces.
+    pub particles: usize,
+    /// Number of messages.
+    pub messages: usize,
+}
+
+/// What one rank has to do in a time step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RankForecast {
+    /// Cells of its block in each direction.
+    pub size: [usize; 3],
+    /// Cells that particles cover, estimated.
+    pub covered: f64,
+    /// Particles it owns.
+    pub particles: usize,
+    /// Particles of others that it knows.
+    pub ghosts: usize,
+    /// Contacts it evaluates, estimated.
+    pub contacts: usize,
+    /// Work (s of one thread).
+    pub work: f64,
+    /// What it sends, by receiver.
+    pub sends: BTreeMap<usize, Traffic>,
+}
+
+impl RankForecast {
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// Bytes sent.
+    pub fn bytes(&self) -> usize {
+        self.sends.values().map(|to| to.halo + to.particles).sum()
+    }
+
+    /// Time (s) with messages, less global reductions.
+    pub fn time(&self) -> f64 {
+        let messages: usize = self.sends.values().map(|to| to.messages).sum();
+        self.work + messages as f64 * costs::MESSAGE + self.bytes() as f64 * costs::BYTE
+    }
+}
+
+/// What all ranks have to do in a time step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forecast {
+    /// Number of blocks in each direction.
+    pub grid: [usize; 3],
+    /// By rank.
+    pub ranks: Vec<RankForecast>,
+    /// Work of one rank that does it all (s of one thread).
+    pub alone: f64,
+}
+
+impl Forecast {
+    /// Mean over largest work.
+    pub fn balance(&self) -> f64 {
+        let (sum, most) = (self.ranks.iter()).fold((0.0, 0.0_f64), |(sum, most), rank| {
+            (sum + rank.work, most.max(rank.work))
+        });
+        if most > 0.0 {
+            sum / self.ranks.len() as f64 / most
+        } else {
+            1.0
+        }
+    }
+
+    /// Parallel efficiency with messages.
+    pub fn efficiency(&self) -> f64 {
+        let ranks = self.ranks.len() as f64;
+        let reductions = 3.0 / CONTROL_INTERVAL as f64 * 2.0 * libm::log2(ranks) * costs::MESSAGE;
+        let longest = (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions;
+        if longest > 0.0 {
+            self.alone / (ranks * longest)
+        } else {
+            1.0
+        }
+    }
+}
+
+impl Work<'_> {
+    /// What every rank has to do.
+    pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
+        let whole = Decomposition::with_grid(cut.domain, [1; 3]);
+        Forecast {
+            grid: cut.grid,
+            ranks: self.by_rank(cut),
+            alone: self.by_rank(&whole)[0].work,
+        }
+    }
+
+    fn by_rank(&self, cut: &Decomposition) -> Vec<RankForecast> {
+        let mut ranks: Vec<RankForecast> = (0..cut.ranks()).map(|rank| self.of_fluid(cut, rank)).collect();
+        self.add_peers(cut, &mut ranks);
+        let native = self.setup.engine == EngineChoice::Native;
+        let substeps = self.setup.substeps as usize;
+        let near = Neighbourhood::new(cut.clone(), 0, &self.radii());
+        let owners: Vec<usize> = self.bodies.iter().map(|body| near.owner(body.position)).collect();
+        let send = |ranks: &mut [RankForecast], from: usize, to: usize, bytes: usize| {
+            if from != to {
+                ranks[from].sends.entry(to).or_default().particles += bytes;
+            }
+        };
+        for (body, &owner) in self.bodies.iter().zip(&owners) {
+            ranks[owner].particles += 1;
+            for rank in near.who_knows(body.position, body.template) {
+                ranks[rank].work += self.particle();
+                ranks[rank].ghosts += usize::from(rank != owner);
+                if native {
+                    send(&mut ranks, owner, rank, substeps * PARTICLE);
+                }
+            }
+            if !self.setup.dry {
+                for (rank, share) in shares(cut, std::array::from_fn(|axis| self.slabs(body, cut, axis))) {
+                    ranks[rank].covered += share * body.covered;
+                    ranks[rank].work += share * body.cost;
+                    send(&mut ranks, rank, owner, PARTIAL);
+                }
+            }
+        }
+        for contact in &self.contacts {
+            let of = |i: usize| (owners[i], self.bodies[i].position, self.bodies[i].template);
+            let first = contact.first;
+            let second = contact.second.unwrap_or(first);
+            let rank = near.responsible(of(first), of(second)).unwrap_or(owners[first]);
+            ranks[rank].contacts += 1;
+            ranks[rank].work += contact.cost;
+            for i in [first, second] {
+                send(&mut ranks, rank, owners[i], substeps * SHARE);
+            }
+        }
+        ranks
+    }
+
+    /// Cells, and the populations that leave the block.
+    fn of_fluid(&self, cut: &Decomposition, rank: usize) -> RankForecast {
+        let block = cut.block(rank);
+        let size = block.size();
+        let mut forecast = RankForecast {
+            size,
+            ..RankForecast::default()
+        };
+        if self.setup.dry {
+            return forecast;
+        }
+        let row_ends = size[0].next_multiple_of(CHUNK) as f64 / size[0] as f64;
+        let swept = self.swept_part(block.lo, size) * block.cell_count() as f64 * row_ends;
+        forecast.work = swept * self.cell();
+        let place = cut.place(rank);
+        for d in &C[1..] {
+            let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
+            let open = (0..3).all(|a| cut.domain.periodic[a] || (0..cut.grid[a] as isize).contains(&to[a]));
+            if !open || (cut.grid[0] == 1 && d[1] == 0 && d[2] == 0) {
+                continue;
+            }
+            let numbers = numbers_across(*d, size);
+            forecast.work += numbers as f64 / 5.0 * costs::face(self.setup.precision);
+            let peer = cut.rank_at(to);
+            if peer != rank {
+                let traffic = forecast.sends.entry(peer).or_default();
+                traffic.halo += numbers * self.number();
+                traffic.messages = 1;
+            }
+        }
+        forecast
+    }
+
+    /// Messages that go to every peer whatever they hold: ghosts, contact forces and memories in each sub-step, and loads.
+    fn add_peers(&self, cut: &Decomposition, ranks: &mut [RankForecast]) {
+        let radii = self.radii();
+        let native = self.setup.engine == EngineChoice::Native;
+        let largest = (self.setup.templates.iter())
+            .map(|template| template.shape.circumradius())
+            .fold(0.0, f64::max);
+        for (rank, forecast) in ranks.iter_mut().enumerate() {
+            if native {
+                for peer in Neighbourhood::new(cut.clone(), rank, &radii).peers {
+                    forecast.sends.entry(peer).or_default().messages += 3 * self.setup.substeps as usize;
+                }
+            }
+            if !self.setup.dry {
+                for peer in cut.neighbours(rank, largest + 2.0 * cut.domain.dx) {
+                    forecast.sends.entry(peer).or_default().messages += 1;
+                }
+            }
+        }
+    }
+
+    /// Part of the cells of a block that are swept.
+    fn swept_part(&self, lo: [usize; 3], size: [usize; 3]) -> f64 {
+        if self.walls.is_empty() {
+            return 1.0;
+        }
+        let points = size.map(|n| n.min(POINTS));
+        let at = |axis: usize, p: usize| lo[axis] + (size[axis] * p + size[axis] / 2) / points[axis];
+        let mut count = 0;
+        for z in 0..points[2] {
+            for y in 0..points[1] {
+                count += (0..points[0])
+                    .filter(|&x| self.is_swept([at(0, x), at(1, y), at(2, z)]))
+                    .count();
+            }
+        }
+        count as f64 / points.iter().product::<usize>() as f64
+    }
+
+    /// The slabs of an axis in which a body lies, and its share in each.
+    fn slabs(&self, body: &super::Body, cut: &Decomposition, axis: usize) -> BTreeMap<usize, f64> {
+        let mut slabs = BTreeMap::new();
+        for (layer, share) in body.spread(&self.setup.domain, axis) {
+            let slab = cut.cuts[axis].partition_point(|&at| at <= layer) - 1;
+            *slabs.entry(slab).or_insert(0.0) += share;
+        }
+        slabs
+    }
+}
+
+/// The shares of all blocks, as products of those of the slabs.
+fn shares(cut: &Decomposition, [xs, ys, zs]: [BTreeMap<usize, f64>; 3]) -> Vec<(usize, f64)> {
+    let mut shares = Vec::new();
+    for (&z, of_z) in &zs {
+        for (&y, of_y) in &ys {
+            shares.extend(
+                xs.iter()
+                    .map(|(&x, of_x)| (cut.rank_of([x, y, z]), of_x * of_y * of_z)),
+            );
+        }
+    }
+    shares
+}
+
+/// Populations that leave a block in direction `d`: five per cell of a face, one per cell of an edge, less at the rims,
+/// where the diagonal ones go to another neighbour.
+fn numbers_across(d: [isize; 3], size: [usize; 3]) -> usize {
+    C.iter()
+        .filter(|c| (0..3).all(|a| d[a] == 0 || c[a] == d[a]))
+        .map(|c| {
+            (0..3)
+                .filter(|&a| d[a] == 0)
+                .map(|a| size[a] - c[a].unsigned_abs())
+                .product::<usize>()
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,165 @@
+use super::*;
+use crate::case;
+use crate::contact::ContactModel;
+use crate::domain::Decomposition;
+use std::fmt::Write as _;
+
+/// Spheres of 8 cells in a box of 6 x 6 x 12 diameters at these centres (diameters).
+pub(super) fn spheres(periodic: bool, centres: &[[f64; 3]]) -> Setup {
+    let mut list = String::new();
+    for centre in centres {
+        let [x, y, z] = centre.map(|c| c * 1e-3);
+        let _ = write!(list, "[{x:?}, {y:?}, {z:?}], ");
+    }
+    let text = format!(
+        "[domain]\nsize = {{ diameters = [6, 6, 12] }}\nperiodic = [{periodic}, {periodic}, {periodic}]\n\
+         [fluid]\ndensity = 1000\nviscosity = 1e-6\n\
+         [lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55\n\
+         [[particles]]\nshape = {{ sphere = {{ diameter = 1e-3 }} }}\ndensity = 2500\nlist = [{list}]\n\
+         [driving]\ngravity = 0\n\
+         [run]\nend = {{ steps = 1 }}\n"
+    );
+    case::from_text(&text, "spheres", &[]).unwrap()
+}
+
+/// A bed of 5 x 5 x 4 spheres on the floor of a closed box.
+pub(super) fn bed() -> Setup {
+    let mut centres = Vec::new();
+    for z in 0..4 {
+        for y in 0..5 {
+            for x in 0..5 {
+                centres.push([x, y, z].map(|n| 0.6 + 1.02 * f64::from(n)));
+            }
+        }
+    }
+    spheres(false, &centres)
+}
+
+/// Spheres all over a periodic box.
+pub(super) fn suspension() -> Setup {
+    let mut centres = Vec::new();
+    for z in 0..8 {
+        for y in 0..4 {
+            for x in 0..4 {
+                centres.push([x, y, z].map(|n| 0.75 + 1.5 * f64::from(n)));
+            }
+        }
+    }
+    spheres(true, &centres)
+}
+
+#[test]
+fn the_layers_along_all_axes_have_the_same_work() {
+    for setup in [bed(), suspension()] {
+        let weights = Work::of(&setup).weights();
+        let total = weights.total();
+        let cells = setup.domain.cell_count() as f64 * costs::cell(setup.precision);
+        assert!(total > cells);
+        for layers in &weights.layers {
+            assert!((layers.iter().sum::<f64>() / total - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_sphere_is_spread_over_the_cells_that_it_covers() {
+    let setup = spheres(true, &[[0.1, 3.13, 5.9]]);
+    let work = Work::of(&setup);
+    let body = &work.bodies[0];
+    let domain = &setup.domain;
+    let mut counts: [Vec<f64>; 3] = domain.cells.map(|n| vec![0.0; n]);
+    let mut covered = 0.0;
+    for n in 0..domain.cell_count() {
+        let [nx, ny, _] = domain.cells;
+        let cell = [n % nx, n / nx % ny, n / nx / ny];
+        let centre = Vec3::from(cell.map(|c| (c as f64 + 0.5) * domain.dx));
+        let distance = domain.nearest_image(centre - body.position).norm() / domain.dx;
+        if distance < 4.0 + 0.5 * setup.solid_ramp_width {
+            covered += 1.0;
+            for axis in 0..3 {
+                counts[axis][cell[axis]] += 1.0;
+            }
+        }
+    }
+    assert!(
+        (body.covered / covered - 1.0).abs() < 0.05,
+        "{} {covered}",
+        body.covered
+    );
+    for axis in 0..3 {
+        let mut shares = vec![0.0; domain.cells[axis]];
+        for (layer, share) in body.spread(domain, axis) {
+            shares[layer] += share;
+        }
+        for (share, count) in shares.iter().zip(&counts[axis]) {
+            assert!((share - count / covered).abs() < 0.03, "{share} {count}");
+        }
+    }
+}
+
+#[test]
+fn a_suspension_is_cut_into_equal_blocks() {
+    let setup = suspension();
+    let weights = Work::of(&setup).weights();
+    for ranks in [2, 3, 4, 6, 8, 12, 16] {
+        let cut = Decomposition::balanced(setup.domain, ranks, &weights).unwrap();
+        for axis in 0..3 {
+            let even = setup.domain.cells[axis] as f64 / cut.grid[axis] as f64;
+            for width in cut.cuts[axis].windows(2).map(|w| (w[1] - w[0]) as f64) {
+                assert!((width - even).abs() <= 2.0, "{ranks}: {:?}", cut.cuts);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_dry_box_is_cut_by_its_particles() {
+    let mut setup = bed();
+    setup.dry = true;
+    let work = Work::of(&setup);
+    let cut = Decomposition::balanced(setup.domain, 4, &work.weights()).unwrap();
+    let forecast = work.forecast(&cut);
+    let particles: Vec<usize> = forecast.ranks.iter().map(|rank| rank.particles).collect();
+    assert!(particles.iter().all(|n| (15..=40).contains(n)), "{particles:?}");
+}
+
+#[test]
+fn thick_walls_are_no_work_and_closed_faces_are_no_cells() {
+    let text = |walls: &str| {
+        format!(
+            "[domain]\nsize = [0.064, 0.064, 0.064]\nperiodic = [false, false, false]\n{walls}\
+             [fluid]\ndensity = 1000\nviscosity = 1e-5\n\
+             [lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55\n\
+             [[particles]]\nshape = {{ sphere = {{ diameter = 8e-3 }} }}\ndensity = 1000\nlist = [[0.02, 0.032, 0.032]]\n\
+             [driving]\ngravity = 0\n[run]\nend = {{ steps = 1 }}\n"
+        )
+    };
+    let open = case::from_text(&text(""), "open", &[]).unwrap();
+    assert!(Work::of(&open).walls.is_empty());
+    let wall = "[[walls]]\nname = \"side\"\nplane = { point = [0.04, 0, 0], normal = [-1, 0, 0] }\n";
+    let half = case::from_text(&text(wall), "half", &[]).unwrap();
+    let layers = &Work::of(&half).weights().layers[0];
+    // Fluid up to 40 cells, in chunks of 16.
+    let cell = costs::cell(half.precision) * 64.0 * 64.0;
+    for (x, layer) in layers.iter().enumerate().filter(|(x, _)| !(14..28).contains(x)) {
+        let expected = if x < 48 { cell } else { 0.0 };
+        assert!((layer - expected).abs() < 1e-6 * cell, "{x}: {layer} {expected}");
+    }
+}
+
+#[test]
+fn near_pairs_and_bodies_near_walls_are_contacts_and_costs_follow_the_shapes() {
+    let setup = spheres(false, &[[0.51, 3.0, 3.0], [1.54, 3.0, 3.0], [4.0, 3.0, 3.0]]);
+    let work = Work::of(&setup);
+    let found: Vec<(usize, Option<usize>)> = work.contacts.iter().map(|c| (c.first, c.second)).collect();
+    assert_eq!(found, [(0, Some(1)), (0, None)]);
+    let model = setup.contact.as_ref().unwrap();
+    let cost = |a: Form, b| a.contact(b, model);
+    assert!(cost(Form::Sphere, Form::Sphere) < cost(Form::Sphere, Form::Flat));
+    assert!(cost(Form::Flat, Form::Flat) < cost(Form::Sphere, Form::Other));
+    let sampled = ContactModel {
+        geometry: crate::contact::Geometry::Sampled { samples: 16 },
+        ..model.clone()
+    };
+    assert!(Form::Sphere.contact(Form::Sphere, &sampled) > 100.0 * cost(Form::Sphere, Form::Sphere));
+}
