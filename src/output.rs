@@ -15,6 +15,7 @@ pub mod contacts;
 pub mod directory;
 pub mod particle_series;
 pub mod picture;
+pub mod pieces;
 mod polydata;
 pub mod progress;
 pub mod pvd;
@@ -26,14 +27,16 @@ pub mod vtp;
 pub mod walls;
 
 pub(crate) use atomic::write_bytes;
-pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
+pub use contacts::{
+    Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
+};
 pub use directory::OutputFiles;
-pub use particle_series::{ParticleSeries, PathsState};
+pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use statistics::{Estimate, estimate_mean};
 pub use summary::{ReferenceScales, ShapeSummary, Summary, WallSummary};
-pub use vti::{FieldSnapshot, write_fields};
-pub use vtp::write_particles;
+pub use vti::{FieldSnapshot, write_fields, write_fields_index};
+pub use vtp::{ParticleSurfaces, write_particles};
 pub use walls::write_walls;
