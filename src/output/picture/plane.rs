@@ -190,7 +190,10 @@ mod tests {
                 }
             }
             for (place, u) in velocity.iter().enumerate() {
-                assert_eq!(*u, [(place % 20) as f32, expected, (place / 20) as f32]);
+                assert_eq!(
+                    u.map(f32::to_bits),
+                    [(place % 20) as f32, expected, (place / 20) as f32].map(f32::to_bits)
+                );
             }
         }
     }
