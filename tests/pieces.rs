@@ -43,8 +43,8 @@ fn crowd() -> String {
     )
 }
 
-#[cfg(feature = "mpi")]
 /// Two spheres at the lower end of a tall box: most blocks have none.
+#[cfg(feature = "mpi")]
 fn sparse() -> String {
     case(
         "size = [1.2e-3, 1.2e-3, 4e-3]",
