@@ -43,6 +43,7 @@ fn crowd() -> String {
     )
 }
 
+#[cfg(feature = "mpi")]
 /// Two spheres at the lower end of a tall box: most blocks have none.
 fn sparse() -> String {
     case(
