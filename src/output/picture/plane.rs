@@ -189,17 +189,8 @@ mod tests {
                     plane.add(&mut velocity, [x, y, z], [x as f32, y as f32, z as f32]);
                 }
             }
-<<<<<<< HEAD
-            for (place, u) in velocity.iter().enumerate() {
-                assert_eq!(
-                    u.map(f32::to_bits),
-                    [(place % 20) as f32, expected, (place / 20) as f32].map(f32::to_bits)
-                );
-            }
-=======
             let mean = |place: u16| [f32::from(place % 20), expected, f32::from(place / 20)];
             assert_eq!(velocity, (0..800).map(mean).collect::<Vec<_>>());
->>>>>>> pieces
         }
     }
 
