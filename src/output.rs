@@ -4,7 +4,8 @@
 //! order, [`directory::create`] before anything is computed and [`directory::clear`] when the run begins; [`SeriesWriter`], [`ParticleSeries`],
 //! [`write_fields`], [`write_particles`], [`write_contacts`], [`write_force_chains`] (each followed by
 //! [`Collection::add`]), [`write_walls`], and [`picture::write_slice`] or [`picture::write_side_view`] on the way, with
-//! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end.
+//! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end. Where ranks are processes, the files for
+//! VTK are written in [`pieces`], and the functions `write_..._index` follow before the collection.
 //!
 //! Files appear under their final name only when they are complete and on disk: they are written beside as
 //! `NAME.tmp`, synced, and renamed. The files that grow are `series.csv` and `particle_series.csv`, by whole rows. So a run that is killed

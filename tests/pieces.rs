@@ -120,12 +120,21 @@ mod processes {
     use vtkio::Vtk;
     use vtkio::model::{Attribute, DataSet, Piece, PolyDataPiece, VertexNumbers};
 
-    /// What so many processes say; a job that hangs is ended, and fails.
+    /// The case on so many processes.
     fn run(folder: &Path, processes: usize, more: &[&str]) -> Output {
+        mpirun(
+            folder,
+            processes,
+            &[&["run", "case.toml", "--quiet"], more].concat(),
+        )
+    }
+
+    /// What so many processes say; a job that hangs is ended, and fails.
+    fn mpirun(folder: &Path, processes: usize, arguments: &[&str]) -> Output {
         Command::new("timeout")
             .args(["--kill-after=5", "120", "mpirun", "-n", &processes.to_string()])
-            .args([env!("CARGO_BIN_EXE_turbid"), "run", "case.toml", "--quiet"])
-            .args(more)
+            .arg(env!("CARGO_BIN_EXE_turbid"))
+            .args(arguments)
             .current_dir(folder)
             .envs([
                 ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
@@ -351,6 +360,37 @@ mod processes {
         assert!(found.keys().all(|name| !name.contains(".tmp")), "{found:?}");
         let listed = std::fs::read_to_string(&found["particles.pvd"]).unwrap();
         assert_eq!(listed.matches("<DataSet").count(), 1, "{listed}");
+    }
+
+    #[test]
+    fn a_run_of_three_processes_that_two_take_up_leaves_no_piece_of_the_third_after_that() {
+        let folder = folder(&crowd());
+        let expected = OutputFiles::new(on_threads(folder.path(), "1", "one"));
+        let output = run(folder.path(), 3, &["--set", "output.checkpoint_every.steps=30"]);
+        assert!(output.status.success(), "{}", words(&output));
+        let found = folder.path().join("out");
+        // As if it had been killed after its last files.
+        std::fs::remove_dir_all(found.join("checkpoints/step-0000000040")).unwrap();
+        let output = mpirun(folder.path(), 2, &["resume", "out", "--quiet"]);
+        assert!(output.status.success(), "{}", words(&output));
+        let many = OutputFiles::new(&found);
+        for (step, processes) in [(0, 3), (20, 3), (40, 2)] {
+            let (count, all) = polygons(&pieces::index(&many.particles(step)));
+            assert_eq!(count, processes, "particles at {step}");
+            assert!(
+                all == polygons(&expected.particles(step)).1,
+                "particles at {step}"
+            );
+            let fields = pieces::index(&many.fields(step));
+            assert!(
+                cells(&fields) == cells(&expected.fields(step)),
+                "fields at {step}"
+            );
+            let third = pieces::piece(&many.fields(step), 2).exists();
+            assert_eq!(third, processes == 3, "{step}");
+        }
+        let listed = std::fs::read_to_string(many.fields_collection()).unwrap();
+        assert_eq!(listed.matches(".pvti\"").count(), 3, "{listed}");
     }
 
     #[cfg(feature = "liggghts")]

@@ -54,8 +54,8 @@ pub(super) fn array(kind: &str, name: &str, components: usize) -> String {
 
 /// Writes the index of a file; the path of the index.
 ///
-/// `kind` is VTK's name of the data, `attributes` are its own, `declared` its elements before the pieces; of each piece, by rank,
-/// `pieces` gives the attributes but for its name.
+/// `kind` is VTK's name of the data, `attributes` are its own, each with a blank before it, `declared` its elements before the
+/// pieces; of each piece, by rank, `pieces` gives the attributes but for its name.
 pub(super) fn write_index(
     file: &Path,
     kind: &str,
@@ -67,12 +67,12 @@ pub(super) fn write_index(
     let folder = text(file.file_stem());
     for (rank, attributes) in pieces.enumerate() {
         let source = format!("{folder}/{}", piece_name(file, rank));
-        writeln!(body, "<Piece {attributes} Source=\"{source}\"/>").expect("memory takes any text");
+        writeln!(body, "<Piece{attributes} Source=\"{source}\"/>").expect("memory takes any text");
     }
     let text = format!(
         "<?xml version=\"1.0\"?>\n\
          <VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
-         <{kind} GhostLevel=\"0\" {attributes}>\n{declared}{body}</{kind}>\n</VTKFile>\n"
+         <{kind} GhostLevel=\"0\"{attributes}>\n{declared}{body}</{kind}>\n</VTKFile>\n"
     );
     let path = index(file);
     write_bytes(&path, text.as_bytes())?;

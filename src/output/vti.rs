@@ -83,18 +83,20 @@ pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Blo
             "{}<PCellData {ACTIVE}>\n{declared}</PCellData>\n",
             time_value(time)
         ),
-        blocks.iter().map(|block| format!("Extent=\"{}\"", extent(block))),
+        blocks
+            .iter()
+            .map(|block| format!(" Extent=\"{}\"", extent(block))),
     )
 }
 
 /// The arrays that are seen first.
 const ACTIVE: &str = "Scalars=\"solid_fraction\" Vectors=\"velocity\"";
 
-/// Attributes of an image of a block.
+/// Attributes of an image of a block, each with a blank before it.
 fn image(block: &Block, dx: f64) -> String {
     // Rust prints the shortest text that reads back as exactly the same number.
     format!(
-        "WholeExtent=\"{}\" Origin=\"0 0 0\" Spacing=\"{dx} {dx} {dx}\"",
+        " WholeExtent=\"{}\" Origin=\"0 0 0\" Spacing=\"{dx} {dx} {dx}\"",
         extent(block)
     )
 }
@@ -125,7 +127,7 @@ fn write_image<W: Write + Seek>(
         out,
         r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="{byte_order}" header_type="UInt64" compressor="vtkLZ4DataCompressor">
-<ImageData {image}>
+<ImageData{image}>
 {time}<Piece Extent="{extent}">
 <CellData {ACTIVE}>
 "#,
@@ -277,7 +279,7 @@ mod tests {
             let text = String::from_utf8_lossy(&file);
             assert!(text.contains(">0.30000000000000004</DataArray>"), "exact time");
             assert!(text.contains(&format!(
-                "WholeExtent=\"0 {} 0 {} 0 {}\"",
+                " WholeExtent=\"0 {} 0 {} 0 {}\"",
                 cells[0], cells[1], cells[2]
             )));
         }
