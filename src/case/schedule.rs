@@ -82,6 +82,8 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     };
     let pins: Vec<String> = (before.spacings().into_iter().zip(schedule.spacings()))
         .filter(|((key, old), (_, new))| old != new && !named(key))
+        // There is no field to write, whatever the number.
+        .filter(|((key, _), _)| !(setup.dry && *key == "output.fields_every"))
         .map(|((key, old), _)| match old {
             0 if key != "run.average_from" => format!("{key}=\"never\""),
             steps => format!("{key}={{ steps = {steps} }}"),

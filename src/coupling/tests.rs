@@ -409,7 +409,7 @@ fn left_over(solids: SolidCollision) -> [f64; 2] {
         coupling.map(&store);
         coupling.begin_exchange(&fluid);
         let mut mass = 0.0;
-        fluid.each_cell([0.0; 3], &mut coupling.solids(&store), |cell| {
+        fluid.each_cell(fluid.block(), [0.0; 3], &mut coupling.solids(&store), |cell| {
             mass += (1.0 - cell.solid_fraction) * (1.0 + cell.density_deviation);
         });
         fed += acceleration * mass;

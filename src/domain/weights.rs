@@ -12,8 +12,8 @@ use super::Domain;
 /// Smallest number of cells of a block in any direction.
 pub(super) const MIN_BLOCK: usize = 4;
 
-/// Equal slabs stay as they are if other cuts lower the work of the largest by less than this factor: so much the
-/// particles of a suspension move about by chance.
+/// Equal slabs stay as they are if other cuts lower the work of the heaviest by less than this factor, or by less than chance
+/// brings.
 const WORTH: f64 = 1.02;
 
 /// Cost of a cell of a face across x, y and z relative to the contiguous z: x faces touch one line of memory per number.
@@ -30,6 +30,9 @@ pub struct Weights {
     pub layers: [Vec<f64>; 3],
     /// Work that a cell of a face between two ranks makes for each of them.
     pub face: f64,
+    /// Sum of the squares of the work of all that lies where it does by chance: particles, contacts. The work of one of `n`
+    /// slabs varies by the root of a part `n` of it.
+    pub chance: f64,
     /// Cells of a row that are worked on at once: shorter ends of rows cost as much.
     pub chunk: usize,
 }
@@ -43,6 +46,7 @@ impl Weights {
                 vec![layer; domain.cells[axis]]
             }),
             face: 0.0,
+            chance: 0.0,
             chunk: 1,
         }
     }
@@ -63,16 +67,20 @@ impl Weights {
         }
         let shifted = even_out(&sums, parts);
         let chunk = if axis == 0 { self.chunk } else { 1 };
-        let heaviest = |cuts: &[usize]| {
+        let heaviest = |sums: &[f64], cuts: &[usize]| {
             let share = |w: &[usize]| {
                 let width = w[1] - w[0];
                 (sums[w[1]] - sums[w[0]]) * (width.next_multiple_of(chunk) as f64 / width as f64)
             };
-            cuts.windows(2).map(share).fold(0.0, f64::max) / total
+            cuts.windows(2).map(share).fold(0.0, f64::max) / sums[layers.len()]
         };
-        let (of_equal, of_shifted) = (heaviest(&equal), heaviest(&shifted));
-        if of_equal <= WORTH * of_shifted {
-            (equal, of_equal)
+        let (of_equal, of_shifted) = (heaviest(&sums, &equal), heaviest(&sums, &shifted));
+        // Twice the standard deviation relative to the mean of a slab: the heaviest of several is that far off.
+        let chance = 2.0 * (parts as f64 * self.chance).sqrt() / total;
+        if of_equal <= (WORTH + chance) * of_shifted {
+            let even: Vec<f64> = (0..=layers.len()).map(|n| n as f64).collect();
+            let of_even = heaviest(&even, &equal);
+            (equal, of_even)
         } else {
             (shifted, of_shifted)
         }
@@ -189,5 +197,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn slabs_that_differ_by_chance_stay_equal_and_a_heap_does_not() {
+        let domain = Domain {
+            periodic: [true; 3],
+            cells: [40; 3],
+            dx: 1.0,
+        };
+        let mut weights = Weights::even(&domain, 1.0 / 1600.0);
+        // Eight bodies of the work of two layers, five in one half and three in the other.
+        weights.chance = 8.0 * 4.0;
+        for layer in [2, 3, 9, 13, 17, 22, 30, 35] {
+            weights.layers[2][layer] += 2.0;
+        }
+        assert_eq!(weights.cut(2, 2).0, [0, 20, 40]);
+        for layer in &mut weights.layers[2][..10] {
+            *layer += 4.0;
+        }
+        assert!(weights.cut(2, 2).0[1] < 15);
     }
 }

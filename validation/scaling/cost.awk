@@ -7,7 +7,7 @@ function most(a, b) { return a > b ? a : b }
 $1 == "cells" && $2 != "edge" { x = $3 / 2; n++; sx += x; sy += $4; sxx += x * x; sxy += x * $4; each = each sprintf("%s%.2f", n > 1 ? ", " : "", 1e9 * $4 / x) }
 $1 == "free" { free_cells = $2 / 2; covered = $3 / 2; map = $4; sweep = $5 }
 $1 == "sphere" { spheres = $2; touching = $3; with = $4; without = $5 }
-$1 == "polyhedron" { bodies = $2; few = $3; time_few = $4; many = $5; time_many = $6; time_none = $7 }
+$1 == "polyhedron" { few = $3; time_few = $4; many = $5; time_many = $6 }
 $1 == "network" { per_message = $2; per_byte = $3; per_reduction = $4 }
 
 # Seconds per step of a rank with a cubic block of `s` cells, one of `ranks`; sets the share of what is not its own work.
@@ -21,15 +21,15 @@ function step(s, ranks,    own, known, contacts, peers, messages, bytes, work, e
     peers = least(ranks - 1, (2 * int((reach + s - 1) / s) + 1) ^ 3 - 1)
     messages = 18 + 4 * peers
     bytes = 4 * (30 * s ^ 2 - 12 * s) + (240 + 56) * (known - own) + 64 * contacts * least(1, 3 * diameter / s)
-    extra = c * (known - own) + messages * latency + bytes / bandwidth + 2 / 8 * log2_up(ranks) * latency
+    extra = c * (known - own) + messages * latency + bytes / bandwidth + 1 / 8 * log2_up(ranks) * latency
     return work + extra
 }
 END {
     a = (n * sxy - sx * sy) / (n * sxx - sx * sx)
     b = (map + sweep - a * free_cells) / covered
     c = without / spheres
-    d = most(0, (with - without) / touching)
-    polyhedron = (time_many - time_few) / (many - few)
+    d = touching > 0 ? most(0, (with - without) / touching) : 0
+    polyhedron = many > few ? (time_many - time_few) / (many - few) : 0
     printf "Made by `run.sh` with %s on two cores.\n\n", version
     print "| what | cost | how measured |"
     print "|---|---|---|"
@@ -40,7 +40,7 @@ END {
     printf "| a contact of polyhedra | %.2f us | dry box with %d and with %d contacts, 1 rank |\n", 1e6 * polyhedron, few, many
     printf "| a message | %.2f us | two MPI processes, there and back at once |\n", 1e6 * per_message
     printf "| a byte | %.3f ns | the same, 1 MiB; packed and unpacked |\n", 1e9 * per_byte
-    printf "| a reduction | %.2f us | the same, 11 integers |\n", 1e6 * per_reduction
+    printf "| a reduction | %.2f us | the same, 13 integers |\n", 1e6 * per_reduction
     # Spheres of 18 cells at a volume fraction of 0.3.
     diameter = 18; phi = 0.3; reach = diameter + 2; volume = 3.14159265 / 6 * diameter ^ 3
     coverage = covered / (phi * free_cells); per_sphere = touching / spheres

@@ -4,7 +4,7 @@ use crate::case::{Setup, from_saved, from_text, load};
 use crate::math::Vec3;
 use std::path::Path;
 
-const TEXT: &str = r#"
+const TEXT: &str = r"
     [domain]
     size = { diameters = [6, 6, 6] }
     [fluid]
@@ -21,7 +21,7 @@ const TEXT: &str = r#"
     end = { steps = 6000 }
     [output]
     picture_every = { steps = 50 }
-"#;
+";
 
 fn strings(options: &[&str]) -> Vec<String> {
     options.iter().map(ToString::to_string).collect()

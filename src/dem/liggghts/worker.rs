@@ -6,6 +6,7 @@
 
 use super::protocol::{Reply, Request};
 use super::session::Session;
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -14,6 +15,7 @@ use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The verb of the worker.
@@ -201,6 +203,10 @@ fn serve() -> io::Result<()> {
     let mut socket = UnixStream::from(stdin);
     // Anything else than a socket is an error here: the verb is for this program's own use.
     socket.peer_addr()?;
+    // A batch system may send these to every process of a job; the run decides what becomes of them.
+    for signal in [SIGINT, SIGTERM, SIGUSR1] {
+        signal_hook::flag::register(signal, Arc::default())?;
+    }
     let null = File::open("/dev/null")?;
     // SAFETY: both are open descriptors; from here on nobody reads standard input.
     if unsafe { libc::dup2(std::os::fd::AsRawFd::as_raw_fd(&null), 0) } < 0 {

@@ -1,0 +1,558 @@
+//! `turbid resume`, end to end: a run that stops and goes on, on other ranks, leaves what a run leaves that never stopped.
+
+#[path = "resume/disk.rs"]
+mod disk;
+#[path = "resume/signals.rs"]
+mod signals;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const CASE: &str = r#"
+[domain]
+size = { diameters = [4, 4, 5] }
+
+[fluid]
+density = 1000.0
+archimedes = 1000
+
+[lattice]
+cells_per_diameter = 6
+relaxation_time = 0.55
+
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 3300.0
+volume_fraction = 0.2
+seed = 1
+
+[run]
+end = { steps = 80 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+fields_every = { steps = 24 }
+particles_every = { steps = 16 }
+picture_every = { steps = 32 }
+"#;
+
+/// Sliding, rolling and impacts between walls, without a fluid, in sub-steps.
+const DRY: &str = r#"
+[domain]
+size = [0.03, 0.03, 0.03]
+periodic = [false, true, false]
+
+[dry]
+impact_speed = 0.6
+
+[[particles]]
+shape = { cube = { edge = 3e-3 } }
+density = 2500.0
+count = 120
+seed = 1
+
+[[particles]]
+shape = { sphere = { diameter = 3e-3 } }
+density = 2500.0
+count = 100
+seed = 2
+
+[contact]
+youngs_modulus = 5e6
+poisson_ratio = 0.25
+restitution = 0.5
+friction_static = 0.4
+friction_kinetic = 0.3
+transition_velocity = 0.01
+substeps = 2
+
+[driving]
+gravity = [300.0, 0.0, -900.0]
+
+[run]
+end = { steps = 400 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 8 }
+particles_every = { steps = 48 }
+picture_every = { steps = 96 }
+"#;
+
+/// Stones from a file at places from another one, between a floor and a lid that slides.
+const STONES: &str = r#"
+[domain]
+size = { diameters = [4, 4, 6] }
+periodic = [true, true, false]
+faces = { "z+" = { velocity = [1e-2, 0, 0] } }
+
+[fluid]
+density = 1000.0
+archimedes = 1000
+precision = "f64"
+
+[lattice]
+cells_per_diameter = 6
+relaxation_time = 0.6
+collision = "trt"
+
+[[particles]]
+shape = { mesh = { file = "meshes/stone.stl", equivalent_diameter = 1.5e-3 } }
+density = 3300.0
+file = "places.csv"
+
+[run]
+end = { steps = 80 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+particles_every = { steps = 16 }
+fields_every = "never"
+picture_every = "never"
+"#;
+
+/// Few files.
+const ROWS_ONLY: [&str; 6] = [
+    "--set",
+    "output.fields_every=never",
+    "--set",
+    "output.particles_every=never",
+    "--set",
+    "output.picture_every=never",
+];
+
+/// A folder with a case.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new(case: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("case.toml"), case).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Turbid on one process, ended if it hangs.
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new("timeout");
+        command
+            .args(["--kill-after=5", "300", env!("CARGO_BIN_EXE_turbid")])
+            .args(arguments)
+            .current_dir(self.folder.path());
+        command
+    }
+
+    /// Turbid on so many processes of an MPI job.
+    #[cfg(feature = "mpi")]
+    fn mpirun(&self, processes: usize, arguments: &[&str]) -> Command {
+        let mut command = Command::new("timeout");
+        command
+            .args(["--kill-after=5", "300", "mpirun", "-n", &processes.to_string()])
+            .arg(env!("CARGO_BIN_EXE_turbid"))
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .envs([
+                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+                ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+                ("OMPI_MCA_mpi_yield_when_idle", "1"),
+                ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+            ]);
+        command
+    }
+
+    /// Runs it; it must end well. What it says.
+    fn well(&self, arguments: &[&str]) -> String {
+        well(&mut self.command(arguments))
+    }
+
+    /// Runs it; it must end with this exit code. What it says.
+    fn ill(&self, code: i32, arguments: &[&str]) -> String {
+        let output = self.command(arguments).output().unwrap();
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        said
+    }
+
+    /// Steps of the whole checkpoints of an output directory, ascending.
+    fn checkpoints(&self, out: &str) -> Vec<u64> {
+        let found = turbid::checkpoint::list(&self.path(out).join("checkpoints")).unwrap();
+        found.iter().rev().map(|found| found.step).collect()
+    }
+
+    /// What a run has left.
+    fn left(&self, out: &str) -> Left {
+        Left::of(&self.path(out))
+    }
+}
+
+fn well(command: &mut Command) -> String {
+    let output = command.stdin(Stdio::null()).output().unwrap();
+    let said = words(&output);
+    assert!(output.status.success(), "{command:?}: {said}");
+    said
+}
+
+fn words(output: &Output) -> String {
+    [&output.stdout, &output.stderr]
+        .map(|bytes| String::from_utf8_lossy(bytes))
+        .concat()
+}
+
+/// What a run has left: the summary but for what depends on the machine, and the bytes of all other files but checkpoints and logs.
+struct Left {
+    summary: serde_json::Value,
+    files: BTreeMap<PathBuf, Vec<u8>>,
+}
+
+impl Left {
+    fn of(directory: &Path) -> Self {
+        let text = std::fs::read_to_string(directory.join("summary.json")).unwrap();
+        let mut summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        for key in [
+            "mlups",
+            "wall_seconds",
+            "stages",
+            "input",
+            "ranks",
+            "threads",
+            "resumed_from",
+        ] {
+            assert!(summary.as_object_mut().unwrap().remove(key).is_some(), "{key}");
+        }
+        let mut files = BTreeMap::new();
+        let mut open = vec![directory.to_path_buf()];
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                let below = path.strip_prefix(directory).unwrap().to_path_buf();
+                if path.is_dir() && !below.ends_with("checkpoints") {
+                    open.push(path);
+                } else if path.is_file()
+                    && !["summary.json", "liggghts.log"]
+                        .iter()
+                        .any(|name| below.ends_with(name))
+                {
+                    files.insert(below, std::fs::read(path).unwrap());
+                }
+            }
+        }
+        assert!(
+            files.contains_key(Path::new("series.csv"))
+                && files.contains_key(Path::new("particle_series.csv"))
+        );
+        Self { summary, files }
+    }
+
+    /// The same numbers, files and bytes.
+    fn must_be(&self, other: &Self, what: &str) {
+        assert_eq!(self.summary, other.summary, "{what}");
+        let names = |left: &Self| left.files.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(names(self), names(other), "{what}");
+        for (name, bytes) in &self.files {
+            assert!(*bytes == other.files[name], "{what}: {} differs", name.display());
+        }
+    }
+}
+
+/// Flips a byte of a file.
+fn flip(path: &Path, place: impl FnOnce(usize) -> usize) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let place = place(bytes.len());
+    bytes[place] ^= 0x10;
+    std::fs::write(path, bytes).unwrap();
+}
+
+/// Half of a run on some threads and the rest on others leave what the whole run leaves, which has these options more.
+fn in_two_halves(place: &Place, steps: u64, options: &[&str], whole: &[&str]) {
+    let run = |parts: &[&[&str]]| place.well(&parts.concat());
+    let [half, end] = [steps / 2, steps].map(|steps| format!("run.end.steps={steps}"));
+    let start = ["run", "case.toml", "--quiet"];
+    run(&[&start, options, whole, &["--out", "whole", "--threads", "1"]]);
+    let whole = place.left("whole");
+    for (before, after) in [("1", "3"), ("2", "1"), ("4", "2")] {
+        // The only checkpoint is that of the end.
+        let first = [
+            "--threads",
+            before,
+            "--set",
+            &half,
+            "--set",
+            "output.checkpoint_every.steps=1000",
+        ];
+        run(&[&start, options, &first]);
+        assert_eq!(place.checkpoints("out"), [steps / 2]);
+        let second = [
+            "--threads",
+            after,
+            "--set",
+            &end,
+            "--set",
+            "output.checkpoint_every=never",
+        ];
+        let said = run(&[&["resume", "out", "--quiet"], &second]);
+        assert_eq!(said, "", "quiet");
+        place
+            .left("out")
+            .must_be(&whole, &format!("{before} and then {after} threads"));
+    }
+}
+
+#[test]
+fn spheres_in_a_fluid_go_on_to_the_bit_on_other_threads() {
+    in_two_halves(&Place::new(CASE), 80, &[], &[]);
+}
+
+#[test]
+fn bodies_between_walls_without_a_fluid_go_on_to_the_bit_on_other_threads() {
+    in_two_halves(&Place::new(DRY), 400, &[], &[]);
+}
+
+#[cfg(feature = "liggghts")]
+#[test]
+fn spheres_that_liggghts_moves_go_on_to_the_bit_on_other_threads() {
+    // To be saved, LIGGGHTS makes its lists anew: it goes on as it would have without the end, but not as if never saved.
+    let saved = ["--set", "output.checkpoint_every.steps=40"];
+    in_two_halves(&Place::new(CASE), 80, &["--set", "dem.engine=liggghts"], &saved);
+}
+
+#[test]
+fn stones_between_sliding_walls_go_on_to_the_bit_without_the_files_of_the_case() {
+    let place = Place::new(STONES);
+    let stone = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/stone.stl");
+    std::fs::create_dir(place.path("meshes")).unwrap();
+    std::fs::copy(stone, place.path("meshes/stone.stl")).unwrap();
+    let places = "x,y,z\n1.5e-3,1.5e-3,2e-3\n4.5e-3,1.5e-3,4e-3\n1.5e-3,4.5e-3,6e-3\n4.5e-3,4.5e-3,2e-3\n";
+    std::fs::write(place.path("places.csv"), places).unwrap();
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    let options = [
+        "--set",
+        "run.end.steps=40",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ];
+    place.well(&[&["run", "case.toml", "--quiet", "--threads", "2"], &options[..]].concat());
+    for file in ["case.toml", "places.csv", "meshes/stone.stl"] {
+        std::fs::remove_file(place.path(file)).unwrap();
+    }
+    std::fs::rename(place.path("out"), place.path("moved")).unwrap();
+    place.well(&[
+        "resume",
+        "moved",
+        "--quiet",
+        "--threads",
+        "3",
+        "--set",
+        "run.end.steps=80",
+    ]);
+    place.left("moved").must_be(&place.left("whole"), "elsewhere");
+}
+
+#[cfg(feature = "mpi")]
+#[test]
+fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
+    let place = Place::new(CASE);
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    let half = [
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "run.end.steps=40",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ];
+    let rest = ["resume", "out", "--quiet", "--set", "run.end.steps=80"];
+    let threads = |arguments: &[&str]| place.command(&[arguments, &["--threads", "3"]].concat());
+    for (mut first, mut second) in [
+        (place.mpirun(2, &half), threads(&rest)),
+        (threads(&half), place.mpirun(5, &rest)),
+        (place.mpirun(3, &half), place.mpirun(2, &rest)),
+    ] {
+        well(&mut first);
+        well(&mut second);
+        // Processes write frames in pieces, whose contents `tests/pieces.rs` compares.
+        let in_one_file = |left: Left| {
+            let one = |name: &Path| {
+                name.extension()
+                    .is_some_and(|kind| kind == "csv" || kind == "png")
+            };
+            Left {
+                files: left.files.into_iter().filter(|(name, _)| one(name)).collect(),
+                ..left
+            }
+        };
+        let whole = in_one_file(place.left("whole"));
+        assert!(whole.files.len() > 4);
+        in_one_file(place.left("out")).must_be(&whole, &format!("{first:?}, then {second:?}"));
+    }
+}
+
+#[test]
+fn a_run_that_goes_on_twice_keeps_the_spacings_of_its_first_length() {
+    // Rows and frames by their defaults, which depend on the length.
+    let case = CASE
+        .split("series_every")
+        .next()
+        .unwrap()
+        .replace("average_from = { steps = 0 }\n", "");
+    let place = Place::new(&case);
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=50",
+    ]);
+    for end in ["run.end.steps=100", "run.end.steps=110"] {
+        place.well(&["resume", "out", "--quiet", "--set", end]);
+    }
+    let frames = |folder: &str| std::fs::read_dir(place.path("out").join(folder)).unwrap().count();
+    // Every 16 steps and at the end, and every 8.
+    assert_eq!((frames("fields"), frames("pictures")), (8, 14));
+    let summary = std::fs::read_to_string(place.path("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let input = summary["input"].as_str().unwrap();
+    assert!(input.contains("[run.average_from]\nsteps = 26"), "{input}");
+}
+
+#[test]
+fn a_damaged_checkpoint_is_named_and_the_one_before_it_used() {
+    let place = Place::new(CASE);
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    let options = [
+        "--set",
+        "run.end.steps=60",
+        "--set",
+        "output.checkpoint_every.steps=20",
+    ];
+    place.well(&[&["run", "case.toml", "--quiet", "--threads", "2"], &options[..]].concat());
+    assert_eq!(place.checkpoints("out"), [40, 60]);
+    flip(
+        &place.path("out/checkpoints/step-0000000060/part-00001.bin"),
+        |length| length - 9,
+    );
+    // A checkpoint that was being written when the run was killed.
+    std::fs::create_dir(place.path("out/checkpoints/step-0000000080.partial")).unwrap();
+    let said = place.well(&[
+        "resume",
+        "out",
+        "--threads",
+        "3",
+        "--quiet",
+        "--set",
+        "run.end.steps=80",
+    ]);
+    assert_eq!(said.matches("warning").count(), 1, "{said}");
+    assert!(
+        said.contains("checkpoint step-0000000060: part 1, plane z = 29 is damaged"),
+        "{said}"
+    );
+    place.left("out").must_be(&place.left("whole"), "from step 40");
+    assert_eq!(place.checkpoints("out"), [60, 80]);
+}
+
+#[test]
+fn if_no_checkpoint_is_sound_each_is_named_and_nothing_is_changed() {
+    let place = Place::new(CASE);
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ]);
+    let before = place.left("out");
+    flip(
+        &place.path("out/checkpoints/step-0000000040/manifest.toml"),
+        |_| 100,
+    );
+    flip(
+        &place.path("out/checkpoints/step-0000000080/part-00000.bin"),
+        |_| 30,
+    );
+    let said = place.ill(2, &["resume", "out"]);
+    assert!(
+        said.contains("checkpoint step-0000000040: manifest.toml is damaged"),
+        "{said}"
+    );
+    assert!(
+        said.contains("checkpoint step-0000000080: part 0: its head is damaged"),
+        "{said}"
+    );
+    place.left("out").must_be(&before, "after a refusal");
+}
+
+#[test]
+fn what_cannot_go_on_is_refused_with_a_remedy() {
+    let place = Place::new(CASE);
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ]);
+    let before = place.left("out");
+    for (arguments, words) in [
+        (
+            &["resume", "nowhere"][..],
+            &["nowhere/checkpoints", "output.checkpoint_every"][..],
+        ),
+        (
+            &["resume", "out", "--set", "fluid.density=900"],
+            &["fluid.density=900", "only keys below"],
+        ),
+        (
+            &["resume", "out", "--set", "output.directory=b"],
+            &["its own directory"],
+        ),
+        (
+            &["resume", "out", "--set", "run.end.steps=79"],
+            &["has done 80 steps", "later end"],
+        ),
+        (
+            &["resume", "out", "--threads", "5000"],
+            &["too many", "--threads"],
+        ),
+        (&["resume", "out", "--max-walltime", "soon"], &["01:30:00"]),
+    ] {
+        let said = place.ill(2, arguments);
+        assert!(
+            words.iter().all(|word| said.contains(word)),
+            "{arguments:?}: {said}"
+        );
+    }
+    place.left("out").must_be(&before, "after refusals");
+    // A run that is at its end comes to it again.
+    let said = place.well(&["resume", "out", "--threads", "2"]);
+    assert!(said.contains("state hash"), "{said}");
+    place.left("out").must_be(&before, "at its end");
+}
+
+#[test]
+fn a_fresh_run_removes_the_checkpoints_of_the_one_before() {
+    let place = Place::new(CASE);
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ]);
+    std::fs::write(place.path("out/checkpoints/notes"), "mine").unwrap();
+    place.well(&["run", "case.toml", "--quiet"]);
+    assert_eq!(place.checkpoints("out"), [0; 0]);
+    assert!(place.path("out/checkpoints/notes").exists());
+}

@@ -1,0 +1,242 @@
+//! Runs that are stopped, asked for a checkpoint, killed, or out of time.
+
+use super::{CASE, Place, ROWS_ONLY, well};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest time to wait for another process: far beyond what is needed, so that only a hang reaches it.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Never comes to its end.
+const ENDLESS: [&str; 2] = ["--set", "run.end.steps=100000000"];
+/// Ends a child that a failed test would leave behind.
+struct Guard(Child);
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Guard {
+    fn of(mut command: Command) -> Self {
+        let command = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        Self(command.spawn().unwrap())
+    }
+
+    fn send(&self, signal: i32) {
+        // SAFETY: `kill` takes two numbers; the process is our child and not yet waited for, so its id is still its own.
+        let sent = unsafe { libc::kill(self.0.id() as libc::pid_t, signal) };
+        assert_eq!(sent, 0);
+    }
+
+    /// Waits for a good end.
+    fn ends_well(&mut self) {
+        let status = poll("the end of the run", || self.0.try_wait().unwrap());
+        assert!(status.success(), "{status}");
+    }
+}
+
+/// Turbid itself, so that signals reach it.
+fn turbid(place: &Place, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_turbid"));
+    command.args(arguments).current_dir(place.folder.path());
+    command
+}
+
+/// Asks again and again until there is an answer; another process gives no other sign.
+fn poll<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn rows(series: &Path) -> usize {
+    std::fs::read_to_string(series).map_or(0, |text| text.lines().count())
+}
+
+fn wait_for_rows(place: &Place, count: usize) {
+    let series = place.path("out/series.csv");
+    poll("more rows", || (rows(&series) >= count).then_some(()));
+}
+
+/// The steps of an interrupted run.
+fn interrupted_at(place: &Place) -> u64 {
+    let left = place.left("out");
+    assert_eq!(left.summary["interrupted"], true);
+    left.summary["steps"].as_u64().unwrap()
+}
+
+/// Goes on by some steps, and compares with a run that never stopped.
+fn goes_on_from(place: &Place, step: u64) {
+    let end = format!("run.end.steps={}", step + 20);
+    place.well(&["resume", "out", "--quiet", "--threads", "3", "--set", &end]);
+    let whole = ["run", "case.toml", "--quiet", "--out", "whole", "--set", &end];
+    place.well(&[&whole[..], &ROWS_ONLY].concat());
+    place
+        .left("out")
+        .must_be(&place.left("whole"), &format!("from step {step}"));
+}
+
+#[test]
+fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
+    let place = Place::new(CASE);
+    let arguments = [&["run", "case.toml", "--threads", "2"], &ENDLESS[..], &ROWS_ONLY].concat();
+    let mut child = Guard::of(turbid(&place, &arguments));
+    wait_for_rows(&place, 20);
+    child.send(libc::SIGTERM);
+    child.ends_well();
+    let mut said = String::new();
+    std::io::Read::read_to_string(child.0.stdout.as_mut().unwrap(), &mut said).unwrap();
+    assert!(said.contains("go on with: turbid resume out\n"), "{said}");
+    let step = interrupted_at(&place);
+    assert_eq!(place.checkpoints("out"), [step]);
+    goes_on_from(&place, step);
+}
+
+#[test]
+fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_goes_on() {
+    let place = Place::new(CASE);
+    let arguments = [
+        &["run", "case.toml", "--quiet", "--threads", "2"],
+        &ENDLESS[..],
+        &ROWS_ONLY,
+    ]
+    .concat();
+    let child = Guard::of(turbid(&place, &arguments));
+    wait_for_rows(&place, 10);
+    child.send(libc::SIGUSR1);
+    let first = poll("a checkpoint", || place.checkpoints("out").last().copied());
+    let more = rows(&place.path("out/series.csv")) + 10;
+    wait_for_rows(&place, more);
+    child.send(libc::SIGUSR1);
+    let second = poll("another one", || {
+        place
+            .checkpoints("out")
+            .last()
+            .copied()
+            .filter(|step| *step > first)
+    });
+    child.send(libc::SIGKILL);
+    drop(child);
+    assert_eq!(place.checkpoints("out"), [first, second]);
+    goes_on_from(&place, second);
+}
+
+#[cfg(feature = "mpi")]
+#[test]
+fn the_processes_of_a_job_write_a_checkpoint_that_its_launcher_is_asked_for() {
+    let place = Place::new(CASE);
+    let arguments = [&["run", "case.toml", "--quiet"], &ENDLESS[..], &ROWS_ONLY].concat();
+    let job = place.mpirun(2, &arguments);
+    // Without `timeout`, which would keep the signal.
+    let mut launcher = Command::new("mpirun");
+    launcher
+        .args(job.get_args().skip(3))
+        .current_dir(place.folder.path());
+    launcher.envs(job.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let mut child = Guard::of(launcher);
+    wait_for_rows(&place, 10);
+    child.send(libc::SIGUSR1);
+    let step = poll("a checkpoint", || place.checkpoints("out").last().copied());
+    child.send(libc::SIGTERM);
+    poll("the end of the job", || child.0.try_wait().unwrap());
+    // The signal that ends the job may leave time for another one.
+    let newest = place.checkpoints("out").last().copied().unwrap();
+    assert!(newest >= step);
+    goes_on_from(&place, newest);
+}
+
+#[test]
+fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
+    let place = Place::new(CASE);
+    let arguments = [
+        &["run", "case.toml", "--quiet", "--max-walltime", "3s"],
+        &ENDLESS[..],
+        &ROWS_ONLY,
+    ]
+    .concat();
+    let start = Instant::now();
+    place.well(&arguments);
+    let taken = start.elapsed().as_secs_f64();
+    assert!(taken < PATIENCE.as_secs_f64(), "{taken} s");
+    let step = interrupted_at(&place);
+    assert_eq!(place.checkpoints("out"), [step]);
+    goes_on_from(&place, step);
+}
+
+/// Kills a run at a random moment, `times` times over; each must go on from its last checkpoint to the end of a whole run.
+fn killed(times: u64) {
+    let place = Place::new(CASE);
+    let options = [
+        "--quiet",
+        "--set",
+        "run.end.steps=200",
+        "--set",
+        "output.checkpoint_every.steps=10",
+    ];
+    place.well(&[&["run", "case.toml", "--out", "whole"], &options[..3]].concat());
+    let whole = place.left("whole");
+    let mut random = 1_u64;
+    let mut up_to = |limit: u64| {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((random >> 33) * limit) >> 31
+    };
+    let (mut before_first, mut after_end) = (0, 0);
+    for time in 0..times {
+        let _ = std::fs::remove_dir_all(place.path("out"));
+        let threads = ["1", "2", "3"][time as usize % 3];
+        let mut child = Guard::of(turbid(
+            &place,
+            &[&["run", "case.toml", "--threads", threads], &options[..]].concat(),
+        ));
+        // Anywhere from the start to the end, and then anywhere in what is going on there: as far into the run on a busy machine
+        // as on a quiet one.
+        let bytes = up_to(whole.files[Path::new("series.csv")].len() as u64 + 1);
+        poll("rows", || {
+            let written = std::fs::metadata(place.path("out/series.csv")).map_or(0, |file| file.len());
+            (written >= bytes || child.0.try_wait().unwrap().is_some()).then_some(())
+        });
+        std::thread::sleep(Duration::from_micros(up_to(20_000)));
+        // This is SIGKILL.
+        drop(child);
+        if place.checkpoints("out").is_empty() {
+            before_first += 1;
+            place.ill(2, &["resume", "out"]);
+            continue;
+        }
+        after_end += u64::from(place.path("out/summary.json").exists());
+        let threads = ["2", "3", "1"][time as usize % 3];
+        well(&mut place.command(&["resume", "out", "--quiet", "--threads", threads]));
+        place
+            .left("out")
+            .must_be(&whole, &format!("kill {time}, after {bytes} bytes of rows"));
+    }
+    println!(
+        "{times} runs killed: {before_first} before their first checkpoint, {after_end} after their end"
+    );
+    assert!(before_first + after_end < times, "none was killed in between");
+}
+
+#[test]
+fn ten_runs_that_are_killed_go_on_to_the_same_end() {
+    killed(10);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn a_hundred_runs_that_are_killed_go_on_to_the_same_end() {
+    killed(100);
+}
