@@ -13,6 +13,8 @@
 mod atomic;
 pub mod contacts;
 pub mod directory;
+pub mod numbers;
+mod overlay;
 pub mod particle_series;
 pub mod picture;
 mod polydata;
@@ -28,6 +30,7 @@ pub mod walls;
 pub(crate) use atomic::write_bytes;
 pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
 pub use directory::OutputFiles;
+pub use overlay::Overlay;
 pub use particle_series::{ParticleSeries, PathsState};
 pub use progress::Progress;
 pub use pvd::Collection;
