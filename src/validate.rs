@@ -5,20 +5,26 @@
 //! folder says why.
 
 mod channel;
+mod drafting;
 mod experiment;
 mod friction;
 mod hertz;
+mod hindered_settling;
+mod liggghts;
 mod periodic_settling;
+mod random_array;
 mod reference;
 pub mod report;
 mod restitution;
 mod settling_tank;
 mod shear;
+mod shear_viscosity;
 mod shear_wave;
 mod sphere_array;
 mod suite;
 mod taylor_green;
 mod trial;
+mod wet_impact;
 
 use crate::error::Result;
 pub use crate::output::Overlay;
@@ -79,6 +85,22 @@ pub struct Part {
 }
 
 impl Part {
+    /// A part of the full level on one core.
+    const fn full(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self {
+            level: Level::Full,
+            ..Self::quick(seconds, run)
+        }
+    }
+
+    /// A part of the full level that takes all cores.
+    const fn wide(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self {
+            wide: true,
+            ..Self::full(seconds, run)
+        }
+    }
+
     /// A part of the quick level on one core.
     const fn quick(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
         Self {
@@ -131,6 +153,12 @@ pub const CASES: &[Case] = &[
     restitution::CASE,
     friction::CASE,
     hertz::CASE,
+    liggghts::CASE,
+    wet_impact::CASE,
+    drafting::CASE,
+    random_array::CASE,
+    shear_viscosity::CASE,
+    hindered_settling::CASE,
 ];
 
 impl Findings {

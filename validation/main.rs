@@ -24,7 +24,10 @@ fn every_case_of_the_quick_level_is_within_its_tolerances() {
         let off = (number("measured") - number("reference")).abs();
         let within = off <= number("tolerance");
         assert!(within && check["pass"] == true, "{check}");
-        assert!(check["source"].as_str().is_some_and(|source| source.len() > 5), "{check}");
+        assert!(
+            check["source"].as_str().is_some_and(|source| source.len() > 5),
+            "{check}"
+        );
     }
     assert!(output.status.success(), "{said}");
     assert!(checks.len() > 50, "{} checks", checks.len());

@@ -41,7 +41,9 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
     let level = arguments.level;
     let meant = |case: &&Case| !arguments.names.is_empty() || case.level() <= level;
-    let cases = chosen(&names, &arguments.names)?.into_iter().map(|place| &CASES[place]);
+    let cases = chosen(&names, &arguments.names)?
+        .into_iter()
+        .map(|place| &CASES[place]);
     let cases: Vec<&'static Case> = cases.filter(meant).collect();
     if let Some(out) = &arguments.out {
         report::prepare(out)?;

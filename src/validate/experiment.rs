@@ -1,7 +1,7 @@
 //! A simulation in the precision that its case asks for, and an engine that tells what it was given.
 
 use crate::case::Setup;
-use crate::comm::Comm;
+use crate::comm::{Comm, on_threads};
 use crate::coupling::MeanFlow;
 use crate::dem::{Ballistic, ContactState, ContactSummary, DemEngine, Load};
 use crate::domain::Decomposition;
@@ -104,6 +104,20 @@ impl Experiment {
         const WET: &str = "a case with a fluid";
         either!(self, simulation => simulation.fluid().expect(WET).moments(cell).1.into())
     }
+}
+
+/// Runs a case on as many ranks as it has room for, up to `threads`, and returns what each of them says.
+pub(super) fn on_ranks<R: Send>(
+    setup: &Setup,
+    threads: usize,
+    body: impl Fn(&mut Experiment) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
+    let ranks = Decomposition::max_ranks(setup.domain, threads.max(1));
+    let decomposition = Decomposition::new(setup.domain, ranks).expect("so many have room");
+    let all = on_threads(ranks, |comm| {
+        body(&mut Experiment::new(setup, &decomposition, comm)?)
+    });
+    all.into_iter().collect()
 }
 
 /// A ballistic engine whose last load on its first particle can be read while a simulation owns it.

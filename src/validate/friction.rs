@@ -53,9 +53,7 @@ fn throws(trial: &Trial) -> Result<Findings> {
     }
     let radius = 0.5 * setup.scales.diameter;
     let slide = |angle: f64| 1.0 - FRICTION * (1.0 + RESTITUTION) / angle.to_radians().tan();
-    let turn = |angle: f64| {
-        2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius
-    };
+    let turn = |angle: f64| 2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius;
     let mut found = Findings::default();
     let (mut slid, mut turned) = (Vec::new(), Vec::new());
     for (n, after) in run.owned().iter().enumerate() {
@@ -93,7 +91,14 @@ fn throws(trial: &Trial) -> Result<Findings> {
             tangential,
             slid,
         ),
-        ("spin", "Spin of spheres after the impact on a plate", "angular velocity (1/s)", &turn, spin, turned),
+        (
+            "spin",
+            "Spin of spheres after the impact on a plate",
+            "angular velocity (1/s)",
+            &turn,
+            spin,
+            turned,
+        ),
     ] {
         found.overlays.push(Overlay {
             name: name.into(),

@@ -84,7 +84,10 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             }
         }
         if law == "hertz" {
-            let peak = [table.of("impact", "pair", "duration"), table.of("impact", "pair", "force")];
+            let peak = [
+                table.of("impact", "pair", "duration"),
+                table.of("impact", "pair", "force"),
+            ];
             let top = peak[1] * 1e-3;
             found.overlays.push(Overlay {
                 name: "force".into(),

@@ -44,7 +44,10 @@ impl Table {
     /// Two columns as points, of the rows whose first column is `word` if one is given.
     pub(super) fn points(&self, word: Option<&str>, columns: [&str; 2]) -> Vec<[f64; 2]> {
         let [x, y] = columns.map(|name| self.column(name));
-        let rows = self.rows.iter().filter(|row| word.is_none_or(|word| &row[0] == word));
+        let rows = self
+            .rows
+            .iter()
+            .filter(|row| word.is_none_or(|word| &row[0] == word));
         rows.map(|row| [number(&row[x]), number(&row[y])]).collect()
     }
 }

@@ -20,7 +20,10 @@ pub fn list(cases: &[Case]) -> String {
     let mut text = String::new();
     for case in cases {
         let time = |level| duration(case.seconds(level));
-        let times = match (case.level(), case.seconds(Level::Full) > case.seconds(Level::Quick)) {
+        let times = match (
+            case.level(),
+            case.seconds(Level::Full) > case.seconds(Level::Quick),
+        ) {
             (Level::Quick, false) => format!("quick, {}", time(Level::Quick)),
             (Level::Quick, true) => format!("quick, {}; full, {}", time(Level::Quick), time(Level::Full)),
             (Level::Full, _) => format!("full, {}", time(Level::Full)),
@@ -53,10 +56,7 @@ pub fn table(outcome: &Outcome) -> String {
     let found = match &outcome.result {
         None => {
             let why = case.missing.unwrap_or_default();
-            add(
-                &mut text,
-                format_args!("\n  not available, not counted: {why}"),
-            );
+            add(&mut text, format_args!("\n  not available, not counted: {why}"));
             return text;
         }
         Some(Err(error)) => {

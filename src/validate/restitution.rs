@@ -57,7 +57,8 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             let after = run.owned();
             let wall = -after[0].velocity().z / before[0].velocity().z;
             let along = (before[2].position() - before[1].position()).normalize();
-            let apart = |all: &[crate::particle::Particle]| along.dot(&(all[2].velocity() - all[1].velocity()));
+            let apart =
+                |all: &[crate::particle::Particle]| along.dot(&(all[2].velocity() - all[1].velocity()));
             let pair = -apart(after) / apart(before);
             let reference = table.at("e", set, damping);
             for (what, value) in [("wall", wall), ("pair", pair)] {

@@ -1,11 +1,9 @@
 //! One sphere settling in a tank of oil: `validation/settling_tank`.
 
-use super::experiment::Experiment;
+use super::experiment::on_ranks;
 use super::reference::Table;
-use super::trial::cut;
-use super::{Case, Findings, Level, Overlay, Part, Trial};
+use super::{Case, Findings, Overlay, Part, Trial};
 use crate::case::Setup;
-use crate::comm::{Comm, on_threads};
 use crate::error::Result;
 
 const TEXT: &str = include_str!("../../validation/settling_tank/case.toml");
@@ -18,30 +16,21 @@ pub(super) const CASE: Case = Case {
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
         Part::quick(25.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 4.0, 0.08), 1)),
-        full(1800.0, |trial| {
+        Part::wide(1800.0, |trial| {
             fall(trial, &Oil::new("E1", 15, 0.65, 0.5, 0.05), trial.threads)
         }),
-        full(700.0, |trial| {
+        Part::wide(700.0, |trial| {
             fall(trial, &Oil::new("E2", 15, 0.65, 2.0, 0.05), trial.threads)
         }),
-        full(400.0, |trial| {
+        Part::wide(400.0, |trial| {
             fall(trial, &Oil::new("E3", 15, 0.6, 2.0, 0.05), trial.threads)
         }),
-        full(300.0, |trial| {
+        Part::wide(300.0, |trial| {
             fall(trial, &Oil::new("E4", 15, 0.55, 2.0, 0.05), trial.threads)
         }),
     ],
     missing: None,
 };
-
-const fn full(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Part {
-    Part {
-        level: Level::Full,
-        seconds,
-        wide: true,
-        run,
-    }
-}
 
 /// Largest way to the side (diameters).
 const SIDEWAYS: f64 = 0.05;
@@ -74,10 +63,8 @@ impl Oil {
 /// Time (s), gap to the floor (diameters), downward velocity (m/s) after every step, and the largest sideways move
 /// (diameters).
 fn course(setup: &Setup, threads: usize, until: f64) -> Result<(Vec<[f64; 3]>, f64)> {
-    let decomposition = cut(setup, threads);
     let diameter = setup.scales.diameter;
-    let all = on_threads(decomposition.ranks(), |comm: Comm| {
-        let mut run = Experiment::new(setup, &decomposition, comm)?;
+    let all = on_ranks(setup, threads, |run| {
         let (mut course, mut aside) = (Vec::new(), 0.0_f64);
         let start = setup.particles[0].position();
         while run.done() < setup.end_step {
@@ -97,11 +84,10 @@ fn course(setup: &Setup, threads: usize, until: f64) -> Result<(Vec<[f64; 3]>, f
             }
         }
         Ok((course, aside))
-    });
+    })?;
     // The sphere may change its owner on the way down.
     let (mut whole, mut aside) = (Vec::new(), 0.0_f64);
-    for part in all {
-        let (course, off) = part?;
+    for (course, off) in all {
         whole.extend(course);
         aside = aside.max(off);
     }

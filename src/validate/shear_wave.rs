@@ -50,9 +50,7 @@ fn decay<T: Real>(setup: &Setup) -> Vec<f64> {
     let mut fluid = fluid::<T>(setup);
     fluid.set_equilibrium(|[_, _, z]| (1.0, [AMPLITUDE * wave(z), 0.0, 0.0]));
     let amplitude = |fluid: &Fluid<T>| {
-        let sum: f64 = (0..length)
-            .map(|z| fluid.moments([1, 2, z]).1[0] * wave(z))
-            .sum();
+        let sum: f64 = (0..length).map(|z| fluid.moments([1, 2, z]).1[0] * wave(z)).sum();
         2.0 * sum / length as f64
     };
     let mut amplitudes = vec![amplitude(&fluid)];
@@ -109,7 +107,10 @@ fn waves(trial: &Trial) -> Result<Findings> {
     found.overlays.push(Overlay {
         name: "decay".into(),
         title: "Amplitude of a shear wave of 32 cells".into(),
-        axes: ["time times viscous rate (-)".into(), "amplitude over that of the start (-)".into()],
+        axes: [
+            "time times viscous rate (-)".into(),
+            "amplitude over that of the start (-)".into(),
+        ],
         logarithmic: [false; 2],
         curves,
     });

@@ -23,6 +23,14 @@ pub(super) const CASE: Case = Case {
         Part::quick(15.0, |trial| drag(trial, &Array::at(0.064, 25, 1).aside())),
         Part::quick(30.0, |trial| drag(trial, &Array::at(0.125, 20, 2))),
         Part::quick(30.0, |trial| drag(trial, &Array::at(0.125, 20, 2).aside())),
+        Part::quick(12.0, |trial| drag(trial, &Array::at(0.216, 17, 2))),
+        Part::quick(10.0, |trial| drag(trial, &Array::at(0.25, 16, 2))),
+        Part::quick(30.0, |trial| {
+            drag(trial, &Array::at(0.064, 25, 1).fluid(0.55, 0.1))
+        }),
+        Part::quick(30.0, |trial| {
+            drag(trial, &Array::at(0.25, 16, 2).fluid(0.55, 0.25))
+        }),
     ],
     missing: None,
 };
@@ -56,6 +64,15 @@ impl Array {
             shift: [0.0; 3],
             relaxation_time: 0.65,
             tolerance: 0.04,
+        }
+    }
+
+    /// With another relaxation time, and what it allows.
+    fn fluid(self, relaxation_time: f64, tolerance: f64) -> Self {
+        Self {
+            relaxation_time,
+            tolerance,
+            ..self
         }
     }
 
@@ -146,9 +163,18 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     let cell = setup.units.dx.powi(3);
     let fed = setup.units.density * acceleration * free as f64 * cell / copies.pow(3) as f64;
     let force = load.lock().expect("no holder of the load panics").force.z;
-    found.relative(&CASE, format!("force over that fed in, {name}"), force / fed, 1.0, BALANCE);
+    found.relative(
+        &CASE,
+        format!("force over that fed in, {name}"),
+        force / fed,
+        1.0,
+        BALANCE,
+    );
     found.from("balance of momentum");
-    found.note(format!("Reynolds number, {name}"), velocity * diameter / viscosity);
+    found.note(
+        format!("Reynolds number, {name}"),
+        velocity * diameter / viscosity,
+    );
     let whole = (1.0 - volume_fraction) * setup.units.density * acceleration * length.powi(3);
     found.note(format!("force over (1 - phi) rho a L^3, {name}"), force / whole);
     Ok(found)

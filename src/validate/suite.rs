@@ -33,9 +33,7 @@ impl Outcome {
             };
         }
         let result = match all {
-            Ok(found) if found.checks.is_empty() => {
-                Err(Error::Input("the case checked nothing".to_string()))
-            }
+            Ok(found) if found.checks.is_empty() => Err(Error::Input("the case checked nothing".to_string())),
             result => result,
         };
         Self {

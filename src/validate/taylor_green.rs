@@ -65,7 +65,7 @@ fn vortex(trial: &Trial) -> Result<Findings> {
         let cell = 6.4e-3 / length as f64;
         let own = [
             format!("domain.size=[6.4e-3, 6.4e-3, {:e}]", 4.0 * cell),
-            format!("lattice.cells_per_diameter={:e}", 4e-4 / cell),
+            format!("particles.0.shape.sphere.diameter={:e}", 2.0 * cell),
         ];
         errors.push(error(&trial.setup(TEXT, CASE.name, &own)?));
     }
@@ -86,7 +86,10 @@ fn vortex(trial: &Trial) -> Result<Findings> {
     found.overlays.push(Overlay {
         name: "convergence".into(),
         title: "Error of a Taylor-Green vortex at half decay".into(),
-        axes: ["cells per length of the vortex (-)".into(), "error over amplitude (-)".into()],
+        axes: [
+            "cells per length of the vortex (-)".into(),
+            "error over amplitude (-)".into(),
+        ],
         logarithmic: [true; 2],
         curves: vec![
             ("reference: second order".into(), second.collect()),

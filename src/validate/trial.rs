@@ -46,12 +46,6 @@ pub(super) fn whole(setup: &Setup) -> Decomposition {
     Decomposition::with_grid(setup.domain, [1; 3])
 }
 
-/// Blocks for as many of the cores as the box has room for.
-pub(super) fn cut(setup: &Setup, threads: usize) -> Decomposition {
-    let ranks = Decomposition::max_ranks(setup.domain, threads.max(1));
-    Decomposition::new(setup.domain, ranks).expect("so many have room")
-}
-
 /// What a case says that did not come to its end in time.
 pub(super) fn unsteady(what: &str, value: f64) -> Error {
     Error::Input(format!("not steady at the end of the case: {what} {value}"))

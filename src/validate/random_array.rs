@@ -1,0 +1,63 @@
+//! Drag on random arrays of fixed spheres: `validation/random_array`.
+
+use super::experiment::{Experiment, Held};
+use super::reference::Table;
+use super::trial::{unsteady, whole};
+use super::{Case, Findings, Part, Trial};
+use crate::comm::Comm;
+use crate::error::Result;
+use std::f64::consts::PI;
+
+const TEXT: &str = include_str!("../../validation/random_array/case.toml");
+const REFERENCE: &str = include_str!("../../validation/random_array/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "random_array",
+    question: "mean drag on a fixed random array of spheres in slow flow, volume fractions 0.1 to 0.3",
+    source: "van der Hoef, Beetstra and Kuipers (2005), doi:10.1017/S0022112004003295",
+    parts: &[
+        Part::full(200.0, |trial| drag(trial, 0.1)),
+        Part::full(150.0, |trial| drag(trial, 0.2)),
+        Part::full(120.0, |trial| drag(trial, 0.3)),
+    ],
+    missing: None,
+};
+
+const TOLERANCE: f64 = 0.12;
+/// Largest relative change of the mean velocity, in the time constant of its approach, that counts as steady.
+const STEADY: f64 = 1e-3;
+
+/// `F = (1 - phi) rho a L^3 / (n 3 pi mu D U)`, without the mean pressure gradient on the spheres themselves.
+fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
+    let own = [format!("particles.0.volume_fraction={volume_fraction}")];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let expected = Table::new(REFERENCE).at("phi", volume_fraction, "F");
+    let (phi, diameter) = (setup.scales.volume_fraction, setup.scales.diameter);
+    let count = setup.particles.len() as f64;
+    let viscosity = setup.scales.viscosity;
+    let (acceleration, volume) = (setup.body_acceleration.z, setup.domain.volume());
+    let unit = count * 3.0 * PI * viscosity * diameter;
+    let time_constant = (1.0 - phi) * volume / (unit * expected);
+    let interval = (time_constant / setup.units.dt).ceil() as u64;
+    let decomposition = whole(&setup);
+    let (engine, _) = Held::new(&setup, &decomposition);
+    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine);
+    let mut velocity = 0.0;
+    loop {
+        run.steps(interval)?;
+        let before = std::mem::replace(&mut velocity, run.mean_flow().velocity.z);
+        if (velocity - before).abs() < STEADY * velocity.abs() {
+            break;
+        }
+        if run.done() >= setup.end_step {
+            return Err(unsteady("mean velocity (m/s)", velocity));
+        }
+    }
+    let mut found = Findings::default();
+    let measured = (1.0 - phi) * acceleration * volume / (unit * velocity);
+    let quantity = format!("F, phi {volume_fraction}, {count} spheres (-)");
+    found.relative(&CASE, quantity, measured, expected, TOLERANCE);
+    let reynolds = velocity * diameter / viscosity;
+    found.note(format!("Reynolds number, phi {volume_fraction}"), reynolds);
+    Ok(found)
+}
