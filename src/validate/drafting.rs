@@ -44,6 +44,11 @@ fn pair(trial: &Trial) -> Result<Findings> {
     for (step, id, position, velocity) in parts.into_iter().flatten() {
         steps.entry(step).or_default()[id as usize] = Some((position, velocity));
     }
+    // Contacts begin where the enlarged surfaces meet.
+    let touching = setup
+        .contact
+        .as_ref()
+        .map_or(0.0, |contact| 2.0 * contact.enlargement / diameter);
     let (mut drafting, mut nearest, mut kissed) = (0.0_f64, f64::INFINITY, None);
     let (mut tilt, mut apart) = (0.0_f64, 0.0_f64);
     let mut curves = [Vec::new(), Vec::new()];
@@ -61,7 +66,7 @@ fn pair(trial: &Trial) -> Result<Findings> {
             if -leading.1.z > 0.2 * setup.scales.schiller_naumann_velocity {
                 drafting = drafting.max(trailing.1.z / leading.1.z);
             }
-            if gap < 0.02 {
+            if gap < touching {
                 kissed = Some(time);
             }
         } else {

@@ -13,7 +13,7 @@ const REFERENCE: &str = include_str!("../../validation/shear_viscosity/reference
 pub(super) const CASE: Case = Case {
     name: "shear_viscosity",
     question: "viscosity of a sheared suspension of spheres, volume fractions 0.05 to 0.2",
-    source: "Batchelor and Green (1972), doi:10.1017/S0022112072001435",
+    source: "Batchelor and Green (1972), doi:10.1017/S0022112072002435",
     parts: &[Part::wide(600.0, suspensions)],
     missing: None,
 };

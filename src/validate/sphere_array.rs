@@ -29,7 +29,7 @@ pub(super) const CASE: Case = Case {
             drag(trial, &Array::at(0.064, 25, 1).fluid(0.55, 0.1))
         }),
         Part::quick(30.0, |trial| {
-            drag(trial, &Array::at(0.25, 16, 2).fluid(0.55, 0.25))
+            drag(trial, &Array::at(0.25, 16, 2).fluid(0.55, 0.15))
         }),
     ],
     missing: None,
@@ -137,7 +137,11 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
 
     let tau = setup.relaxation_time;
     let cells = diameter / setup.units.dx;
-    let place = if shift == [0.0; 3] { "centre" } else { "aside" };
+    let place = if shift.iter().all(|s| s.abs() < 1e-9) {
+        "centre"
+    } else {
+        "aside"
+    };
     let name = format!("phi {volume_fraction}, tau {tau}, {cells:.1} cells, {place}");
     let mut found = Findings::default();
     let drag_factor = acceleration * length.powi(3) / (6.0 * PI * viscosity * radius * velocity);

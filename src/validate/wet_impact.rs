@@ -13,7 +13,7 @@ const REFERENCE: &str = include_str!("../../validation/wet_impact/reference.csv"
 pub(super) const CASE: Case = Case {
     name: "wet_impact",
     question: "rebound of a sphere from a wall in a viscous fluid over the Stokes number, 7 to 200",
-    source: "Joseph et al. (2001), doi:10.1017/S0022112001003470; Legendre et al. (2005), doi:10.1063/1.2008997",
+    source: "Joseph et al. (2001), doi:10.1017/S0022112001003470; Legendre et al. (2005), Phys. Fluids 17, 097105",
     parts: &[Part::wide(300.0, impacts)],
     missing: None,
 };
@@ -28,7 +28,7 @@ const NEAR: f64 = 0.25;
 const MODULUS: f64 = 5.0;
 
 /// What a throw comes to.
-struct Rebound {
+struct Throw {
     /// Speed of approach near the wall (m/s).
     approach: f64,
     /// Largest speed away from the wall (m/s), zero if it never leaves.
@@ -39,7 +39,7 @@ struct Rebound {
     path: Vec<[f64; 2]>,
 }
 
-fn throw(setup: &Setup, threads: usize) -> Result<Rebound> {
+fn thrown(setup: &Setup, threads: usize) -> Result<Throw> {
     let diameter = setup.scales.diameter;
     let course = on_ranks(setup, threads, |run| {
         let mut course = Vec::new();
@@ -58,7 +58,7 @@ fn throw(setup: &Setup, threads: usize) -> Result<Rebound> {
     let near = course.iter().find(|at| at[1] < NEAR);
     let approach = near.map(|at| -at[2]);
     let lowest = course.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
-    Ok(Rebound {
+    Ok(Throw {
         approach: approach.ok_or_else(|| unsteady("least gap to the wall (D)", lowest))?,
         rebound: course.iter().map(|at| at[2]).fold(0.0, f64::max),
         overlap: (-lowest * diameter).max(0.0),
@@ -80,16 +80,16 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             .contact
             .as_ref()
             .map_or(1.0, |contact| contact.pair(0, 0).restitution);
-        let rebound = throw(&setup, trial.threads)?;
+        let throw = thrown(&setup, trial.threads)?;
         let viscosity = setup.scales.viscosity * setup.units.density;
-        let near = density * setup.scales.diameter * rebound.approach / (9.0 * viscosity);
-        let part = rebound.rebound / rebound.approach / dry;
+        let near = density * setup.scales.diameter * throw.approach / (9.0 * viscosity);
+        let part = throw.rebound / throw.approach / dry;
         found.note(format!("Stokes number near the wall, thrown at {stokes}"), near);
         found.note(format!("restitution over dry, thrown at {stokes}"), part);
-        let deep = rebound.overlap / setup.scales.diameter;
+        let deep = throw.overlap / setup.scales.diameter;
         found.note(format!("deepest overlap (D), thrown at {stokes}"), deep);
         measured.push([near, part]);
-        paths.push((format!("St {stokes}"), rebound.path));
+        paths.push((format!("St {stokes}"), throw.path));
     }
     let rises = measured.windows(2).map(|two| two[1][1] - two[0][1]);
     let least = rises.fold(f64::INFINITY, f64::min);
