@@ -27,7 +27,7 @@ use kernel::Measured;
 pub use kernel::Number;
 use layout::Layout;
 pub use layout::Phase;
-pub use observe::stream_bandwidth;
+pub use observe::{CellState, stream_bandwidth};
 #[doc(hidden)]
 pub use rows::Part;
 use rows::RowOrder;

@@ -4,7 +4,8 @@
 //! order, [`directory::create`] before anything is computed and [`directory::clear`] when the run begins; [`SeriesWriter`], [`ParticleSeries`],
 //! [`write_fields`], [`write_particles`], [`write_contacts`], [`write_force_chains`] (each followed by
 //! [`Collection::add`]), [`write_walls`], and [`picture::write_slice`] or [`picture::write_side_view`] on the way, with
-//! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end.
+//! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end. Where ranks are processes, the files for
+//! VTK are written in [`pieces`], and the functions `write_..._index` follow before the collection.
 //!
 //! Files appear under their final name only when they are complete and on disk: they are written beside as
 //! `NAME.tmp`, synced, and renamed. The files that grow are `series.csv` and `particle_series.csv`, by whole rows. So a run that is killed
@@ -17,6 +18,7 @@ pub mod numbers;
 mod overlay;
 pub mod particle_series;
 pub mod picture;
+pub mod pieces;
 mod polydata;
 pub mod progress;
 pub mod pvd;
@@ -28,15 +30,17 @@ pub mod vtp;
 pub mod walls;
 
 pub(crate) use atomic::write_bytes;
-pub use contacts::{Contact, Partner, write_contacts, write_force_chains};
+pub use contacts::{
+    Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
+};
 pub use directory::OutputFiles;
 pub use overlay::Overlay;
-pub use particle_series::{ParticleSeries, PathsState};
+pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use statistics::{Estimate, estimate_mean};
 pub use summary::{ReferenceScales, ShapeSummary, Summary, WallSummary};
-pub use vti::{FieldSnapshot, write_fields};
-pub use vtp::write_particles;
+pub use vti::{FieldSnapshot, write_fields, write_fields_index};
+pub use vtp::{ParticleSurfaces, write_particles};
 pub use walls::write_walls;

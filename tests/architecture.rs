@@ -11,7 +11,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate crosscheck simulation case output packing checkpoint fluid dem contact comm error",
+        "validate crosscheck simulation case output packing fluid dem contact comm error",
     ),
     (
         "validate",

@@ -7,9 +7,11 @@ use rand_chacha::ChaCha8Rng;
 use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
-use turbid::domain::Domain;
+use turbid::domain::{Block, Domain};
 use turbid::math::{Quat, Vec3};
-use turbid::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
+use turbid::output::picture::{
+    Clock, Plane, Scene, SettlingPlot, write_settling, write_side_view, write_slice,
+};
 use turbid::output::{
     Collection, Contact, FieldSnapshot, OutputFiles, Partner, SeriesRow, SeriesWriter, directory,
     estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
@@ -82,6 +84,19 @@ fn fields(particles: &[Particle]) -> (Vec<[f32; 3]>, Vec<f32>, Vec<f32>) {
     (velocity, pressure, solid_fraction)
 }
 
+/// The velocity of the plane of a picture, out of that of all cells.
+fn slice(scene: &Scene, velocity: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let plane = Plane::new(&scene.domain, scene.gravity);
+    let (Block { lo, hi }, [nx, ny, _]) = (plane.cells(), scene.domain.cells);
+    let mut slice = vec![[0.0; 3]; plane.values()];
+    for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
+        for x in lo[0]..hi[0] {
+            plane.add(&mut slice, [x, y, z], velocity[x + nx * (y + ny * z)]);
+        }
+    }
+    slice
+}
+
 fn write_run(root: &Path) {
     let templates = [Template {
         shape: Arc::new(Sphere {
@@ -101,6 +116,10 @@ fn write_run(root: &Path) {
         let (velocity, pressure, solid_fraction) = fields(&particles);
         let snapshot = FieldSnapshot {
             domain: DOMAIN,
+            block: Block {
+                lo: [0; 3],
+                hi: DOMAIN.cells,
+            },
             time,
             velocity: &velocity,
             pressure: &pressure,
@@ -138,7 +157,8 @@ fn write_run(root: &Path) {
             gravity: Vec3::new(0.0, 0.0, -9.81),
             largest_speed: None,
         };
-        write_slice(&files.picture(step), &scene, &velocity).unwrap();
+        let slice = slice(&scene, &velocity);
+        write_slice(&files.picture(step), &scene, &slice).unwrap();
     }
 
     let mut random = ChaCha8Rng::seed_from_u64(8);
@@ -385,7 +405,7 @@ fn write_tank(root: &Path) {
         largest_speed: None,
     };
     write_side_view(&files.picture(0), &scene).unwrap();
-    write_slice(&files.picture(100), &scene, &velocity).unwrap();
+    write_slice(&files.picture(100), &scene, &slice(&scene, &velocity)).unwrap();
 }
 
 #[test]

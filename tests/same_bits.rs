@@ -84,7 +84,7 @@ fn crossing() -> String {
         let at: [f64; 3] =
             std::array::from_fn(|a| (1e-3 * node[a] as f64 - 0.6e-4 * onward(a)).rem_euclid(4e-3));
         let velocity: [f64; 3] = std::array::from_fn(|a| 0.04 * onward(a));
-        write!(positions, "{{ position = {at:?}, velocity = {velocity:?} }},\n").unwrap();
+        writeln!(positions, "{{ position = {at:?}, velocity = {velocity:?} }},").unwrap();
     }
     let particles = format!(
         "[[particles]]\nshape = {{ sphere = {{ diameter = 5e-4 }} }}\ndensity = 9000.0\nlist = [\n{positions}]"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens every .vti, .vtp and .pvd of an output directory with VTK's own readers and checks what is in them.
+"""Opens every .vti, .vtp, .pvti, .pvtp and .pvd of an output directory with VTK's own readers and checks what is in them.
 
     python3 -m venv vtkenv && vtkenv/bin/pip install vtk pyvista
     vtkenv/bin/python validation/check_vtk.py OUTPUT_DIRECTORY
@@ -7,8 +7,9 @@
 Checks: arrays, components and sizes; all values finite; solid fraction within 0..1, solid where the particles of
 the same step are, and of their volume; particle speeds and mean velocity equal to the row of series.csv with the
 same step; contacts have unit normals, forces, partners that are particles or walls, and points near both; force chains lead
-from particles to contacts; walls are polygons inside of the box that they bound; files and times of a .pvd agree with
-the files themselves and with series.csv (through pyvista's reader too if it is installed). Prints a table; exit status 1 if anything is wrong.
+from particles to contacts; an index (.pvti, .pvtp) names all pieces of its folder and no others; walls are polygons inside of
+the box that they bound; files and times of a .pvd agree with the files themselves and with series.csv (through pyvista's
+reader too if it is installed and knows the files: not .pvtp). Prints a table; exit status 1 if anything is wrong.
 """
 
 import csv
@@ -19,7 +20,8 @@ from pathlib import Path
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
+from vtkmodules.vtkIOXML import (vtkXMLImageDataReader, vtkXMLPImageDataReader, vtkXMLPolyDataReader,
+                                 vtkXMLPPolyDataReader)
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 
 try:
@@ -32,6 +34,8 @@ PARTICLES = {"id": 1, "template": 1, "equivalent_diameter": 1, "speed": 1, "velo
              "contact_force": 3}
 CONTACTS = {"first": 1, "second": 1, "normal": 3, "force": 3, "force_magnitude": 1, "depth": 1, "volume": 1}
 CHAINS = {"id": 1, "force_magnitude": 1}
+READERS = {".vti": vtkXMLImageDataReader, ".pvti": vtkXMLPImageDataReader, ".vtp": vtkXMLPolyDataReader,
+           ".pvtp": vtkXMLPPolyDataReader}
 WALLS = {"wall": 1, "velocity": 3, "Normals": 3}
 SINGLE = 1e-5  # relative error that single precision is allowed
 
@@ -44,8 +48,23 @@ def check(condition, path, text):
     return condition
 
 
-def read(reader, path):
-    """Output of a VTK reader; what VTK has to complain about is a problem."""
+def is_index(path):
+    return path.suffix.startswith(".p")
+
+
+def files(directory, suffix):
+    """Files of this kind, and indices of files in pieces; the pieces themselves are read through them."""
+    found = [*directory.rglob(f"*{suffix}"), *directory.rglob(f"*{suffix.replace('.', '.p')}")]
+    return sorted(path for path in found if not re.search(r"_p\d+$", path.stem))
+
+
+def read(path):
+    """Output of the VTK reader for a file; what VTK has to complain about is a problem."""
+    reader = READERS[path.suffix]()
+    if is_index(path):
+        named = [path.parent / piece.get("Source") for piece in ElementTree.parse(path).getroot().iter("Piece")]
+        there = path.with_suffix("").iterdir()
+        check(sorted(named) == sorted(there), path, "does not name the pieces that are there")
     window = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(window)
     reader.SetFileName(str(path))
@@ -87,7 +106,7 @@ def read_series(directory):
 
 
 def check_fields(path, series):
-    image = read(vtkXMLImageDataReader(), path)
+    image = read(path)
     cells = image.GetNumberOfCells()
     check(cells > 0, path, "no cells")
     values = arrays(path, image.GetCellData(), cells, FIELDS)
@@ -113,7 +132,7 @@ def check_fields(path, series):
 
 def check_particles(path, series):
     """Bodies of a particle file as (mean point, velocity, angular velocity, volume), and a summary."""
-    surface = read(vtkXMLPolyDataReader(), path)
+    surface = read(path)
     points = surface.GetNumberOfPoints()
     values = arrays(path, surface.GetPointData(), points, PARTICLES)
     if points == 0:
@@ -168,12 +187,18 @@ def points_of(data):
     return vtk_to_numpy(data.GetPoints().GetData()).astype(float)
 
 
+def sibling(path, folder, prefix, other):
+    """The file of the same step in another folder, in one or in pieces, if there is one."""
+    name = path.stem.replace(prefix, other)
+    return next((file for suffix in (".vtp", ".pvtp") if (file := folder / (name + suffix)).exists()), None)
+
+
 def particles_beside(path, prefix):
     """Ids, mean points and circumradii of the particle file of the same step, or nothing."""
-    path = path.parent.parent / "particles" / path.name.replace(prefix, "particles_")
-    if not path.exists():
+    path = sibling(path, path.parent.parent / "particles", prefix, "particles_")
+    if path is None:
         return None
-    surface = read(vtkXMLPolyDataReader(), path)
+    surface = read(path)
     if surface.GetNumberOfPoints() == 0:
         return {}
     places, ids = points_of(surface), vtk_to_numpy(surface.GetPointData().GetArray("id"))
@@ -186,7 +211,7 @@ def particles_beside(path, prefix):
 
 
 def check_contacts(path, series):
-    data = read(vtkXMLPolyDataReader(), path)
+    data = read(path)
     points = data.GetNumberOfPoints()
     check(data.GetNumberOfVerts() == points, path, f"{data.GetNumberOfVerts()} vertices for {points} contacts")
     values = arrays(path, data.GetPointData(), points, CONTACTS)
@@ -196,7 +221,9 @@ def check_contacts(path, series):
         return "0 contacts"
     first, second = values["first"], values["second"]
     order = np.stack([first, np.where(second < 0, np.int64(2) ** 62 + second, second)], axis=1)
-    check((np.lexsort(order.T[::-1]) == np.arange(points)).all(), path, "contacts are not in order")
+    check(len(np.unique(order, axis=0)) == points, path, "a contact is there twice")
+    # Pieces are in order each for itself.
+    check(is_index(path) or (np.lexsort(order.T[::-1]) == np.arange(points)).all(), path, "contacts are not in order")
     force = np.linalg.norm(values["force"].astype(float), axis=1)
     check(np.allclose(force, values["force_magnitude"], rtol=SINGLE, atol=0), path, "force_magnitude is not |force|")
     check(np.allclose(np.linalg.norm(values["normal"], axis=1), 1, atol=SINGLE), path, "normals are not of unit length")
@@ -216,7 +243,7 @@ def check_contacts(path, series):
 
 
 def check_chains(path):
-    data = read(vtkXMLPolyDataReader(), path)
+    data = read(path)
     points = data.GetNumberOfPoints()
     check(2 * data.GetNumberOfLines() == points, path, f"{data.GetNumberOfLines()} lines for {points} ends")
     values = arrays(path, data.GetPointData(), points, CHAINS)
@@ -234,7 +261,7 @@ def check_chains(path):
 
 
 def check_walls(path):
-    data = read(vtkXMLPolyDataReader(), path)
+    data = read(path)
     points = data.GetNumberOfPoints()
     values = arrays(path, data.GetPointData(), points, WALLS)
     if not check(points > 0 and data.GetNumberOfPolys() > 0, path, "no polygons") or set(values) != set(WALLS):
@@ -284,15 +311,15 @@ def check_collection(path, times, series):
         check(known is None or known == time, path, f"{file.name} says time {known}, the collection {time}")
         row = series.get(step_of(file))
         check(row is None or row["t"] == time, path, f"{file.name} is at {time} but series.csv says {row and row['t']}")
-    if pyvista is not None and entries:
+    if pyvista is not None and entries and not entries[0].get("file").endswith(".pvtp"):
         reader = pyvista.PVDReader(str(path))
         check(reader.time_values == [float(entry.get("timestep")) for entry in entries], path,
               f"pyvista reads the times {reader.time_values}")
         reader.set_active_time_value(reader.time_values[-1])
         check(reader.read().n_blocks == 1, path, "pyvista reads no data")
     # A collection lists all files of the folder that has its name.
-    suffix = {"fields.pvd": "vti"}.get(path.name, "vtp")
-    on_disk = len(list((path.parent / path.stem).glob(f"*.{suffix}")))
+    suffix = {"fields.pvd": ".vti"}.get(path.name, ".vtp")
+    on_disk = len(files(path.parent / path.stem, suffix))
     check(on_disk == len(entries), path, f"lists {len(entries)} of {on_disk} files")
     return f"{len(entries)} files, t {entries[0].get('timestep')} .. {last} s" if entries else "empty"
 
@@ -300,17 +327,17 @@ def check_collection(path, times, series):
 def main(directory):
     series = read_series(directory)
     table, times = [], {}
-    for path in sorted(directory.rglob("*.vti")):
+    for path in files(directory, ".vti"):
         result, text = check_fields(path, series)
         table.append((path, text))
         if result is None:
             continue
         times[path.resolve()] = result[2]
-        particles = directory / "particles" / path.name.replace("fields_", "particles_").replace(".vti", ".vtp")
-        bodies = check_particles(particles, {})[0] if particles.exists() else None
+        particles = sibling(path, directory / "particles", "fields_", "particles_")
+        bodies = check_particles(particles, {})[0] if particles is not None else None
         if bodies is not None:
             table.append((path, check_together(path, result, bodies)))
-    for path in sorted(directory.rglob("*.vtp")):
+    for path in files(directory, ".vtp"):
         if path.name == "walls.vtp":
             table.append((path, check_walls(path)))
         elif path.name.startswith("contacts_"):
@@ -321,7 +348,7 @@ def main(directory):
             table.append((path, check_particles(path, series)[1]))
     for path in sorted(directory.rglob("*.pvd")):
         table.append((path, check_collection(path, times, series)))
-    check(table, directory, "no .vti, .vtp or .pvd here")
+    check(table, directory, "no files for VTK here")
     left = [str(path) for path in directory.rglob("*.tmp")]
     check(not left, directory, f"half-written files: {left}")
 

@@ -1,13 +1,20 @@
 //! `turbid resume`.
 
-use super::{ResumeArguments, run};
+use super::{ResumeArguments, preflight, run};
+use crate::case::Setup;
 use crate::error::Result;
-use crate::simulation;
+use crate::simulation::{self, RunOptions};
 
 pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
-    let options = simulation::agreed(run::options(&arguments.manner))?;
-    let directory = &arguments.directory;
-    let summary = simulation::resume(directory, &arguments.set, arguments.threads, &options)?;
-    run::show(summary.as_ref(), directory, &options);
+    let (setup, options) = simulation::agreed(prepare(arguments))?;
+    let summary = simulation::resume(&setup, &options)?;
+    run::show(summary.as_ref(), &setup.output.directory, &options);
     Ok(())
+}
+
+/// The saved case, and what the signals set: what can fail on one process of an MPI job alone.
+fn prepare(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
+    let setup = simulation::saved_setup(&arguments.directory, &arguments.set, arguments.threads)?;
+    preflight::refuse_what_does_not_fit(&setup)?;
+    Ok((setup, run::options(&arguments.manner)?))
 }

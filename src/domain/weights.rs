@@ -31,7 +31,7 @@ pub struct Weights {
     /// Work that a cell of a face between two ranks makes for each of them.
     pub face: f64,
     /// Sum of the squares of the work of all that lies where it does by chance: particles, contacts. The work of one of `n`
-    /// slabs varies by its root over `n`.
+    /// slabs varies by the root of a part `n` of it.
     pub chance: f64,
     /// Cells of a row that are worked on at once: shorter ends of rows cost as much.
     pub chunk: usize,
@@ -75,8 +75,8 @@ impl Weights {
             cuts.windows(2).map(share).fold(0.0, f64::max) / sums[layers.len()]
         };
         let (of_equal, of_shifted) = (heaviest(&sums, &equal), heaviest(&sums, &shifted));
-        // Relative to the mean of a slab.
-        let chance = (parts as f64 * self.chance).sqrt() / total;
+        // Twice the standard deviation relative to the mean of a slab: the heaviest of several is that far off.
+        let chance = 2.0 * (parts as f64 * self.chance).sqrt() / total;
         if of_equal <= (WORTH + chance) * of_shifted {
             let even: Vec<f64> = (0..=layers.len()).map(|n| n as f64).collect();
             let of_even = heaviest(&even, &equal);

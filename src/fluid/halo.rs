@@ -145,7 +145,7 @@ impl<T: Pod + Send> Pattern<T> {
 /// The plan for one block, with its buffers.
 ///
 /// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
-/// ([`RowOrder`]) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the places
+/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the places
 /// that a message is packed from belong to cells of these rows, so no later row writes them, and those that it is unpacked to
 /// belong to no cell of the block: only garbage lanes of the sweep may write them, which is over by then.
 pub(crate) struct FluidHalo<T> {

@@ -2,6 +2,7 @@
 
 use super::buffer::Buffer;
 use super::{Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
+use crate::domain::Block;
 use crate::lattice::{C, Q};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -25,23 +26,25 @@ impl<T: Real> Fluid<T> {
         (rho, u)
     }
 
-    /// Calls `visit` for all cells of the block, x fastest, with their state under the given solids and the acceleration of
-    /// the coming sweep.
+    /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids and the
+    /// acceleration of the coming sweep.
     ///
     /// With exact-difference forcing the velocity lies midway between before and after the collision,
     /// `u + (B a + (1 - B)(u_s - u)) / 2`.
     pub fn each_cell(
         &self,
+        cells: Block,
         acceleration: [f64; 3],
         solids: &mut impl Solids<T>,
         mut visit: impl FnMut(CellState),
     ) {
-        let [nx, ny, nz] = self.layout.size;
+        let from = |corner: [usize; 3]| std::array::from_fn(|a| corner[a] - self.block.lo[a]);
+        let ([x0, y0, z0], [x1, y1, z1]): ([usize; 3], [usize; 3]) = (from(cells.lo), from(cells.hi));
         let mut row = SolidRow::new(self.layout.chunks_per_row());
-        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+        for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
             row.clear();
             solids.fill(y, z, &mut row);
-            for x in 0..nx {
+            for x in x0..x1 {
                 if let Some(motion) = self.walls.of([x, y, z]) {
                     let cell = [x, y, z];
                     let centre = std::array::from_fn(|a| (cell[a] + self.block.lo[a]) as f64 + 0.5);

@@ -13,7 +13,7 @@ use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +55,15 @@ impl Partner {
 
 /// Writes one point per contact.
 pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<()> {
+    points(contacts).write(path)
+}
+
+/// Writes the index of a `file` of contacts whose [pieces](super::pieces::piece) are all written; the path of the index.
+pub fn write_contacts_index(file: &Path, pieces: usize) -> Result<PathBuf> {
+    points(&[]).write_index(file, pieces)
+}
+
+fn points(contacts: &[Contact]) -> PolyData {
     let mut data = PolyData::default();
     for contact in contacts {
         let point = data.point(contact.point);
@@ -67,7 +76,7 @@ pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<()> {
     data.vectors("normal", contacts.iter().map(|c| c.normal));
     data.scalars("depth", contacts.iter().map(|c| c.depth));
     data.scalars("volume", contacts.iter().map(|c| c.volume));
-    data.write(path)
+    data
 }
 
 /// Writes the lines from the centres of the particles, ascending by id, to their contacts.
@@ -77,6 +86,15 @@ pub fn write_force_chains(
     particles: &[Particle],
     contacts: &[Contact],
 ) -> Result<()> {
+    lines(domain, particles, contacts).write(path)
+}
+
+/// Writes the index of a `file` of force chains whose [pieces](super::pieces::piece) are all written; the path of the index.
+pub fn write_force_chains_index(file: &Path, domain: &Domain, pieces: usize) -> Result<PathBuf> {
+    lines(domain, &[], &[]).write_index(file, pieces)
+}
+
+fn lines(domain: &Domain, particles: &[Particle], contacts: &[Contact]) -> PolyData {
     let mut data = PolyData::default();
     let (mut magnitudes, mut ids) = (Vec::new(), Vec::new());
     for contact in contacts {
@@ -98,7 +116,7 @@ pub fn write_force_chains(
     }
     data.scalars("force_magnitude", magnitudes);
     data.integers("id", ids);
-    data.write(path)
+    data
 }
 
 #[cfg(test)]

@@ -11,11 +11,20 @@
 //!   checkpoints/step-0000001000/ ...
 //! ```
 //!
+//! Where ranks are processes, each writes its own [piece](super::pieces) of every file for VTK, and the collection lists the index
+//! of the pieces:
+//!
+//! ```text
+//!   fields.pvd        fields/fields_0000001000.pvti ...
+//!                     fields/fields_0000001000/fields_0000001000_p00000.vti ...
+//! ```
+//!
 //! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
 //! run left under them, so that frames of two runs never mix, and [`clear_after`] what a run left that goes on from before it; files
 //! with other names are never touched.
 
 use super::atomic::PARTIAL_SUFFIX;
+use super::pieces;
 use crate::checkpoint;
 use crate::error::{Error, Result};
 use std::fs;
@@ -185,14 +194,15 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
 pub fn clear(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         remove_matching(directory, |name| TOP.contains(&name))?;
-        remove_frames(directory, |_, _| true)
+        remove_frames(directory, |_, _, _| true)
     };
     attempt().map_err(|source| refused(directory, &source))?;
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
 }
 
 /// Removes what a run has left that goes on after `step`: files of later steps, those of this step that are not in `kept` (full
-/// paths), what it was writing, and what tells of its end. All else stays, checkpoints too.
+/// paths; that of a file stands for its pieces and their index), what it was writing, and what tells of its end. All else stays,
+/// checkpoints too.
 ///
 /// Called when nothing can refuse to go on any more.
 pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> {
@@ -203,29 +213,48 @@ pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> 
         for end in [TOP[0], TOP[2]] {
             remove_if_there(&directory.join(end))?;
         }
-        remove_frames(directory, |path, of| {
-            let partial = path.to_string_lossy().ends_with(PARTIAL_SUFFIX);
-            partial || of > step || of == step && !kept.iter().any(|kept| kept == path)
+        remove_frames(directory, |file, of, partial| {
+            partial || of > step || of == step && !kept.iter().any(|kept| kept == file)
         })
     };
     attempt().map_err(|source| refused(directory, &source))
 }
 
-/// Removes the numbered files, finished or partial, that `goes(path, step)` chooses.
-fn remove_frames(directory: &Path, goes: impl Fn(&Path, u64) -> bool) -> io::Result<()> {
+/// Removes the numbered files, finished or partial, that `goes` chooses by the file that they are or are a part of, its step, and
+/// whether they are partial; and folders of pieces that are empty then.
+fn remove_frames(directory: &Path, goes: impl Fn(&Path, u64, bool) -> bool) -> io::Result<()> {
     for (folder, prefix, extension) in FOLDERS {
         let folder = directory.join(folder);
         if !folder.is_dir() {
             continue;
         }
-        let step = |name: &str| -> Option<u64> {
-            let digits = name.strip_prefix(prefix)?.strip_suffix(extension)?;
-            digits.bytes().all(|b| b.is_ascii_digit()).then_some(())?;
-            digits.parse().ok()
+        let goes = |frame: &str, partial: bool| {
+            let digits = frame
+                .strip_prefix(prefix)
+                .filter(|digits| pieces::is_number(digits));
+            let whole = || folder.join(format!("{frame}{extension}"));
+            digits
+                .and_then(|digits| digits.parse().ok())
+                .is_some_and(|step| goes(&whole(), step, partial))
         };
-        remove_matching_paths(&folder, |path, name| {
-            step(name).is_some_and(|step| goes(path, step))
+        let index = extension.replacen('.', ".p", 1);
+        remove_chosen(&folder, |name, partial| {
+            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index));
+            frame.is_some_and(|frame| goes(frame, partial))
         })?;
+        for entry in fs::read_dir(&folder)? {
+            let entry = entry?;
+            let (path, name) = (entry.path(), entry.file_name());
+            let Some(frame) = name.to_str() else { continue };
+            if entry.file_type()?.is_dir() {
+                remove_chosen(&path, |name, partial| {
+                    pieces::is_piece(name, frame, extension) && goes(frame, partial)
+                })?;
+                if goes(frame, false) {
+                    remove_if_empty(&path)?;
+                }
+            }
+        }
     }
     Ok(())
 }
@@ -261,20 +290,28 @@ fn refused(directory: &Path, source: &io::Error) -> Error {
 
 /// Removes the files, finished or partial, whose final name is `own`.
 fn remove_matching(directory: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
-    remove_matching_paths(directory, |_, name| own(name))
+    remove_chosen(directory, |name, _| own(name))
 }
 
-/// Removes the files, finished or partial, that `own(path, final name)` chooses.
-fn remove_matching_paths(directory: &Path, own: impl Fn(&Path, &str) -> bool) -> io::Result<()> {
+/// Removes the files that `goes` chooses by their final name and whether they are partial.
+fn remove_chosen(directory: &Path, goes: impl Fn(&str, bool) -> bool) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
-        let (path, name) = (entry.path(), entry.file_name());
+        let name = entry.file_name();
         let Some(name) = name.to_str() else { continue };
-        if own(&path, name.strip_suffix(PARTIAL_SUFFIX).unwrap_or(name)) && !entry.file_type()?.is_dir() {
-            fs::remove_file(path)?;
+        let finished = name.strip_suffix(PARTIAL_SUFFIX);
+        if goes(finished.unwrap_or(name), finished.is_some()) && !entry.file_type()?.is_dir() {
+            fs::remove_file(entry.path())?;
         }
     }
     Ok(())
+}
+
+fn remove_if_empty(folder: &Path) -> io::Result<()> {
+    match fs::remove_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => Ok(()),
+        removed => removed,
+    }
 }
 
 fn remove_if_there(path: &Path) -> io::Result<()> {
@@ -324,12 +361,21 @@ mod tests {
             files.force_chains(3),
             files.walls(),
             files.fields(4).with_extension("vti.tmp"),
+            pieces::index(&files.fields(5)),
+            pieces::piece(&files.fields(5), 0),
+            pieces::piece(&files.fields(5), 12_345).with_extension("vti.tmp"),
+            pieces::index(&files.contacts(5)),
+            pieces::piece(&files.contacts(5), 1),
+            pieces::piece(&files.contacts(6), 1),
         ];
         let foreign = [
             directory.join("notes.txt"),
             directory.join("fields/fields_best.vti"),
             directory.join("particles/fields_0000000001.vti"),
             directory.join("summary.json.bak"),
+            directory.join("contacts/contacts_0000000006/notes.txt"),
+            directory.join("contacts/contacts_best/contacts_best_p00001.vtp"),
+            directory.join("fields/fields_0000000005.pvtp"),
         ];
         for path in own.iter().chain(&foreign) {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -353,6 +399,10 @@ mod tests {
         for path in foreign {
             assert!(path.exists(), "{} is not ours", path.display());
         }
+        assert!(
+            !directory.join("fields/fields_0000000005").exists(),
+            "an empty folder"
+        );
         let left = fs::read_dir(&directory).unwrap().count();
         assert_eq!(left, 8, "six folders, two foreign files, no probe");
         let left: Vec<_> = fs::read_dir(files.checkpoints())
@@ -377,6 +427,10 @@ mod tests {
             files.fields(5),
             files.particles(4),
             files.liggghts_log(),
+            pieces::index(&files.fields(3)),
+            pieces::piece(&files.fields(3), 1),
+            pieces::index(&files.force_chains(5)),
+            pieces::piece(&files.force_chains(5), 0),
             directory.join("fields/fields_0000000009.txt"),
             directory.join("summary.json.bak"),
         ];
@@ -389,6 +443,11 @@ mod tests {
             files.picture(12_345_678_901),
             partial(files.fields(2)),
             partial(files.series()),
+            pieces::index(&files.particles(5)),
+            pieces::piece(&files.particles(5), 2),
+            pieces::index(&files.fields(6)),
+            pieces::piece(&files.fields(6), 7),
+            partial(pieces::piece(&files.fields(3), 0)),
         ];
         for path in stays.iter().chain(&goes) {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -396,7 +455,8 @@ mod tests {
         }
         let checkpoint = files.checkpoints().join("step-0000000009");
         fs::create_dir_all(&checkpoint).unwrap();
-        clear_after(directory, 5, &[files.fields(5), files.contacts(6)]).unwrap();
+        let kept = [files.fields(5), files.force_chains(5), files.contacts(6)];
+        clear_after(directory, 5, &kept).unwrap();
         for path in stays.iter().chain([&checkpoint]) {
             assert!(path.exists(), "{} is needed", path.display());
         }
@@ -407,6 +467,7 @@ mod tests {
                 path.display()
             );
         }
+        assert!(!directory.join("fields/fields_0000000006").exists());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Particles whose paths are written: those with the lowest ids.
-pub const PARTICLES: usize = 16;
+pub const PATHS: usize = 16;
 
 /// Header of `particle_series.csv`: name and unit of every column. One row per particle and time.
 ///
@@ -54,7 +54,7 @@ pub struct PathsState {
     last: Vec<[[f64; 3]; 2]>,
 }
 
-/// Writes `particle_series.csv`, one row for each of the first [`PARTICLES`] particles at a time.
+/// Writes `particle_series.csv`, one row for each of the first [`PATHS`] particles at a time.
 #[derive(Debug)]
 pub struct ParticleSeries {
     writer: CsvWriter,
@@ -97,10 +97,10 @@ impl ParticleSeries {
         })
     }
 
-    /// Appends the first of `particles`, all of them in ascending order of id. A particle moves by less than half of the box
-    /// between two calls.
+    /// Appends the first of `particles`, in ascending order of id, those with the lowest ids of all among them. A particle moves
+    /// by less than half of the box between two calls.
     pub fn write(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
-        let first = &particles[..particles.len().min(PARTICLES)];
+        let first = &particles[..particles.len().min(PATHS)];
         if self.last.len() != first.len() {
             let here = first.iter().map(|p| self.domain.wrap(p.position()));
             self.last = here.map(|at| (at, at)).collect();
@@ -148,8 +148,8 @@ mod tests {
         let mut reader = csv::Reader::from_path(&path).unwrap();
         assert_eq!(reader.headers().unwrap(), COLUMNS.to_vec());
         let rows: Vec<Vec<f64>> = reader.deserialize().map(std::result::Result::unwrap).collect();
-        assert_eq!(rows.len(), 8 * PARTICLES);
-        let last = &rows[7 * PARTICLES + 3];
+        assert_eq!(rows.len(), 8 * PATHS);
+        let last = &rows[7 * PATHS + 3];
         assert_eq!((last[0], last[1], last[2]), (7.0, 0.875, 3.0));
         assert!(
             (last[3] - 1.9).abs() < 1e-12 && (last[5] - 0.481).abs() < 1e-12,

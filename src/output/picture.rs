@@ -18,6 +18,7 @@ mod slice;
 mod text;
 
 pub use overlay::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
+pub use plane::Plane;
 pub use plot::{SettlingPlot, write_settling};
 pub use scene::{Clock, Scene};
 pub use side_view::write_side_view;

@@ -1,12 +1,14 @@
 //! VTK polygonal data (`.vtp`): points, vertices, lines and polygons with numbers on the points.
 
 use super::atomic::write_bytes;
+use super::pieces;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vtkio::model::{
-    Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers,
+    Attribute, Attributes, ByteOrder, DataArray, DataSet, ElementType, PolyDataPiece, ScalarType, Version,
+    VertexNumbers,
 };
 use vtkio::{IOBuffer, Vtk, xml::Compressor};
 
@@ -19,6 +21,9 @@ pub(super) struct PolyData {
     polygons: Cells,
     arrays: Vec<DataArray>,
 }
+
+/// Types of points and vectors, and of all scalars that are not integers.
+const REAL: &str = "Float32";
 
 /// Cells of one kind: the points of all, and where each ends among them.
 #[derive(Debug, Default)]
@@ -89,6 +94,35 @@ impl PolyData {
             .push(DataArray::normals("Normals").with_data(flat(values)));
     }
 
+    /// Writes the index of a `file` of so many pieces, which all have the arrays of this; the path of the index.
+    pub(super) fn write_index(&self, file: &Path, pieces: usize) -> Result<PathBuf> {
+        let (mut declared, mut active) = (String::new(), Vec::new());
+        for array in &self.arrays {
+            // The first of each kind is seen first, as in a file of its own.
+            let (kind, components) = match array.elem {
+                ElementType::Vectors => ("Vectors", 3),
+                ElementType::Normals => ("Normals", 3),
+                _ => ("Scalars", array.num_comp()),
+            };
+            if !active.iter().any(|(known, _)| *known == kind) {
+                active.push((kind, &array.name));
+            }
+            declared += &pieces::array(type_name(&array.data), &array.name, components);
+        }
+        let active: Vec<String> = (active.iter().map(|(kind, name)| format!("{kind}=\"{name}\""))).collect();
+        let points = pieces::array(REAL, "Points", 3);
+        pieces::write_index(
+            file,
+            "PPolyData",
+            "",
+            &format!(
+                "<PPointData {}>\n{declared}</PPointData>\n<PPoints>\n{points}</PPoints>\n",
+                active.join(" ")
+            ),
+            (0..pieces).map(|_| String::new()),
+        )
+    }
+
     /// Writes a file that VTK reads, without points, too.
     pub(super) fn write(self, path: &Path) -> Result<()> {
         let empty = self.points.is_empty();
@@ -125,6 +159,19 @@ impl PolyData {
                 .into_bytes();
         }
         write_bytes(path, &bytes)
+    }
+}
+
+/// VTK's name of the type of an array.
+fn type_name(data: &IOBuffer) -> &'static str {
+    match data.scalar_type() {
+        ScalarType::F64 => "Float64",
+        ScalarType::I64 => "Int64",
+        ScalarType::U64 => "UInt64",
+        ScalarType::I32 => "Int32",
+        ScalarType::U32 => "UInt32",
+        ScalarType::F32 => REAL,
+        other => unreachable!("no file of ours has arrays of {other:?}"),
     }
 }
 

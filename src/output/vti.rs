@@ -1,4 +1,4 @@
-//! Fluid fields as VTK image data (`.vti`), written as a stream.
+//! Fluid fields as VTK image data (`.vti`), written as a stream, of the box or of one block; `.pvti` lists the blocks.
 //!
 //! Cell data in the appended section, raw, each array cut into blocks that are compressed with LZ4, sizes as
 //! 64-bit integers. VTK's layout of one such array, all numbers `u64`:
@@ -9,21 +9,27 @@
 //!
 //! Offsets of the arrays are not known before they are compressed, so the header is written with blanks that are
 //! filled in at the end. Nothing is held in memory but one block.
+//!
+//! Pieces are cell data with the extents of their blocks in the box: neighbours share the plane of points between them, and no
+//! cell is in two pieces, so there are no ghosts.
 
 use super::atomic::write_atomically;
-use crate::domain::Domain;
+use super::pieces;
+use crate::domain::{Block, Domain};
 use crate::error::Result;
 use std::io::{self, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// The fluid in the whole box at one time.
+/// The fluid in the box, or in a block of it, at one time.
 ///
 /// # Shape
-/// One value per cell, `domain.cell_count()` each; x runs fastest, then y, then z.
+/// One value per cell of `block`, `block.cell_count()` each; x runs fastest, then y, then z.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldSnapshot<'a> {
     /// Box and cells.
     pub domain: Domain,
+    /// The cells the values are of.
+    pub block: Block,
     /// Physical time (s).
     pub time: f64,
     /// Velocity (m/s).
@@ -39,65 +45,98 @@ const BLOCK_BYTES: usize = 3 << 16;
 /// Blanks that hold the place of an offset; more digits than any `u64`.
 const OFFSET_WIDTH: usize = 20;
 
+/// Names and components of the arrays, in their order.
+const ARRAYS: [(&str, usize); 3] = [("velocity", 3), ("pressure", 1), ("solid_fraction", 1)];
+
 /// Writes velocity, pressure and solid fraction as cell data.
 ///
 /// # Panics
 /// If an array of `fields` does not have one value per cell.
 pub fn write_fields(path: &Path, fields: &FieldSnapshot) -> Result<()> {
-    let cells = fields.domain.cell_count();
+    let cells = fields.block.cell_count();
     assert_eq!(fields.velocity.len(), cells, "one velocity per cell");
     assert_eq!(fields.pressure.len(), cells, "one pressure per cell");
     assert_eq!(fields.solid_fraction.len(), cells, "one solid fraction per cell");
     let arrays = [
-        Array::new("velocity", 3, fields.velocity.as_flattened()),
-        Array::new("pressure", 1, fields.pressure),
-        Array::new("solid_fraction", 1, fields.solid_fraction),
+        fields.velocity.as_flattened(),
+        fields.pressure,
+        fields.solid_fraction,
     ];
-    write_atomically(path, |file| {
-        write_image(file, &fields.domain, fields.time, &arrays)
-    })
+    write_atomically(path, |file| write_image(file, fields, &arrays))
 }
 
-/// One array of cell data.
-struct Array<'a> {
-    name: &'static str,
-    components: usize,
-    values: &'a [f32],
-}
-
-impl<'a> Array<'a> {
-    fn new(name: &'static str, components: usize, values: &'a [f32]) -> Self {
-        Self {
-            name,
-            components,
-            values,
-        }
+/// Writes the index of a `file` whose blocks are all written as its [pieces](pieces::piece), by rank; the path of the index.
+pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Block]) -> Result<PathBuf> {
+    let whole = Block {
+        lo: [0; 3],
+        hi: domain.cells,
+    };
+    let mut declared = String::new();
+    for (name, components) in ARRAYS {
+        declared += &pieces::array("Float32", name, components);
     }
+    pieces::write_index(
+        file,
+        "PImageData",
+        &image(&whole, domain.dx),
+        &format!(
+            "{}<PCellData {ACTIVE}>\n{declared}</PCellData>\n",
+            time_value(time)
+        ),
+        blocks
+            .iter()
+            .map(|block| format!(" Extent=\"{}\"", extent(block))),
+    )
 }
 
-fn write_image<W: Write + Seek>(out: &mut W, domain: &Domain, time: f64, arrays: &[Array]) -> io::Result<()> {
-    let [nx, ny, nz] = domain.cells;
-    let dx = domain.dx;
+/// The arrays that are seen first.
+const ACTIVE: &str = "Scalars=\"solid_fraction\" Vectors=\"velocity\"";
+
+/// Attributes of an image of a block, each with a blank before it.
+fn image(block: &Block, dx: f64) -> String {
+    // Rust prints the shortest text that reads back as exactly the same number.
+    format!(
+        " WholeExtent=\"{}\" Origin=\"0 0 0\" Spacing=\"{dx} {dx} {dx}\"",
+        extent(block)
+    )
+}
+
+/// First and last plane of points in each direction.
+fn extent(Block { lo, hi }: &Block) -> String {
+    format!("{} {} {} {} {} {}", lo[0], hi[0], lo[1], hi[1], lo[2], hi[2])
+}
+
+fn time_value(time: f64) -> String {
+    format!(
+        "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time}</DataArray>\n\
+         </FieldData>\n"
+    )
+}
+
+fn write_image<W: Write + Seek>(
+    out: &mut W,
+    fields: &FieldSnapshot,
+    arrays: &[&[f32]; ARRAYS.len()],
+) -> io::Result<()> {
     let byte_order = if cfg!(target_endian = "big") {
         "BigEndian"
     } else {
         "LittleEndian"
     };
-    // Rust prints the shortest text that reads back as exactly the same number.
     write!(
         out,
         r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="{byte_order}" header_type="UInt64" compressor="vtkLZ4DataCompressor">
-<ImageData WholeExtent="0 {nx} 0 {ny} 0 {nz}" Origin="0 0 0" Spacing="{dx} {dx} {dx}">
-<FieldData>
-<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time}</DataArray>
-</FieldData>
-<Piece Extent="0 {nx} 0 {ny} 0 {nz}">
-<CellData Scalars="solid_fraction" Vectors="velocity">
-"#
+<ImageData{image}>
+{time}<Piece Extent="{extent}">
+<CellData {ACTIVE}>
+"#,
+        image = image(&fields.block, fields.domain.dx),
+        time = time_value(fields.time),
+        extent = extent(&fields.block),
     )?;
     let mut offset_places = Vec::with_capacity(arrays.len());
-    for Array { name, components, .. } in arrays {
+    for (name, components) in ARRAYS {
         write!(
             out,
             r#"<DataArray type="Float32" Name="{name}" NumberOfComponents="{components}" format="appended" offset=""#
@@ -113,7 +152,7 @@ fn write_image<W: Write + Seek>(out: &mut W, domain: &Domain, time: f64, arrays:
     let mut offsets = Vec::with_capacity(arrays.len());
     for array in arrays {
         offsets.push(out.stream_position()? - start);
-        write_compressed(out, bytemuck::cast_slice(array.values))?;
+        write_compressed(out, bytemuck::cast_slice(array))?;
     }
     write!(out, "\n</AppendedData>\n</VTKFile>\n")?;
     for (place, offset) in offset_places.into_iter().zip(offsets) {
@@ -149,6 +188,7 @@ fn write_compressed<W: Write + Seek>(out: &mut W, bytes: &[u8]) -> io::Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::Decomposition;
     use crate::error::Error;
 
     /// Reads one array back by the description of the format, not by the writer's code.
@@ -176,6 +216,13 @@ mod tests {
             at += length;
         }
         bytemuck::pod_collect_to_vec(&bytes)
+    }
+
+    fn whole(domain: &Domain) -> Block {
+        Block {
+            lo: [0; 3],
+            hi: domain.cells,
+        }
     }
 
     struct Fields {
@@ -208,6 +255,7 @@ mod tests {
         fn snapshot(&self) -> FieldSnapshot<'_> {
             FieldSnapshot {
                 domain: self.domain,
+                block: whole(&self.domain),
                 time: 0.1 + 0.2,
                 velocity: &self.velocity,
                 pressure: &self.pressure,
@@ -231,10 +279,60 @@ mod tests {
             let text = String::from_utf8_lossy(&file);
             assert!(text.contains(">0.30000000000000004</DataArray>"), "exact time");
             assert!(text.contains(&format!(
-                "WholeExtent=\"0 {} 0 {} 0 {}\"",
+                " WholeExtent=\"0 {} 0 {} 0 {}\"",
                 cells[0], cells[1], cells[2]
             )));
         }
+    }
+
+    #[test]
+    fn the_pieces_of_six_blocks_hold_every_cell_once_where_the_index_says() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("fields_0000000012.vti");
+        let fields = Fields::new([11, 8, 13]);
+        let cut = Decomposition::with_grid(fields.domain, [1, 2, 3]);
+        let blocks: Vec<Block> = (0..6).map(|rank| cut.block(rank)).collect();
+        let cells = |b: &Block| -> Vec<usize> {
+            let rows = (b.lo[2]..b.hi[2]).flat_map(|z| (b.lo[1]..b.hi[1]).map(move |y| 11 * (y + 8 * z)));
+            rows.flat_map(|row| row + b.lo[0]..row + b.hi[0]).collect()
+        };
+        for (rank, block) in blocks.iter().enumerate() {
+            let cells = cells(block);
+            let velocity: Vec<[f32; 3]> = cells.iter().map(|&i| fields.velocity[i]).collect();
+            let of = |values: &[f32]| -> Vec<f32> { cells.iter().map(|&i| values[i]).collect() };
+            let snapshot = FieldSnapshot {
+                block: *block,
+                velocity: &velocity,
+                pressure: &of(&fields.pressure),
+                solid_fraction: &of(&fields.solid_fraction),
+                ..fields.snapshot()
+            };
+            write_fields(&pieces::piece(&file, rank), &snapshot).unwrap();
+        }
+        let index = write_fields_index(&file, &fields.domain, 0.1 + 0.2, &blocks).unwrap();
+        assert!(index.ends_with("fields_0000000012.pvti") && !file.exists());
+        let text = std::fs::read_to_string(&index).unwrap();
+        assert!(
+            text.contains("WholeExtent=\"0 11 0 8 0 13\"")
+                && text.contains(">0.30000000000000004</DataArray>")
+        );
+
+        // By the index alone: whose extent, in which file.
+        let mut velocity = vec![[f32::NAN; 3]; fields.domain.cell_count()];
+        for line in text.lines().filter(|line| line.starts_with("<Piece ")) {
+            let quoted = |name: &str| line.split(name).nth(1).unwrap().split('"').nth(1).unwrap();
+            let e: Vec<usize> = (quoted("Extent").split(' '))
+                .map(|n| n.parse().unwrap())
+                .collect();
+            let (lo, hi) = ([e[0], e[2], e[4]], [e[1], e[3], e[5]]);
+            let piece = std::fs::read(directory.path().join(quoted("Source"))).unwrap();
+            let values = read_array(&piece, "velocity");
+            for (cell, u) in cells(&Block { lo, hi }).into_iter().zip(values.chunks(3)) {
+                assert!(velocity[cell][0].is_nan(), "cell {cell} is in two pieces");
+                velocity[cell].copy_from_slice(u);
+            }
+        }
+        assert_eq!(velocity, fields.velocity);
     }
 
     #[cfg(target_os = "linux")]

@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
 use crate::shape::{Shape, SurfaceMesh};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Most triangles in one file for which the finer of two refinements is still taken.
 const TRIANGLE_BUDGET: usize = 200_000;
@@ -23,14 +23,14 @@ const TRIANGLE_BUDGET: usize = 200_000;
 const CORNER: f64 = 1e-3;
 const EDGE_COSINE: f64 = 0.866;
 
-/// Writes the surfaces of `particles` with their velocities and forces.
+/// Writes the surfaces of `particles`, which are all there are, with their velocities and forces.
 pub fn write_particles(
     path: &Path,
     domain: &Domain,
     templates: &[Template],
     particles: &[Particle],
 ) -> Result<()> {
-    surfaces(domain, templates, particles, true).write(path)
+    ParticleSurfaces::new(templates, particles).write(path, domain, particles)
 }
 
 /// As [`write_particles`], without the forces: for records of the motion alone.
@@ -40,58 +40,101 @@ pub fn write_motion(
     templates: &[Template],
     particles: &[Particle],
 ) -> Result<()> {
-    surfaces(domain, templates, particles, false).write(path)
+    (ParticleSurfaces::new(templates, particles).data(domain, particles, false)).write(path)
 }
 
-fn surfaces(domain: &Domain, templates: &[Template], particles: &[Particle], forces: bool) -> PolyData {
-    let meshes = meshes(templates, particles);
-    let of = |particle: &Particle| &meshes[particle.template as usize];
-    let mut data = PolyData::default();
-    for particle in particles {
-        let mesh = of(particle);
-        let (centre, orientation) = (domain.wrap(particle.position()), particle.orientation());
-        let points: Vec<u64> = (mesh.points.iter())
-            .map(|corner| data.point(centre + orientation * corner))
-            .collect();
-        for triangle in &mesh.triangles {
-            data.polygon(triangle.map(|corner| points[corner as usize]));
+/// The surfaces of all kinds of particles of a run.
+#[derive(Clone, Debug)]
+pub struct ParticleSurfaces {
+    /// By template.
+    meshes: Vec<SurfaceMesh>,
+    /// Of the points of the meshes, if all particles are smooth.
+    normals: Option<Vec<Vec<Vec3>>>,
+    /// By template (m).
+    diameters: Vec<f64>,
+}
+
+impl ParticleSurfaces {
+    /// As fine as their number allows: `all` are the particles of all ranks.
+    pub fn new(templates: &[Template], all: &[Particle]) -> Self {
+        let at = |refinement| -> Vec<SurfaceMesh> {
+            (templates.iter())
+                .map(|t| t.shape.surface_mesh(refinement))
+                .collect()
+        };
+        let fine = at(2);
+        let triangles: usize = (all.iter())
+            .map(|p| fine[p.template as usize].triangles.len())
+            .sum();
+        let meshes = if triangles <= TRIANGLE_BUDGET { fine } else { at(1) };
+        let with_shapes = || templates.iter().zip(&meshes);
+        let smooth = with_shapes().all(|(t, mesh)| is_smooth(&*t.shape, mesh));
+        let normals = smooth.then(|| {
+            with_shapes()
+                .map(|(t, mesh)| mesh.points.iter().map(|&p| t.shape.gradient(p)).collect())
+                .collect()
+        });
+        Self {
+            diameters: templates.iter().map(|t| t.shape.equivalent_diameter()).collect(),
+            normals,
+            meshes,
         }
     }
 
-    let count = |particle: &Particle| of(particle).points.len();
-    let diameters: Vec<f64> = templates.iter().map(|t| t.shape.equivalent_diameter()).collect();
-    data.scalars("speed", each(particles, &count, |p| p.velocity().norm()));
-    data.integers("id", each(particles, &count, |p| p.id).collect());
-    data.integers(
-        "template",
-        each(particles, &count, |p| p.template as u32).collect(),
-    );
-    data.scalars(
-        "equivalent_diameter",
-        each(particles, &count, |p| diameters[p.template as usize]),
-    );
-    data.vectors("velocity", each(particles, &count, Particle::velocity));
-    data.vectors(
-        "angular_velocity",
-        each(particles, &count, Particle::angular_velocity),
-    );
-    if forces {
-        data.vectors(
-            "contact_force",
-            each(particles, &count, |p| Vec3::from(p.contact_force)),
+    /// Writes the surfaces of `particles` with their velocities and forces.
+    pub fn write(&self, path: &Path, domain: &Domain, particles: &[Particle]) -> Result<()> {
+        self.data(domain, particles, true).write(path)
+    }
+
+    /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index.
+    pub fn write_index(&self, file: &Path, domain: &Domain, pieces: usize) -> Result<PathBuf> {
+        self.data(domain, &[], true).write_index(file, pieces)
+    }
+
+    fn data(&self, domain: &Domain, particles: &[Particle], forces: bool) -> PolyData {
+        let of = |particle: &Particle| &self.meshes[particle.template as usize];
+        let mut data = PolyData::default();
+        for particle in particles {
+            let mesh = of(particle);
+            let (centre, orientation) = (domain.wrap(particle.position()), particle.orientation());
+            let points: Vec<u64> = (mesh.points.iter())
+                .map(|corner| data.point(centre + orientation * corner))
+                .collect();
+            for triangle in &mesh.triangles {
+                data.polygon(triangle.map(|corner| points[corner as usize]));
+            }
+        }
+
+        let count = |particle: &Particle| of(particle).points.len();
+        data.scalars("speed", each(particles, &count, |p| p.velocity().norm()));
+        data.integers("id", each(particles, &count, |p| p.id).collect());
+        data.integers(
+            "template",
+            each(particles, &count, |p| p.template as u32).collect(),
         );
+        data.scalars(
+            "equivalent_diameter",
+            each(particles, &count, |p| self.diameters[p.template as usize]),
+        );
+        data.vectors("velocity", each(particles, &count, Particle::velocity));
+        data.vectors(
+            "angular_velocity",
+            each(particles, &count, Particle::angular_velocity),
+        );
+        if forces {
+            data.vectors(
+                "contact_force",
+                each(particles, &count, |p| Vec3::from(p.contact_force)),
+            );
+        }
+        if let Some(normals) = &self.normals {
+            data.normals(particles.iter().flat_map(|p| {
+                let orientation = p.orientation();
+                (normals[p.template as usize].iter()).map(move |normal| orientation * normal)
+            }));
+        }
+        data
     }
-    let smooth = (templates.iter().zip(&meshes)).all(|(t, mesh)| is_smooth(&*t.shape, mesh));
-    if smooth {
-        let normals: Vec<Vec<Vec3>> = (templates.iter().zip(&meshes))
-            .map(|(t, mesh)| mesh.points.iter().map(|&p| t.shape.gradient(p)).collect())
-            .collect();
-        data.normals(particles.iter().flat_map(|p| {
-            let orientation = p.orientation();
-            (normals[p.template as usize].iter()).map(move |normal| orientation * normal)
-        }));
-    }
-    data
 }
 
 /// One value per particle, repeated for each of its `count` points.
@@ -116,22 +159,6 @@ fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
             beside.dot(&shape.gradient(*corner)) > EDGE_COSINE
         })
     })
-}
-
-/// One mesh per template, as fine as the number of particles allows.
-fn meshes(templates: &[Template], particles: &[Particle]) -> Vec<SurfaceMesh> {
-    let at = |refinement| -> Vec<SurfaceMesh> {
-        templates
-            .iter()
-            .map(|t| t.shape.surface_mesh(refinement))
-            .collect()
-    };
-    let fine = at(2);
-    let triangles: usize = particles
-        .iter()
-        .map(|p| fine[p.template as usize].triangles.len())
-        .sum();
-    if triangles <= TRIANGLE_BUDGET { fine } else { at(1) }
 }
 
 #[cfg(test)]

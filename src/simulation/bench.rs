@@ -8,7 +8,7 @@ use super::run::{agreed, decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;
 use crate::comm::{Comm, Traffic};
-use crate::dem::EngineChoice;
+use crate::dem::{DemEngine, EngineChoice};
 use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::fluid::{Precision, Real, stream_bandwidth};
@@ -158,12 +158,24 @@ fn rank_report<T: Real>(
         particles: particles.owned,
         ghosts: particles.particles.len() - particles.owned,
         contacts: simulation.dem.contacts().count,
+        forces_sent: forces_sent(&*simulation.dem),
         halo,
         exchange,
         collective,
         process_memory_bytes: resident,
         stages,
     }
+}
+
+/// Forces of the last contacts on particles of other ranks.
+fn forces_sent(dem: &dyn DemEngine) -> usize {
+    let particles = dem.particles();
+    let owned = |id: u64| particles.owned().binary_search_by_key(&id, |p| p.id).is_ok();
+    let states = dem.contact_states();
+    let ends = states
+        .iter()
+        .flat_map(|state| [Some(state.first), state.wall().is_none().then_some(state.second)]);
+    ends.flatten().filter(|&id| !owned(id)).count()
 }
 
 fn median(values: &[f64]) -> f64 {
@@ -187,4 +199,81 @@ fn peak_resident_bytes() -> u64 {
         usage
     };
     usage.ru_maxrss as u64 * 1024
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::from_text;
+
+    const CASE: &str = r"
+[domain]
+size = { diameters = [4, 4, 5] }
+[fluid]
+density = 1000.0
+archimedes = 1000
+[lattice]
+cells_per_diameter = 6
+relaxation_time = 0.55
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 3300.0
+volume_fraction = 0.35
+seed = 1
+[contact]
+enlargement = 0.5
+[run]
+end = { steps = 10 }
+";
+
+    fn report(threads: usize) -> BenchReport {
+        let mut setup = from_text(CASE, "bench", &[]).unwrap();
+        setup.threads = threads;
+        for (n, particle) in (1_u32..).zip(&mut setup.particles) {
+            let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
+            particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * setup.scales.stokes_velocity);
+        }
+        let options = BenchOptions {
+            steps: 8,
+            warm_up: 40,
+            no_contact: false,
+            fluid_only: false,
+        };
+        bench(&setup, &options).unwrap()
+    }
+
+    #[test]
+    fn the_parts_of_three_ranks_add_up_to_the_whole() {
+        let (whole, parts) = (report(1), report(3));
+        assert_eq!([whole.by_rank.len(), parts.by_rank.len()], [1, 3]);
+        let all = |figure: fn(&RankReport) -> usize| parts.by_rank.iter().map(figure).sum::<usize>();
+        let alone = &whole.by_rank[0];
+        assert_eq!(all(|rank| rank.cells), alone.cells);
+        assert_eq!(all(|rank| rank.particles), alone.particles);
+        assert_eq!(all(|rank| rank.covered_cells), alone.covered_cells);
+        assert_eq!(all(|rank| rank.contacts), alone.contacts);
+        assert!(alone.contacts > 0 && alone.ghosts == 0 && alone.forces_sent == 0);
+        assert!(parts.by_rank.iter().all(|rank| rank.ghosts > 0));
+        // A force crosses where one end of a contact is elsewhere, and never both.
+        assert!(all(|rank| rank.forces_sent) > 0 && all(|rank| rank.forces_sent) <= alone.contacts);
+    }
+
+    #[test]
+    fn messages_are_those_of_the_steps_alone_on_3_ranks() {
+        let report = report(3);
+        assert_eq!((report.ranks, report.ranks_per_process), (3, 3));
+        for rank in &report.by_rank {
+            // Two neighbours: a message of populations and four of particles to each. A sum in one step of eight.
+            let messages = [rank.halo.messages, rank.exchange.messages];
+            assert!((messages[0] - 2.0).abs() < 1e-12 && (messages[1] - 8.0).abs() < 1e-12);
+            assert!((rank.collective.messages - 0.125).abs() < 1e-12);
+            assert!(rank.halo.bytes > 0.0 && rank.exchange.bytes > 0.0);
+        }
+        assert!((report.messages_per_step - 10.0).abs() < 1e-12);
+        let most = report
+            .by_rank
+            .iter()
+            .map(|rank| rank.halo.bytes + rank.exchange.bytes);
+        assert!((report.bytes_per_step - most.fold(0.0, f64::max)).abs() < 1e-9);
+    }
 }

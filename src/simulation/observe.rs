@@ -1,22 +1,27 @@
 //! What a run writes on the way: rows, fields, particles, contacts, pictures, and the summary at the end.
 //!
-//! All ranks take part; rank 0 gathers and writes. A failure to write on rank 0 ends the run on every rank.
+//! All ranks take part. To rank 0 go the sums of a row, the particles whose paths are written, and the plane of a picture; that of
+//! a dry run shows all particles, so they go there, too. Files for `ParaView` are written by rank 0 where the ranks are threads, and
+//! piece by piece by all of them where they are processes ([`share`]). A failure to write on one rank ends the run on every rank.
 
 mod gather;
 mod row;
+mod share;
 mod summary;
 mod writer;
 
 use super::Simulation;
 use crate::case::Setup;
 use crate::comm::Comm;
+use crate::dem::ContactState;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::Real;
-use crate::output::{Contact, SeriesRow, Summary};
+use crate::output::picture::Plane;
+use crate::output::{OutputFiles, PATHS, ParticleSurfaces, SeriesRow, Summary};
 use crate::particle::Particle;
-use gather::Fields;
 use serde::{Deserialize, Serialize};
+use share::Share;
 use std::time::Instant;
 pub(super) use summary::precision_name;
 use writer::{Writer, WriterState};
@@ -30,6 +35,13 @@ pub(super) struct Observer<'a> {
     every: [u64; 5],
     /// Steps at which they were taken last.
     done: [Option<u64>; 5],
+    files: OutputFiles,
+    /// What the files of particles show.
+    surfaces: ParticleSurfaces,
+    /// Whether every rank writes its own pieces of files.
+    pieces: bool,
+    /// Largest id of the particles whose paths are written.
+    last_path: Option<u64>,
     /// Only on rank 0.
     writer: Option<Writer<'a>>,
 }
@@ -62,15 +74,20 @@ const CONTACTS: usize = 4;
 /// Samples over a run whose rows nobody asked for: averages need them.
 const DEFAULT_SAMPLES: u64 = 1000;
 
-/// What rank 0 knows of one step; empty on other ranks.
+/// What rank 0 writes of one step besides its [`Share`]; empty on other ranks.
 struct Frame {
     step: u64,
-    /// Ascending by id.
+    /// With the particles whose paths are written, ascending by id.
+    row: Option<(SeriesRow, Vec<Particle>)>,
+    picture: Option<Picture>,
+}
+
+/// What a picture shows.
+struct Picture {
+    /// Velocity of the plane of the slice (m/s); nothing in a dry run.
+    velocity: Option<Vec<[f32; 3]>>,
+    /// Those that are seen, ascending by id.
     particles: Vec<Particle>,
-    row: Option<SeriesRow>,
-    fields: Option<Fields>,
-    /// Ascending by the ids of the pair.
-    contacts: Option<Vec<Contact>>,
 }
 
 impl<'a> Observer<'a> {
@@ -92,6 +109,10 @@ impl<'a> Observer<'a> {
                 plan.contacts_every,
             ],
             done: [None; 5],
+            files: OutputFiles::new(&plan.directory),
+            surfaces: ParticleSurfaces::new(&setup.templates, &setup.particles),
+            pieces: comm.ranks_per_process() < comm.size(),
+            last_path: last_path(&setup.particles),
             writer: (comm.rank() == 0).then(|| Writer::new(setup, quiet)),
         }
     }
@@ -161,40 +182,78 @@ impl<'a> Observer<'a> {
         }
         simulation.share_failure()?;
         let start = Instant::now();
-        let frame = self.gather(simulation, due);
-        let failed = match &mut self.writer {
-            Some(writer) => writer.write(&frame, due).err(),
-            None => None,
-        };
+        let outcome = self.write(simulation, due);
         for (done, _) in self.done.iter_mut().zip(due).filter(|(_, due)| *due) {
             *done = Some(step);
         }
         simulation.timings.add("observe", start.elapsed().as_secs_f64());
-        agree(&simulation.comm, failed)
+        outcome
     }
 
-    /// Brings to rank 0 what is needed for `due`. Collective.
-    fn gather<T: Real>(&self, simulation: &mut Simulation<T>, due: Due) -> Frame {
-        let dry = self.setup.dry;
-        let particles = gather::particles(simulation);
+    /// Gathers and writes what is `due`, and with files in pieces their indices when all pieces are there. Collective.
+    fn write<T: Real>(&mut self, simulation: &mut Simulation<T>, due: Due) -> Result<()> {
         let forces = due[SAMPLES] && !self.setup.walls.is_empty();
         let touches = if due[CONTACTS] || forces {
             simulation.dem.contact_states()
         } else {
             Vec::new()
         };
-        let row = (due[SAMPLES])
-            .then(|| row::row(self.setup, simulation, &touches))
-            .flatten();
-        let contacts = due[CONTACTS].then(|| gather::contacts(simulation, &touches));
-        let fields =
-            ((due[FIELDS] || due[PICTURES]) && !dry).then(|| gather::fields(simulation, self.decomposition));
+        let frame = self.frame(simulation, due, &touches);
+        let share = if self.pieces {
+            Share::piece(simulation, self.decomposition, due, &touches)
+        } else {
+            Share::whole(simulation, self.decomposition, due, &touches)
+        };
+        let mut outcome = match &mut self.writer {
+            Some(writer) => writer.write_rows(&frame),
+            None => Ok(()),
+        };
+        outcome = outcome.and_then(|()| share.write(self.setup, &self.files, &self.surfaces, frame.step));
+        if self.pieces && [FIELDS, PARTICLES, CONTACTS].into_iter().any(|i| due[i]) {
+            // No index before all pieces are there.
+            agree(&simulation.comm, outcome.err())?;
+            outcome = Ok(());
+        }
+        if let (Ok(()), Some(writer)) = (&outcome, &mut self.writer) {
+            let pieces = self.pieces.then_some(self.decomposition);
+            outcome = writer.finish_frame(&frame, due, pieces, &self.surfaces);
+        }
+        agree(&simulation.comm, outcome.err())
+    }
+
+    /// Brings to rank 0 what it writes by itself. Collective.
+    fn frame<T: Real>(&self, simulation: &mut Simulation<T>, due: Due, touches: &[ContactState]) -> Frame {
+        let row = due[SAMPLES].then(|| {
+            let row = row::row(self.setup, simulation, touches);
+            let wanted = |p: &Particle| self.last_path.is_some_and(|last| p.id <= last);
+            let paths = if self.setup.output.series_every > 0 {
+                gather::particles(simulation, wanted)
+            } else {
+                Vec::new()
+            };
+            row.map(|row| (row, paths))
+        });
         Frame {
             step: simulation.step,
-            particles,
-            row,
-            fields,
-            contacts,
+            row: row.flatten(),
+            picture: due[PICTURES].then(|| self.picture(simulation)),
+        }
+    }
+
+    /// What rank 0 needs for a picture. Collective.
+    fn picture<T: Real>(&self, simulation: &mut Simulation<T>) -> Picture {
+        let setup = self.setup;
+        if setup.dry {
+            return Picture {
+                velocity: None,
+                particles: gather::particles(simulation, |_| true),
+            };
+        }
+        let plane = Plane::new(&setup.domain, setup.gravity);
+        let radius = |p: &Particle| setup.templates[p.template as usize].shape.circumradius();
+        Picture {
+            velocity: Some(gather::slice(simulation, self.decomposition, &plane)),
+            particles: gather::particles(simulation, |p| plane.cuts(p.position(), radius(p))),
         }
     }
 
@@ -212,4 +271,12 @@ impl<'a> Observer<'a> {
             .finish(simulation, hash, interrupted, self.start.elapsed().as_secs_f64())
             .map(Some)
     }
+}
+
+/// The largest of the lowest ids, as many as there are paths.
+fn last_path(particles: &[Particle]) -> Option<u64> {
+    let mut ids: Vec<u64> = particles.iter().map(|particle| particle.id).collect();
+    let count = ids.len().min(PATHS);
+    ids.select_nth_unstable(count.checked_sub(1)?);
+    ids.get(count - 1).copied()
 }

@@ -1,6 +1,6 @@
 //! Going on with a run from its last checkpoint.
 
-use super::run::{Origin, RunOptions, agreed, run_from};
+use super::run::{Origin, RunOptions, run_from};
 use crate::case::{self, Setup};
 use crate::checkpoint::{self, CaseText};
 use crate::comm::Comm;
@@ -8,24 +8,21 @@ use crate::error::{Error, Result};
 use crate::output::{OutputFiles, Summary};
 use std::path::Path;
 
-/// Goes on with the run whose output directory this is, from its newest checkpoint that is sound, to its end; `changes` are
-/// options for keys of `[run]` and `[output]`. The summary is as that of [`run`](super::run()).
+/// Goes on with the run of this case, from the newest checkpoint in its output directory that is sound, to its end. The summary is
+/// as that of [`run`](super::run()).
 ///
 /// # Errors
-/// [`Error::Input`] if there is no sound checkpoint, or for a change that would make another run of it; else as
-/// [`run`](super::run()).
-pub fn resume(
-    directory: &Path,
-    changes: &[String],
-    threads: Option<usize>,
-    options: &RunOptions,
-) -> Result<Option<Summary>> {
-    let setup = agreed(saved_setup(directory, changes, threads))?;
-    run_from(&setup, options, Origin::Checkpoint)
+/// [`Error::Input`] if there is no sound checkpoint; else as [`run`](super::run()).
+pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
+    run_from(setup, options, Origin::Checkpoint)
 }
 
-/// The case of the newest checkpoint whose case and heads are sound, with changes.
-fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
+/// The case of the run whose output directory this is, from the newest checkpoint whose case and heads are sound; `changes` are
+/// options for keys of `[run]` and `[output]`.
+///
+/// # Errors
+/// [`Error::Input`] if there is no such checkpoint, or for a change that would make another run of it.
+pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
     let folder = OutputFiles::new(directory).checkpoints();
     let newest = |checkpoint: &checkpoint::Checkpoint| Ok(checkpoint.head().clone());
     let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, newest)?;

@@ -169,7 +169,7 @@ fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
     let start = Instant::now();
     place.well(&arguments);
     let taken = start.elapsed().as_secs_f64();
-    assert!((1.0..4.0).contains(&taken), "{taken} s");
+    assert!(taken < PATIENCE.as_secs_f64(), "{taken} s");
     let step = interrupted_at(&place);
     assert_eq!(place.checkpoints("out"), [step]);
     goes_on_from(&place, step);

@@ -21,7 +21,7 @@ function step(s, ranks,    own, known, contacts, peers, messages, bytes, work, e
     peers = least(ranks - 1, (2 * int((reach + s - 1) / s) + 1) ^ 3 - 1)
     messages = 18 + 4 * peers
     bytes = 4 * (30 * s ^ 2 - 12 * s) + (240 + 56) * (known - own) + 64 * contacts * least(1, 3 * diameter / s)
-    extra = c * (known - own) + messages * latency + bytes / bandwidth + 2 / 8 * log2_up(ranks) * latency
+    extra = c * (known - own) + messages * latency + bytes / bandwidth + 1 / 8 * log2_up(ranks) * latency
     return work + extra
 }
 END {
@@ -40,7 +40,7 @@ END {
     printf "| a contact of polyhedra | %.2f us | dry box with %d and with %d contacts, 1 rank |\n", 1e6 * polyhedron, few, many
     printf "| a message | %.2f us | two MPI processes, there and back at once |\n", 1e6 * per_message
     printf "| a byte | %.3f ns | the same, 1 MiB; packed and unpacked |\n", 1e9 * per_byte
-    printf "| a reduction | %.2f us | the same, 11 integers |\n", 1e6 * per_reduction
+    printf "| a reduction | %.2f us | the same, 13 integers |\n", 1e6 * per_reduction
     # Spheres of 18 cells at a volume fraction of 0.3.
     diameter = 18; phi = 0.3; reach = diameter + 2; volume = 3.14159265 / 6 * diameter ^ 3
     coverage = covered / (phi * free_cells); per_sphere = touching / spheres

@@ -1,10 +1,13 @@
 //! The plane of a slice, and the velocity on it.
 
-use crate::domain::Domain;
+use crate::domain::{Block, Domain};
 use crate::math::Vec3;
 
-/// The plane of a slice: which axes of the box run across and up.
-pub(super) struct Plane {
+/// The plane of a slice, through the middle of the box: which axes run across and up, and what it cuts.
+///
+/// It holds the direction of gravity, upwards in the picture, and if it can the x axis: the x-z plane for gravity along z.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
     pub(super) domain: Domain,
     pub(super) across: usize,
     pub(super) up: usize,
@@ -16,7 +19,8 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub(super) fn new(domain: &Domain, gravity: Vec3) -> Self {
+    /// The plane for gravity in this direction; without gravity z points up.
+    pub fn new(domain: &Domain, gravity: Vec3) -> Self {
         let up = if gravity.norm() > 0.0 { gravity.iamax() } else { 2 };
         let across = usize::from(up == 0);
         let normal = 3 - up - across;
@@ -54,25 +58,53 @@ impl Plane {
         Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
     }
 
-    /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres.
-    pub(super) fn speeds(&self, velocity: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
+    /// The cells at the plane: one layer, or the two that it lies between if their number is even.
+    pub fn cells(&self) -> Block {
         let n = self.domain.cells;
-        // The middle lies between two layers of cells if their number is even.
-        let layers = [(n[self.normal] - 1) / 2, n[self.normal] / 2];
-        let cell = |a: usize, b: usize| -> [f32; 3] {
-            let mut sum = [0.0; 3];
-            for layer in layers {
-                let mut at = [0; 3];
-                (at[self.across], at[self.up], at[self.normal]) = (a, b, layer);
-                let u = velocity[at[0] + n[0] * (at[1] + n[1] * at[2])];
-                for i in 0..3 {
-                    sum[i] += 0.5 * u[i];
-                }
-            }
-            sum
+        let mut cells = Block { lo: [0; 3], hi: n };
+        cells.lo[self.normal] = (n[self.normal] - 1) / 2;
+        cells.hi[self.normal] = n[self.normal] / 2 + 1;
+        cells
+    }
+
+    /// Adds the velocity (m/s) of one of its [`cells`](Self::cells) to that of the plane, which holds `width * height` values for
+    /// the numbers of cells across and up, across fastest, zero at first.
+    ///
+    /// # Panics
+    /// If `velocity` has another length.
+    pub fn add(&self, velocity: &mut [[f32; 3]], cell: [usize; 3], u: [f32; 3]) {
+        let n = self.domain.cells;
+        assert_eq!(
+            velocity.len(),
+            self.values(),
+            "one velocity per place of the plane"
+        );
+        let weight = if n[self.normal].is_multiple_of(2) {
+            0.5
+        } else {
+            1.0
         };
-        let (na, nb) = (n[self.across], n[self.up]);
-        let layer: Vec<[f32; 3]> = (0..na * nb).map(|i| cell(i % na, i / na)).collect();
+        let at = &mut velocity[cell[self.across] + n[self.across] * cell[self.up]];
+        for (sum, u) in at.iter_mut().zip(u) {
+            *sum += weight * u;
+        }
+    }
+
+    /// Number of velocities of the plane.
+    pub fn values(&self) -> usize {
+        self.domain.cells[self.across] * self.domain.cells[self.up]
+    }
+
+    /// Whether the plane cuts a sphere of this radius (m) round a position or one of its periodic images.
+    pub fn cuts(&self, position: Vec3, radius: f64) -> bool {
+        (self.domain.wrap(position)[self.normal] - self.height()).abs() <= radius
+    }
+
+    /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres. `layer` is the velocity of
+    /// the plane, as [`add`](Self::add) makes it.
+    pub(super) fn speeds(&self, layer: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
+        assert_eq!(layer.len(), self.values(), "one velocity per place of the plane");
+        let (n, na) = (self.domain.cells, self.domain.cells[self.across]);
         // Cells on both sides of a pixel, and how far it is from the first to the second.
         let neighbours = |pixel: u32, pixels: u32, axis: usize| {
             let cells = n[axis];
@@ -126,9 +158,7 @@ mod tests {
 
     #[test]
     fn between_a_closed_face_and_the_cell_beside_it_the_velocity_is_that_of_the_cell() {
-        let velocity: Vec<[f32; 3]> = (0..BOX.cell_count())
-            .map(|cell| [(cell / 220) as f32, 0.0, 0.0])
-            .collect();
+        let velocity: Vec<[f32; 3]> = (0..800).map(|place| [(place / 20) as f32, 0.0, 0.0]).collect();
         for (closed, expected) in [(true, [39.0, 0.0]), (false, [29.25, 9.75])] {
             let domain = Domain {
                 periodic: [true, true, !closed],
@@ -143,6 +173,39 @@ mod tests {
                 "{got:?}"
             );
         }
+    }
+
+    #[test]
+    fn the_velocity_of_the_plane_is_the_mean_of_the_layers_beside_it() {
+        for (layers, expected) in [(11, 5.0), (12, 5.5)] {
+            let domain = Domain {
+                cells: [20, layers, 40],
+                ..BOX
+            };
+            let plane = Plane::new(&domain, Vec3::zeros());
+            let (Block { lo, hi }, mut velocity) = (plane.cells(), vec![[0.0; 3]; plane.values()]);
+            for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
+                for x in lo[0]..hi[0] {
+                    plane.add(&mut velocity, [x, y, z], [x as f32, y as f32, z as f32]);
+                }
+            }
+            let mean = |place: u16| [f32::from(place % 20), expected, f32::from(place / 20)];
+            assert_eq!(velocity, (0..800).map(mean).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_sphere_is_cut_if_it_or_an_image_of_it_reaches_the_middle() {
+        let plane = Plane::new(&BOX, Vec3::zeros());
+        for (y, radius, cut) in [(0.25, 0.31, true), (0.25, 0.29, false), (1.35, 0.31, true)] {
+            assert_eq!(plane.cuts(Vec3::new(0.1, y, 9.0), radius), cut, "{y} {radius}");
+        }
+        let closed = Domain {
+            periodic: [true, false, true],
+            ..BOX
+        };
+        let plane = Plane::new(&closed, Vec3::zeros());
+        assert!(!plane.cuts(Vec3::new(0.1, 1.35, 9.0), 0.31));
     }
 
     #[test]

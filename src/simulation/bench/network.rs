@@ -12,7 +12,7 @@ const ROUNDS: u32 = 20;
 const LONG: usize = 1 << 17;
 
 /// Numbers that the control of the flow adds up over all ranks.
-const CONTROL_WORDS: usize = 11;
+const CONTROL_WORDS: usize = 13;
 
 /// Cost of the transport; two ranks at a time exchange messages, all at once.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -21,7 +21,7 @@ pub struct Network {
     pub seconds_per_message: f64,
     /// Seconds for each byte more, packed from and unpacked into memory.
     pub seconds_per_byte: f64,
-    /// Seconds that the sum of eleven integers over all ranks takes.
+    /// Seconds that the sum of thirteen integers over all ranks takes.
     pub seconds_per_reduction: f64,
 }
 
@@ -91,7 +91,8 @@ mod tests {
                 seconds_per_reduction,
             } = network;
             assert!(seconds_per_message > 1e-8 && seconds_per_reduction > 1e-8);
-            assert!(seconds_per_byte > 0.0 && seconds_per_byte < 1e-6, "{network:?}");
+            // On a busy machine a long message may be no slower than a short one.
+            assert!((0.0..1e-6).contains(&seconds_per_byte), "{network:?}");
         }
     }
 }

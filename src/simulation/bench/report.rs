@@ -72,6 +72,8 @@ pub struct RankReport {
     pub ghosts: usize,
     /// Contacts it is responsible for.
     pub contacts: usize,
+    /// Forces of these contacts on particles that another rank owns; each is sent there.
+    pub forces_sent: usize,
     /// Populations that cross to neighbours, per step.
     pub halo: Rate,
     /// Messages of particles and contacts to neighbours, empty ones included, per step.

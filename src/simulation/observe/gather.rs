@@ -1,11 +1,14 @@
-//! From all ranks to rank 0.
+//! What this rank has, and what goes from all ranks to rank 0.
 
 use crate::dem::ContactState;
-use crate::domain::Decomposition;
-use crate::fluid::Real;
+use crate::domain::{Block, Decomposition};
+use crate::fluid::{CellState, Real};
+use crate::output::picture::Plane;
 use crate::output::{Contact, Partner};
 use crate::particle::Particle;
 use crate::simulation::{Simulation, Wet};
+use crate::units::Units;
+use bytemuck::Pod;
 
 /// Fields of a block or of the box, SI units.
 #[derive(Default)]
@@ -15,87 +18,205 @@ pub(super) struct Fields {
     pub(super) solid_fraction: Vec<f32>,
 }
 
-/// All particles in ascending order of id, on rank 0; none elsewhere. Collective.
-pub(super) fn particles<T: Real>(simulation: &Simulation<T>) -> Vec<Particle> {
-    let own = simulation.dem.particles().owned();
-    let mut all: Vec<Particle> = simulation
-        .comm
-        .gather(bytemuck::cast_slice(own).to_vec())
-        .iter()
-        .flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, Particle>(bytes))
-        .collect();
+impl Fields {
+    /// At rest.
+    fn zeros(cells: usize) -> Self {
+        Self {
+            velocity: vec![[0.0; 3]; cells],
+            pressure: vec![0.0; cells],
+            solid_fraction: vec![0.0; cells],
+        }
+    }
+
+    fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
+        self.velocity[at] = [u, v, w];
+        self.pressure[at] = pressure;
+        self.solid_fraction[at] = solid_fraction;
+    }
+}
+
+/// The particles of all ranks of which `wanted` holds, in ascending order of id, on rank 0; none elsewhere. Collective.
+pub(super) fn particles<T: Real>(
+    simulation: &Simulation<T>,
+    wanted: impl Fn(&Particle) -> bool,
+) -> Vec<Particle> {
+    let own = simulation.dem.particles().owned().iter();
+    let mut all = gathered(simulation, own.filter(|p| wanted(p)).copied().collect());
     all.sort_unstable_by_key(|particle| particle.id);
     all
 }
 
 /// All contacts of all ranks in ascending order of the ids, on rank 0; none elsewhere. Collective.
 pub(super) fn contacts<T: Real>(simulation: &Simulation<T>, own: &[ContactState]) -> Vec<Contact> {
-    let mut all: Vec<ContactState> = simulation
-        .comm
-        .gather(bytemuck::cast_slice(own).to_vec())
-        .iter()
-        .flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, ContactState>(bytes))
-        .collect();
+    let mut all = gathered(simulation, own.to_vec());
     all.sort_by_key(|contact| (contact.first, contact.second));
-    all.iter()
-        .map(|state| Contact {
-            first: state.first,
-            second: state
-                .wall()
-                .map_or(Partner::Particle(state.second), Partner::Wall),
-            point: state.point.into(),
-            normal: state.normal.into(),
-            force: state.force.into(),
-            depth: state.depth,
-            volume: state.volume,
-        })
-        .collect()
+    all.iter().map(contact).collect()
 }
 
-/// Fields of the whole box on rank 0, with the particles where they are now; empty elsewhere and in dry runs.
-/// Collective.
-pub(super) fn fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomposition) -> Fields {
-    let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
-    let Simulation {
-        comm,
-        units,
-        wet,
-        dem,
-        ..
-    } = simulation;
-    let Some(Wet { fluid, coupling, .. }) = wet else {
-        return Fields::default();
-    };
-    coupling.map(dem.particles());
-    let mut own: Vec<[f32; 5]> = Vec::with_capacity(fluid.block().cell_count());
-    fluid.each_cell(lattice, &mut coupling.solids(dem.particles()), |state| {
-        let [u, v, w] = state.velocity.map(|u| (u * units.velocity()) as f32);
-        let pressure = (state.density_deviation * units.pressure()) as f32;
-        own.push([u, v, w, pressure, state.solid_fraction as f32]);
-    });
-    let blocks = comm.gather(bytemuck::cast_slice(&own).to_vec());
-    if comm.rank() > 0 {
-        return Fields::default();
+/// A contact as it is written.
+pub(super) fn contact(state: &ContactState) -> Contact {
+    Contact {
+        first: state.first,
+        second: state
+            .wall()
+            .map_or(Partner::Particle(state.second), Partner::Wall),
+        point: state.point.into(),
+        normal: state.normal.into(),
+        force: state.force.into(),
+        depth: state.depth,
+        volume: state.volume,
     }
-    let cells = decomposition.domain.cell_count();
-    let mut all = Fields {
-        velocity: vec![[0.0; 3]; cells],
-        pressure: vec![0.0; cells],
-        solid_fraction: vec![0.0; cells],
-    };
-    let [gx, gy, _] = decomposition.domain.cells;
-    for (rank, bytes) in blocks.iter().enumerate() {
-        let block = decomposition.block(rank);
-        let mut states = bytes.chunks_exact(size_of::<[f32; 5]>());
-        for (z, y) in (block.lo[2]..block.hi[2]).flat_map(|z| (block.lo[1]..block.hi[1]).map(move |y| (z, y)))
-        {
-            for (x, bytes) in (block.lo[0]..block.hi[0]).zip(&mut states) {
-                let [u, v, w, pressure, fraction] = bytemuck::pod_read_unaligned::<[f32; 5]>(bytes);
-                let cell = x + gx * (y + gy * z);
-                (all.velocity[cell], all.pressure[cell], all.solid_fraction[cell]) =
-                    ([u, v, w], pressure, fraction);
-            }
-        }
+}
+
+/// The particles that this rank knows, ascending by id, and with them all that its contacts are between. Collective.
+///
+/// The rank that is responsible for a contact knows both particles, also after they have moved
+/// ([`Neighbourhood`](crate::dem::assign::Neighbourhood)); only an engine that has all contacts at one rank names others.
+pub(super) fn partners<T: Real>(simulation: &Simulation<T>, own: &[ContactState]) -> Vec<Particle> {
+    let (comm, store) = (&simulation.comm, simulation.dem.particles());
+    let mut known = store.particles.clone();
+    known.sort_unstable_by_key(|particle| particle.id);
+    let is_known = |id: &u64| known.binary_search_by_key(id, |particle| particle.id).is_ok();
+    let partners = own.iter().flat_map(|contact| {
+        let second = contact.wall().is_none().then_some(contact.second);
+        [Some(contact.first), second].into_iter().flatten()
+    });
+    let mut missing: Vec<u64> = partners.filter(|id| !is_known(id)).collect();
+    if !comm.any(!missing.is_empty()) {
+        return known;
+    }
+    missing.sort_unstable();
+    missing.dedup();
+    let asked = comm.all_gather(bytemuck::cast_slice(&missing).to_vec());
+    let mut asked: Vec<u64> = (asked.iter())
+        .flat_map(|ids| bytemuck::pod_collect_to_vec::<u8, u64>(ids))
+        .collect();
+    asked.sort_unstable();
+    let answers: Vec<Particle> = (store.owned().iter())
+        .filter(|particle| asked.binary_search(&particle.id).is_ok())
+        .copied()
+        .collect();
+    for answer in comm.all_gather(bytemuck::cast_slice(&answers).to_vec()) {
+        let found = bytemuck::pod_collect_to_vec::<u8, Particle>(&answer);
+        known.extend(found.iter().filter(|p| missing.binary_search(&p.id).is_ok()));
+    }
+    known.sort_unstable_by_key(|particle| particle.id);
+    known
+}
+
+/// What all ranks have, by rank, on rank 0; nothing elsewhere. Collective.
+fn gathered<T: Real, V: Pod>(simulation: &Simulation<T>, own: Vec<V>) -> Vec<V> {
+    let parts = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
+    drop(own);
+    let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum::<usize>() / size_of::<V>().max(1));
+    for part in parts {
+        all.extend(bytemuck::pod_collect_to_vec::<u8, V>(&part));
     }
     all
+}
+
+/// Fields of the block of this rank, with the particles where they are now; nothing in a dry run.
+pub(super) fn own_fields<T: Real>(simulation: &mut Simulation<T>, block: Block) -> Fields {
+    let mut fields = Fields::zeros(block.cell_count());
+    for (at, state) in cell_values(simulation, block, field_values)
+        .into_iter()
+        .enumerate()
+    {
+        fields.set(at, state);
+    }
+    fields
+}
+
+/// Fields of the whole box on rank 0, as [`own_fields`]; nothing elsewhere. Collective.
+pub(super) fn fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomposition) -> Fields {
+    let own = cell_values(
+        simulation,
+        decomposition.block(simulation.comm.rank()),
+        field_values,
+    );
+    let blocks = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
+    drop(own);
+    if blocks.is_empty() {
+        return Fields::default();
+    }
+    let mut all = Fields::zeros(decomposition.domain.cell_count());
+    let [gx, gy, _] = decomposition.domain.cells;
+    for (rank, bytes) in blocks.into_iter().enumerate() {
+        each_value(decomposition.block(rank), &bytes, |[x, y, z], values| {
+            all.set(x + gx * (y + gy * z), values);
+        });
+    }
+    all
+}
+
+/// The velocity (m/s) of the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and in dry runs. Only
+/// cells at the plane are looked at. Collective.
+pub(super) fn slice<T: Real>(
+    simulation: &mut Simulation<T>,
+    decomposition: &Decomposition,
+    plane: &Plane,
+) -> Vec<[f32; 3]> {
+    let part = |rank: usize| common(plane.cells(), decomposition.block(rank));
+    let own = cell_values(simulation, part(simulation.comm.rank()), velocity);
+    let parts = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
+    if parts.is_empty() {
+        return Vec::new();
+    }
+    let mut all = vec![[0.0; 3]; plane.values()];
+    for (rank, bytes) in parts.iter().enumerate() {
+        each_value(part(rank), bytes, |cell, u| plane.add(&mut all, cell, u));
+    }
+    all
+}
+
+fn velocity(units: &Units, state: &CellState) -> [f32; 3] {
+    state.velocity.map(|u| (u * units.velocity()) as f32)
+}
+
+fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
+    let [u, v, w] = velocity(units, state);
+    let pressure = (state.density_deviation * units.pressure()) as f32;
+    [u, v, w, pressure, state.solid_fraction as f32]
+}
+
+/// A value for each of `cells`, which are of the block of this rank, x fastest; none in a dry run.
+fn cell_values<T: Real, V>(
+    simulation: &mut Simulation<T>,
+    cells: Block,
+    value: impl Fn(&Units, &CellState) -> V,
+) -> Vec<V> {
+    let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
+    let Simulation { units, wet, dem, .. } = simulation;
+    let Some(Wet { fluid, coupling, .. }) = wet else {
+        return Vec::new();
+    };
+    let mut values = Vec::with_capacity(cells.cell_count());
+    if cells.cell_count() > 0 {
+        coupling.map(dem.particles());
+        let mut solids = coupling.solids(dem.particles());
+        fluid.each_cell(cells, lattice, &mut solids, |state| {
+            values.push(value(units, &state));
+        });
+    }
+    values
+}
+
+/// Calls `visit` with the cells of a block and their values, x fastest.
+fn each_value<V: Pod>(cells: Block, bytes: &[u8], mut visit: impl FnMut([usize; 3], V)) {
+    let mut values = bytes.chunks_exact(size_of::<V>());
+    let Block { lo, hi } = cells;
+    for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
+        for (x, bytes) in (lo[0]..hi[0]).zip(&mut values) {
+            visit([x, y, z], bytemuck::pod_read_unaligned(bytes));
+        }
+    }
+}
+
+/// The cells that two boxes have in common.
+fn common(a: Block, b: Block) -> Block {
+    let lo = std::array::from_fn(|i| a.lo[i].max(b.lo[i]));
+    Block {
+        lo,
+        hi: std::array::from_fn(|i| a.hi[i].min(b.hi[i]).max(lo[i])),
+    }
 }

@@ -2,20 +2,22 @@
 
 use super::row::{settles_for_ever, settling_direction, stokes_time};
 use super::summary::{self, Outcome};
-use super::{CONTACTS, Due, FIELDS, Frame, PARTICLES, PICTURES};
+use super::{CONTACTS, Due, FIELDS, Frame, PARTICLES, PICTURES, Picture};
 use crate::case::Setup;
+use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::Real;
 use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
 use crate::output::progress::Workload;
 use crate::output::{
-    Collection, FieldSnapshot, OutputFiles, ParticleSeries, PathsState, Progress, SeriesWriter, Summary,
-    directory, estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
+    Collection, OutputFiles, ParticleSeries, ParticleSurfaces, PathsState, Progress, SeriesWriter, Summary,
+    directory, estimate_mean, write_contacts_index, write_fields_index, write_force_chains_index,
+    write_walls,
 };
 use crate::simulation::Simulation;
 use crate::simulation::references::references;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What rank 0 keeps open.
 pub(super) struct Writer<'a> {
@@ -150,68 +152,80 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes the files that are due, and takes note of the sample if there is one.
-    pub(super) fn write(&mut self, frame: &Frame, due: Due) -> Result<()> {
-        let setup = self.setup;
-        let (step, particles) = (frame.step, &frame.particles);
+    /// Writes what comes after the files for `ParaView` of a step that are due: indices of their pieces, if there are any (then
+    /// they are of the blocks of a decomposition), collections, the walls, the picture.
+    pub(super) fn finish_frame(
+        &mut self,
+        frame: &Frame,
+        due: Due,
+        pieces: Option<&Decomposition>,
+        surfaces: &ParticleSurfaces,
+    ) -> Result<()> {
+        let (setup, step) = (self.setup, frame.step);
+        let domain = &setup.domain;
         let time = step as f64 * setup.units.dt;
-        self.write_rows(frame)?;
-        if let (true, Some(fields)) = (due[FIELDS], &frame.fields) {
-            let path = self.files.fields(step);
-            write_fields(
-                &path,
-                &FieldSnapshot {
-                    domain: setup.domain,
-                    time,
-                    velocity: &fields.velocity,
-                    pressure: &fields.pressure,
-                    solid_fraction: &fields.solid_fraction,
-                },
-            )?;
+        // The file as a whole, or what `index` has made of its pieces.
+        let listed = |file: PathBuf, index: &dyn Fn(&Path, &Decomposition) -> Result<PathBuf>| match pieces {
+            Some(cut) => index(&file, cut),
+            None => Ok(file),
+        };
+        if due[FIELDS] {
+            let path = listed(self.files.fields(step), &|file, cut| {
+                let blocks: Vec<Block> = (0..cut.ranks()).map(|rank| cut.block(rank)).collect();
+                write_fields_index(file, domain, time, &blocks)
+            })?;
             self.fields.add(time, &path)?;
         }
         if due[PARTICLES] {
-            let path = self.files.particles(step);
-            write_particles(&path, &setup.domain, &setup.templates, particles)?;
+            let path = listed(self.files.particles(step), &|file, cut| {
+                surfaces.write_index(file, domain, cut.ranks())
+            })?;
             self.particles.add(time, &path)?;
             if !self.walls_written && !setup.walls.is_empty() {
-                write_walls(&self.files.walls(), &setup.domain, &setup.walls)?;
+                write_walls(&self.files.walls(), domain, &setup.walls)?;
                 self.walls_written = true;
             }
         }
-        if let (true, Some(contacts)) = (due[CONTACTS], &frame.contacts) {
-            let path = self.files.contacts(step);
-            write_contacts(&path, contacts)?;
+        if due[CONTACTS] {
+            let path = listed(self.files.contacts(step), &|file, cut| {
+                write_contacts_index(file, cut.ranks())
+            })?;
             self.contacts.add(time, &path)?;
-            let path = self.files.force_chains(step);
-            write_force_chains(&path, &setup.domain, particles, contacts)?;
+            let path = listed(self.files.force_chains(step), &|file, cut| {
+                write_force_chains_index(file, domain, cut.ranks())
+            })?;
             self.force_chains.add(time, &path)?;
         }
-        if due[PICTURES] {
-            let scene = Scene {
-                case: &setup.name,
-                clock: Clock {
-                    time,
-                    stokes_time: stokes_time(setup),
-                },
-                domain: setup.domain,
-                templates: &setup.templates,
-                particles,
-                walls: &setup.walls,
-                gravity: setup.gravity,
-                largest_speed: None,
-            };
-            let path = self.files.picture(step);
-            match &frame.fields {
-                Some(fields) => write_slice(&path, &scene, &fields.velocity),
-                None => write_side_view(&path, &scene),
-            }?;
+        if let Some(picture) = &frame.picture {
+            self.write_picture(&self.files.picture(step), time, picture)?;
         }
         Ok(())
     }
 
-    fn write_rows(&mut self, frame: &Frame) -> Result<()> {
-        let Some(row) = &frame.row else {
+    fn write_picture(&self, path: &Path, time: f64, picture: &Picture) -> Result<()> {
+        let setup = self.setup;
+        let scene = Scene {
+            case: &setup.name,
+            clock: Clock {
+                time,
+                stokes_time: stokes_time(setup),
+            },
+            domain: setup.domain,
+            templates: &setup.templates,
+            particles: &picture.particles,
+            walls: &setup.walls,
+            gravity: setup.gravity,
+            largest_speed: None,
+        };
+        match &picture.velocity {
+            Some(velocity) => write_slice(path, &scene, velocity),
+            None => write_side_view(path, &scene),
+        }
+    }
+
+    /// Writes the row and the paths, if a sample was due, and takes note of it.
+    pub(super) fn write_rows(&mut self, frame: &Frame) -> Result<()> {
+        let Some((row, paths)) = &frame.row else {
             return Ok(());
         };
         self.t_star.push(row.t_star);
@@ -229,7 +243,7 @@ impl<'a> Writer<'a> {
             )),
         };
         series.write(row)?;
-        single.write(row.step, row.time, &frame.particles)
+        single.write(row.step, row.time, paths)
     }
 
     /// The plot and the summary.

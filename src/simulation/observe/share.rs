@@ -1,0 +1,116 @@
+//! What this rank writes of the files for `ParaView`: everything at rank 0 where the ranks share one memory, the piece of its own
+//! block where they are processes.
+
+use super::gather::{self, Fields};
+use super::{CONTACTS, Due, FIELDS, PARTICLES};
+use crate::case::Setup;
+use crate::dem::ContactState;
+use crate::domain::{Block, Decomposition};
+use crate::error::Result;
+use crate::fluid::Real;
+use crate::output::{
+    Contact, FieldSnapshot, OutputFiles, ParticleSurfaces, pieces, write_contacts, write_fields,
+    write_force_chains,
+};
+use crate::particle::Particle;
+use crate::simulation::Simulation;
+use std::path::{Path, PathBuf};
+
+/// Data of one step; those that are not due are not there.
+pub(super) struct Share {
+    /// Whose piece this is; nothing if it is the whole.
+    rank: Option<usize>,
+    fields: Option<(Block, Fields)>,
+    /// Those that are drawn, ascending by id.
+    particles: Option<Vec<Particle>>,
+    /// Ascending by the ids of the pair, and particles, ascending by id, that hold both of each pair.
+    contacts: Option<(Vec<Contact>, Vec<Particle>)>,
+}
+
+impl Share {
+    /// All of it on rank 0, nothing elsewhere; `touches` are the contacts this rank is responsible for. Collective.
+    pub(super) fn whole<T: Real>(
+        simulation: &mut Simulation<T>,
+        decomposition: &Decomposition,
+        due: Due,
+        touches: &[ContactState],
+    ) -> Self {
+        let first = simulation.comm.rank() == 0;
+        let block = Block {
+            lo: [0; 3],
+            hi: decomposition.domain.cells,
+        };
+        let fields = due[FIELDS].then(|| (block, gather::fields(simulation, decomposition)));
+        let contacts = due[CONTACTS].then(|| gather::contacts(simulation, touches));
+        let particles = if due[PARTICLES] || due[CONTACTS] {
+            gather::particles(simulation, |_| true)
+        } else {
+            Vec::new()
+        };
+        Self {
+            rank: None,
+            fields: fields.filter(|_| first),
+            contacts: contacts
+                .filter(|_| first)
+                .map(|contacts| (contacts, particles.clone())),
+            particles: (due[PARTICLES] && first).then_some(particles),
+        }
+    }
+
+    /// What belongs to this rank: the cells of its block, its particles, the contacts it is responsible for. Collective.
+    pub(super) fn piece<T: Real>(
+        simulation: &mut Simulation<T>,
+        decomposition: &Decomposition,
+        due: Due,
+        touches: &[ContactState],
+    ) -> Self {
+        let rank = simulation.comm.rank();
+        let block = decomposition.block(rank);
+        let contacts = due[CONTACTS].then(|| {
+            let contacts = touches.iter().map(gather::contact).collect();
+            (contacts, gather::partners(simulation, touches))
+        });
+        Self {
+            rank: Some(rank),
+            fields: due[FIELDS].then(|| (block, gather::own_fields(simulation, block))),
+            particles: due[PARTICLES].then(|| simulation.dem.particles().owned().to_vec()),
+            contacts,
+        }
+    }
+
+    /// Writes the files.
+    pub(super) fn write(
+        &self,
+        setup: &Setup,
+        files: &OutputFiles,
+        surfaces: &ParticleSurfaces,
+        step: u64,
+    ) -> Result<()> {
+        let domain = &setup.domain;
+        if let Some((block, fields)) = &self.fields {
+            let snapshot = FieldSnapshot {
+                domain: *domain,
+                block: *block,
+                time: step as f64 * setup.units.dt,
+                velocity: &fields.velocity,
+                pressure: &fields.pressure,
+                solid_fraction: &fields.solid_fraction,
+            };
+            write_fields(&self.path(&files.fields(step)), &snapshot)?;
+        }
+        if let Some(particles) = &self.particles {
+            surfaces.write(&self.path(&files.particles(step)), domain, particles)?;
+        }
+        if let Some((contacts, particles)) = &self.contacts {
+            write_contacts(&self.path(&files.contacts(step)), contacts)?;
+            write_force_chains(&self.path(&files.force_chains(step)), domain, particles, contacts)?;
+        }
+        Ok(())
+    }
+
+    /// Where this share of a file goes.
+    fn path(&self, file: &Path) -> PathBuf {
+        self.rank
+            .map_or_else(|| file.to_path_buf(), |rank| pieces::piece(file, rank))
+    }
+}
