@@ -16,9 +16,9 @@ pub(super) const CASE: Case = Case {
     question: "Poiseuille flow between plates and in a square and a 1:2 duct, forces on the walls",
     source: "White (2006), Viscous Fluid Flow, Eq. (3-48)",
     parts: &[
-        Part::quick(2.0, plates),
-        Part::quick(8.0, |trial| duct(trial, "square", [16, 16])),
-        Part::quick(12.0, |trial| duct(trial, "one_to_two", [16, 32])),
+        Part::quick(0.5, plates),
+        Part::quick(0.5, |trial| duct(trial, "square", [16, 16])),
+        Part::quick(1.0, |trial| duct(trial, "one_to_two", [16, 32])),
     ],
     missing: None,
 };

@@ -15,7 +15,7 @@ pub(super) const CASE: Case = Case {
     question: "velocity and path of a sphere that settles in a closed tank of oil",
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
-        Part::quick(25.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 4.0, 0.08), 1)),
+        Part::quick(2.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 4.0, 0.08), 1)),
         Part::wide(1800.0, |trial| {
             fall(trial, &Oil::new("E1", 15, 0.65, 0.5, 0.05), trial.threads)
         }),

@@ -14,7 +14,7 @@ pub(super) const CASE: Case = Case {
     name: "shear_wave",
     question: "viscosity from the decay of a shear wave, relaxation times 0.53 to 1",
     source: "Navier-Stokes equations, exact: exp(-nu k^2 t)",
-    parts: &[Part::quick(4.0, waves)],
+    parts: &[Part::quick(1.0, waves)],
     missing: None,
 };
 

@@ -18,14 +18,14 @@ pub(super) const CASE: Case = Case {
     question: "drag factor K of a fixed simple-cubic array of spheres in slow flow",
     source: "Zick and Homsy (1982), doi:10.1017/S0022112082000627",
     parts: &[
-        Part::quick(22.0, |trial| drag(trial, &Array::at(0.027, 33, 1))),
-        Part::quick(15.0, |trial| drag(trial, &Array::at(0.064, 25, 1))),
-        Part::quick(15.0, |trial| drag(trial, &Array::at(0.064, 25, 1).aside())),
-        Part::quick(30.0, |trial| drag(trial, &Array::at(0.125, 20, 2))),
-        Part::quick(30.0, |trial| drag(trial, &Array::at(0.125, 20, 2).aside())),
-        Part::quick(12.0, |trial| drag(trial, &Array::at(0.216, 17, 2))),
-        Part::quick(10.0, |trial| drag(trial, &Array::at(0.25, 16, 2))),
-        Part::quick(30.0, |trial| {
+        Part::quick(6.0, |trial| drag(trial, &Array::at(0.027, 33, 1))),
+        Part::quick(4.0, |trial| drag(trial, &Array::at(0.064, 25, 1))),
+        Part::quick(4.0, |trial| drag(trial, &Array::at(0.064, 25, 1).aside())),
+        Part::quick(6.0, |trial| drag(trial, &Array::at(0.125, 20, 2))),
+        Part::quick(9.0, |trial| drag(trial, &Array::at(0.125, 20, 2).aside())),
+        Part::quick(3.0, |trial| drag(trial, &Array::at(0.216, 17, 2))),
+        Part::quick(2.0, |trial| drag(trial, &Array::at(0.25, 16, 2))),
+        Part::quick(9.0, |trial| {
             drag(trial, &Array::at(0.064, 25, 1).fluid(0.55, 0.1))
         }),
         Part::quick(30.0, |trial| {
