@@ -13,7 +13,7 @@ const REFERENCE: &str = include_str!("../../validation/shear_viscosity/reference
 pub(super) const CASE: Case = Case {
     name: "shear_viscosity",
     question: "viscosity of a sheared suspension of spheres, volume fractions 0.05 to 0.2",
-    source: "Batchelor and Green (1972), doi:10.1017/S0022112072002435",
+    source: "Eilers (1941), doi:10.1007/BF01503023",
     parts: &[Part::wide(600.0, suspensions)],
     missing: None,
 };
@@ -55,7 +55,7 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
         let Some(mean) = estimate_mean(&steady) else {
             return Err(super::trial::unsteady("strain", FROM));
         };
-        let expected = table.at("phi", phi, "batchelor_green");
+        let expected = table.at("phi", phi, "eilers");
         let quantity = format!("viscosity over that of the fluid, less one, phi {phi} (-)");
         found.relative(&CASE, quantity, mean.mean - 1.0, expected - 1.0, TOLERANCE);
         let error = mean.standard_error.unwrap_or(f64::NAN);
