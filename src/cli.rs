@@ -9,7 +9,9 @@ mod pack;
 mod preflight;
 mod resume;
 mod run;
+mod suite;
 mod terminal;
+mod validate;
 mod walltime;
 
 use crate::case::{self, Setup};
@@ -43,6 +45,8 @@ enum Command {
     Pack(PackArguments),
     /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
     Crosscheck(crosscheck::CrosscheckArguments),
+    /// Run cases of the literature and hold what comes out against their references.
+    Validate(validate::ValidateArguments),
     /// Look at this machine: what is fine, and what to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
@@ -153,7 +157,7 @@ struct PackArguments {
     out: PathBuf,
 }
 
-/// Exit code of a cross-check that came to its end, when not all checks passed.
+/// Exit code of a cross-check or a validation that came to its end, when not all checks passed.
 const CHECKS_FAILED: u8 = 3;
 
 /// Runs the program; arguments are those of the process.
@@ -179,6 +183,11 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Pack(arguments) => pack::pack(&arguments),
         Command::Crosscheck(arguments) => match crosscheck::crosscheck(&arguments) {
+            Ok(true) => Ok(()),
+            Ok(false) => return ExitCode::from(CHECKS_FAILED),
+            Err(error) => Err(error),
+        },
+        Command::Validate(arguments) => match validate::validate(&arguments) {
             Ok(true) => Ok(()),
             Ok(false) => return ExitCode::from(CHECKS_FAILED),
             Err(error) => Err(error),

@@ -16,6 +16,7 @@ mod tools;
 
 use crate::error::Result;
 use crate::math::Vec3;
+pub use crate::output::Overlay;
 use serde::Serialize;
 use std::path::Path;
 
@@ -40,21 +41,6 @@ pub struct Check {
     pub reason: &'static str,
     /// Whether the difference is within the tolerance.
     pub pass: bool,
-}
-
-/// Curves over each other, for a plot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Overlay {
-    /// File stem, unique within the case.
-    pub name: String,
-    /// Above the plot.
-    pub title: String,
-    /// Quantity and unit of both axes.
-    pub axes: [String; 2],
-    /// Whether each axis is logarithmic.
-    pub logarithmic: [bool; 2],
-    /// Name and points of every curve; the order native, LIGGGHTS, analytic gives the usual colours.
-    pub curves: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 /// Spheres of one moment in both engines, for VTK.

@@ -38,6 +38,7 @@ pub mod shape;
 pub mod simulation;
 pub mod timing;
 pub mod units;
+pub mod validate;
 pub mod wall;
 
 pub use error::{Error, Result};

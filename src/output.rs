@@ -14,6 +14,8 @@
 mod atomic;
 pub mod contacts;
 pub mod directory;
+pub mod numbers;
+mod overlay;
 pub mod particle_series;
 pub mod picture;
 pub mod pieces;
@@ -32,6 +34,7 @@ pub use contacts::{
     Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
 };
 pub use directory::OutputFiles;
+pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use progress::Progress;
 pub use pvd::Collection;

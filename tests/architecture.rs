@@ -11,7 +11,11 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "crosscheck simulation case output packing fluid dem contact comm error",
+        "validate crosscheck simulation case output packing fluid dem contact comm error",
+    ),
+    (
+        "validate",
+        "crosscheck simulation case output coupling fluid dem contact particle shape domain comm math error",
     ),
     (
         "crosscheck",

@@ -49,7 +49,7 @@ pub(super) use both::crosscheck;
 mod both {
     use super::{CrosscheckArguments, Result};
     use crate::cli::terminal::say;
-    use crate::cli::{load, preflight};
+    use crate::cli::{load, preflight, suite};
     use crate::crosscheck::report::{self, Outcome};
     use crate::crosscheck::{CASES, Case, own_case};
     use crate::error::Error;
@@ -64,7 +64,7 @@ mod both {
         let start = Instant::now();
         let outcomes = match &arguments.file {
             Some(file) => own(arguments, file)?,
-            None => suite(arguments)?,
+            None => whole_suite(arguments)?,
         };
         if let Some(json) = &arguments.json {
             report::write_json(json, &outcomes)?;
@@ -74,7 +74,7 @@ mod both {
     }
 
     /// The suite, or those of its cases that are named. A case that fails does not keep the next one from running.
-    fn suite(arguments: &CrosscheckArguments) -> Result<Vec<Outcome>> {
+    fn whole_suite(arguments: &CrosscheckArguments) -> Result<Vec<Outcome>> {
         if !arguments.changes.set.is_empty() || arguments.changes.threads.is_some() {
             return Err(Error::Input(
                 "--set and --threads change a case file, but none is given; the cases of the suite are fixed"
@@ -124,50 +124,13 @@ mod both {
     /// The cases with these ids, each once and in the order of the suite; all if none is named.
     fn chosen(ids: &[String]) -> Result<Vec<&'static Case>> {
         let known: Vec<&str> = CASES.iter().map(|case| case.id).collect();
-        for id in ids {
-            if !known.contains(&id.as_str()) {
-                let near = known
-                    .iter()
-                    .map(|&name| (strsim::jaro_winkler(id, name), name))
-                    .max_by(|a, b| a.0.total_cmp(&b.0))
-                    .filter(|(similarity, _)| *similarity > 0.75);
-                let remedy = near.map_or_else(String::new, |(_, name)| format!("did you mean `{name}`? "));
-                return Err(Error::Input(format!(
-                    "there is no case `{id}` in the suite\n  {remedy}known here: {}",
-                    known.join(", ")
-                )));
-            }
-        }
-        let named = |case: &&Case| ids.is_empty() || ids.iter().any(|id| id == case.id);
-        Ok(CASES.iter().filter(named).collect())
+        let places = suite::chosen(&known, ids)?;
+        Ok(places.into_iter().map(|place| &CASES[place]).collect())
     }
 
     #[cfg(test)]
     mod tests {
         use super::*;
-
-        #[test]
-        fn a_misspelt_case_is_an_error_that_names_the_nearest_and_all_others() {
-            let error = |id: &str| chosen(&[id.to_string()]).expect_err("no such case");
-            let text = error("replya").to_string();
-            assert_eq!(error("replya").exit_code(), 2);
-            assert!(
-                text.contains("did you mean `replay`?") && text.contains("known here: "),
-                "{text}"
-            );
-            assert!(!error("qqqq").to_string().contains("did you mean"));
-        }
-
-        #[test]
-        fn without_a_name_all_cases_run_and_a_case_named_twice_runs_once() {
-            assert_eq!(chosen(&[]).unwrap().len(), CASES.len());
-            assert_eq!(
-                chosen(&["replay".to_string(), "replay".to_string()])
-                    .unwrap()
-                    .len(),
-                1
-            );
-        }
 
         #[test]
         fn ids_of_the_suite_are_unique_and_fit_for_file_names() {

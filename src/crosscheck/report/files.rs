@@ -15,7 +15,7 @@ use crate::crosscheck::{Findings, Moment, Overlay};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::output::picture::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
+use crate::output::picture::{Curve, CurveStyle};
 use crate::output::{Collection, vtp, write_bytes};
 use crate::particle::{Particle, Template};
 use crate::shape::Sphere;
@@ -75,16 +75,7 @@ pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
         return Ok(());
     };
     for overlay in overlays {
-        let stem = format!("{}_{}", outcome.case, overlay.name);
-        let curves = curves(overlay);
-        let plot = OverlayPlot {
-            title: &overlay.title,
-            axes: [&overlay.axes[0], &overlay.axes[1]],
-            logarithmic: overlay.logarithmic,
-            curves: &curves,
-        };
-        write_overlay(&directory.join(format!("{stem}.png")), &plot)?;
-        write_overlay_svg(&directory.join(format!("{stem}.svg")), &plot)?;
+        overlay.write(directory, outcome.case, &curves(overlay))?;
     }
     for (engine, name) in ENGINES.iter().enumerate() {
         let stem = format!("{}_{name}", outcome.case);

@@ -1,0 +1,72 @@
+//! `turbid validate`.
+
+use super::Changes;
+use super::suite::chosen;
+use super::terminal::say;
+use crate::error::Result;
+use crate::validate::{self, CASES, Case, Level, Score, Trial, report};
+use clap::Args;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// What to validate, and where to put what comes of it.
+#[derive(Debug, Args)]
+pub(super) struct ValidateArguments {
+    /// Cases to run, instead of all of the level.
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
+    /// List the cases and end.
+    #[arg(long, conflicts_with_all = ["names", "json", "out"])]
+    list: bool,
+    /// How much of them: minutes or hours. A case that has no quick part is run if it is named.
+    #[arg(long, value_enum, default_value = "quick")]
+    level: Level,
+    /// Write all checks as a list of JSON objects with stable keys.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Directory for tables and plots.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+/// Runs the cases; whether all checks passed.
+pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
+    if arguments.list {
+        say(&report::list(CASES));
+        return Ok(true);
+    }
+    let start = Instant::now();
+    let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
+    let level = arguments.level;
+    let meant = |case: &&Case| !arguments.names.is_empty() || case.level() <= level;
+    let cases = chosen(&names, &arguments.names)?
+        .into_iter()
+        .map(|place| &CASES[place]);
+    let cases: Vec<&'static Case> = cases.filter(meant).collect();
+    if let Some(out) = &arguments.out {
+        report::prepare(out)?;
+    }
+    let trial = Trial::new(
+        arguments.changes.set.clone(),
+        arguments.changes.threads.unwrap_or(0),
+    );
+    let mut failure = None;
+    let outcomes = validate::run(&cases, level, &trial, |outcome| {
+        say(&report::table(outcome));
+        if let Some(out) = &arguments.out {
+            // The next cases run all the same.
+            let written = report::write_plots(out, outcome);
+            failure = failure.take().or(written.err());
+        }
+    });
+    if let Some(json) = &arguments.json {
+        report::write_json(json, &outcomes)?;
+    }
+    if let Some(out) = &arguments.out {
+        report::write_tables(out, &outcomes)?;
+    }
+    say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
+    failure.map_or(Ok(Score::of(&outcomes).is_full()), Err)
+}

@@ -1,0 +1,219 @@
+//! Cases of the literature, each with the question it answers, the case files, the reference and what counts as agreement.
+//!
+//! `validation/<name>/` holds what a case is made of: its texts are part of this program, so that it validates itself
+//! anywhere. The module of a case here says how it is run, what is measured and how far it may be off; the `README.md` of its
+//! folder says why.
+
+mod channel;
+mod drafting;
+mod experiment;
+mod friction;
+mod hertz;
+mod hindered_settling;
+mod liggghts;
+mod periodic_settling;
+mod random_array;
+mod reference;
+pub mod report;
+mod restitution;
+mod settling_tank;
+mod shear;
+mod shear_viscosity;
+mod shear_wave;
+mod sphere_array;
+mod suite;
+mod taylor_green;
+mod trial;
+mod wet_impact;
+
+use crate::error::Result;
+pub use crate::output::Overlay;
+use serde::Serialize;
+pub use suite::{Outcome, Score, run};
+pub use trial::Trial;
+
+/// One number against its reference. The keys of its JSON are stable.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// Name of the case.
+    pub case: &'static str,
+    /// What is measured, with its unit.
+    pub quantity: String,
+    /// What came out.
+    pub measured: f64,
+    /// What is to come out.
+    pub reference: f64,
+    /// Largest admissible distance of the two, in the unit of both.
+    pub tolerance: f64,
+    /// Whether they are that close.
+    pub pass: bool,
+    /// Where the reference is from: author, year, DOI.
+    pub source: &'static str,
+}
+
+/// What a part of a case found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// Numbers that have a reference.
+    pub checks: Vec<Check>,
+    /// Numbers that belong to the result but have none.
+    pub notes: Vec<(String, f64)>,
+    /// Plots.
+    pub overlays: Vec<Overlay>,
+}
+
+/// How long one is willing to wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub enum Level {
+    /// All of it in minutes.
+    Quick,
+    /// Hours.
+    Full,
+}
+
+/// A run of a case that needs no other.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// From which level on it is done.
+    pub level: Level,
+    /// About how long it takes on one core (s).
+    pub seconds: f64,
+    /// Whether it uses all cores by itself.
+    pub wide: bool,
+    /// Does it.
+    pub run: fn(&Trial) -> Result<Findings>,
+}
+
+impl Part {
+    /// A part of the full level on one core.
+    const fn full(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self {
+            level: Level::Full,
+            ..Self::quick(seconds, run)
+        }
+    }
+
+    /// A part of the full level that takes all cores.
+    const fn wide(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self {
+            wide: true,
+            ..Self::full(seconds, run)
+        }
+    }
+
+    /// A part of the quick level on one core.
+    const fn quick(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self {
+            level: Level::Quick,
+            seconds,
+            wide: false,
+            run,
+        }
+    }
+}
+
+/// A case of the suite.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Short name: the folder below `validation/`.
+    pub name: &'static str,
+    /// What it asks, one line.
+    pub question: &'static str,
+    /// Where its references are from: author, year, DOI.
+    pub source: &'static str,
+    /// Its runs.
+    pub parts: &'static [Part],
+    /// Why this program cannot run it, if so.
+    pub missing: Option<&'static str>,
+}
+
+impl Case {
+    /// The lowest level at which it does anything.
+    pub fn level(&self) -> Level {
+        let levels = self.parts.iter().map(|part| part.level);
+        levels.min().unwrap_or(Level::Full)
+    }
+
+    /// About how long its parts of a level take on one core (s).
+    pub fn seconds(&self, level: Level) -> f64 {
+        let parts = self.parts.iter().filter(|part| part.level <= level);
+        parts.map(|part| part.seconds).sum()
+    }
+}
+
+/// The suite.
+pub const CASES: &[Case] = &[
+    shear_wave::CASE,
+    taylor_green::CASE,
+    channel::CASE,
+    sphere_array::CASE,
+    periodic_settling::CASE,
+    shear::CASE,
+    settling_tank::CASE,
+    restitution::CASE,
+    friction::CASE,
+    hertz::CASE,
+    liggghts::CASE,
+    wet_impact::CASE,
+    drafting::CASE,
+    random_array::CASE,
+    shear_viscosity::CASE,
+    hindered_settling::CASE,
+];
+
+impl Findings {
+    /// Holds a number against its reference; the tolerance is in the unit of both.
+    fn absolute(
+        &mut self,
+        case: &Case,
+        quantity: impl Into<String>,
+        measured: f64,
+        reference: f64,
+        tolerance: f64,
+    ) {
+        self.checks.push(Check {
+            case: case.name,
+            quantity: quantity.into(),
+            measured,
+            reference,
+            tolerance,
+            // What is no number is close to nothing.
+            pass: (measured - reference).abs() <= tolerance,
+            source: case.source,
+        });
+    }
+
+    /// Holds a number against its reference; the tolerance is a part of the reference.
+    fn relative(
+        &mut self,
+        case: &Case,
+        quantity: impl Into<String>,
+        measured: f64,
+        reference: f64,
+        part: f64,
+    ) {
+        self.absolute(case, quantity, measured, reference, part * reference.abs());
+    }
+
+    /// Reports a number that has no reference.
+    fn note(&mut self, quantity: impl Into<String>, value: f64) {
+        self.notes.push((quantity.into(), value));
+    }
+
+    /// Another source for the check made last.
+    fn from(&mut self, source: &'static str) {
+        if let Some(check) = self.checks.last_mut() {
+            check.source = source;
+        }
+    }
+
+    /// Takes what another part found.
+    fn append(&mut self, other: Self) {
+        self.checks.extend(other.checks);
+        self.notes.extend(other.notes);
+        self.overlays.extend(other.overlays);
+    }
+}
+
+#[cfg(test)]
+mod tests;

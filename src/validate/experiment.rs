@@ -1,0 +1,182 @@
+//! A simulation in the precision that its case asks for, and an engine that tells what it was given.
+
+use crate::case::Setup;
+use crate::comm::{Comm, on_threads};
+use crate::coupling::MeanFlow;
+use crate::dem::{Ballistic, ContactState, ContactSummary, DemEngine, Load};
+use crate::domain::Decomposition;
+use crate::error::Result;
+use crate::fluid::Precision;
+use crate::math::Vec3;
+use crate::particle::{Particle, ParticleStore};
+use crate::shape::Shape;
+use crate::simulation::Simulation;
+use std::sync::{Arc, Mutex};
+
+/// One rank's part of a run.
+pub(super) enum Experiment {
+    /// Populations of four bytes.
+    Single(Box<Simulation<f32>>),
+    /// Populations of eight bytes.
+    Double(Box<Simulation<f64>>),
+}
+
+/// The same words for both.
+macro_rules! either {
+    ($of:expr, $simulation:ident => $words:expr) => {
+        match $of {
+            Experiment::Single($simulation) => $words,
+            Experiment::Double($simulation) => $words,
+        }
+    };
+}
+
+impl Experiment {
+    /// A case at rest. Collective.
+    pub(super) fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
+        Ok(match setup.precision {
+            Precision::F32 => Self::Single(Box::new(Simulation::new(setup, decomposition, comm)?)),
+            Precision::F64 => Self::Double(Box::new(Simulation::new(setup, decomposition, comm)?)),
+        })
+    }
+
+    /// A case at rest whose particles move as an engine says. Collective.
+    pub(super) fn with_engine(
+        setup: &Setup,
+        decomposition: &Decomposition,
+        comm: Comm,
+        engine: Box<dyn DemEngine>,
+    ) -> Self {
+        match setup.precision {
+            Precision::F32 => {
+                let simulation = Simulation::with_engine(setup, decomposition, comm, engine);
+                Self::Single(Box::new(simulation))
+            }
+            Precision::F64 => {
+                let simulation = Simulation::with_engine(setup, decomposition, comm, engine);
+                Self::Double(Box::new(simulation))
+            }
+        }
+    }
+
+    /// Advances by some steps. Collective.
+    pub(super) fn steps(&mut self, count: u64) -> Result<()> {
+        either!(self, simulation => (0..count).try_for_each(|_| simulation.step()))
+    }
+
+    /// Steps done.
+    pub(super) fn done(&self) -> u64 {
+        either!(self, simulation => simulation.steps_done())
+    }
+
+    /// Means over the box at the last measurement.
+    pub(super) fn mean_flow(&self) -> MeanFlow {
+        either!(self, simulation => simulation.mean_flow())
+    }
+
+    /// Acceleration of the fluid in the coming step (m/s^2).
+    pub(super) fn acceleration(&self) -> Vec3 {
+        either!(self, simulation => simulation.acceleration())
+    }
+
+    /// Force and torque of the fluid on each wall in the last step. Collective.
+    pub(super) fn wall_loads(&self) -> Vec<Load> {
+        either!(self, simulation => simulation.wall_loads())
+    }
+
+    /// The ranks.
+    pub(super) fn comm(&self) -> &Comm {
+        either!(self, simulation => simulation.comm())
+    }
+
+    /// The engine.
+    pub(super) fn dem(&self) -> &dyn DemEngine {
+        either!(self, simulation => simulation.dem())
+    }
+
+    /// The particles of this rank.
+    pub(super) fn owned(&self) -> &[Particle] {
+        self.dem().particles().owned()
+    }
+
+    /// Velocity (cells per step) of the bare populations in a cell of the block.
+    pub(super) fn lattice_velocity(&self, cell: [usize; 3]) -> Vec3 {
+        const WET: &str = "a case with a fluid";
+        either!(self, simulation => simulation.fluid().expect(WET).moments(cell).1.into())
+    }
+}
+
+/// Runs a case on as many ranks as it has room for, up to `threads`, and returns what each of them says.
+pub(super) fn on_ranks<R: Send>(
+    setup: &Setup,
+    threads: usize,
+    body: impl Fn(&mut Experiment) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
+    let ranks = Decomposition::max_ranks(setup.domain, threads.max(1));
+    let decomposition = Decomposition::new(setup.domain, ranks).expect("so many have room");
+    let all = on_threads(ranks, |comm| {
+        body(&mut Experiment::new(setup, &decomposition, comm)?)
+    });
+    all.into_iter().collect()
+}
+
+/// A ballistic engine whose last load on its first particle can be read while a simulation owns it.
+pub(super) struct Held {
+    engine: Ballistic,
+    load: Arc<Mutex<Load>>,
+}
+
+impl Held {
+    /// The particles of a case, held where they are; and where to read the load.
+    pub(super) fn new(setup: &Setup, decomposition: &Decomposition) -> (Box<Self>, Arc<Mutex<Load>>) {
+        let load = Arc::new(Mutex::new(Load::default()));
+        let templates = setup.templates.clone();
+        let engine = Ballistic::new(decomposition.clone(), 0, templates, &setup.particles);
+        let held = Self {
+            engine,
+            load: Arc::clone(&load),
+        };
+        (Box::new(held), load)
+    }
+
+    fn tell(&self, load: Load) {
+        *self.load.lock().expect("no holder of the load panics") = load;
+    }
+}
+
+impl DemEngine for Held {
+    fn name(&self) -> &'static str {
+        self.engine.name()
+    }
+
+    fn supports(&self, shape: &dyn Shape) -> bool {
+        self.engine.supports(shape)
+    }
+
+    fn particles(&self) -> &ParticleStore {
+        self.engine.particles()
+    }
+
+    fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
+        self.tell(loads[0]);
+        self.engine.advance(comm, loads, dt)
+    }
+
+    fn contact_states(&self) -> Vec<ContactState> {
+        Vec::new()
+    }
+
+    fn save(&self) -> Result<Vec<u8>> {
+        self.engine.save()
+    }
+
+    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        self.engine.restore(comm, parts)?;
+        self.tell(self.engine.last_loads().first().copied().unwrap_or_default());
+        Ok(())
+    }
+
+    fn contacts(&self) -> ContactSummary {
+        self.engine.contacts()
+    }
+}

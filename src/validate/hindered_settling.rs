@@ -1,0 +1,96 @@
+//! One point of the study of hindered settling, with both force balances: `validation/hindered_settling`.
+
+use super::experiment::on_ranks;
+use super::reference::Table;
+use super::{Case, Findings, Overlay, Part, Trial};
+use crate::coupling::CONTROL_INTERVAL;
+use crate::error::Result;
+use crate::output::estimate_mean;
+
+const TEXT: &str = include_str!("../../validation/hindered_settling/case.toml");
+const REFERENCE: &str = include_str!("../../validation/hindered_settling/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "hindered_settling",
+    question: "settling velocity of a suspension, volume fraction 0.2, Archimedes number 1000, both force balances",
+    source: "Marquardt, Hafen and Krause (2024), doi:10.1016/j.cpc.2024.109321, Table 1",
+    parts: &[
+        Part::wide(400.0, |trial| settle(trial, "fluid_only")),
+        Part::wide(400.0, |trial| settle(trial, "mixture")),
+    ],
+    missing: None,
+};
+
+const PHI: f64 = 0.2;
+const TOLERANCE: f64 = 0.15;
+/// Averages are taken from here on, to the end of the run (Stokes times).
+const FROM: f64 = 40.0;
+const TO: f64 = 100.0;
+
+fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
+    let own = [
+        "domain.size={ diameters = [6, 6, 6] }".to_string(),
+        format!("particles.0.volume_fraction={PHI}"),
+        format!("driving.force_balance={balance:?}"),
+        format!("run.end.stokes_times={TO:?}"),
+        format!("run.average_from.stokes_times={FROM:?}"),
+    ];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    // Sum of the vertical velocities of the particles of each rank, and the velocity of the mixture.
+    let parts = on_ranks(&setup, trial.threads, |run| {
+        let mut series = Vec::new();
+        while run.done() < setup.end_step {
+            run.steps(2 * CONTROL_INTERVAL)?;
+            let sum: f64 = run.owned().iter().map(|p| p.velocity().z).sum();
+            series.push([sum, run.mean_flow().velocity.z]);
+        }
+        Ok(series)
+    })?;
+    let count = setup.particles.len() as f64;
+    let unit = setup.scales.stokes_velocity;
+    let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.units.dt / setup.scales.stokes_time;
+    let course: Vec<[f64; 2]> = (0..parts[0].len())
+        .map(|n| {
+            let sum: f64 = parts.iter().map(|series| series[n][0]).sum();
+            [(n + 1) as f64 * interval, (parts[0][n][1] - sum / count) / unit]
+        })
+        .collect();
+    let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
+    let Some(mean) = estimate_mean(&steady) else {
+        return Err(super::trial::unsteady(
+            "time (D / U_Stokes)",
+            course.len() as f64 * interval,
+        ));
+    };
+    let table = Table::new(REFERENCE);
+    let mut found = Findings::default();
+    let quantity = format!("U / U_Stokes, phi {PHI}, {balance} (-)");
+    let (column, source, name) = if balance == "mixture" {
+        (
+            "garside_yao",
+            "Garside and Al-Dibouni (1977), doi:10.1021/i260062a008; Yao et al. (2021)",
+            "reference: Garside and Al-Dibouni, Yao et al.",
+        )
+    } else {
+        ("u_over_stokes", CASE.source, "reference: Marquardt et al. (2024)")
+    };
+    let expected = table.at("phi", PHI, column);
+    found.relative(&CASE, quantity, mean.mean, expected, TOLERANCE);
+    found.from(source);
+    let error = mean.standard_error.unwrap_or(f64::NAN);
+    found.note(format!("its standard error, {balance}"), error);
+    found.overlays.push(Overlay {
+        name: balance.to_string(),
+        title: format!("Settling velocity at volume fraction {PHI}, {balance}"),
+        axes: [
+            "time over D / U_Stokes (-)".into(),
+            "velocity over U_Stokes (-)".into(),
+        ],
+        logarithmic: [false; 2],
+        curves: vec![
+            (name.into(), vec![[0.0, expected], [TO, expected]]),
+            ("measured".into(), course),
+        ],
+    });
+    Ok(found)
+}

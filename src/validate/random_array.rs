@@ -1,0 +1,119 @@
+//! Drag on random arrays of fixed spheres: `validation/random_array`.
+
+use super::experiment::{Experiment, Held};
+use super::reference::Table;
+use super::trial::{unsteady, whole};
+use super::{Case, Findings, Part, Trial};
+use crate::case::Setup;
+use crate::comm::Comm;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::Particle;
+use rand::{RngCore, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
+
+const TEXT: &str = include_str!("../../validation/random_array/case.toml");
+const REFERENCE: &str = include_str!("../../validation/random_array/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "random_array",
+    question: "mean drag on a fixed random array of spheres in slow flow, volume fractions 0.1 to 0.3",
+    source: "van der Hoef, Beetstra and Kuipers (2005), doi:10.1017/S0022112004003295",
+    parts: &[
+        Part::full(200.0, |trial| drag(trial, 0.1)),
+        Part::full(150.0, |trial| drag(trial, 0.2)),
+        Part::full(120.0, |trial| drag(trial, 0.3)),
+    ],
+    missing: None,
+};
+
+const TOLERANCE: f64 = 0.12;
+/// Largest relative change of the mean velocity, in the time constant of its approach, that counts as steady.
+const STEADY: f64 = 1e-3;
+
+/// Arrangements of each volume fraction.
+const ARRANGEMENTS: u32 = 3;
+/// Moves of every sphere on the way to equilibrium.
+const SWEEPS: u32 = 2000;
+/// Longest move along an axis (diameters).
+const MOVE: f64 = 0.15;
+
+/// Moves the spheres about until they lie as in a fluid of hard spheres in equilibrium, as those of the reference do (Metropolis
+/// et al. 1953). Random packings have more pairs that nearly touch, and a drag that is a fifth lower.
+fn mix(setup: &mut Setup, seed: u32) {
+    let diameter = setup.scales.diameter;
+    let mut places: Vec<Vec3> = setup.particles.iter().map(Particle::position).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(u64::from(seed));
+    let mut between = |limit: f64| {
+        let part = f64::from(random.next_u32()) / f64::from(u32::MAX);
+        limit * (2.0 * part - 1.0)
+    };
+    for _ in 0..SWEEPS {
+        for n in 0..places.len() {
+            let step = Vec3::from_fn(|_, _| between(MOVE * diameter));
+            let place = setup.domain.wrap(places[n] + step);
+            let free = |(m, other): (usize, &Vec3)| {
+                m == n || setup.domain.nearest_image(place - other).norm() > diameter
+            };
+            if places.iter().enumerate().all(free) {
+                places[n] = place;
+            }
+        }
+    }
+    for (particle, place) in setup.particles.iter_mut().zip(places) {
+        particle.position = place.into();
+    }
+}
+
+/// Mean drag factor of several arrangements.
+fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
+    let expected = Table::new(REFERENCE).at("phi", volume_fraction, "F");
+    let mut found = Findings::default();
+    let mut sum = 0.0;
+    for seed in 1..=ARRANGEMENTS {
+        let (factor, reynolds) = arrangement(trial, volume_fraction, seed, expected)?;
+        sum += factor;
+        found.note(format!("F, phi {volume_fraction}, arrangement {seed}"), factor);
+        found.note(format!("its Reynolds number, arrangement {seed}"), reynolds);
+    }
+    let quantity = format!("F, phi {volume_fraction}, mean of {ARRANGEMENTS} arrangements (-)");
+    let mean = sum / f64::from(ARRANGEMENTS);
+    found.relative(&CASE, quantity, mean, expected, TOLERANCE);
+    Ok(found)
+}
+
+/// `F = (1 - phi) rho a L^3 / (n 3 pi mu D U)`, without the mean pressure gradient on the spheres themselves, and the Reynolds
+/// number; `expected` says about how long it takes.
+fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) -> Result<(f64, f64)> {
+    let own = [
+        format!("particles.0.volume_fraction={volume_fraction}"),
+        format!("particles.0.seed={seed}"),
+    ];
+    let mut setup = trial.setup(TEXT, CASE.name, &own)?;
+    mix(&mut setup, seed);
+    let setup = setup;
+    let (phi, diameter) = (setup.scales.volume_fraction, setup.scales.diameter);
+    let count = setup.particles.len() as f64;
+    let viscosity = setup.scales.viscosity;
+    let (acceleration, volume) = (setup.body_acceleration.z, setup.domain.volume());
+    let unit = count * 3.0 * PI * viscosity * diameter;
+    let time_constant = (1.0 - phi) * volume / (unit * expected);
+    let interval = (time_constant / setup.units.dt).ceil() as u64;
+    let decomposition = whole(&setup);
+    let (engine, _) = Held::new(&setup, &decomposition);
+    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine);
+    let mut velocity = 0.0;
+    loop {
+        run.steps(interval)?;
+        let before = std::mem::replace(&mut velocity, run.mean_flow().velocity.z);
+        if (velocity - before).abs() < STEADY * velocity.abs() {
+            break;
+        }
+        if run.done() >= setup.end_step {
+            return Err(unsteady("mean velocity (m/s)", velocity));
+        }
+    }
+    let factor = (1.0 - phi) * acceleration * volume / (unit * velocity);
+    Ok((factor, velocity * diameter / viscosity))
+}

@@ -1,0 +1,168 @@
+//! One sphere settling in a tank of oil: `validation/settling_tank`.
+
+use super::experiment::on_ranks;
+use super::reference::Table;
+use super::{Case, Findings, Overlay, Part, Trial};
+use crate::case::Setup;
+use crate::error::Result;
+
+const TEXT: &str = include_str!("../../validation/settling_tank/case.toml");
+const REFERENCE: &str = include_str!("../../validation/settling_tank/reference.csv");
+const PATH: &str = include_str!("../../validation/settling_tank/trajectory_E1.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "settling_tank",
+    question: "velocity and path of a sphere that settles in a closed tank of oil",
+    source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
+    parts: &[
+        Part::quick(2.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 4.0, 0.08), 1)),
+        Part::wide(1800.0, |trial| {
+            fall(trial, &Oil::new("E1", 15, 0.65, 0.5, 0.05), trial.threads)
+        }),
+        Part::wide(700.0, |trial| {
+            fall(trial, &Oil::new("E2", 15, 0.65, 2.0, 0.05), trial.threads)
+        }),
+        Part::wide(400.0, |trial| {
+            fall(trial, &Oil::new("E3", 15, 0.6, 2.0, 0.05), trial.threads)
+        }),
+        Part::wide(300.0, |trial| {
+            fall(trial, &Oil::new("E4", 15, 0.55, 2.0, 0.05), trial.threads)
+        }),
+    ],
+    missing: None,
+};
+
+/// Largest way to the side (diameters).
+const SIDEWAYS: f64 = 0.05;
+/// Largest distance from the measured path of E1 (diameters), while the gap is above one diameter.
+const OFF_PATH: f64 = 0.4;
+
+/// One of the fluids, and how it is computed.
+struct Oil {
+    name: &'static str,
+    cells: u32,
+    relaxation_time: f64,
+    /// Gap to the floor (diameters) at which it ends.
+    until: f64,
+    /// Of the largest velocity.
+    tolerance: f64,
+}
+
+impl Oil {
+    fn new(name: &'static str, cells: u32, relaxation_time: f64, until: f64, tolerance: f64) -> Self {
+        Self {
+            name,
+            cells,
+            relaxation_time,
+            until,
+            tolerance,
+        }
+    }
+}
+
+/// Time (s), gap to the floor (diameters), downward velocity (m/s) after every step, and the largest sideways move
+/// (diameters).
+fn course(setup: &Setup, threads: usize, until: f64) -> Result<(Vec<[f64; 3]>, f64)> {
+    let diameter = setup.scales.diameter;
+    let all = on_ranks(setup, threads, |run| {
+        let (mut course, mut aside) = (Vec::new(), 0.0_f64);
+        let start = setup.particles[0].position();
+        while run.done() < setup.end_step {
+            run.steps(1)?;
+            let time = run.done() as f64 * setup.units.dt;
+            // The rank that owns the sphere says where it is.
+            let mut low = [f64::NEG_INFINITY];
+            if let Some(sphere) = run.owned().first() {
+                let gap = sphere.position().z / diameter - 0.5;
+                course.push([time, gap, -sphere.velocity().z]);
+                aside = aside.max((sphere.position() - start).xy().norm() / diameter);
+                low = [-gap];
+            }
+            run.comm().max(&mut low);
+            if -low[0] < until {
+                break;
+            }
+        }
+        Ok((course, aside))
+    })?;
+    // The sphere may change its owner on the way down.
+    let (mut whole, mut aside) = (Vec::new(), 0.0_f64);
+    for (course, off) in all {
+        whole.extend(course);
+        aside = aside.max(off);
+    }
+    whole.sort_by(|a: &[f64; 3], b| a[0].total_cmp(&b[0]));
+    Ok((whole, aside))
+}
+
+/// Runs one of the fluids.
+fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
+    let table = Table::new(REFERENCE);
+    let [density, viscosity, fastest] =
+        ["rho_f", "mu", "u_max"].map(|column| table.of("case", oil.name, column));
+    let own = [
+        format!("fluid.density={density}"),
+        format!("fluid.viscosity={}", viscosity / density),
+        format!("lattice.cells_per_diameter={}", oil.cells),
+        format!("lattice.relaxation_time={}", oil.relaxation_time),
+    ];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let (course, aside) = course(&setup, threads, oil.until)?;
+    let largest = course.iter().map(|at| at[2]).fold(f64::NEG_INFINITY, f64::max);
+    let title = format!("{}, N = {}, tau = {}", oil.name, oil.cells, setup.relaxation_time);
+    let mut found = Findings::default();
+    let quantity = format!("largest velocity, {title} (m/s)");
+    found.relative(&CASE, quantity, largest, fastest, oil.tolerance);
+    let quantity = format!("way to the side, {title} (D)");
+    found.absolute(&CASE, quantity, aside, 0.0, SIDEWAYS);
+    found.from("symmetry");
+    if oil.name == "E1" {
+        let path = Table::new(PATH).points(Some("h_over_d"), ["t_s", "value"]);
+        let quantity = format!("furthest from the measured path, {title} (D)");
+        found.absolute(&CASE, quantity, off_path(&course, &path), 0.0, OFF_PATH);
+        let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
+        found.overlays.push(Overlay {
+            name: format!("path_{}", oil.name),
+            title: "Gap between a sphere and the floor of the tank, experiment E1".into(),
+            axes: ["time (s)".into(), "gap over diameter (-)".into()],
+            logarithmic: [false; 2],
+            curves: vec![
+                ("reference: ten Cate et al. (2002)".into(), path),
+                ("measured".into(), own.collect()),
+            ],
+        });
+    }
+    let end = course.last().map_or(0.0, |at| at[0]);
+    found.overlays.push(Overlay {
+        name: format!("velocity_{}_{}", oil.name, oil.cells),
+        title: format!("Velocity of a sphere in the tank, {title}"),
+        axes: ["time (s)".into(), "velocity (m/s)".into()],
+        logarithmic: [false; 2],
+        curves: vec![
+            (
+                "reference: largest velocity measured".into(),
+                vec![[0.0, fastest], [end, fastest]],
+            ),
+            (
+                "measured".into(),
+                course.iter().step_by(20).map(|at| [at[0], at[2]]).collect(),
+            ),
+        ],
+    });
+    Ok(found)
+}
+
+/// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.
+fn off_path(course: &[[f64; 3]], path: &[[f64; 2]]) -> f64 {
+    let mut worst = 0.0_f64;
+    for &[time, gap] in path.iter().filter(|at| at[1] > 1.0) {
+        let after = course.partition_point(|at| at[0] < time);
+        if after == 0 || after == course.len() {
+            return f64::NAN;
+        }
+        let [[t0, g0, _], [t1, g1, _]] = [course[after - 1], course[after]];
+        let here = g0 + (g1 - g0) * (time - t0) / (t1 - t0);
+        worst = worst.max((here - gap).abs());
+    }
+    worst
+}

@@ -1,0 +1,81 @@
+//! Effective viscosity of a sheared suspension: `validation/shear_viscosity`.
+
+use super::experiment::on_ranks;
+use super::reference::Table;
+use super::{Case, Findings, Overlay, Part, Trial};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::output::estimate_mean;
+
+const TEXT: &str = include_str!("../../validation/shear_viscosity/case.toml");
+const REFERENCE: &str = include_str!("../../validation/shear_viscosity/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "shear_viscosity",
+    question: "viscosity of a sheared suspension of spheres, volume fractions 0.05 to 0.2",
+    source: "Eilers (1941), doi:10.1007/BF01503023",
+    parts: &[Part::wide(600.0, suspensions)],
+    missing: None,
+};
+
+/// Of what the spheres add to the viscosity.
+const TOLERANCE: f64 = 0.25;
+/// Strain from which on the stress is averaged.
+const FROM: f64 = 3.0;
+/// Steps between two looks at the walls.
+const EVERY: u64 = 40;
+
+fn suspensions(trial: &Trial) -> Result<Findings> {
+    let table = Table::new(REFERENCE);
+    let mut found = Findings::default();
+    let mut measured = Vec::new();
+    for phi in [0.05, 0.1, 0.2] {
+        let own = [format!("particles.0.volume_fraction={phi}")];
+        let setup = trial.setup(TEXT, CASE.name, &own)?;
+        let wall = |name: &str| setup.walls.iter().position(|wall| wall.name == name);
+        let (Some(low), Some(high)) = (wall("z-"), wall("z+")) else {
+            return Err(crate::error::Error::Input("the case has no plates".to_string()));
+        };
+        let speed = |wall: usize| setup.walls[wall].velocity(Vec3::zeros(), 0.0).x;
+        let size = setup.domain.size();
+        let rate = (speed(high) - speed(low)) / size.z;
+        let series = on_ranks(&setup, trial.threads, |run| {
+            let mut series = Vec::new();
+            while run.done() < setup.end_step {
+                run.steps(EVERY)?;
+                let loads = run.wall_loads();
+                let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
+                series.push([rate * run.done() as f64 * setup.units.dt, stress]);
+            }
+            Ok(series)
+        })?;
+        let plain = setup.units.density * setup.scales.viscosity * rate;
+        let steady = series[0].iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
+        let steady: Vec<f64> = steady.collect();
+        let Some(mean) = estimate_mean(&steady) else {
+            return Err(super::trial::unsteady("strain", FROM));
+        };
+        let expected = table.at("phi", phi, "eilers");
+        let quantity = format!("viscosity over that of the fluid, less one, phi {phi} (-)");
+        found.relative(&CASE, quantity, mean.mean - 1.0, expected - 1.0, TOLERANCE);
+        let error = mean.standard_error.unwrap_or(f64::NAN);
+        found.note(format!("its standard error, phi {phi}"), error);
+        measured.push([phi, mean.mean]);
+    }
+    let columns = |name| table.points(None, ["phi", name]);
+    found.overlays.push(Overlay {
+        name: "viscosity".into(),
+        title: "Viscosity of a sheared suspension over that of the fluid".into(),
+        axes: ["volume fraction (-)".into(), "relative viscosity (-)".into()],
+        logarithmic: [false; 2],
+        curves: vec![
+            (
+                "reference: Batchelor and Green (1972)".into(),
+                columns("batchelor_green"),
+            ),
+            ("Eilers".into(), columns("eilers")),
+            ("measured".into(), measured),
+        ],
+    });
+    Ok(found)
+}

@@ -1,0 +1,185 @@
+//! Drag factor of a simple-cubic array of fixed spheres: `validation/sphere_array`.
+
+use super::experiment::{Experiment, Held};
+use super::reference::Table;
+use super::trial::{unsteady, whole};
+use super::{Case, Findings, Part, Trial};
+use crate::comm::Comm;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::Particle;
+use std::f64::consts::PI;
+
+const TEXT: &str = include_str!("../../validation/sphere_array/case.toml");
+const REFERENCE: &str = include_str!("../../validation/sphere_array/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "sphere_array",
+    question: "drag factor K of a fixed simple-cubic array of spheres in slow flow",
+    source: "Zick and Homsy (1982), doi:10.1017/S0022112082000627",
+    parts: &[
+        Part::quick(6.0, |trial| drag(trial, &Array::at(0.027, 33, 1))),
+        Part::quick(4.0, |trial| drag(trial, &Array::at(0.064, 25, 1))),
+        Part::quick(4.0, |trial| drag(trial, &Array::at(0.064, 25, 1).aside())),
+        Part::quick(6.0, |trial| drag(trial, &Array::at(0.125, 20, 2))),
+        Part::quick(9.0, |trial| drag(trial, &Array::at(0.125, 20, 2).aside())),
+        Part::quick(3.0, |trial| drag(trial, &Array::at(0.216, 17, 2))),
+        Part::quick(2.0, |trial| drag(trial, &Array::at(0.25, 16, 2))),
+        Part::quick(9.0, |trial| {
+            drag(trial, &Array::at(0.064, 25, 1).fluid(0.55, 0.1))
+        }),
+        Part::quick(30.0, |trial| {
+            drag(trial, &Array::at(0.25, 16, 2).fluid(0.55, 0.15))
+        }),
+    ],
+    missing: None,
+};
+
+/// Edge of a cell (m), as in the case file.
+const CELL: f64 = 1e-4;
+/// The force on the sphere is to be within this of the driving force on the cells that it does not touch.
+const BALANCE: f64 = 2e-3;
+/// Largest relative change of the mean velocity, in the time constant of its approach, that counts as steady.
+const STEADY: f64 = 5e-4;
+
+/// What is run. A sphere must not be larger than half the box, so that dense arrays need `copies` of them in each direction.
+struct Array {
+    volume_fraction: f64,
+    /// Distance of neighbours (cells).
+    edge: usize,
+    copies: usize,
+    /// Distance of the centres from the middle of a cell (cells).
+    shift: [f64; 3],
+    relaxation_time: f64,
+    /// Of the drag factor.
+    tolerance: f64,
+}
+
+impl Array {
+    fn at(volume_fraction: f64, edge: usize, copies: usize) -> Self {
+        Self {
+            volume_fraction,
+            edge,
+            copies,
+            shift: [0.0; 3],
+            relaxation_time: 0.65,
+            tolerance: 0.04,
+        }
+    }
+
+    /// With another relaxation time, and what it allows.
+    fn fluid(self, relaxation_time: f64, tolerance: f64) -> Self {
+        Self {
+            relaxation_time,
+            tolerance,
+            ..self
+        }
+    }
+
+    /// At a place without symmetry.
+    fn aside(self) -> Self {
+        Self {
+            shift: [0.3, -0.2, 0.45],
+            ..self
+        }
+    }
+}
+
+/// Runs to the steady state and checks `K = rho a L^3 / (6 pi mu R U)`.
+fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
+    let &Array {
+        volume_fraction,
+        edge,
+        copies,
+        shift,
+        ..
+    } = array;
+    let length = edge as f64 * CELL;
+    let radius = 0.5 * length * (6.0 * volume_fraction / PI).cbrt();
+    let diameter = 2.0 * radius;
+    let side = copies * edge;
+    let centres: Vec<[f64; 3]> = (0..copies.pow(3))
+        .map(|n| {
+            let place = [n % copies, n / copies % copies, n / (copies * copies)];
+            std::array::from_fn(|a| ((edge / 2 + edge * place[a]) as f64 + 0.5 + shift[a]) * CELL)
+        })
+        .collect();
+    let size = side as f64 * CELL;
+    let own = [
+        format!("domain.size=[{size:e}, {size:e}, {size:e}]"),
+        format!("lattice.cells_per_diameter={:e}", diameter / CELL),
+        format!("lattice.relaxation_time={:e}", array.relaxation_time),
+        format!("particles.0.shape.sphere.diameter={diameter:e}"),
+        format!("particles.0.list={centres:?}"),
+    ];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let (viscosity, acceleration) = (setup.scales.viscosity, setup.body_acceleration.z);
+    let key = format!("{volume_fraction}");
+    let expected = Table::new(REFERENCE).of("phi", &key, "K");
+    // The mass of the cell over the drag per velocity.
+    let time_constant = length.powi(3) / (6.0 * PI * viscosity * radius * expected);
+    let interval = (time_constant / setup.units.dt).ceil() as u64;
+
+    let decomposition = whole(&setup);
+    let (engine, load) = Held::new(&setup, &decomposition);
+    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine);
+    let mut velocity = 0.0;
+    loop {
+        run.steps(interval)?;
+        let before = std::mem::replace(&mut velocity, run.mean_flow().velocity.z);
+        if (velocity - before).abs() < STEADY * velocity.abs() {
+            break;
+        }
+        if run.done() >= setup.end_step {
+            return Err(unsteady("mean velocity (m/s)", velocity));
+        }
+    }
+
+    let tau = setup.relaxation_time;
+    let cells = diameter / setup.units.dx;
+    let place = if shift.iter().all(|s| s.abs() < 1e-9) {
+        "centre"
+    } else {
+        "aside"
+    };
+    let name = format!("phi {volume_fraction}, tau {tau}, {cells:.1} cells, {place}");
+    let mut found = Findings::default();
+    let drag_factor = acceleration * length.powi(3) / (6.0 * PI * viscosity * radius * velocity);
+    found.relative(
+        &CASE,
+        format!("K, {name}"),
+        drag_factor,
+        expected,
+        array.tolerance,
+    );
+
+    // Independent of the flow: in the steady state the sphere takes up all momentum that is fed in where it is not.
+    let reach = radius + 0.5 * setup.solid_ramp_width * setup.units.dx;
+    let [nx, ny, nz] = setup.domain.cells;
+    let free = (0..nx * ny * nz)
+        .filter(|n| {
+            let cell = [n % nx, n / nx % ny, n / (nx * ny)];
+            let place = Vec3::from(cell.map(|c| (c as f64 + 0.5) * setup.units.dx));
+            let distance = |p: &Particle| setup.domain.nearest_image(place - p.position()).norm();
+            setup.particles.iter().all(|p| distance(p) >= reach)
+        })
+        .count();
+    let cell = setup.units.dx.powi(3);
+    let fed = setup.units.density * acceleration * free as f64 * cell / copies.pow(3) as f64;
+    let force = load.lock().expect("no holder of the load panics").force.z;
+    found.relative(
+        &CASE,
+        format!("force over that fed in, {name}"),
+        force / fed,
+        1.0,
+        BALANCE,
+    );
+    found.from("balance of momentum");
+    found.note(
+        format!("Reynolds number, {name}"),
+        velocity * diameter / viscosity,
+    );
+    let whole = (1.0 - volume_fraction) * setup.units.density * acceleration * length.powi(3);
+    found.note(format!("force over (1 - phi) rho a L^3, {name}"), force / whole);
+    Ok(found)
+}

@@ -1,0 +1,271 @@
+//! Claims about the suite: it is consistent, and it notices when the physics is wrong.
+
+use super::*;
+use crate::case::Setup;
+use crate::shape::Sphere;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+/// What can be wrong with the physics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// The lattice relaxes with 0.02 more than the time step was made for.
+    RelaxationTime,
+    /// A step counts for 2 % more time than it takes.
+    TimeStep,
+    /// Forces of the fluid count a tenth too much.
+    ForceUnit,
+    /// Gravity points up.
+    GravitySign,
+    /// Particles weigh 5 % too much.
+    Weight,
+    /// Particles are 5 % too wide.
+    Radius,
+    /// `fluid_only` does what `mixture` should, and the other way round.
+    Balance,
+    /// The prefactor of the contact force as printed in Marquardt et al. (2024), Eq. 4: `4 / (3 pi)`.
+    ContactPrefactor,
+    /// The restitution is 0.02 less than set.
+    Restitution,
+    /// Friction is a tenth too strong.
+    Friction,
+}
+
+impl Fault {
+    /// Makes a case wrong in this way, with all that its module compares with left right.
+    pub(super) fn spoil(self, setup: &mut Setup) {
+        let contact = &mut setup.contact;
+        match self {
+            Self::RelaxationTime => setup.relaxation_time += 0.02,
+            Self::TimeStep => setup.units.dt *= 1.02,
+            Self::ForceUnit => setup.units.density *= 1.1,
+            Self::GravitySign => setup.gravity = -setup.gravity,
+            Self::Weight => {
+                let mut templates = setup.templates.to_vec();
+                for template in &mut templates {
+                    template.density *= 1.05;
+                }
+                setup.templates = templates.into();
+            }
+            Self::Radius => {
+                let mut templates = setup.templates.to_vec();
+                for template in &mut templates {
+                    let radius = 0.525 * template.shape.equivalent_diameter();
+                    template.shape = Arc::new(Sphere { radius });
+                }
+                setup.templates = templates.into();
+            }
+            Self::Balance => {
+                use crate::coupling::ForceBalance::{FluidOnly, Mixture};
+                setup.force_balance = match setup.force_balance {
+                    FluidOnly => Mixture,
+                    Mixture => FluidOnly,
+                };
+            }
+            Self::ContactPrefactor => {
+                let materials = contact.iter_mut().flat_map(|contact| &mut contact.materials);
+                materials.for_each(|material| material.youngs_modulus /= std::f64::consts::PI.sqrt());
+            }
+            Self::Restitution => {
+                let pairs = contact.iter_mut().flat_map(|contact| &mut contact.pairs);
+                pairs.for_each(|pair| pair.restitution -= 0.02);
+            }
+            Self::Friction => {
+                for pair in contact.iter_mut().flat_map(|contact| &mut contact.pairs) {
+                    pair.friction_static *= 1.1;
+                    pair.friction_kinetic *= 1.1;
+                }
+            }
+        }
+    }
+}
+
+/// Whether a part of a case fails a check, or does not come to its end.
+fn fails(case: &Case, part: usize, fault: Option<Fault>) -> bool {
+    let trial = Trial {
+        fault,
+        ..Trial::new(Vec::new(), 1)
+    };
+    match (case.parts[part].run)(&trial) {
+        Err(error) => {
+            println!("{fault:?}: {} does not come to its end: {error}", case.name);
+            true
+        }
+        Ok(found) => {
+            let wrong: Vec<&Check> = found.checks.iter().filter(|check| !check.pass).collect();
+            for check in &wrong {
+                println!(
+                    "{fault:?}: {}, {}: {} for {} +- {}",
+                    check.case, check.quantity, check.measured, check.reference, check.tolerance
+                );
+            }
+            !wrong.is_empty()
+        }
+    }
+}
+
+/// What is wrong, and the part of a case that is to notice.
+const NOTICED: [(Fault, &Case, usize); 10] = [
+    (Fault::RelaxationTime, &shear_wave::CASE, 0),
+    (Fault::TimeStep, &shear_wave::CASE, 0),
+    (Fault::ForceUnit, &settling_tank::CASE, 0),
+    (Fault::GravitySign, &settling_tank::CASE, 0),
+    (Fault::Weight, &settling_tank::CASE, 0),
+    (Fault::Radius, &sphere_array::CASE, 6),
+    (Fault::Balance, &periodic_settling::CASE, 0),
+    (Fault::ContactPrefactor, &hertz::CASE, 0),
+    (Fault::Restitution, &restitution::CASE, 0),
+    (Fault::Friction, &friction::CASE, 0),
+];
+
+#[test]
+fn physics_that_is_wrong_is_noticed_and_physics_that_is_right_is_not() {
+    let missed: Vec<_> = std::thread::scope(|scope| {
+        let runs =
+            NOTICED.map(|(fault, case, part)| scope.spawn(move || (fault, fails(case, part, Some(fault)))));
+        runs.into_iter().map(|run| run.join().unwrap()).collect()
+    });
+    for (fault, noticed) in missed {
+        assert!(noticed, "{fault:?}");
+    }
+    for case in [
+        &restitution::CASE,
+        &friction::CASE,
+        &hertz::CASE,
+        &shear_wave::CASE,
+    ] {
+        assert!(!fails(case, 0, None), "{}", case.name);
+    }
+}
+
+#[test]
+fn every_case_has_a_folder_with_its_page_and_every_folder_of_references_a_case() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation");
+    let names: BTreeSet<&str> = CASES.iter().map(|case| case.name).collect();
+    assert_eq!(names.len(), CASES.len());
+    for name in &names {
+        let page = fs::read_to_string(root.join(name).join("README.md")).unwrap_or_default();
+        assert!(page.contains("**Question.**"), "validation/{name}/README.md");
+        assert!(
+            page.contains("**Tolerance.**") || page.contains("**Acceptance.**"),
+            "{name}"
+        );
+    }
+    for entry in fs::read_dir(&root).unwrap() {
+        let folder = entry.unwrap().path();
+        if folder.join("reference.csv").exists() {
+            let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+            assert!(names.contains(name.as_str()), "validation/{name} has no case");
+        }
+    }
+}
+
+#[test]
+fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_failed() {
+    fn undefined() -> Findings {
+        let mut found = Findings::default();
+        found.absolute(&hertz::CASE, "x", f64::NAN, 0.0, f64::INFINITY);
+        found
+    }
+    const NOTHING: Case = Case {
+        parts: &[Part::quick(1.0, |_| Ok(Findings::default()))],
+        ..hertz::CASE
+    };
+    const UNDEFINED: Case = Case {
+        parts: &[Part::quick(1.0, |_| Ok(undefined()))],
+        ..hertz::CASE
+    };
+    for case in [&NOTHING, &UNDEFINED] {
+        let outcomes = run(&[case], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
+        let score = Score::of(&outcomes);
+        assert_eq!((score.passed, score.checks), (0, 1));
+        assert!(!score.is_full());
+        let json: serde_json::Value = serde_json::from_str(&report::json(&outcomes)).unwrap();
+        assert_eq!(json[0]["pass"], false);
+        assert!(report::table(&outcomes[0]).contains("FAIL"));
+    }
+}
+
+#[test]
+fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has_the_quick_one_in_it() {
+    fn part(what: &str) -> Findings {
+        let mut found = Findings::default();
+        found.absolute(&hertz::CASE, what, 1.0, 1.0, 0.0);
+        found
+    }
+    const BOTH: Case = Case {
+        parts: &[
+            Part::quick(1.0, |_| Ok(part("a"))),
+            Part::wide(1.0, |_| Ok(part("b"))),
+            Part::quick(9.0, |_| Ok(part("c"))),
+            Part::full(5.0, |_| Ok(part("d"))),
+        ],
+        ..hertz::CASE
+    };
+    const ABSENT: Case = Case {
+        missing: Some("not built"),
+        ..hertz::CASE
+    };
+    let quantities = |level| {
+        let outcomes = run(&[&ABSENT, &BOTH], level, &Trial::new(Vec::new(), 2), |_| {});
+        assert_eq!(Score::of(&outcomes).missing, 1);
+        let Some(Ok(found)) = &outcomes[1].result else {
+            panic!("it runs");
+        };
+        let all = found.checks.iter().map(|check| check.quantity.clone());
+        all.collect::<String>()
+    };
+    assert_eq!(quantities(Level::Quick), "ac");
+    assert_eq!(quantities(Level::Full), "abcd");
+}
+
+#[test]
+fn changes_reach_the_cases_with_a_fluid_and_no_others() {
+    let trial = Trial::new(vec!["lattice.relaxation_time=0.7".to_string()], 1);
+    let wet = include_str!("../../validation/shear_wave/case.toml");
+    let dry = include_str!("../../validation/hertz/case.toml");
+    let tau = trial.setup(wet, "wet", &[]).unwrap().relaxation_time;
+    assert!((tau - 0.7).abs() < 1e-15);
+    assert!(trial.setup(dry, "dry", &[]).unwrap().dry);
+}
+
+#[test]
+fn a_report_says_each_check_in_a_row_of_each_of_its_forms() {
+    let outcomes = run(
+        &[&friction::CASE],
+        Level::Quick,
+        &Trial::new(Vec::new(), 1),
+        |_| {},
+    );
+    let json: serde_json::Value = serde_json::from_str(&report::json(&outcomes)).unwrap();
+    let rows = json.as_array().unwrap();
+    let keys: Vec<&str> = rows[0].as_object().unwrap().keys().map(String::as_str).collect();
+    for key in [
+        "case",
+        "quantity",
+        "measured",
+        "reference",
+        "tolerance",
+        "pass",
+        "source",
+    ] {
+        assert!(keys.contains(&key), "{keys:?}");
+    }
+    let directory = tempfile::tempdir().unwrap();
+    report::prepare(directory.path()).unwrap();
+    report::write_plots(directory.path(), &outcomes[0]).unwrap();
+    report::write_tables(directory.path(), &outcomes).unwrap();
+    let read = |name: &str| fs::read_to_string(directory.path().join(name)).unwrap();
+    assert_eq!(read("validation.csv").lines().count(), rows.len() + 1);
+    assert_eq!(read("validation.md").matches("| ok |").count(), rows.len());
+    assert_eq!(report::table(&outcomes[0]).matches("  ok").count(), rows.len());
+    for name in [
+        "friction_tangential.png",
+        "friction_tangential.svg",
+        "friction_spin.svg",
+    ] {
+        assert!(directory.path().join(name).exists(), "{name}");
+    }
+}
