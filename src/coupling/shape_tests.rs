@@ -177,8 +177,6 @@ fn the_shares_of_volume_add_up_to_the_volume_of_the_body_on_average_over_poses()
         );
         let (on_average, at_most) = match shape.kind() {
             "sphere" => (2e-4, 5e-4),
-            // Edges between faces that are neither parallel nor at right angles.
-            "polyhedron" => (8e-3, 1e-2),
             _ => (3e-3, 1e-2),
         };
         assert!(mean.abs() < on_average && worst < at_most, "{}", shape.kind());

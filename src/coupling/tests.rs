@@ -429,6 +429,6 @@ fn fluid_and_particle_keep_their_momentum_and_all_that_is_fed_into_partly_covere
     for solids in &COUPLINGS[1..] {
         let [rest, force] = left_over(*solids);
         println!("{solids:?}: left over {rest:.1e} of forces of {force:.1e}");
-        assert!(rest < 1e-7 && force > 1e-3, "{solids:?}: {rest:e} of {force:e}");
+        assert!(rest < 1e-9 && force > 1e-3, "{solids:?}: {rest:e} of {force:e}");
     }
 }
