@@ -285,7 +285,12 @@ impl<T: Real> Simulation<T> {
     /// # Errors
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
-        self.note_fault(self.wet.as_ref().and_then(|wet| wet.fluid.fault()));
+        let particles = self.dem.particles();
+        let fault = self.wet.as_mut().and_then(|Wet { fluid, coupling, .. }| {
+            coupling.map(particles);
+            fluid.fault(&mut coupling.solids(particles))
+        });
+        self.note_fault(fault);
         if let Err(error) = self.dem.health() {
             self.failure.get_or_insert(error);
         }

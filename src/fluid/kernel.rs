@@ -302,7 +302,8 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                     let t = R::splat(row.above_half);
                     let sum = open + t;
                     let b = solid * t * sum.recip();
-                    let share = sum * R::splat(row.over_full);
+                    // Exactly one where there is no solid: such a cell must not feel who shares its register.
+                    let share = one - solid * R::splat(row.over_full);
                     let given = b * rho * R::splat(row.reflection);
                     for axis in 0..3 {
                         let push = share * a[axis];

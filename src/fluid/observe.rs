@@ -78,18 +78,27 @@ impl<T: Real> Fluid<T> {
     }
 
     /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its
-    /// speed; for the end of a run, where no measuring sweep follows.
-    pub fn fault(&self) -> Option<([usize; 3], f64)> {
+    /// speed; for the end of a run, where no measuring sweep follows. What partially saturated cells hold of the fluid within
+    /// solids means nothing; there the velocity of the solid counts.
+    pub fn fault(&self, solids: &mut impl Solids<T>) -> Option<([usize; 3], f64)> {
         let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
-        let cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-        cells
-            .filter(|&cell| self.walls.of(cell).is_none())
-            .find_map(|cell| {
-                let (rho, u) = self.moments(cell);
+        let mut row = SolidRow::new(self.layout.chunks_per_row(), self.solids);
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            row.clear();
+            solids.fill(y, z, &mut row);
+            for x in (0..nx).filter(|&x| self.walls.of([x, y, z]).is_none()) {
+                let (rho, mut u) = self.moments([x, y, z]);
+                if self.solids.is_saturated() {
+                    let (fraction, of_solid) = row.cell(x);
+                    u = std::array::from_fn(|a| (1.0 - fraction) * u[a] + fraction * of_solid[a]);
+                }
                 let speed = rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
-                (speed >= SPEED_LIMIT || speed.is_nan())
-                    .then(|| (std::array::from_fn(|a| lo[a] + cell[a]), speed))
-            })
+                if speed >= SPEED_LIMIT || speed.is_nan() {
+                    return Some(([lo[0] + x, lo[1] + y, lo[2] + z], speed));
+                }
+            }
+        }
+        None
     }
 
     /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks add up;
