@@ -24,10 +24,10 @@ mod space;
 mod walls;
 
 use crate::contact::ContactModel;
-use crate::coupling::ForceBalance;
+use crate::coupling::{ForceBalance, Fraction};
 use crate::dem::EngineChoice;
 use crate::domain::Domain;
-use crate::fluid::{Collision, Precision, Simd};
+use crate::fluid::{Collision, Precision, Simd, SolidCollision};
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
 use crate::units::Units;
@@ -65,7 +65,9 @@ pub struct Setup {
     pub relaxation_time: f64,
     /// Collision operator.
     pub collision: Collision,
-    /// Width of the cosine ramp of the solid fraction (cells).
+    /// What happens in cells that particles cover.
+    pub solids: SolidCollision,
+    /// Width of the cosine ramp of the solid fraction (cells), where cells are not partially saturated.
     pub solid_ramp_width: f64,
     /// Geometries and materials.
     pub templates: Arc<[Template]>,
@@ -102,6 +104,15 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// The solid fraction of a cell.
+    pub fn fraction(&self) -> Fraction {
+        if self.solids.is_saturated() {
+            Fraction::Volume
+        } else {
+            Fraction::Ramp(self.solid_ramp_width)
+        }
+    }
+
     /// Rate at which the controller removes the net flux (1/s): the paper's `u_Stokes / D`, or the viscous rate
     /// `nu / D^2` where that is faster.
     pub fn control_rate(&self) -> f64 {

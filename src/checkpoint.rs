@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! checkpoints/
-//!   step-0000000100/            whole; the last two are kept
+//!   step-0000000100/            whole; the last two of a run are kept
 //!     manifest.toml             what it is, sizes and checksums of all other files; the last line is its own checksum
 //!     case.toml                 the case with its changes
 //!     files/00000 ...           what the case names: meshes, positions
@@ -72,8 +72,8 @@ pub struct Part<'a> {
     pub shared: &'a [u8],
 }
 
-/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All but this one and the newest one
-/// before it are removed. Collective.
+/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but that of the
+/// step which is known to be `sound`: the last one that this run has written or gone on from. Collective.
 ///
 /// `plane(z, out)` appends the bytes of the plane `z` of the block, `block.lo[2] <= z < block.hi[2]`: for y, for x,
 /// `bytes_per_cell` bytes. It is called once for each z, ascending, and not at all in a dry run.
@@ -84,11 +84,14 @@ pub struct Part<'a> {
 pub fn write(
     directory: &Path,
     comm: &Comm,
+    sound: Option<u64>,
     head: &Head,
     part: &Part,
     plane: impl FnMut(usize, &mut Vec<u8>),
 ) -> Result<()> {
-    write::write(directory, comm, head, part, plane, &|path| File::create_new(path))
+    write::write(directory, comm, sound, head, part, plane, &|path| {
+        File::create_new(path)
+    })
 }
 
 /// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for each newer

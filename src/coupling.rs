@@ -14,19 +14,22 @@ mod lines;
 mod momentum_exchange;
 mod saved;
 mod solid_fraction;
+mod volume_fraction;
 mod walls;
 
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::fluid::{Fluid, Real, SolidRow, Solids};
-use crate::math::{Vec3, from_fixed};
-use crate::particle::{Particle, ParticleStore};
+use crate::fluid::{CHUNK, Fluid, Real, SolidCollision, SolidRow, Solids};
+use crate::math::{Vec3, from_fixed, to_fixed_wide};
+use crate::particle::{Particle, ParticleStore, Template};
+use crate::shape::Shape;
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
 use lines::{Lines, Segment, each_cell_outside};
-use momentum_exchange::{ExchangeSum, add_segment};
-use solid_fraction::{FacePlane, Mapper, RigidMotion};
+use momentum_exchange::{ExchangeSum, add_segment, add_shares};
+pub use solid_fraction::Fraction;
+use solid_fraction::{FacePlane, Mapper, RigidMotion, shift_of};
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
@@ -34,8 +37,10 @@ pub use walls::{LatticeWalls, check_motion};
 pub struct CouplingParams {
     /// Cell size, time step, density of the fluid.
     pub units: Units,
-    /// Width of the cosine ramp of the solid fraction (cells).
-    pub solid_ramp_width: f64,
+    /// How cells that particles cover collide, as in the parameters of the fluid.
+    pub solids: SolidCollision,
+    /// Solid fraction of a cell; the share of its volume where cells are partially saturated.
+    pub fraction: Fraction,
     /// Gravity (m/s^2), for the buoyancy.
     pub gravity: Vec3,
     /// Whether the mean pressure gradient acts on the particles, too.
@@ -55,12 +60,16 @@ pub struct Coupling {
     /// Faces of the flat-faced ones, and where those of each begin; one past the last.
     planes: Vec<FacePlane>,
     first_plane: Vec<u32>,
+    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other fractions.
+    shifts: Vec<f64>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_lines: Lines,
     swept_particles: Vec<Particle>,
     /// Number of those that were owned here.
     swept_owned: usize,
+    /// Whether there was a sweep.
+    begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
 }
@@ -74,8 +83,10 @@ struct Body {
     motion: RigidMotion,
     /// Momentum exchange of this step: came in now, less what left in the step before.
     exchange: ExchangeSum,
-    /// What left in this step's sweep.
+    /// What left in this step's sweep; of partially saturated cells what stayed in them, the momentum within the particle.
     departed: ExchangeSum,
+    /// Momentum of fluid that fills the particle and moves with it; of owned ones, and none where it does not matter.
+    rigid: ExchangeSum,
 }
 
 /// Index of a particle that is not in a list.
@@ -107,10 +118,12 @@ impl Coupling {
             lines: Lines::default(),
             planes: Vec::new(),
             first_plane: Vec::new(),
+            shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_lines: Lines::default(),
             swept_particles: Vec::new(),
             swept_owned: 0,
+            begun: false,
             added: Vec::new(),
         }
     }
@@ -125,6 +138,17 @@ impl Coupling {
                 .iter()
                 .map(|particle| lattice_body(particle, &self.params.units)),
         );
+        if self.params.solids.is_saturated() {
+            for (particle, body) in particles.owned().iter().zip(&mut self.bodies) {
+                let shape = &*particles.template(particle).shape;
+                body.rigid = rigid_momentum(particle, shape, &body.motion, self.params.units.dx);
+            }
+        }
+        if self.params.fraction == Fraction::Volume && self.shifts.len() != particles.templates.len() {
+            let dx = self.params.units.dx;
+            let shift = |template: &Template| shift_of(&*template.shape, dx);
+            self.shifts = particles.templates.iter().map(shift).collect();
+        }
         self.planes.clear();
         self.first_plane.clear();
         for particle in &particles.particles {
@@ -179,16 +203,17 @@ impl Coupling {
             particles,
             self.bodies[i].motion,
             &self.planes[faces],
+            &self.shifts,
         )
     }
 
     /// The mapped particles as the sweep sees them; `particles` as at [`map`](Self::map).
-    pub fn solids<'a>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a> {
-        let (planes, first) = (&self.planes, &self.first_plane);
+    pub fn solids<'a, T>(&'a mut self, particles: &'a ParticleStore) -> MappedSolids<'a, T> {
+        let (planes, first, shifts) = (&self.planes, &self.first_plane, &self.shifts);
         let mappers = (particles.particles.iter().zip(&self.bodies).enumerate())
             .map(|(i, (particle, body))| {
                 let faces = &planes[first[i] as usize..first[i + 1] as usize];
-                mapper(&self.params, particle, particles, body.motion, faces)
+                mapper(&self.params, particle, particles, body.motion, faces, shifts)
             })
             .collect();
         MappedSolids {
@@ -196,6 +221,7 @@ impl Coupling {
             mappers,
             lines: &self.lines,
             bodies: &mut self.bodies,
+            shares: self.params.solids.is_saturated().then(Vec::new),
         }
     }
 
@@ -210,7 +236,7 @@ impl Coupling {
         let mut new_of = vec![NOWHERE; self.swept_bodies.len()];
         let domain = &self.decomposition.domain;
         for (new, body) in self.bodies.iter_mut().enumerate() {
-            (body.exchange, body.departed) = Default::default();
+            (body.exchange, body.departed) = (body.rigid, body.rigid);
             if let Ok(at) = before.binary_search_by_key(&body.id, |&(id, _)| id) {
                 let old = before[at].1;
                 (old_of[new], new_of[old as usize]) = (old, new as u32);
@@ -219,7 +245,13 @@ impl Coupling {
                     .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
-        for line in 0..ny * nz {
+        // Partially saturated cells tell all by themselves.
+        let lines = if self.params.solids.is_saturated() {
+            0
+        } else {
+            ny * nz
+        };
+        for line in 0..lines {
             let (new, old) = (self.lines.line(line), self.swept_lines.line(line));
             let cell = |x: u32| [x as usize, line % ny, line / ny];
             for segment in new {
@@ -266,6 +298,12 @@ impl Coupling {
             self.bodies.len(),
             "the particles that were mapped"
         );
+        if self.params.solids.is_saturated() && !self.begun {
+            // Nothing is known of a step before: what is within the particles is taken to have been there.
+            for body in &mut self.bodies {
+                body.exchange.add(&body.departed, -1);
+            }
+        }
         self.collect(particles, comm);
         let units = &self.params.units;
         let loads = particles
@@ -298,6 +336,7 @@ impl Coupling {
         self.swept_particles.clear();
         self.swept_particles.extend_from_slice(&particles.particles);
         self.swept_owned = particles.owned;
+        self.begun = true;
     }
 
     /// Cells of the block that were covered in the last step, once for each particle that covered them.
@@ -344,6 +383,7 @@ fn mapper<'a>(
     particles: &'a ParticleStore,
     motion: RigidMotion,
     faces: &'a [FacePlane],
+    shifts: &[f64],
 ) -> Mapper<'a> {
     let shape = &*particles.template(particle).shape;
     Mapper::new(
@@ -352,7 +392,8 @@ fn mapper<'a>(
         motion,
         faces,
         params.units.dx,
-        params.solid_ramp_width,
+        params.fraction,
+        shifts.get(particle.template as usize).copied().unwrap_or(0.0),
     )
 }
 
@@ -371,6 +412,22 @@ fn lattice_body(particle: &Particle, units: &Units) -> Body {
         },
         exchange: ExchangeSum::default(),
         departed: ExchangeSum::default(),
+        rigid: ExchangeSum::default(),
+    }
+}
+
+/// Momentum and angular momentum about the reference cell of fluid that fills a body and moves with it, lattice units.
+fn rigid_momentum(particle: &Particle, shape: &dyn Shape, motion: &RigidMotion, dx: f64) -> ExchangeSum {
+    let volume = shape.volume() / (dx * dx * dx);
+    let momentum = Vec3::from(motion.velocity) * volume;
+    let turn = particle.orientation();
+    let inertia = shape.inertia_per_mass() / (dx * dx) * volume;
+    let spin = turn.inverse_transform_vector(&Vec3::from(motion.angular));
+    let angular = turn.transform_vector(&inertia.component_mul(&spin));
+    let moment = angular + Vec3::from(motion.centre).cross(&momentum);
+    ExchangeSum {
+        force: momentum.map(to_fixed_wide).into(),
+        moment: moment.map(to_fixed_wide).into(),
     }
 }
 
@@ -394,31 +451,47 @@ fn offset_of(segment: &Segment, x: u32) -> [i64; 3] {
 }
 
 /// The mapped particles of a block, row by row.
-pub struct MappedSolids<'a> {
+pub struct MappedSolids<'a, T> {
     rows: usize,
     mappers: Vec<Mapper<'a>>,
     lines: &'a Lines,
     bodies: &'a mut [Body],
+    /// Where cells are partially saturated, the fractions of the row that is being swept, segment by segment.
+    shares: Option<Vec<[T; CHUNK]>>,
 }
 
-impl<T: Real> Solids<T> for MappedSolids<'_> {
+impl<T: Real> Solids<T> for MappedSolids<'_, T> {
     #[inline(always)]
     fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>) {
+        if let Some(shares) = &mut self.shares {
+            shares.clear();
+        }
         for segment in self.lines.line(z * self.rows + y) {
-            self.mappers[segment.body as usize].fill(segment, row);
+            self.mappers[segment.body as usize].fill(segment, row, self.shares.as_mut());
         }
     }
 
     #[inline(always)]
     fn collect(&mut self, y: usize, z: usize, row: &SolidRow<T>) {
-        for segment in self.lines.line(z * self.rows + y) {
+        let segments = self.lines.line(z * self.rows + y);
+        let Some(shares) = &self.shares else {
+            for segment in segments {
+                let Body {
+                    motion,
+                    exchange,
+                    departed,
+                    ..
+                } = &mut self.bodies[segment.body as usize];
+                add_segment(segment, motion, row, exchange, departed);
+            }
+            return;
+        };
+        let mut windows = shares.iter();
+        for segment in segments {
             let Body {
-                motion,
-                exchange,
-                departed,
-                ..
+                exchange, departed, ..
             } = &mut self.bodies[segment.body as usize];
-            add_segment(segment, motion, row, exchange, departed);
+            add_shares(segment, &mut windows, row, exchange, departed);
         }
     }
 }

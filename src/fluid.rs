@@ -61,6 +61,32 @@ pub enum Collision {
     },
 }
 
+/// What happens in cells that solids cover; see [`kernel`] for the formulas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SolidCollision {
+    /// Homogenised velocity by the exact difference (Krause et al. 2017).
+    #[default]
+    ExactDifference,
+    /// Partially saturated: bounce-back of the deviation from equilibrium (Noble and Torczynski 1998).
+    Sc1,
+    /// Partially saturated: equilibrium of the solid, and what relaxation leaves.
+    Sc2,
+    /// Partially saturated: bounce-back off a moving wall.
+    Sc3,
+}
+
+impl SolidCollision {
+    /// Whether cells are partially saturated.
+    pub fn is_saturated(self) -> bool {
+        self != Self::ExactDifference
+    }
+
+    /// Momentum that the operator gives to a wholly solid cell, over `rho (u_s - u)`.
+    pub(crate) fn momentum(self) -> f64 {
+        if self == Self::Sc3 { 2.0 } else { 1.0 }
+    }
+}
+
 /// Instruction set of the kernels; all give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -85,6 +111,8 @@ pub struct FluidParams {
     pub relaxation_time: f64,
     /// Collision operator.
     pub collision: Collision,
+    /// What solids do.
+    pub solids: SolidCollision,
     /// Instruction set, which the processor must have.
     pub simd: Simd,
 }
@@ -119,6 +147,7 @@ pub struct Fluid<T: Real> {
     /// Of the even and of the odd part.
     relaxation_times: [f64; 2],
     collision: Collision,
+    solids: SolidCollision,
     simd: Simd,
     /// The block is as long as the periodic box in x, so it is its own neighbour there.
     wrap_x: bool,
@@ -135,6 +164,7 @@ impl<T: Real> Fluid<T> {
         let FluidParams {
             relaxation_time: tau,
             collision,
+            solids,
             simd,
         } = *params;
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
@@ -146,7 +176,7 @@ impl<T: Real> Fluid<T> {
             block,
             populations: Buffer::zeroed(layout.len()),
             phase: Phase::Home,
-            solid_row: SolidRow::new(layout.chunks_per_row()),
+            solid_row: SolidRow::new(layout.chunks_per_row(), solids),
             halo: FluidHalo::new(&layout, decomposition, comm),
             order,
             measured: Measured {
@@ -158,6 +188,7 @@ impl<T: Real> Fluid<T> {
                 Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
             },
             collision,
+            solids,
             simd,
             wrap_x: decomposition.grid[0] == 1 && domain.periodic[0],
             domain: *domain,

@@ -28,6 +28,12 @@ pub fn to_fixed(x: f64) -> i64 {
     ((x + FIXED_MAGIC).to_bits() as i64).wrapping_sub(FIXED_MAGIC.to_bits() as i64)
 }
 
+/// The same for `|x| < 2^(63 - 42) = 2,097,152`, rounded to half away from zero.
+#[inline]
+pub fn to_fixed_wide(x: f64) -> i64 {
+    (x * FIXED_ONE).round() as i64
+}
+
 /// Sum of [`to_fixed`] over an array, with the offset taken off once.
 #[inline(always)]
 pub fn sum_fixed<const N: usize>(xs: &[f64; N]) -> i64 {

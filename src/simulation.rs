@@ -65,7 +65,8 @@ impl<T: Real> Wet<T> {
         let (units, templates) = (setup.units, &setup.templates);
         let coupling = CouplingParams {
             units,
-            solid_ramp_width: setup.solid_ramp_width,
+            solids: setup.solids,
+            fraction: setup.fraction(),
             gravity: setup.gravity,
             force_balance: setup.force_balance,
         };
@@ -82,6 +83,7 @@ impl<T: Real> Wet<T> {
         let params = FluidParams {
             relaxation_time: setup.relaxation_time,
             collision: setup.collision,
+            solids: setup.solids,
             simd: setup.simd.unwrap_or_else(Simd::best),
         };
         let walls = LatticeWalls::new(&setup.walls, &units);

@@ -35,10 +35,18 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let precision = ["f32", "f64"].choose(random).unwrap();
     let tau = random.random_range(0.53..0.8);
     let collision = ["bgk", "trt"].choose(random).unwrap();
+    let coupling = [
+        "\"paper\"",
+        "\"saturated\"",
+        "\"saturated\"\nsolid_operator = \"sc2\"",
+    ]
+    .choose(random)
+    .unwrap();
     write!(
         text,
         "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\
-         [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = \"{collision}\"\n"
+         [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = \"{collision}\"\n\
+         coupling = {coupling}\n"
     )
     .unwrap();
     for _ in 0..random.random_range(1..4_u8) {

@@ -510,6 +510,7 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
         "settling_velocity_over_stokes",
         "mach",
         "collision",
+        "coupling",
         "force_balance",
     ] {
         assert!(summary[nothing].is_null(), "{nothing}");

@@ -156,6 +156,14 @@ fn on_processes(folder: &Path, processes: usize, precision: &str) -> [Vec<u8>; 3
 }
 
 fn same_on_all(case: &str) {
+    same_with(case);
+    same_with(&case.replace(
+        "relaxation_time = 0.55",
+        "relaxation_time = 0.55\ncoupling = \"saturated\"",
+    ));
+}
+
+fn same_with(case: &str) {
     let folder = folder(case);
     for precision in PRECISIONS {
         let expected = on_threads(folder.path(), 1, precision);

@@ -124,21 +124,21 @@ pub struct LatticeSection {
     pub relaxation_time: Option<Located<f64>>,
     /// Time step of the fluid (s).
     pub time_step: Option<Located<f64>>,
-    /// Collision operator: "bgk", or "trt" with `magic_parameter`. Default "bgk".
-    #[serde(default)]
-    pub collision: CollisionKind,
-    /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells. Default 3/16.
+    /// Collision operator: "bgk", or "trt" with `magic_parameter`. Default "bgk" with the coupling "paper", "trt" with
+    /// "saturated".
+    pub collision: Option<CollisionKind>,
+    /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells, 1/8 particles where they are.
+    /// Default 3/16 with the coupling "paper", 1/8 with "saturated".
     pub magic_parameter: Option<Located<f64>>,
-    /// How solids enter the collision. Default and only choice in this version: "paper".
+    /// How particles and fluid are coupled: "paper", the homogenised velocity of Marquardt et al. (2024), or "saturated",
+    /// partially saturated cells with exact volume fractions, whose drag does not depend on the relaxation time. Default
+    /// "paper".
     #[serde(default)]
     pub coupling: Coupling,
-    /// Width of the cosine ramp of the solid fraction (cells). Default 0.5.
-    #[serde(default = "solid_ramp_width")]
-    pub solid_ramp_width: Located<f64>,
-}
-
-fn solid_ramp_width() -> Located<f64> {
-    0.5.into()
+    /// Operator of "saturated" in solid cells: "sc1", "sc2" or "sc3". Default "sc3".
+    pub solid_operator: Option<Located<SolidOperator>>,
+    /// Width of the cosine ramp of the solid fraction of "paper" (cells). Default 0.5.
+    pub solid_ramp_width: Option<Located<f64>>,
 }
 
 /// Collision operator.
@@ -152,13 +152,28 @@ pub enum CollisionKind {
     Trt,
 }
 
-/// How solids enter the collision.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+/// How particles and fluid are coupled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Coupling {
     /// Homogenised velocity by the exact difference, as in Marquardt et al. (2024).
     #[default]
     Paper,
+    /// Partially saturated cells with exact volume fractions.
+    Saturated,
+}
+
+/// What happens in solid cells of the coupling "saturated".
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SolidOperator {
+    /// Bounce-back of the deviation from equilibrium.
+    Sc1,
+    /// Equilibrium of the solid, and what relaxation leaves.
+    Sc2,
+    /// Bounce-back off a moving wall.
+    #[default]
+    Sc3,
 }
 
 /// What drives the flow.

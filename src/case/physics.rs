@@ -1,13 +1,13 @@
 //! Gravity, viscosity, time step and collision of a case.
 
 use super::checks::at;
-use super::file::{Case, CollisionKind, FluidSection, LatticeSection};
+use super::file::{Case, CollisionKind, Coupling, FluidSection, LatticeSection, SolidOperator};
 use super::forms::Gravity;
 use super::located::Located;
 use super::scales::Reference;
 use super::source::Source;
 use crate::error::Result;
-use crate::fluid::Collision;
+use crate::fluid::{Collision, SolidCollision};
 use crate::math::Vec3;
 use crate::units::Units;
 
@@ -94,10 +94,63 @@ pub(super) fn time_step(
     Ok((units, units.relaxation_time(viscosity)))
 }
 
+/// What happens in cells that particles cover, and the width of the ramp of the solid fraction (cells).
+pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, f64)> {
+    match (
+        lattice.coupling,
+        &lattice.solid_operator,
+        &lattice.solid_ramp_width,
+    ) {
+        (Coupling::Paper, Some(operator), _) => Err(source.error(
+            &operator.span,
+            "`lattice.solid_operator` belongs to the coupling \"saturated\", but this case has \"paper\"",
+            "has no effect here",
+            "add `coupling = \"saturated\"`, or remove it",
+        )),
+        (Coupling::Saturated, _, Some(width)) => Err(source.error(
+            &width.span,
+            "`lattice.solid_ramp_width` belongs to the coupling \"paper\", but this case has \"saturated\"",
+            "has no effect here",
+            "add `coupling = \"paper\"`, or remove it",
+        )),
+        (Coupling::Paper, None, width) => {
+            let usual = 0.5;
+            let width = match width {
+                None => usual,
+                Some(width) => source.satisfies(
+                    "lattice.solid_ramp_width",
+                    width,
+                    |width| width > 0.0 && width <= 2.0,
+                    "above 0 and at most 2 cells",
+                    "in cells; 0.5 is usual",
+                )?,
+            };
+            Ok((SolidCollision::ExactDifference, width))
+        }
+        (Coupling::Saturated, operator, None) => {
+            let operator = operator.as_ref().map_or_else(Default::default, |o| o.value);
+            let solids = match operator {
+                SolidOperator::Sc1 => SolidCollision::Sc1,
+                SolidOperator::Sc2 => SolidCollision::Sc2,
+                SolidOperator::Sc3 => SolidCollision::Sc3,
+            };
+            Ok((solids, 0.0))
+        }
+    }
+}
+
+/// Magic parameter with which the drag of partially saturated cells depends least on the relaxation time and the resolution
+/// (validation/drag).
+const SATURATED_MAGIC: f64 = 0.125;
+
 /// The collision operator.
 pub(super) fn collision(source: &Source, lattice: &LatticeSection) -> Result<Collision> {
     let key = "lattice.magic_parameter";
-    match (lattice.collision, &lattice.magic_parameter) {
+    let (usual, usual_magic) = match lattice.coupling {
+        Coupling::Paper => (CollisionKind::Bgk, 0.1875),
+        Coupling::Saturated => (CollisionKind::Trt, SATURATED_MAGIC),
+    };
+    match (lattice.collision.unwrap_or(usual), &lattice.magic_parameter) {
         (CollisionKind::Bgk, None) => Ok(Collision::Bgk),
         (CollisionKind::Bgk, Some(magic)) => Err(source.error(
             &magic.span,
@@ -105,7 +158,7 @@ pub(super) fn collision(source: &Source, lattice: &LatticeSection) -> Result<Col
             "has no effect here",
             "add `collision = \"trt\"`, or remove it",
         )),
-        (CollisionKind::Trt, None) => Ok(Collision::Trt { magic: 0.1875 }),
+        (CollisionKind::Trt, None) => Ok(Collision::Trt { magic: usual_magic }),
         (CollisionKind::Trt, Some(magic)) => Ok(Collision::Trt {
             magic: source.positive(key, magic, "0.1875 puts walls half-way between cells")?,
         }),

@@ -8,7 +8,7 @@ use super::file::Case;
 use super::files::Files;
 use super::kinds::kinds;
 use super::materials::Materials;
-use super::physics::{collision, gravity, time_step, viscosity};
+use super::physics::{self, collision, gravity, time_step, viscosity};
 use super::placement::Placer;
 use super::scales::Reference;
 use super::schedule::{Schedule, names, reschedule, title};
@@ -18,7 +18,7 @@ use super::walls::{free_volume, walls};
 use crate::contact::Contour;
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::fluid::{Collision, Precision};
+use crate::fluid::{Collision, Precision, SolidCollision};
 use crate::math::Vec3;
 use crate::units::Units;
 use crate::wall::Wall;
@@ -91,7 +91,7 @@ fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
     };
     // Density and viscosity of the fluid, if there is one.
     let mut fluid = None;
-    let (units, relaxation_time, operator, solid_ramp_width, precision);
+    let (units, relaxation_time, operator, solids, solid_ramp_width, precision);
     match &medium {
         Medium::Wet(section, lattice) => {
             let density = source.positive(
@@ -104,13 +104,7 @@ fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
             (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
             operator = collision(source, &lattice.value)?;
             precision = section.value.precision;
-            solid_ramp_width = source.satisfies(
-                "lattice.solid_ramp_width",
-                &lattice.value.solid_ramp_width,
-                |width| width > 0.0 && width <= 2.0,
-                "above 0 and at most 2 cells",
-                "in cells; 0.5 is usual",
-            )?;
+            (solids, solid_ramp_width) = physics::solids(source, &lattice.value)?;
         }
         Medium::Dry(section) => {
             units = Units {
@@ -120,6 +114,7 @@ fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
             };
             (relaxation_time, operator) = (1.0, Collision::Bgk);
             (solid_ramp_width, precision) = (0.5, Precision::F32);
+            solids = SolidCollision::ExactDifference;
         }
     }
     let placer = Placer {
@@ -169,6 +164,7 @@ fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
         dry: fluid.is_none(),
         relaxation_time,
         collision: operator,
+        solids,
         solid_ramp_width,
         frames: kinds.frames(),
         templates: kinds.templates.into(),

@@ -103,13 +103,13 @@ pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
     sync_folder(directory)
 }
 
-/// Removes all checkpoints but that of `step` and the newest before it. Those of later steps belong to a course that was given
-/// up, since the run has gone on from before them.
-pub(super) fn thin_out(directory: &Path, step: u64) -> Result<()> {
+/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. Others are damaged, or belong to
+/// a course that was given up, since the run has gone on from before them.
+pub(super) fn thin_out(directory: &Path, step: u64, sound: Option<u64>) -> Result<()> {
     let mut kept = Vec::new();
     for found in list(directory)? {
         // Of two of one step the first is the one that counts.
-        if found.step <= step && kept.len() < KEPT && !kept.contains(&found.step) {
+        if [Some(step), sound].contains(&Some(found.step)) && !kept.contains(&found.step) {
             kept.push(found.step);
         } else {
             remove(&found.path)?;
@@ -117,9 +117,6 @@ pub(super) fn thin_out(directory: &Path, step: u64) -> Result<()> {
     }
     Ok(())
 }
-
-/// How many are kept.
-const KEPT: usize = 2;
 
 /// Removes a checkpoint, so that no half of it has a final name at any time.
 fn remove(path: &Path) -> Result<()> {

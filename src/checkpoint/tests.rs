@@ -90,7 +90,10 @@ fn write_as(directory: &Path, comm: &Comm, block: Block, head: &Head, create: &w
             }
         }
     };
-    write::write(directory, comm, head, &part, plane, create)
+    let sound = (list(directory).unwrap_or_default().iter())
+        .map(|found| found.step)
+        .find(|&step| step <= head.step);
+    write::write(directory, comm, sound, head, &part, plane, create)
 }
 
 /// Writes a step by the four uneven ranks; their results.
@@ -323,7 +326,7 @@ fn a_dry_run_has_sections_and_no_planes() {
             shared: b"",
         };
         let plane = |_, _: &mut Vec<u8>| panic!("there is none");
-        write(&directory, &comm, &head, &part, plane).unwrap();
+        write(&directory, &comm, None, &head, &part, plane).unwrap();
     });
     let checkpoint = Checkpoint::open(&directory.join("step-0000000005")).unwrap();
     assert_eq!(checkpoint.engines().unwrap(), [b"particles", b"particles"]);
@@ -423,6 +426,27 @@ fn two_are_kept_and_what_is_not_ours_stays() {
     assert_eq!(names(&directory), with(&["step-0000000200", "step-0000000250"]));
     clear(&directory).unwrap();
     assert_eq!(names(&directory), with(&[]));
+}
+
+#[test]
+fn only_the_one_before_that_is_known_to_be_sound_is_kept() {
+    let (_root, directory) = folder();
+    for step in [40, 60] {
+        write_step(&directory, step);
+    }
+    let head = Head {
+        bytes_per_cell: 0,
+        ..head(70)
+    };
+    let part = Part {
+        block: WHOLE,
+        engine: b"",
+        coupling: b"",
+        shared: b"",
+    };
+    // The run has gone on from step 40, since 60 is damaged.
+    write(&directory, &Comm::Solo, Some(40), &head, &part, |_, _| ()).unwrap();
+    assert_eq!(names(&directory), ["step-0000000040", "step-0000000070"]);
 }
 
 #[test]

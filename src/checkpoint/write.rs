@@ -17,6 +17,7 @@ pub(super) type Create<'a> = dyn Fn(&Path) -> io::Result<File> + 'a;
 pub(super) fn write(
     directory: &Path,
     comm: &Comm,
+    sound: Option<u64>,
     head: &Head,
     part: &Part,
     plane: impl FnMut(usize, &mut Vec<u8>),
@@ -26,34 +27,28 @@ pub(super) fn write(
         part.shared.is_empty() || comm.rank() == 0,
         "what is shared is of rank 0"
     );
-    let written = steps(directory, comm, head, part, plane, create);
+    let written = steps(directory, comm, sound, head, part, plane, create);
     written.map_err(|why| {
-        let tail = in_rank_0(comm, || Ok(clean_up(directory, head.step))).unwrap_or_default();
-        let tail = comm.all_gather(tail.into_bytes()).swap_remove(0);
+        if comm.rank() == 0 {
+            // The error at hand matters more than a failure to clean up after it; the folder stays if others are in it.
+            let _ = fs::remove_dir_all(folder::partial(directory, head.step));
+            let _ = fs::remove_dir(directory);
+        }
+        let before = match sound {
+            Some(step) => format!("the checkpoint of step {step} is intact"),
+            None => "there is no earlier one".to_string(),
+        };
         Error::Agreed {
             code: 2,
-            text: format!(
-                "the checkpoint of step {} failed: {why}; {}",
-                head.step,
-                String::from_utf8_lossy(&tail)
-            ),
+            text: format!("the checkpoint of step {} failed: {why}; {before}", head.step),
         }
     })
-}
-
-/// Removes what a failure has left, and says what is there to go on from.
-fn clean_up(directory: &Path, step: u64) -> String {
-    // The error at hand matters more than a failure to clean up after it.
-    let _ = fs::remove_dir_all(folder::partial(directory, step));
-    match folder::list(directory).unwrap_or_default().first() {
-        Some(found) => format!("the checkpoint of step {} is intact", found.step),
-        None => "there is no earlier one".to_string(),
-    }
 }
 
 fn steps(
     directory: &Path,
     comm: &Comm,
+    sound: Option<u64>,
     head: &Head,
     part: &Part,
     plane: impl FnMut(usize, &mut Vec<u8>),
@@ -61,7 +56,12 @@ fn steps(
 ) -> Result<()> {
     let partial = folder::partial(directory, head.step);
     let prepared = in_rank_0(comm, || {
-        fs::create_dir_all(directory).map_err(|e| Error::io("make", directory, e))?;
+        if !directory.is_dir() {
+            fs::create_dir_all(directory).map_err(|e| Error::io("make", directory, e))?;
+            if let Some(parent) = directory.parent().filter(|parent| parent.is_dir()) {
+                folder::sync_folder(parent)?;
+            }
+        }
         folder::clear_partial(directory)?;
         fs::create_dir(&partial).map_err(|e| Error::io("make", &partial, e))
     });
@@ -76,7 +76,7 @@ fn steps(
     let finished = in_rank_0(comm, || {
         finish(&partial, head, &parts, create)?;
         folder::put_in_place(directory, head.step)?;
-        folder::thin_out(directory, head.step)
+        folder::thin_out(directory, head.step, sound)
     });
     agreed(comm, finished)
 }

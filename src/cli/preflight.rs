@@ -8,7 +8,7 @@ use crate::case::{Hertz, Setup};
 use crate::contact::ContactModel;
 use crate::dem::{EngineChoice, LiggghtsProcess};
 use crate::error::{Error, Result};
-use crate::fluid::{Collision, Precision};
+use crate::fluid::{Collision, Precision, SolidCollision};
 use crate::simulation::decompose;
 
 /// Largest usual speed on the lattice (cells per step): compressibility errors grow with its square.
@@ -149,6 +149,21 @@ fn fall_speed(setup: &Setup) -> f64 {
     (2.0 * drop).sqrt()
 }
 
+/// How particles and fluid are coupled.
+fn coupling_row(setup: &Setup) -> Row {
+    let operator = match setup.solids {
+        SolidCollision::ExactDifference => {
+            let note = format!("exact difference, ramp of {} cells", setup.solid_ramp_width);
+            return row("coupling", "paper".into(), &note);
+        }
+        SolidCollision::Sc1 => "sc1",
+        SolidCollision::Sc2 => "sc2",
+        SolidCollision::Sc3 => "sc3",
+    };
+    let note = format!("partially saturated cells by volume, operator {operator}");
+    row("coupling", "saturated".into(), &note)
+}
+
 /// Numbers of the lattice and of settling.
 fn fluid_rows(setup: &Setup) -> Vec<Row> {
     let (scales, units) = (&setup.scales, &setup.units);
@@ -177,6 +192,7 @@ fn fluid_rows(setup: &Setup) -> Vec<Row> {
             format!("{:.5}", setup.relaxation_time),
             &format!("time steps; {collision}"),
         ),
+        coupling_row(setup),
         row(
             "viscosity",
             format!("{:.6e} m^2/s", scales.viscosity),

@@ -14,7 +14,8 @@ pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
 
 /// The saved case, and what the signals set: what can fail on one process of an MPI job alone.
 fn prepare(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
+    let options = run::options(&arguments.manner)?;
     let setup = simulation::saved_setup(&arguments.directory, &arguments.set, arguments.threads)?;
     preflight::refuse_what_does_not_fit(&setup)?;
-    Ok((setup, run::options(&arguments.manner)?))
+    Ok((setup, options))
 }

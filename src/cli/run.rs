@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
 const DRIFT_LIMIT: f64 = 0.05;
 
-/// Exit code after a second signal, as shells have it for an interrupt.
+/// Exit code after a second SIGINT, as shells have it for an interrupt.
 const INTERRUPTED: i32 = 130;
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
@@ -32,16 +32,18 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
 
 /// The case, and what the signals set: what can fail on one process of an MPI job alone.
 fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
+    // Signals first: reading and packing may take a while.
+    let options = options(&arguments.manner)?;
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
         setup.output.directory.clone_from(out);
     }
     preflight::refuse_what_does_not_fit(&setup)?;
-    Ok((setup, options(&arguments.manner)?))
+    Ok((setup, options))
 }
 
-/// How a run is asked to behave, by arguments and from now on by signals: the first SIGINT or SIGTERM stops it, the second ends
-/// the process; SIGUSR1 asks for a checkpoint.
+/// How a run is asked to behave, by arguments and from now on by signals: SIGINT or SIGTERM stops it, a second SIGINT, as of
+/// somebody at a keyboard, ends the process; SIGUSR1 asks for a checkpoint. Launchers may send SIGTERM more than once.
 pub(super) fn options(manner: &Manner) -> Result<RunOptions> {
     let options = RunOptions {
         quiet: manner.quiet,
@@ -49,10 +51,10 @@ pub(super) fn options(manner: &Manner) -> Result<RunOptions> {
         ..RunOptions::default()
     };
     let attempt = || -> io::Result<()> {
+        let stop = &options.stop;
+        // In this order: the first signal finds the flag unset, so only the second ends the process.
+        signal_hook::flag::register_conditional_shutdown(SIGINT, INTERRUPTED, Arc::clone(stop))?;
         for signal in [SIGINT, SIGTERM] {
-            // In this order: the first signal finds the flag unset, so only the second ends the process.
-            let stop = &options.stop;
-            signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(stop))?;
             signal_hook::flag::register(signal, Arc::clone(stop))?;
         }
         signal_hook::flag::register(SIGUSR1, Arc::clone(&options.checkpoint))?;

@@ -13,8 +13,24 @@
 //! the sums are moments that the collision computes anyway: `p_in` in this sweep, `p_out` in the one before. Cells that
 //! were covered only before or only now are accounted for one by one ([`Fluid::departed`](crate::fluid::Fluid::departed)).
 //!
+//! Partially saturated cells tell all by themselves: what a particle received is `G = -b sum c W_solid`, its share of it where
+//! several cover a cell, and no neighbour is asked. The fluid within the particle is part of the lattice, but not of the fluid;
+//! it takes up a part of `G` when the particle is accelerated, which belongs to the fluid outside:
+//!
+//! ```text
+//! F = G + S(t) - S(t - dt),     S = rho V U + sum over cells of e rho (u - u_s)
+//! ```
+//!
+//! `S` is the momentum within the particle, the same for the angular momentum: of fluid that moves as the particle does, with its
+//! exact volume, and what is left of the motion against it. So the lattice is not felt through the mapped volume, a particle
+//! that moves with the fluid round it feels nothing, and the fluid outside, `sum (1 - e) rho u`, and the particles keep their
+//! momentum exactly. An effective inertia `rho V dU/dt` would stand for the first part only (Uhlmann 2005; Feng and Michaelides
+//! 2009).
+//!
 //! The paper's Eq. (16) lacks the opposite index and the minus sign.
-//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024).
+//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024); Noble and Torczynski (1998),
+//! doi:10.1142/S0129183198001084; Uhlmann (2005), doi:10.1016/j.jcp.2005.03.017; Feng and Michaelides (2009),
+//! doi:10.1016/j.compfluid.2008.11.002.
 
 use super::lines::Segment;
 use super::solid_fraction::RigidMotion;
@@ -110,6 +126,39 @@ pub(super) fn add_segment<T: Real>(
     }
 }
 
+/// Adds the shares of a segment in what the solids of its partially saturated cells received and hold to `incoming`, and in
+/// what they hold to `outgoing`; its fractions come from `windows`.
+#[inline(always)]
+pub(super) fn add_shares<'a, T: Real>(
+    segment: &Segment,
+    windows: &mut impl Iterator<Item = &'a [T; CHUNK]>,
+    row: &SolidRow<T>,
+    incoming: &mut ExchangeSum,
+    outgoing: &mut ExchangeSum,
+) {
+    for done in (0..segment.count as usize).step_by(CHUNK) {
+        let count = (segment.count as usize - done).min(CHUNK);
+        let n = [
+            i64::from(segment.offset[0]) + done as i64,
+            segment.offset[1].into(),
+            segment.offset[2].into(),
+        ];
+        let shares = windows.next().expect("one for each window");
+        let exchanged = row.exchanged(segment.x as usize + done);
+        for (sum, [x, y, z, _]) in [&mut *incoming, &mut *outgoing].into_iter().zip(exchanged) {
+            let mut f = [[0.0_f64; CHUNK]; 3];
+            for (f, p) in f.iter_mut().zip([x, y, z]) {
+                let mut force = [T::ZERO; CHUNK];
+                for k in 0..CHUNK {
+                    force[k] = shares[k] * p[k];
+                }
+                *f = masked(&force, count);
+            }
+            sum.add(&levered(&f, n), 1);
+        }
+    }
+}
+
 /// [`CHUNK`] times all bits, then [`CHUNK`] times none.
 const FIRST: [u64; 2 * CHUNK] = {
     let mut mask = [0; 2 * CHUNK];
@@ -131,19 +180,31 @@ fn add_cells<T: Real>(
     sum: &mut ExchangeSum,
 ) {
     let mut f = [[0.0_f64; CHUNK]; 3];
-    // The other cells belong to somebody else, or lie beyond the row and hold anything: masked without a branch.
-    let mask = &FIRST[CHUNK - count..];
     for axis in 0..3 {
         let (p, m, u) = (&exchanged[axis][..CHUNK], &exchanged[3][..CHUNK], &u[axis]);
         let mut force = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
             force[k] = p[k] - u[k] * m[k];
         }
-        for k in 0..CHUNK {
-            let wide: f64 = force[k].into();
-            f[axis][k] = f64::from_bits(wide.to_bits() & mask[k]);
-        }
+        f[axis] = masked(&force, count);
     }
+    sum.add(&levered(&f, n), 1);
+}
+
+/// The first `count` numbers, then zeros: the other cells belong to somebody else, or lie beyond the row and hold anything.
+/// Without a branch.
+#[inline(always)]
+fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
+    let mask = &FIRST[CHUNK - count..];
+    std::array::from_fn(|k| {
+        let wide: f64 = force[k].into();
+        f64::from_bits(wide.to_bits() & mask[k])
+    })
+}
+
+/// The sum over a window whose first cell has offset `n`.
+#[inline(always)]
+fn levered(f: &[[f64; CHUNK]; 3], n: [i64; 3]) -> ExchangeSum {
     let (mut levered_y, mut levered_z) = ([0.0; CHUNK], [0.0; CHUNK]);
     for k in 0..CHUNK {
         let nx = n[0] as f64 + f64::LANE[k];
@@ -152,10 +213,7 @@ fn add_cells<T: Real>(
     }
     // Along the row only the lever in x changes; the other two multiply sums, which is exact in integers.
     let f = [sum_fixed(&f[0]), sum_fixed(&f[1]), sum_fixed(&f[2])];
-    sum.add(
-        &ExchangeSum::of_row(f, sum_fixed(&levered_y), sum_fixed(&levered_z), n[1], n[2]),
-        1,
-    );
+    ExchangeSum::of_row(f, sum_fixed(&levered_y), sum_fixed(&levered_z), n[1], n[2])
 }
 
 #[cfg(test)]

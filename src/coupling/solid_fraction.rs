@@ -6,9 +6,12 @@
 //! phi = 0                              d >=  w/2             w = width of the ramp
 //! ```
 //!
+//! or, for partially saturated cells, the share of the cell's volume ([`volume_fraction`](super::volume_fraction)).
+//!
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 
 use super::lines::Segment;
+use super::volume_fraction::{behind_both, behind_plane, curved};
 use crate::domain::{Block, Domain};
 use crate::fluid::{CHUNK, Real, SolidRow};
 use crate::math::{Mat3, Quat, Vec3};
@@ -97,6 +100,67 @@ pub(super) struct FacePlane {
     offset: f64,
     /// `1 / normal[0]`, or 0 where the row runs along the face.
     slope: f64,
+    /// Largest height above the face at which the centre of a cell may lie that it cuts.
+    reach: f64,
+}
+
+/// By how much the surface of a body is moved in to count as a plane in each cell (cells): its mean curvature, taken as the
+/// same everywhere.
+///
+/// `(k_1 + k_2) / 24` in the mean over the surface is `M / (12 A)` with the area `A` and, after Minkowski, the integral of the mean
+/// curvature `M = 2 pi b`, `b` the mean width.
+pub(super) fn shift_of(shape: &dyn Shape, dx: f64) -> f64 {
+    if let Some(radius) = shape.as_sphere() {
+        return curved(2.0 * dx / radius);
+    }
+    if shape.as_polyhedron().is_some() {
+        return 0.0;
+    }
+    // Lebedev's 26 points, exact for polynomials of degree 7: axes, diagonals of faces, diagonals of the cube.
+    let mut width = 0.0;
+    for n in 0..27 {
+        let direction = Vec3::from([n % 3, n / 3 % 3, n / 9].map(|k| f64::from(k - 1)));
+        let weight = match direction.norm_squared() as i32 {
+            1 => 1.0 / 21.0,
+            2 => 4.0 / 105.0,
+            3 => 9.0 / 280.0,
+            _ => continue,
+        };
+        let unit = direction.normalize();
+        width += 2.0 * weight * shape.support(unit).dot(&unit);
+    }
+    let mesh = shape.surface_mesh(2);
+    let area: f64 = mesh
+        .triangles
+        .iter()
+        .map(|corners| {
+            let [a, b, c] = corners.map(|i| mesh.points[i as usize]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        })
+        .sum();
+    std::f64::consts::TAU * width / (12.0 * area) * dx
+}
+
+/// Half the diagonal of a cell.
+const HALF_DIAGONAL: f64 = 0.8660254037844386;
+
+/// How the solid fraction of a cell follows from the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fraction {
+    /// A cosine ramp of this width (cells) of the distance of the cell's centre.
+    Ramp(f64),
+    /// The share of the cell's volume.
+    Volume,
+}
+
+impl Fraction {
+    /// Half the width of the layer (cells) outside of which cells are wholly solid or wholly fluid.
+    pub fn half_layer(self) -> f64 {
+        match self {
+            Self::Ramp(width) => 0.5 * width,
+            Self::Volume => HALF_DIAGONAL,
+        }
+    }
 }
 
 /// Normals whose x part is smaller than this are taken to be at right angles to the rows.
@@ -118,6 +182,7 @@ impl FacePlane {
                 } else {
                     1.0 / normal[0]
                 },
+                reach: 0.5 * (normal[0].abs() + normal[1].abs() + normal[2].abs()),
             }
         }));
     }
@@ -160,6 +225,10 @@ pub(super) struct Mapper<'a> {
     per_ramp: f64,
     /// Half of it in cells.
     half_ramp: f64,
+    /// Whether the fractions are those of the volume.
+    by_volume: bool,
+    /// By how much the surface is moved in to count as a plane in each cell (cells).
+    shift: f64,
 }
 
 impl<'a> Mapper<'a> {
@@ -170,8 +239,10 @@ impl<'a> Mapper<'a> {
         motion: RigidMotion,
         planes: &'a [FacePlane],
         dx: f64,
-        ramp_cells: f64,
+        fraction: Fraction,
+        shift: f64,
     ) -> Self {
+        let ramp_cells = 2.0 * fraction.half_layer();
         let orientation = particle.orientation();
         let to_body = orientation.to_rotation_matrix().matrix().transpose();
         Self {
@@ -189,6 +260,8 @@ impl<'a> Mapper<'a> {
             ramp: ramp_cells * dx,
             per_ramp: 1.0 / (ramp_cells * dx),
             half_ramp: 0.5 * ramp_cells,
+            by_volume: fraction == Fraction::Volume,
+            shift,
         }
     }
 
@@ -296,9 +369,15 @@ impl<'a> Mapper<'a> {
             .signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
     }
 
-    /// Writes the solid fractions and velocities of a segment to the row that is being swept.
+    /// Writes the solid fractions and velocities of a segment to the row that is being swept, and the fractions to the end of
+    /// `shares`.
     #[inline(always)]
-    pub(super) fn fill<T: Real>(&self, segment: &Segment, row: &mut SolidRow<T>) {
+    pub(super) fn fill<T: Real>(
+        &self,
+        segment: &Segment,
+        row: &mut SolidRow<T>,
+        mut shares: Option<&mut Vec<[T; CHUNK]>>,
+    ) {
         let [nx, ny, nz] = segment.offset.map(f64::from);
         let (constant, slope) = self.motion.along_row(ny, nz);
         let (constant, slope) = (constant.map(T::from_f64), slope.map(T::from_f64));
@@ -329,6 +408,57 @@ impl<'a> Mapper<'a> {
                 }
             }
             row.add(segment.x as usize + done, count, &fraction, &velocity);
+            if let Some(shares) = &mut shares {
+                shares.push(fraction);
+            }
+        }
+    }
+
+    /// Share of the cell with its centre at a point relative to the centre of the body (cells, world axes).
+    #[inline(always)]
+    fn share(&self, x: f64, y: f64, z: f64) -> f64 {
+        match self.geometry {
+            Geometry::Sphere(radius) => {
+                let r = (x * x + (y * y + z * z)).sqrt().max(f64::MIN_POSITIVE);
+                let over = 1.0 / r;
+                behind_plane(
+                    r - radius * self.per_dx + self.shift,
+                    [x * over, y * over, z * over],
+                )
+            }
+            Geometry::Flat(planes) => {
+                let mut share = 1.0;
+                for (at, plane) in planes.iter().enumerate() {
+                    let height = plane.height(x, plane.rest(y, z));
+                    if height >= plane.reach {
+                        return 0.0;
+                    }
+                    if height > -plane.reach {
+                        let n = plane.normal;
+                        let behind = behind_plane(height, n);
+                        if share >= 1.0 {
+                            share = behind;
+                            continue;
+                        }
+                        // The face before that is most like this one.
+                        let cosine = planes[..at]
+                            .iter()
+                            .filter(|other| other.height(x, other.rest(y, z)) > -other.reach)
+                            .map(|other| {
+                                n[0] * other.normal[0] + n[1] * other.normal[1] + n[2] * other.normal[2]
+                            })
+                            .fold(-1.0, f64::max);
+                        share = behind_both(share, behind, cosine);
+                    }
+                }
+                share
+            }
+            Geometry::Smooth => {
+                let point = self.to_body * (Vec3::new(x, y, z) * self.dx);
+                let distance = self.shape.signed_distance(point) * self.per_dx;
+                let normal = self.to_body.tr_mul(&self.shape.gradient(point));
+                behind_plane(distance + self.shift, normal.into())
+            }
         }
     }
 
@@ -336,6 +466,13 @@ impl<'a> Mapper<'a> {
     /// distances of the row from the centre in y and z (cells).
     #[inline(always)]
     fn ramp<T: Real>(&self, fraction: &mut [T; CHUNK], lanes: Range<usize>, r: [f64; 3]) {
+        if self.by_volume {
+            for k in lanes {
+                let x = (r[0] + k as f64) - self.motion.centre[0];
+                fraction[k] = T::from_f64(self.share(x, r[1], r[2]));
+            }
+            return;
+        }
         for k in lanes {
             let x = (r[0] + k as f64) - self.motion.centre[0];
             let distance = self.distance(x, r[1], r[2]);

@@ -1,9 +1,9 @@
 //! What a particle beside a wall feels of the fluid, and what the walls feel.
 
-use super::tests::{CELLS, UNITS, bgk, params, store};
+use super::tests::{CELLS, COUPLINGS, UNITS, coupled, fluid_for, store};
 use super::*;
 use crate::comm::on_threads;
-use crate::fluid::{Boundary, Simd};
+use crate::fluid::Boundary;
 use crate::math::from_fixed_wide;
 use crate::wall::{Motion, Surface, Wall};
 
@@ -42,6 +42,7 @@ struct Outcome {
 }
 
 fn run<T: Real>(
+    solids: SolidCollision,
     grid: [usize; 3],
     particles: &[Particle],
     steps: usize,
@@ -61,9 +62,9 @@ fn run<T: Real>(
             wall_of: &|cell| walls.wall_of(cell),
         };
         let store = store(&decomposition, comm.rank(), particles, 0.6);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &bgk(Simd::best()), &boundary);
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary);
         fluid.set_equilibrium(|_| (density, [0.0; 3]));
-        let mut coupling = Coupling::new(params(), &decomposition, comm.rank(), 0.6);
+        let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);
         let mut loads = Vec::new();
         for _ in 0..steps {
             coupling.map(&store);
@@ -113,8 +114,11 @@ fn three() -> [Particle; 3] {
 
 #[test]
 fn spheres_at_rest_that_overlap_walls_feel_nothing_of_the_pressure() {
-    for density in [1.0, 1.02] {
-        let outcome = run::<f64>([1, 1, 1], &three(), 30, [0.0; 3], density);
+    for (solids, density) in COUPLINGS
+        .into_iter()
+        .flat_map(|s| [1.0, 1.02].map(|rho| (s, rho)))
+    {
+        let outcome = run::<f64>(solids, [1, 1, 1], &three(), 30, [0.0; 3], density);
         for load in outcome.loads {
             println!(
                 "density {density}: {:.1e} {:.1e}",
@@ -135,7 +139,7 @@ fn spheres_at_rest_that_overlap_walls_feel_nothing_of_the_pressure() {
 #[test]
 fn spheres_and_walls_together_take_up_all_momentum_that_is_fed_in() {
     let a = 1e-6;
-    let outcome = run::<f64>([1, 1, 1], &three(), 4000, [a, 0.0, 0.0], 1.0);
+    let outcome = run::<f64>(COUPLINGS[0], [1, 1, 1], &three(), 4000, [a, 0.0, 0.0], 1.0);
     let spheres: Vec3 = outcome.loads.iter().map(|load| load.force).sum();
     let fed = a * outcome.free * UNITS.force();
     println!(
@@ -150,10 +154,12 @@ fn spheres_and_walls_together_take_up_all_momentum_that_is_fed_in() {
 
 #[test]
 fn loads_beside_walls_are_the_same_bits_on_any_blocks() {
-    let load = |grid| run::<f32>(grid, &three(), 60, [3e-5, 1e-5, -2e-5], 1.01).loads;
-    let solo = load([1, 1, 1]);
-    assert!(solo.iter().all(|load| load.force.norm() > 1e-3 * UNITS.force()));
-    for grid in [[1, 2, 1], [1, 1, 2], [3, 1, 1], [2, 2, 2], [1, 2, 3]] {
-        assert_eq!(load(grid), solo, "{grid:?}");
+    for solids in [SolidCollision::ExactDifference, SolidCollision::Sc3] {
+        let load = |grid| run::<f32>(solids, grid, &three(), 60, [3e-5, 1e-5, -2e-5], 1.01).loads;
+        let solo = load([1, 1, 1]);
+        assert!(solo.iter().all(|load| load.force.norm() > 1e-3 * UNITS.force()));
+        for grid in [[1, 2, 1], [1, 1, 2], [3, 1, 1], [2, 2, 2], [1, 2, 3]] {
+            assert_eq!(load(grid), solo, "{grid:?}, {solids:?}");
+        }
     }
 }

@@ -17,6 +17,20 @@
 //! (tau - 1/2) (tau_odd - 1/2) = magic,     3/16 puts walls of half-way bounce-back exactly half-way
 //! ```
 //!
+//! Where the fluid is told so ([`SolidCollision`]), cells that solids cover are partially saturated instead (Noble and
+//! Torczynski 1998), with the exact fraction `e` of their volume:
+//!
+//! ```text
+//! f' = f + (1 - b) W_fluid + b W_solid,     b = e t / ((1 - e) + t),   t = tau - 1/2
+//! W_fluid = relaxation, and exact difference to u + a ((1 - e) + t) / (1 + t): rho (1 - e) a in all
+//! sc1   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u)             sum c W_solid = rho (u_s - u)
+//! sc2   W_solid,i = feq_i(rho, u_s) - f_i + relaxed (f - feq(rho, u))         sum c W_solid = rho (u_s - u)
+//! sc3   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u_s)           sum c W_solid = 2 rho (u_s - u)
+//! ```
+//!
+//! The solids receive `-b sum c W_solid`, known from the moments alone. What the cells hold within the solids counts as moving
+//! with them: `e rho u_s` stands for `e rho u` in measurements.
+//!
 //! Streaming is in place (the "AA" pattern of Bailey et al. 2009): each cell reads 19 places and writes its results
 //! to the same 19 places, exchanged between opposite directions. Two phases alternate, which differ in nothing but
 //! the places; see [`Layout::places`](super::layout::Layout::places).
@@ -24,11 +38,14 @@
 //! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024 (exact difference); Krause et al. (2017),
 //! doi:10.1016/j.partic.2016.11.001 (homogenised cells); Marquardt et al. (2024), doi:10.1016/j.cpc.2024.109321, whose
 //! Eq. (15) has the wrong sign: `u* - u = (1 - B)(u_s - u)` is meant and used; Ginzburg, Verhaeghe, d'Humieres (2008),
-//! Commun. Comput. Phys. 3, 427-478 (two relaxation times).
+//! Commun. Comput. Phys. 3, 427-478 (two relaxation times); Noble and Torczynski (1998), doi:10.1142/S0129183198001084, and
+//! Rettinger and Ruede (2017), doi:10.1016/j.compfluid.2017.05.033 (partially saturated cells, sc1 to sc3).
 
+use super::SolidCollision;
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidRow};
 use crate::lattice::Q;
+use std::marker::PhantomData;
 use std::ops::{Add, Mul, Range, Sub};
 
 /// Density deviation, momentum, density and velocity of a register of cells.
@@ -111,6 +128,88 @@ fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
 }
 
+/// Moves a register of cells that held `before` and have been relaxed by the share `weight` towards what the solid makes
+/// of them; cells of weight 0 keep every bit.
+#[inline(always)]
+fn saturate<T: Number, R: Lanes<T>, const TRT: bool>(
+    g: &mut [R; Q],
+    before: &[R; Q],
+    solid: &Saturation<T, R>,
+    row: &Row<T>,
+) {
+    let Saturation {
+        weight: b,
+        deviation,
+        rho,
+        u,
+        velocity: v,
+        ..
+    } = *solid;
+    let c = |x: f64| R::splat(T::from_f64(x));
+    if row.solids == SolidCollision::Sc2 {
+        let mut pulled = *before;
+        relax::<T, R, TRT>(&mut pulled, deviation, rho, u, v, row.keep);
+        for i in 0..Q {
+            g[i] = g[i] + b * (pulled[i] - g[i]);
+        }
+        return;
+    }
+    // Reflected: `f_-i`, and the odd parts of equilibria, which are linear in the velocity; sc1 has even ones as well.
+    let full = row.solids == SolidCollision::Sc1;
+    let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    let odd = if full {
+        [v[0] + u[0], v[1] + u[1], v[2] + u[2]]
+    } else {
+        [v[0] + v[0], v[1] + v[1], v[2] + v[2]]
+    };
+    let base = c(1.5) * rho * (square(u) - square(v));
+    let (quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
+    let scaled = |w: f64| (c(w) * base, c(w) * quadratic, c(w) * linear);
+    let (axis, diagonal) = (scaled(1.0 / 18.0), scaled(1.0 / 36.0));
+    let rest = if full {
+        before[0] + c(1.0 / 3.0) * base
+    } else {
+        before[0]
+    };
+    g[0] = g[0] + b * (rest - g[0]);
+    macro_rules! pair {
+        ($i:literal, $w:ident, $along:expr) => {{
+            let along = $along;
+            let o = $w.2 * along(odd);
+            let (mut there, mut back) = (before[$i + 1] + o, before[$i] - o);
+            if full {
+                let (cu, cv) = (along(u), along(v));
+                let e = $w.0 + $w.1 * (cv * cv - cu * cu);
+                (there, back) = (there + e, back + e);
+            }
+            g[$i] = g[$i] + b * (there - g[$i]);
+            g[$i + 1] = g[$i + 1] + b * (back - g[$i + 1]);
+        }};
+    }
+    pair!(1, axis, |v: [R; 3]| v[0]);
+    pair!(3, axis, |v: [R; 3]| v[1]);
+    pair!(5, axis, |v: [R; 3]| v[2]);
+    pair!(7, diagonal, |v: [R; 3]| v[0] + v[1]);
+    pair!(9, diagonal, |v: [R; 3]| v[0] - v[1]);
+    pair!(11, diagonal, |v: [R; 3]| v[0] + v[2]);
+    pair!(13, diagonal, |v: [R; 3]| v[0] - v[2]);
+    pair!(15, diagonal, |v: [R; 3]| v[1] + v[2]);
+    pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
+}
+
+/// Partially saturated cells.
+struct Saturation<T, R> {
+    /// `b`.
+    weight: R,
+    deviation: R,
+    rho: R,
+    /// Velocity of the fluid.
+    u: [R; 3],
+    /// Velocity of the solid.
+    velocity: [R; 3],
+    storage: PhantomData<T>,
+}
+
 /// Where the populations of the first cell of a row lie: `places[i]` is read as `f_i` and written as `f'` of the
 /// opposite direction.
 pub(crate) type Places<T> = [*mut T; Q];
@@ -123,9 +222,16 @@ pub(crate) struct Row<T> {
     pub(crate) keep: Keep<T>,
     /// Body acceleration.
     pub(crate) acceleration: [T; 3],
+    /// What solids do.
+    pub(crate) solids: SolidCollision,
+    /// `t = tau - 1/2`, and `1 / (1 + t)`.
+    pub(crate) above_half: T,
+    pub(crate) over_full: T,
+    /// Momentum that the operator of the solids takes, over `rho (u_s - u)`.
+    pub(crate) reflection: T,
 }
 
-/// Momentum along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
+/// Momentum of solids and fluid along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
 pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
 }
@@ -175,30 +281,63 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
             let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
             let (deviation, momentum, rho, u) = moments(&g);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
+            let (mut saturation, mut mean) = (None, momentum);
             if is_solid {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
                 let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
                 // SAFETY: as above.
                 let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };
-                let solid = one - at(&solids.permeability);
+                let open = at(&solids.permeability);
+                let solid = one - open;
                 let weight = at(&solids.fraction_sum).max(R::splat(T::TINY)).recip();
-                for axis in 0..3 {
-                    let velocity = at(&solids.velocity_sum[axis]) * weight;
-                    target[axis] = target[axis] + solid * (velocity - target[axis]);
-                    put(&mut solids.incoming[axis], momentum[axis]);
-                    put(&mut solids.outgoing[axis], rho * target[axis]);
+                let velocity: [R; 3] = std::array::from_fn(|axis| at(&solids.velocity_sum[axis]) * weight);
+                if row.solids == SolidCollision::ExactDifference {
+                    for axis in 0..3 {
+                        target[axis] = target[axis] + solid * (velocity[axis] - target[axis]);
+                        put(&mut solids.incoming[axis], momentum[axis]);
+                        put(&mut solids.outgoing[axis], rho * target[axis]);
+                    }
+                    put(&mut solids.incoming[3], deviation - g[0]);
+                } else {
+                    let t = R::splat(row.above_half);
+                    let sum = open + t;
+                    let b = solid * t * sum.recip();
+                    let share = sum * R::splat(row.over_full);
+                    let given = b * rho * R::splat(row.reflection);
+                    for axis in 0..3 {
+                        let push = share * a[axis];
+                        target[axis] = u[axis] + push;
+                        let force = given * (u[axis] - velocity[axis]);
+                        let left = momentum[axis] + (one - b) * rho * push - force;
+                        let inside = solid * (left - rho * velocity[axis]);
+                        mean[axis] = mean[axis] - solid * (momentum[axis] - rho * velocity[axis]);
+                        put(&mut solids.incoming[axis], weight * (force + inside));
+                        put(&mut solids.outgoing[axis], weight * inside);
+                    }
+                    saturation = Some((
+                        g,
+                        Saturation {
+                            weight: b,
+                            deviation,
+                            rho,
+                            u,
+                            velocity,
+                            storage: PhantomData,
+                        },
+                    ));
                 }
-                put(&mut solids.incoming[3], deviation - g[0]);
             }
             if MEASURE {
                 for axis in 0..3 {
                     let place = &mut measured.momentum[axis][x..x + R::WIDTH];
                     // SAFETY: the slice above has WIDTH numbers.
-                    unsafe { momentum[axis].store(place.as_mut_ptr()) };
+                    unsafe { mean[axis].store(place.as_mut_ptr()) };
                 }
             }
             relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep);
-            if is_solid {
+            if let Some((before, saturation)) = &saturation {
+                saturate::<T, R, TRT>(&mut g, before, saturation, row);
+            } else if is_solid {
                 // SAFETY: as above.
                 unsafe { (deviation - g[0]).store(solids.outgoing[3].as_mut_ptr().add(x)) };
             }

@@ -30,7 +30,8 @@ impl<T: Real> Fluid<T> {
     /// acceleration of the coming sweep.
     ///
     /// With exact-difference forcing the velocity lies midway between before and after the collision,
-    /// `u + (B a + (1 - B)(u_s - u)) / 2`.
+    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator in the place of
+    /// `(1 - B)(u_s - u)`.
     pub fn each_cell(
         &self,
         cells: Block,
@@ -40,7 +41,7 @@ impl<T: Real> Fluid<T> {
     ) {
         let from = |corner: [usize; 3]| std::array::from_fn(|a| corner[a] - self.block.lo[a]);
         let ([x0, y0, z0], [x1, y1, z1]): ([usize; 3], [usize; 3]) = (from(cells.lo), from(cells.hi));
-        let mut row = SolidRow::new(self.layout.chunks_per_row());
+        let mut row = SolidRow::new(self.layout.chunks_per_row(), self.solids);
         for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
             row.clear();
             solids.fill(y, z, &mut row);
@@ -57,9 +58,14 @@ impl<T: Real> Fluid<T> {
                 }
                 let (rho, u) = self.moments([x, y, z]);
                 let (solid_fraction, solid_velocity) = row.cell(x);
+                let pull = if self.solids.is_saturated() {
+                    let t = self.relaxation_times[0] - 0.5;
+                    self.solids.momentum() * solid_fraction * t / (1.0 - solid_fraction + t)
+                } else {
+                    solid_fraction
+                };
                 let velocity = std::array::from_fn(|a| {
-                    let change = (1.0 - solid_fraction) * acceleration[a]
-                        + solid_fraction * (solid_velocity[a] - u[a]);
+                    let change = (1.0 - solid_fraction) * acceleration[a] + pull * (solid_velocity[a] - u[a]);
                     u[a] + 0.5 * change
                 });
                 visit(CellState {

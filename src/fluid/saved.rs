@@ -88,7 +88,7 @@ impl<T: Real> Fluid<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Boundary, Collision, FluidParams, NoSolids, Simd, WallMotion};
+    use super::super::{Boundary, Collision, FluidParams, NoSolids, Simd, SolidCollision, WallMotion};
     use super::*;
     use crate::comm::{Comm, on_threads};
     use crate::domain::{Decomposition, Domain};
@@ -96,6 +96,7 @@ mod tests {
     const PARAMS: FluidParams = FluidParams {
         relaxation_time: 0.7,
         collision: Collision::Trt { magic: 0.1875 },
+        solids: SolidCollision::ExactDifference,
         simd: Simd::Scalar,
     };
     const ACCELERATION: [f64; 3] = [1e-4, -2e-4, 3e-5];

@@ -3,6 +3,7 @@
 //! Solids are told to the sweep row by row through [`Solids`]: it fills a row just before the row collides and looks at
 //! what came in and went out just after, all in the first-level cache. Nothing is stored per cell of the block.
 
+use super::SolidCollision;
 use super::kernel::Number;
 use crate::math::to_fixed;
 use std::ops::Range;
@@ -15,16 +16,22 @@ pub const CHUNK: usize = 16;
 /// Several particles in one cell combine as `B = prod (1 - phi_k)` and `u_s = sum phi_k u_k / sum phi_k`
 /// (Marquardt et al. 2024); call [`add`](Self::add) in ascending order of particle number, so that the products and
 /// sums are the same bits on every decomposition.
+///
+/// In partially saturated cells the fractions are those of the volume, which add up: `B = max(0, 1 - sum e_k)`.
 pub struct SolidRow<T> {
-    /// `B = prod (1 - phi_k)`. All arrays hold whole chunks and one more, so that windows may reach over the end.
+    /// What happens in these cells.
+    collision: SolidCollision,
+    /// `B`. All arrays hold whole chunks and one more, so that windows may reach over the end.
     pub(crate) permeability: Vec<T>,
     /// `sum phi_k`.
     pub(crate) fraction_sum: Vec<T>,
     /// `sum phi_k u_k`.
     pub(crate) velocity_sum: [Vec<T>; 3],
-    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells.
+    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per unit of
+    /// `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
     pub(crate) incoming: [Vec<T>; 4],
-    /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells.
+    /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells. Partially saturated, per unit of
+    /// `sum e_k`: momentum left within the solids beyond that of their own motion, `e rho (u' - u_s)`.
     pub(crate) outgoing: [Vec<T>; 4],
     /// Chunks with solids; only there the other arrays mean anything.
     used: Vec<bool>,
@@ -49,10 +56,11 @@ impl<T> Solids<T> for NoSolids {
 }
 
 impl<T: Number> SolidRow<T> {
-    pub(crate) fn new(chunks: usize) -> Self {
+    pub(crate) fn new(chunks: usize, collision: SolidCollision) -> Self {
         let cells = (chunks + 1) * CHUNK;
         let zeros = || vec![T::ZERO; cells];
         Self {
+            collision,
             permeability: vec![T::ONE; cells],
             fraction_sum: zeros(),
             velocity_sum: std::array::from_fn(|_| zeros()),
@@ -83,12 +91,19 @@ impl<T: Number> SolidRow<T> {
         self.used[(x + count - 1) / CHUNK] = true;
         let window = x..x + CHUNK;
         let permeability = &mut self.permeability[window.clone()];
-        for k in 0..CHUNK {
-            permeability[k] = permeability[k] * (T::ONE - fraction[k]);
-        }
         let sum = &mut self.fraction_sum[window.clone()];
         for k in 0..CHUNK {
             sum[k] = sum[k] + fraction[k];
+        }
+        if self.collision.is_saturated() {
+            for k in 0..CHUNK {
+                let open = T::ONE - sum[k];
+                permeability[k] = if open > T::ZERO { open } else { T::ZERO };
+            }
+        } else {
+            for k in 0..CHUNK {
+                permeability[k] = permeability[k] * (T::ONE - fraction[k]);
+            }
         }
         for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
             let sum = &mut sum[window.clone()];
@@ -165,7 +180,7 @@ mod tests {
 
     #[test]
     fn several_particles_in_a_cell_combine_by_product_and_weighted_mean() {
-        let mut row = SolidRow::<f64>::new(2);
+        let mut row = SolidRow::<f64>::new(2, SolidCollision::ExactDifference);
         let mut add = |cells: &[(usize, f64)], velocity: [f64; 3]| {
             let first = cells[0].0;
             let mut fraction = [0.0; CHUNK];
@@ -182,5 +197,18 @@ mod tests {
         row.clear();
         assert_eq!(row.cell(16).0, 0.0);
         assert_eq!(row.fraction_total(), 0);
+    }
+
+    #[test]
+    fn shares_of_the_volume_add_up_to_at_most_the_whole_cell() {
+        let mut row = SolidRow::<f64>::new(1, SolidCollision::Sc3);
+        for share in [0.25, 0.5, 0.75] {
+            let fraction = std::array::from_fn(|k| if k == 3 { share } else { 0.0 });
+            row.add(0, CHUNK, &fraction, &[[2.0 * share; CHUNK]; 3]);
+            assert_eq!(row.cell(2).0, 0.0);
+        }
+        let (solid, [u, _, _]) = row.cell(3);
+        assert_eq!(solid, 1.0);
+        assert!((u - 1.75 / 1.5).abs() < 1e-15);
     }
 }

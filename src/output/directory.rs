@@ -314,6 +314,14 @@ fn remove_if_empty(folder: &Path) -> io::Result<()> {
     }
 }
 
+/// Removes a file of an earlier run, if it is there.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be removed.
+pub fn remove(path: &Path) -> Result<()> {
+    remove_if_there(path).map_err(|source| Error::io("remove", path, source))
+}
+
 fn remove_if_there(path: &Path) -> io::Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),

@@ -86,6 +86,14 @@ impl ParticleSeries {
         })
     }
 
+    /// Whether the file has the rows that [`resume`](Self::resume) wants.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::error::Error::Input) if not.
+    pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
+        CsvWriter::holds(path, state.length)
+    }
+
     /// What is needed to go on; the rows so far are safe on disk after this.
     pub fn state(&mut self) -> Result<PathsState> {
         let last = self.last.iter();

@@ -1,6 +1,7 @@
 //! Series of VTK files with their physical times (`.pvd`), what one opens in `ParaView`.
 
 use super::atomic::write_bytes;
+use super::directory::remove;
 use crate::error::Result;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -25,7 +26,9 @@ impl Collection {
     pub fn resume(path: impl Into<PathBuf>, entries: Vec<(f64, String)>) -> Result<Self> {
         let path = path.into();
         let collection = Self { path, entries };
-        if !collection.entries.is_empty() {
+        if collection.entries.is_empty() {
+            remove(&collection.path)?;
+        } else {
             write_bytes(&collection.path, collection.text().as_bytes())?;
         }
         Ok(collection)

@@ -102,6 +102,14 @@ impl SeriesWriter {
         CsvWriter::resume(path, length).map(Self)
     }
 
+    /// Whether the file has the first `length` bytes that [`resume`](Self::resume) wants.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if not.
+    pub fn holds(path: &Path, length: u64) -> Result<()> {
+        CsvWriter::holds(path, length)
+    }
+
     /// Bytes of the file, which are safe on disk after this.
     pub fn length(&mut self) -> Result<u64> {
         self.0.length()
@@ -135,19 +143,24 @@ impl CsvWriter {
         Ok(table)
     }
 
-    /// Goes on after the first `length` bytes of the file, which are whole rows; what follows is cut off.
-    pub(super) fn resume(path: &Path, length: u64) -> Result<Self> {
-        let mut file = File::options()
-            .write(true)
-            .open(path)
-            .map_err(|source| gone(path, &source.to_string()))?;
-        let found = file
-            .metadata()
-            .map_err(|source| Error::io("read", path, source))?
+    /// Whether the file has so many bytes at least.
+    pub(super) fn holds(path: &Path, length: u64) -> Result<()> {
+        let found = std::fs::metadata(path)
+            .map_err(|source| gone(path, &source.to_string()))?
             .len();
         if found < length {
             return Err(gone(path, &format!("it has {found} bytes of at least {length}")));
         }
+        Ok(())
+    }
+
+    /// Goes on after the first `length` bytes of the file, which are whole rows; what follows is cut off.
+    pub(super) fn resume(path: &Path, length: u64) -> Result<Self> {
+        Self::holds(path, length)?;
+        let mut file = File::options()
+            .write(true)
+            .open(path)
+            .map_err(|source| gone(path, &source.to_string()))?;
         file.set_len(length)
             .and_then(|()| file.seek(SeekFrom::End(0)))
             .map_err(|source| Error::io("cut", path, source))?;
@@ -162,6 +175,11 @@ impl CsvWriter {
         self.flush()?;
         let file = self.writer.get_ref();
         file.sync_all()
+            // The name of a new file, too.
+            .and_then(|()| match self.path.parent().filter(|parent| parent.is_dir()) {
+                Some(folder) => File::open(folder)?.sync_all(),
+                None => Ok(()),
+            })
             .and_then(|()| file.metadata())
             .map(|metadata| metadata.len())
             .map_err(|source| Error::io("write", &self.path, source))

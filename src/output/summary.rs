@@ -74,6 +74,8 @@ pub struct Summary {
     pub walls: Vec<WallSummary>,
     /// Collision operator, as in the case.
     pub collision: Option<String>,
+    /// How particles and fluid are coupled, as in the case.
+    pub coupling: Option<String>,
     /// Where the balancing force acts, as in the case.
     pub force_balance: Option<String>,
     /// Text of the case file with overrides applied.
@@ -198,6 +200,7 @@ mod tests {
                 angular_velocity: [0.0; 3],
             }],
             collision: Some("bgk".into()),
+            coupling: Some("paper".into()),
             force_balance: None,
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }
@@ -226,6 +229,7 @@ mod tests {
             "shapes",
             "walls",
             "collision",
+            "coupling",
             "force_balance",
         ] {
             assert!(json.get(key).is_some(), "{key}");

@@ -5,6 +5,7 @@ use super::observe::{Observer, ObserverState};
 use super::run::RunOptions;
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
+use crate::comm::Comm;
 use crate::coupling::MeanFlow;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
@@ -23,6 +24,8 @@ const SLOW_DISK: f64 = 1e8;
 struct Shared {
     mean: MeanFlow,
     observer: ObserverState,
+    /// How long the checkpoint before has taken to write (s).
+    write_seconds: Option<f64>,
 }
 
 /// What somebody asks of a run.
@@ -42,8 +45,13 @@ pub(super) struct Keeper<'a> {
     start: Instant,
     /// The step of the last one.
     last: Option<u64>,
-    /// How long one may take.
-    reserve: Duration,
+    /// How long one takes to write (s), once one has been written.
+    write_seconds: Option<f64>,
+    /// Bytes of the populations of all ranks.
+    bytes: f64,
+    /// When a step began last, with what was written after the one before; and the longest time from one to the next.
+    round: Instant,
+    longest_round: Duration,
 }
 
 impl<'a> Keeper<'a> {
@@ -54,25 +62,43 @@ impl<'a> Keeper<'a> {
         simulation: &Simulation<T>,
         start: Instant,
     ) -> Self {
-        let block = decomposition.block(simulation.comm.rank());
-        let bytes = (block.cell_count() * simulation.saved_bytes()) as f64;
         Self {
             folder: OutputFiles::new(&setup.output.directory).checkpoints(),
-            block,
+            block: decomposition.block(simulation.comm.rank()),
             setup,
             start,
             last: None,
-            reserve: Duration::from_secs_f64(bytes / SLOW_DISK),
+            write_seconds: None,
+            bytes: (setup.domain.cell_count() * simulation.saved_bytes()) as f64,
+            round: Instant::now(),
+            longest_round: Duration::ZERO,
         }
     }
 
-    /// What signals and the clock ask of this rank. Called when the ranks are about to tell each other.
-    pub(super) fn wishes(&self, options: &RunOptions) -> Wishes {
-        let late = options
-            .max_walltime
-            .is_some_and(|limit| self.start.elapsed() + self.reserve >= limit);
+    /// What a run that is told to end needs to do so: another step with its files, the last files, and a checkpoint, twice the
+    /// longest that each has taken. A disk of which nothing is known is taken to be slow.
+    pub(super) fn reserve(&self) -> Duration {
+        let write = self
+            .write_seconds
+            .map_or(self.bytes / SLOW_DISK, |seconds| 2.0 * seconds);
+        Duration::from_secs_f64(write) + 2 * self.longest_round
+    }
+
+    /// Whether the time of the run is over on any rank; looked at after every step if there is a limit. Collective.
+    pub(super) fn is_late(&mut self, comm: &Comm, options: &RunOptions) -> bool {
+        let Some(limit) = options.max_walltime else {
+            return false;
+        };
+        let now = Instant::now();
+        self.longest_round = self.longest_round.max(now - self.round);
+        self.round = now;
+        comm.any(self.start.elapsed() + self.reserve() >= limit)
+    }
+
+    /// What signals ask of this rank. Called when the ranks are about to tell each other.
+    pub(super) fn wishes(options: &RunOptions) -> Wishes {
         Wishes {
-            stop: late || options.stop.load(Ordering::Relaxed),
+            stop: options.stop.load(Ordering::Relaxed),
             checkpoint: options.checkpoint.swap(false, Ordering::Relaxed),
         }
     }
@@ -96,7 +122,10 @@ impl<'a> Keeper<'a> {
         let start = Instant::now();
         self.write(simulation, observer)?;
         self.last = Some(step);
-        self.reserve = self.reserve.max(2 * start.elapsed());
+        let seconds = start.elapsed().as_secs_f64();
+        self.write_seconds = Some(self.write_seconds.map_or(seconds, |before| before.max(seconds)));
+        // It is counted by itself.
+        self.round = Instant::now();
         simulation
             .timings
             .add("checkpoint", start.elapsed().as_secs_f64());
@@ -107,8 +136,12 @@ impl<'a> Keeper<'a> {
         simulation.check()?;
         let state = checkpoint::agreed(&simulation.comm, simulation.save())?;
         let shared = observer.state(&simulation.comm)?.map_or(Vec::new(), |observer| {
-            let mean = state.mean;
-            serde_json::to_vec(&Shared { mean, observer }).expect("plain data is always JSON")
+            let shared = Shared {
+                mean: state.mean,
+                observer,
+                write_seconds: self.write_seconds,
+            };
+            serde_json::to_vec(&shared).expect("plain data is always JSON")
         });
         let head = Head {
             step: simulation.step,
@@ -126,7 +159,8 @@ impl<'a> Keeper<'a> {
             coupling: &state.coupling,
             shared: &shared,
         };
-        checkpoint::write(&self.folder, &simulation.comm, &head, &part, |z, out| {
+        let comm = &simulation.comm;
+        checkpoint::write(&self.folder, comm, self.last, &head, &part, |z, out| {
             simulation.save_plane(z, out);
         })
     }
@@ -141,19 +175,28 @@ impl<'a> Keeper<'a> {
         simulation: &mut Simulation<T>,
     ) -> Result<(ObserverState, Vec<String>)> {
         let comm = simulation.comm.clone();
-        let (observer, skipped) =
+        let (shared, skipped) =
             checkpoint::newest_sound(&self.folder, &comm, |saved| self.restore(simulation, saved))?;
         self.last = Some(simulation.step);
-        Ok((observer, skipped))
+        self.write_seconds = shared.write_seconds;
+        let (done, end) = (simulation.step, self.setup.end_step);
+        if end < done {
+            return Err(Error::Agreed {
+                code: 2,
+                text: format!("the run has done {done} steps, but `run.end` is step {end}: give a later end"),
+            });
+        }
+        Ok((shared.observer, skipped))
     }
 
-    fn restore<T: Real>(&self, simulation: &mut Simulation<T>, saved: &Checkpoint) -> Result<ObserverState> {
+    fn restore<T: Real>(&self, simulation: &mut Simulation<T>, saved: &Checkpoint) -> Result<Shared> {
         let comm = simulation.comm.clone();
         let head = saved.head();
         let fits = if (head.cells, head.bytes_per_cell) == (self.setup.domain.cells, simulation.saved_bytes())
         {
             serde_json::from_slice::<Shared>(saved.shared())
                 .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
+                .and_then(|shared| shared.observer.fits(self.setup).map(|()| shared))
         } else {
             Err(Error::Input(format!("{} is of another case", saved.name())))
         };
@@ -162,6 +205,6 @@ impl<'a> Keeper<'a> {
         simulation.restore(head.step, shared.mean, &engines, &couplings, |block, visit| {
             saved.planes(block, visit)
         })?;
-        Ok(shared.observer)
+        Ok(shared)
     }
 }

@@ -53,6 +53,16 @@ pub(super) struct ObserverState {
     writer: WriterState,
 }
 
+impl ObserverState {
+    /// Whether the files of the run are still what it has left, as far as they must be to go on.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if rows are gone.
+    pub(super) fn fits(&self, setup: &Setup) -> Result<()> {
+        self.writer.fits(setup)
+    }
+}
+
 /// The failure of this rank, or that another one has failed. Collective.
 fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
     let any = comm.any(failed.is_some());

@@ -4,7 +4,7 @@ use super::run::{Origin, RunOptions, run_from};
 use crate::case::{self, Setup};
 use crate::checkpoint::{self, CaseText};
 use crate::comm::Comm;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::output::{OutputFiles, Summary};
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use std::path::Path;
 /// as that of [`run`](super::run()).
 ///
 /// # Errors
-/// [`Error::Input`] if there is no sound checkpoint; else as [`run`](super::run()).
+/// [`Error::Input`](crate::error::Error::Input) if there is no sound checkpoint; else as [`run`](super::run()).
 pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     run_from(setup, options, Origin::Checkpoint)
 }
@@ -21,7 +21,7 @@ pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 /// options for keys of `[run]` and `[output]`.
 ///
 /// # Errors
-/// [`Error::Input`] if there is no such checkpoint, or for a change that would make another run of it.
+/// [`Error::Input`](crate::error::Error::Input) if there is no such checkpoint, or for a change that would make another run of it.
 pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
     let folder = OutputFiles::new(directory).checkpoints();
     let newest = |checkpoint: &checkpoint::Checkpoint| Ok(checkpoint.head().clone());
@@ -30,11 +30,5 @@ pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>)
     let mut setup = case::from_saved(name, text, files, changes)?;
     setup.output.directory = directory.to_path_buf();
     setup.threads = threads.unwrap_or(setup.threads);
-    if setup.end_step < head.step {
-        return Err(Error::Input(format!(
-            "the run has done {} steps, but `run.end` is step {}: give a later end",
-            head.step, setup.end_step
-        )));
-    }
     Ok(setup)
 }

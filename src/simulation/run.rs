@@ -246,7 +246,7 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             observer
         }
     };
-    let mut asked = Wishes::default();
+    let (first, mut asked) = (simulation.step, Wishes::default());
     loop {
         observer.observe(&mut simulation, false)?;
         keeper.keep(&mut simulation, &mut observer, asked)?;
@@ -255,12 +255,21 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
         simulation.wishes = if tells {
-            keeper.wishes(options)
+            Keeper::wishes(options)
         } else {
             Wishes::default()
         };
         simulation.step()?;
         asked = simulation.wishes;
+        if keeper.is_late(&simulation.comm, options) {
+            if !asked.stop && simulation.step == first + 1 {
+                observer.warn(&format!(
+                    "the time limit leaves room for one step only: {:.0} s of it are kept for a checkpoint and the last files",
+                    keeper.reserve().as_secs_f64()
+                ));
+            }
+            asked.stop = true;
+        }
     }
     simulation.check()?;
     observer.observe(&mut simulation, true)?;

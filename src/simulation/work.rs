@@ -71,7 +71,7 @@ impl<'a> Work<'a> {
         let ramp = if setup.dry {
             0.0
         } else {
-            0.5 * setup.solid_ramp_width
+            setup.fraction().half_layer()
         };
         let bodies: Vec<Body> = (setup.particles.iter())
             .map(|particle| {

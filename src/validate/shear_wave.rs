@@ -28,6 +28,7 @@ pub(super) fn fluid<T: Real>(setup: &Setup) -> Fluid<T> {
     let params = FluidParams {
         relaxation_time: setup.relaxation_time,
         collision: setup.collision,
+        solids: setup.solids,
         simd: setup.simd.unwrap_or_else(Simd::best),
     };
     let open = Boundary {

@@ -7,7 +7,7 @@ function most(a, b) { return a > b ? a : b }
 $1 == "cells" && $2 != "edge" { x = $3 / 2; n++; sx += x; sy += $4; sxx += x * x; sxy += x * $4; each = each sprintf("%s%.2f", n > 1 ? ", " : "", 1e9 * $4 / x) }
 $1 == "free" { free_cells = $2 / 2; covered = $3 / 2; map = $4; sweep = $5 }
 $1 == "sphere" { spheres = $2; touching = $3; with = $4; without = $5 }
-$1 == "polyhedron" { bodies = $2; few = $3; time_few = $4; many = $5; time_many = $6; time_none = $7 }
+$1 == "polyhedron" { few = $3; time_few = $4; many = $5; time_many = $6 }
 $1 == "network" { per_message = $2; per_byte = $3; per_reduction = $4 }
 
 # Seconds per step of a rank with a cubic block of `s` cells, one of `ranks`; sets the share of what is not its own work.
@@ -28,8 +28,8 @@ END {
     a = (n * sxy - sx * sy) / (n * sxx - sx * sx)
     b = (map + sweep - a * free_cells) / covered
     c = without / spheres
-    d = most(0, (with - without) / touching)
-    polyhedron = (time_many - time_few) / (many - few)
+    d = touching > 0 ? most(0, (with - without) / touching) : 0
+    polyhedron = many > few ? (time_many - time_few) / (many - few) : 0
     printf "Made by `run.sh` with %s on two cores.\n\n", version
     print "| what | cost | how measured |"
     print "|---|---|---|"

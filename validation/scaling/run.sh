@@ -122,15 +122,14 @@ echo "costs" >&2
 bench "$out/free.json" 2 threads "$paper" --set "$small" --steps 40 --warm-up 100 --no-contact
 bench "$out/dry_few.json" 1 threads "$root/cases/dry_box.toml" --steps 50 --warm-up 20
 bench "$out/dry_many.json" 1 threads "$root/cases/dry_box.toml" --steps 50 --warm-up 4000
-bench "$out/dry_none.json" 1 threads "$root/cases/dry_box.toml" --steps 50 --warm-up 20 --no-contact
 touching=$out/pair_1_threads_1.json
 bench "$out/touching_none.json" 1 threads "$paper" --set "$small" --steps 40 --warm-up "$warm_up" --no-contact
 network=$out/pair_2_mpi_1.json
 {
-    cat "$out/cells.csv" | sed 's/^/cells,/'
+    sed 's/^/cells,/' "$out/cells.csv"
     echo "free,$(of "$out/free.json" cells),$(sum_of_ranks "$out/free.json" covered_cells),$(mean "$out/free.json" stages_over_ranks map),$(mean "$out/free.json" stages_over_ranks fluid)"
     echo "sphere,$(of "$touching" particles),$(of "$touching" contacts),$(part "$touching" stages dem),$(part "$out/touching_none.json" stages dem)"
-    echo "polyhedron,$(of "$out/dry_few.json" particles),$(of "$out/dry_few.json" contacts),$(part "$out/dry_few.json" stages dem),$(of "$out/dry_many.json" contacts),$(part "$out/dry_many.json" stages dem),$(part "$out/dry_none.json" stages dem)"
+    echo "polyhedron,$(of "$out/dry_few.json" particles),$(of "$out/dry_few.json" contacts),$(part "$out/dry_few.json" stages dem),$(of "$out/dry_many.json" contacts),$(part "$out/dry_many.json" stages dem)"
     echo "network,$(part "$network" network seconds_per_message),$(part "$network" network seconds_per_byte),$(part "$network" network seconds_per_reduction)"
 } > "$out/cost.csv"
 awk -F, -v version="$version" -f "$here/cost.awk" "$out/cost.csv" > "$out/cost.md"

@@ -21,6 +21,7 @@ pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams 
     FluidParams {
         relaxation_time,
         collision,
+        solids: crate::fluid::SolidCollision::ExactDifference,
         simd: Simd::best(),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::case::Setup;
 use crate::coupling::ForceBalance;
-use crate::fluid::{Collision, Precision, Real, Simd};
+use crate::fluid::{Collision, Precision, Real, Simd, SolidCollision};
 use crate::output::{Estimate, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::wall::Surface;
@@ -76,6 +76,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         shapes: shapes(setup),
         walls: walls(setup),
         collision: wet.then(|| collision_name(setup.collision).to_owned()),
+        coupling: wet.then(|| coupling_name(setup.solids).to_owned()),
         force_balance: wet.then(|| balance_name(setup.force_balance).to_owned()),
         input: setup.text.clone(),
     }
@@ -140,6 +141,15 @@ fn collision_name(collision: Collision) -> &'static str {
     match collision {
         Collision::Bgk => "bgk",
         Collision::Trt { .. } => "trt",
+    }
+}
+
+/// As in the case file.
+fn coupling_name(solids: SolidCollision) -> &'static str {
+    if solids.is_saturated() {
+        "saturated"
+    } else {
+        "paper"
     }
 }
 

@@ -54,6 +54,18 @@ pub(in crate::simulation) struct WriterState {
     max_mach: f64,
 }
 
+impl WriterState {
+    /// Whether the tables hold the rows that they held then.
+    pub(in crate::simulation) fn fits(&self, setup: &Setup) -> Result<()> {
+        let files = OutputFiles::new(&setup.output.directory);
+        match &self.series {
+            None => Ok(()),
+            Some((length, paths)) => SeriesWriter::holds(&files.series(), *length)
+                .and_then(|()| ParticleSeries::holds(&files.particle_series(), paths)),
+        }
+    }
+}
+
 impl<'a> Writer<'a> {
     pub(super) fn new(setup: &'a Setup, quiet: bool) -> Self {
         Self::starting_at(0, setup, quiet)
@@ -70,7 +82,6 @@ impl<'a> Writer<'a> {
     ) -> Result<Self> {
         let writer = Self::starting_at(step, setup, quiet);
         let files = &writer.files;
-        // First all that may be refused.
         let series = match &state.series {
             None => None,
             Some((length, paths)) => Some((
@@ -90,6 +101,10 @@ impl<'a> Writer<'a> {
         .flatten()
         .collect();
         directory::clear_after(files.directory(), step, &kept)?;
+        if state.series.is_none() {
+            directory::remove(&files.series())?;
+            directory::remove(&files.particle_series())?;
+        }
         Ok(Self {
             series,
             fields: Collection::resume(files.fields_collection(), state.fields)?,

@@ -149,6 +149,17 @@ fn a_suspension_between_walls_goes_on_to_the_bit_on_any_ranks() {
 }
 
 #[test]
+fn partially_saturated_cells_go_on_to_the_bit_on_any_ranks() {
+    let setup = setup(&CASE.replace(
+        "relaxation_time = 0.55",
+        "relaxation_time = 0.55\ncoupling = \"saturated\"",
+    ));
+    for before in [0, 1, 13] {
+        goes_on::<f32>(&setup, before, 30, &[1, 2, 4]);
+    }
+}
+
+#[test]
 fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
     let periodic = CASE
         .replace("periodic = [true, true, false]", "")

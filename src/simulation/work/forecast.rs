@@ -1,11 +1,11 @@
 //! What every rank has to do and to send in a time step, before the first one.
 //!
 //! ```text
-//! time of a rank = work + c_message messages + c_byte bytes + 2 log2(ranks) c_message 3 / 8
+//! time of a rank = work + c_message messages + c_byte bytes + 2 log2(ranks) c_message / 8
 //! efficiency     = work on one rank / (ranks x longest time of a rank)
 //! ```
 //!
-//! The last term stands for the three global reductions of every eighth step. The work of a rank counts what is done twice:
+//! The last term stands for the global reduction of every eighth step. The work of a rank counts what is done twice:
 //! ghosts, and faces to pack. Messages do not hide behind work here, so the efficiency is a lower bound.
 
 use super::{Work, costs};
@@ -102,7 +102,7 @@ impl Forecast {
     /// Parallel efficiency with messages.
     pub fn efficiency(&self) -> f64 {
         let ranks = self.ranks.len() as f64;
-        let reductions = 3.0 / CONTROL_INTERVAL as f64 * 2.0 * libm::log2(ranks) * costs::MESSAGE;
+        let reductions = 2.0 * libm::log2(ranks) * costs::MESSAGE / CONTROL_INTERVAL as f64;
         let longest = (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions;
         if longest > 0.0 {
             self.alone / (ranks * longest)

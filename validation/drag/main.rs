@@ -1,0 +1,325 @@
+//! Drag on a body held, or moved at a constant velocity, in a periodic cube: one row of a table for each combination of the
+//! lists given as `key=a,b,...`. See the README of this folder.
+//!
+//! Lattice units throughout.
+
+#![allow(clippy::print_stdout)]
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::Arc;
+use turbid::comm::Comm;
+use turbid::coupling::{Coupling, CouplingParams, ForceBalance, Fraction};
+use turbid::domain::{Decomposition, Domain};
+use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd, SolidCollision};
+use turbid::math::{Quat, Vec3, nalgebra::Quaternion};
+use turbid::particle::{Particle, ParticleStore, Template};
+use turbid::shape::{Cuboid, Shape, Sphere};
+use turbid::units::Units;
+
+/// Volume fractions and drag factors of simple-cubic arrays of spheres (Zick and Homsy 1982; others by an own solution with
+/// periodic Stokeslets, which agrees with theirs).
+const SPHERES: [(f64, f64); 11] = [
+    (0.027, 2.00775),
+    (0.064, 2.81020),
+    (0.065_449_8, 2.84202),
+    (0.1, 3.64245),
+    (0.125, 4.29159),
+    (0.15, 5.01902),
+    (0.2, 6.7757),
+    (0.216, 7.44195),
+    (0.25, 9.062),
+    (0.300_74, 12.1144),
+    (0.343, 15.4),
+];
+
+/// One row: what is computed.
+struct Row {
+    solids: SolidCollision,
+    collision: Collision,
+    tau: f64,
+    /// Cells of the diameter of the sphere of equal volume, nearly.
+    resolution: f64,
+    volume_fraction: f64,
+    cube: bool,
+    rotated: u64,
+    /// Number of a random place in its cell; 0 is the middle of a cell.
+    place: u64,
+    /// Speed of fluid and body in a direction without symmetry (cells per step).
+    speed: f64,
+    reynolds: f64,
+}
+
+/// A random number in (0, 1) of a fixed sequence.
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Drag factor of an array of spheres: through the values of the table.
+fn spheres(volume_fraction: f64) -> f64 {
+    // `1 / K` is nearly a quadratic in the cube root between three neighbours.
+    let x = volume_fraction.cbrt();
+    let at = SPHERES
+        .partition_point(|&(phi, _)| phi < volume_fraction)
+        .clamp(1, SPHERES.len() - 2);
+    let near = &SPHERES[at - 1..=at + 1];
+    let mut sum = 0.0;
+    for (i, &(phi, k)) in near.iter().enumerate() {
+        let mut weight = 1.0;
+        for (j, &(other, _)) in near.iter().enumerate() {
+            if i != j {
+                weight *= (x - other.cbrt()) / (phi.cbrt() - other.cbrt());
+            }
+        }
+        sum += weight / k;
+    }
+    1.0 / sum
+}
+
+struct Outcome {
+    /// Drag factor over its reference.
+    drag: f64,
+    /// Force over the momentum fed into the fluid.
+    balance: f64,
+    /// Standard deviation of the force over its mean.
+    noise: f64,
+    /// Largest deviation.
+    extreme: f64,
+    /// Force across the flow over that along it.
+    across: f64,
+    /// Torque over force times radius.
+    torque: f64,
+    /// Volume on the lattice over the volume of the body.
+    volume: f64,
+    steps: u64,
+}
+
+fn measure(row: &Row) -> Outcome {
+    let edge = (row.resolution * (PI / 6.0 / row.volume_fraction).cbrt()).round();
+    let cells = edge as usize;
+    let radius = 0.5 * edge * (6.0 * row.volume_fraction / PI).cbrt();
+    let domain = Domain {
+        periodic: [true; 3],
+        cells: [cells; 3],
+        dx: 1.0,
+    };
+    let units = Units {
+        dx: 1.0,
+        dt: 1.0,
+        density: 1.0,
+    };
+    let decomposition = Decomposition::new(domain, 1).expect("one block");
+    let shape: Arc<dyn Shape> = if row.cube {
+        Arc::new(Cuboid::new(Vec3::repeat(edge * row.volume_fraction.cbrt())).expect("a cube"))
+    } else {
+        Arc::new(Sphere { radius })
+    };
+    let nu = (row.tau - 0.5) / 3.0;
+    // A cube of this volume fraction in an array has a drag factor close to this (relative to the sphere of equal volume).
+    let expected = if row.cube {
+        if (row.volume_fraction - 0.064).abs() < 1e-9 {
+            3.3203
+        } else {
+            1.13 * spheres(row.volume_fraction)
+        }
+    } else {
+        spheres(row.volume_fraction)
+    };
+    let speed = row.reynolds * nu / (2.0 * radius);
+    let resistance = 6.0 * PI * nu * radius * expected;
+    let acceleration = resistance * speed / edge.powi(3);
+    let along = Vec3::new(0.0, 0.0, 1.0);
+    let drift = Vec3::new(0.48, -0.6, 0.64) * row.speed;
+
+    let mut seed = row.place;
+    let mut aside = || if row.place == 0 { 0.5 } else { random(&mut seed) };
+    let centre = Vec3::from_fn(|_, _| (cells / 2) as f64 + aside());
+    let mut particle = Particle::at(0, 0, centre);
+    particle.velocity = drift.into();
+    if row.rotated > 0 {
+        let mut seed = row.rotated;
+        let q: [f64; 4] = std::array::from_fn(|_| random(&mut seed) - 0.5);
+        let q = if row.rotated == 45 {
+            Quaternion::new((PI / 8.0).cos(), 0.0, (PI / 8.0).sin(), 0.0)
+        } else {
+            Quaternion::new(q[0], q[1], q[2], q[3])
+        };
+        particle.set_orientation(&Quat::new_normalize(q));
+    }
+    let templates: Arc<[Template]> = Arc::new([Template {
+        shape: shape.clone(),
+        material: 0,
+        density: 1.0,
+    }]);
+    let params = FluidParams {
+        relaxation_time: row.tau,
+        collision: row.collision,
+        solids: row.solids,
+        simd: Simd::best(),
+    };
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none());
+    let start = drift + along * speed;
+    fluid.set_equilibrium(|_| (1.0, start.into()));
+    let coupled = CouplingParams {
+        units,
+        solids: row.solids,
+        fraction: if row.solids.is_saturated() {
+            Fraction::Volume
+        } else {
+            Fraction::Ramp(0.5)
+        },
+        gravity: Vec3::zeros(),
+        force_balance: ForceBalance::FluidOnly,
+    };
+    let mut coupling = Coupling::new(coupled, &decomposition, 0, shape.circumradius());
+    let mut store = ParticleStore {
+        templates,
+        particles: vec![particle],
+        owned: 1,
+        owners: vec![0],
+    };
+    let volume = edge.powi(3);
+    let time_constant = volume / resistance;
+    let interval = ((time_constant / 4.0).ceil() as u64).max(50);
+    let (mut before, mut steady, mut steps) = (0.0, 0, 0);
+    loop {
+        let (mut sum, mut count) = (Vec3::zeros(), 0.0);
+        let mut forces = Vec::new();
+        let (mut torque, mut solid) = (Vec3::zeros(), 0.0);
+        for step in 0..interval {
+            coupling.map(&store);
+            coupling.begin_exchange(&fluid);
+            let look = step % 7 == 0;
+            let flow = fluid.sweep((along * acceleration).into(), &mut coupling.solids(&store), look);
+            fluid.exchange();
+            let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
+            let one = (1_u64 << 42) as f64;
+            if let Some(flow) = flow {
+                sum += Vec3::from(flow.momentum.map(|p| p as f64 / one)) / volume;
+                solid += flow.solid as f64 / one;
+                count += 1.0;
+            }
+            forces.push(load.force);
+            torque += load.torque;
+            let particle = &mut store.particles[0];
+            particle.position = domain.wrap(particle.position() + particle.velocity()).into();
+            steps += 1;
+        }
+        let mean = sum / count - drift;
+        let change = (mean.z - before).abs() / speed;
+        before = mean.z;
+        steady = if change < 3e-4 { steady + 1 } else { 0 };
+        let passed = row.speed * steps as f64;
+        if (steady >= 2 && (row.speed == 0.0 || passed > 3.0)) || steps > 200_000 {
+            let n = forces.len() as f64;
+            let force = forces.iter().sum::<Vec3>() / n;
+            // Against the trend over the interval.
+            let slope = forces
+                .iter()
+                .enumerate()
+                .map(|(i, f)| (i as f64 - 0.5 * (n - 1.0)) * f.z)
+                .sum::<f64>()
+                / (n * (n * n - 1.0) / 12.0);
+            let off: Vec<f64> = forces
+                .iter()
+                .enumerate()
+                .map(|(i, f)| f.z - force.z - slope * (i as f64 - 0.5 * (n - 1.0)))
+                .collect();
+            let mapped = solid / count;
+            return Outcome {
+                drag: acceleration * volume / (6.0 * PI * nu * radius * mean.z) / expected,
+                balance: force.z / (acceleration * volume * (1.0 - row.volume_fraction)),
+                noise: (off.iter().map(|x| x * x).sum::<f64>() / n).sqrt() / force.z,
+                extreme: off.iter().fold(0.0_f64, |m, x| m.max(x.abs())) / force.z,
+                across: force.xy().norm() / force.z,
+                torque: torque.norm() / n / (force.z * radius),
+                volume: mapped / shape.volume(),
+                steps,
+            };
+        }
+    }
+}
+
+fn main() {
+    let mut lists: BTreeMap<String, Vec<String>> = [
+        ("solids", "paper"),
+        ("magic", "0.125"),
+        ("tau", "0.55"),
+        ("n", "8"),
+        ("phi", "0.06545"),
+        ("shape", "sphere"),
+        ("rotated", "0"),
+        ("place", "0"),
+        ("speed", "0"),
+        ("re", "0.02"),
+    ]
+    .into_iter()
+    .map(|(k, v)| (k.to_string(), vec![v.to_string()]))
+    .collect();
+    let mut given = false;
+    for argument in std::env::args().skip(1) {
+        if let Some((key, list)) = argument.split_once('=') {
+            given = true;
+            lists.insert(key.into(), list.split(',').map(str::to_string).collect());
+        }
+    }
+    if !given {
+        return;
+    }
+    println!(
+        "solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps"
+    );
+    let keys = [
+        "solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re",
+    ];
+    let total: usize = keys.iter().map(|k| lists[*k].len()).product();
+    for mut number in 0..total {
+        let mut pick: BTreeMap<&str, &str> = BTreeMap::new();
+        for key in keys.iter().rev() {
+            let list = &lists[*key];
+            pick.insert(key, &list[number % list.len()]);
+            number /= list.len();
+        }
+        let real = |key: &str| -> f64 { pick[key].parse().expect("a number") };
+        let whole = |key: &str| -> u64 { pick[key].parse().expect("a whole number") };
+        let row = Row {
+            solids: match pick["solids"] {
+                "paper" => SolidCollision::ExactDifference,
+                "sc1" => SolidCollision::Sc1,
+                "sc2" => SolidCollision::Sc2,
+                "sc3" => SolidCollision::Sc3,
+                other => panic!("{other}"),
+            },
+            collision: if pick["magic"] == "bgk" {
+                Collision::Bgk
+            } else {
+                Collision::Trt { magic: real("magic") }
+            },
+            tau: real("tau"),
+            resolution: real("n"),
+            volume_fraction: real("phi"),
+            cube: pick["shape"] == "cube",
+            rotated: whole("rotated"),
+            place: whole("place"),
+            speed: real("speed"),
+            reynolds: real("re"),
+        };
+        let o = measure(&row);
+        let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();
+        println!(
+            "{},{:+.2} %,{:.4},{:.2e},{:.2e},{:.1e},{:.1e},{:.4},{}",
+            words.join(","),
+            100.0 * (o.drag - 1.0),
+            o.balance,
+            o.noise,
+            o.extreme,
+            o.across,
+            o.torque,
+            o.volume,
+            o.steps
+        );
+    }
+}
