@@ -9,7 +9,7 @@
 //!
 //! ```text
 //! front     main -> cli
-//! whole     simulation   case   output   packing   checkpoint
+//! whole     validate   crosscheck   simulation   case   output   packing   checkpoint
 //! border    coupling                the only place where lattice units meet SI at run time
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall

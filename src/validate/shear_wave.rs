@@ -100,7 +100,10 @@ fn waves(trial: &Trial) -> Result<Findings> {
                 let rate = setup.scales.viscosity * k * k;
                 [rate * n as f64 * setup.units.dt, amplitude / AMPLITUDE]
             });
-            curves.push((title, scaled.filter(|point| point[0] < 1.5).collect()));
+            curves.push((
+                format!("tau {}", setup.relaxation_time),
+                scaled.filter(|point| point[0] < 1.5).collect(),
+            ));
         }
     }
     let exact = (0..=100).map(|n| [0.015 * f64::from(n), (-0.015 * f64::from(n)).exp()]);

@@ -28,7 +28,7 @@ pub(super) const CASE: Case = Case {
         Part::quick(9.0, |trial| {
             drag(trial, &Array::at(0.064, 25, 1).fluid(0.55, 0.1))
         }),
-        Part::quick(30.0, |trial| {
+        Part::quick(9.0, |trial| {
             drag(trial, &Array::at(0.25, 16, 2).fluid(0.55, 0.15))
         }),
     ],
