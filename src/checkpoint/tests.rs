@@ -90,9 +90,11 @@ fn write_as(directory: &Path, comm: &Comm, block: Block, head: &Head, create: &w
             }
         }
     };
-    let sound = (list(directory).unwrap_or_default().iter())
-        .map(|found| found.step)
-        .find(|&step| step <= head.step);
+    // The one before, as of a run that goes on; else that of the same step.
+    let before = list(directory).unwrap_or_default();
+    let sound = (before.iter().map(|found| found.step))
+        .filter(|&step| step <= head.step)
+        .max_by_key(|&step| (step < head.step, step));
     write::write(directory, comm, sound, head, &part, plane, create)
 }
 
