@@ -64,7 +64,7 @@ impl ObserverState {
 }
 
 /// The failure of this rank, or that another one has failed. Collective.
-fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
+pub(super) fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
     let any = comm.any(failed.is_some());
     match failed {
         Some(error) => Err(error),

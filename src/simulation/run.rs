@@ -1,7 +1,7 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
 use super::keeper::{Keeper, Wishes};
-use super::observe::Observer;
+use super::observe::{Observer, agree as agree_here};
 use super::work::{Forecast, Work};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::Setup;
@@ -280,7 +280,5 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
 /// What rank 0 does for all. Collective.
 fn in_rank_0(comm: &Comm, work: impl FnOnce() -> Result<()>) -> Result<()> {
     let done = if comm.rank() == 0 { work() } else { Ok(()) };
-    let failed = comm.any(done.is_err());
-    done?;
-    if failed { Err(Error::OtherRank) } else { Ok(()) }
+    agree_here(comm, done.err())
 }
