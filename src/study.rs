@@ -1,0 +1,3 @@
+//! Parameter studies: many runs of one case, and what they say together.
+
+pub mod document;
