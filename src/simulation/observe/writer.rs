@@ -285,6 +285,7 @@ impl<'a> Writer<'a> {
                     t_star: &self.t_star,
                     velocity: &self.settling,
                     mean: averaged_over.zip(estimate),
+                    settled,
                     references: if steady { &references } else { &[] },
                 },
             )?;
