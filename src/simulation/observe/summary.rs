@@ -14,6 +14,8 @@ pub(super) struct Outcome {
     /// Settling velocity over that of Stokes.
     pub(super) estimate: Option<Estimate>,
     pub(super) drift: Option<f64>,
+    /// `t*` of the end of the transient, and settling velocity over that of Stokes from there.
+    pub(super) settled: Option<(f64, Estimate)>,
     pub(super) averaged_over: Option<[f64; 2]>,
     pub(super) max_mach: f64,
     pub(super) hash: u64,
@@ -27,6 +29,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
     let Outcome {
         estimate,
         drift,
+        settled,
         averaged_over,
         max_mach,
         hash,
@@ -53,6 +56,9 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         settling_velocity_over_schiller_naumann: estimate.map(|e| e.mean * over_schiller_naumann),
         standard_error: estimate.and_then(|e| e.standard_error),
         drift,
+        transient_end: settled.map(|(end, _)| end),
+        settled_mean: settled.map(|(_, e)| e.mean),
+        settled_standard_error: settled.and_then(|(_, e)| e.standard_error),
         averaged_over,
         particles: setup.particles.len(),
         volume_fraction: scales.volume_fraction,
