@@ -110,13 +110,17 @@ impl Study {
         Ok(())
     }
 
+    /// Steps of a run.
+    pub fn steps(&self, run: usize) -> u64 {
+        match self.file.bench.as_ref().map(|bench| bench.value) {
+            Some(bench) => SAMPLES * bench.steps + bench.warm_up.unwrap_or(bench.steps),
+            None => self.plan.runs[run].setup.end_step,
+        }
+    }
+
     /// Cell updates of a run.
     fn updates(&self, run: usize) -> f64 {
-        let setup = &self.plan.runs[run].setup;
-        let steps = match self.file.bench.as_ref().map(|bench| bench.value) {
-            Some(bench) => SAMPLES * bench.steps + bench.warm_up.unwrap_or(bench.steps),
-            None => setup.end_step,
-        };
+        let (setup, steps) = (&self.plan.runs[run].setup, self.steps(run));
         let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
         cells as f64 * steps as f64
     }
@@ -212,3 +216,6 @@ fn default_directory(path: &Path) -> PathBuf {
         None => Path::new("out").join(name),
     }
 }
+
+#[cfg(test)]
+mod tests;
