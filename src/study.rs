@@ -75,6 +75,19 @@ impl Study {
             return Err(source.error(&file.case.span, &title, "no such file", remedy));
         }
         let plan = Plan::new(&source, &file, &case)?;
+        if let Some(window) = file
+            .windows
+            .iter()
+            .find(|window| window.value.from >= window.value.to)
+        {
+            let remedy = "give two times, e.g. from = 5, to = 15";
+            return Err(source.error(
+                &window.span,
+                "a window that ends before it begins",
+                "here",
+                remedy,
+            ));
+        }
         if let Some(bench) = &file.bench
             && bench.value.steps == 0
         {
@@ -105,8 +118,9 @@ impl Study {
         let beside = self.out.parent().unwrap_or(Path::new(""));
         let mut directories = vec![self.out.clone()];
         directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
-        let results = Results::new(&directories, self.file.bench.is_some());
-        self.states = results.states(&self.plan, &self.out)?;
+        let results = Results::new(&self.file, &directories);
+        let states = results.states(&self.plan, &self.out)?;
+        self.states = states;
         Ok(())
     }
 
@@ -187,7 +201,15 @@ impl Study {
         for section in &self.file.checks {
             let verdict = self.check(section)?;
             checks.extend(verdict.checks);
-            tables.extend(verdict.tables);
+            for mut table in verdict.tables {
+                let same =
+                    |known: &&document::Table| known.name.trim_end_matches(char::is_numeric) == table.name;
+                let known = tables.iter().filter(same).count();
+                if known > 0 {
+                    table.name = format!("{}{}", table.name, known + 1);
+                }
+                tables.push(table);
+            }
         }
         Ok(Document {
             title: self.file.title.value.clone(),

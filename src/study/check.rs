@@ -6,7 +6,7 @@ use super::document::{Check, Table};
 use super::file::{CheckKind, CheckSection};
 use super::points::{At, Known};
 use super::record::Quantity;
-use super::table::of_convergence;
+use super::table::{Found, of_convergence};
 use crate::case::located::Located;
 use crate::error::Result;
 
@@ -135,7 +135,10 @@ impl Study {
         )?;
         let x = self.plan.axis(&self.source, x)?;
         let mut series: Vec<(At, Option<Vec<Sample>>)> = Vec::new();
-        for at in self.points(&section.span, None, &check.only, &check.y.value)? {
+        let separate = (check.separate.iter())
+            .map(|name| self.plan.axis(&self.source, name))
+            .collect::<Result<Vec<_>>>()?;
+        for at in self.points_of(&section.span, &check.only, &check.y.value, &separate)? {
             let known = self.known(&check.y.value, &at)?;
             let cells = at[x].and_then(|place| self.plan.axes[x].values[place].number);
             let (Some(cells), false) = (cells, known == Known::Absent) else {
@@ -158,7 +161,7 @@ impl Study {
             }
         }
         let mut verdict = Verdict::default();
-        let mut found = Vec::new();
+        let mut found: Vec<Found> = Vec::new();
         for (at, samples) in series {
             let Some(convergence) = samples.as_deref().and_then(Convergence::of) else {
                 continue;
@@ -186,7 +189,11 @@ impl Study {
                     )
                 }));
             }
-            found.push((self.title(&at, |_| true), convergence));
+            found.push(Found {
+                title: self.title(&at, |_| true),
+                group: self.title(&at, |axis| !separate.contains(&axis)),
+                convergence,
+            });
         }
         if !found.is_empty() {
             verdict.tables.extend(of_convergence(&self.name(section), &found));
@@ -198,7 +205,7 @@ impl Study {
     fn values(&self, section: &Located<CheckSection>) -> Result<Vec<(At, Quantity)>> {
         let CheckSection { y, only, .. } = &section.value;
         let mut values = Vec::new();
-        for at in self.points(&section.span, None, only, &y.value)? {
+        for at in self.points_of(&section.span, only, &y.value, &[])? {
             if let Known::Value(quantity) = self.known(&y.value, &at)? {
                 values.push((at, quantity));
             }

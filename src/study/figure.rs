@@ -68,12 +68,15 @@ impl Study {
         for place in places {
             let mut lines = Vec::new();
             for quantity in &value.y.value.0 {
-                let points = self.points(span, Some(&free), &value.only, quantity)?;
+                let points = self.points(span, &free, &value.only, quantity)?;
                 let here = |at: &&At| across.is_none_or(|axis| at[axis].is_none() || at[axis] == place);
                 self.lines(quantity, x, points.iter().filter(here), &mut lines, &mut gaps)?;
             }
             if lines.is_empty() {
                 continue;
+            }
+            if value.error {
+                lines.iter_mut().for_each(Line::into_error);
             }
             let several = value.y.value.0.len() > 1;
             for line in &mut lines {
@@ -100,6 +103,12 @@ impl Study {
                 series: drawn,
             });
         }
+        let quantity = &value.y.value.0[0];
+        let words = if value.error {
+            format!("error of {} (part of the extrapolation)", self.words(quantity))
+        } else {
+            self.words(quantity)
+        };
         let axis = |label: &Option<String>, other: String, log| Axis {
             label: label.clone().unwrap_or(other),
             log,
@@ -108,7 +117,7 @@ impl Study {
             name: value.name.value.clone(),
             title: value.title.clone(),
             x: axis(&value.x_label, self.plan.axes[x].label.clone(), value.x_log),
-            y: axis(&value.y_label, self.words(&value.y.value.0[0]), value.y_log),
+            y: axis(&value.y_label, words, value.y_log),
             panels,
             note: gaps.note(&value.note),
         })
@@ -187,6 +196,10 @@ impl Study {
                 );
                 continue;
             }
+            if let Some(order) = reference.value.order {
+                all.extend(power(lines, order, label));
+                continue;
+            }
             if let Some(band) = reference.value.band {
                 all.extend(mean_with_band(lines, band, label.unwrap_or("mean")));
                 continue;
@@ -237,16 +250,53 @@ impl Gaps {
     }
 }
 
+impl Line {
+    fn convergence(&self) -> Option<Convergence> {
+        let samples: Vec<Sample> = (self.points.iter())
+            .map(|point| Sample {
+                cells: point.x,
+                value: point.y,
+                error: point.error,
+            })
+            .collect();
+        Convergence::of(&samples)
+    }
+
+    /// Errors against the extrapolation instead of the values; nothing where there is no extrapolation.
+    fn into_error(&mut self) {
+        let Some(found) = self.convergence() else {
+            self.points.clear();
+            return;
+        };
+        let limit = found.fit.limit;
+        for point in &mut self.points {
+            point.y = (point.y / limit - 1.0).abs();
+            point.error = point.error.map(|error| error / limit.abs());
+        }
+    }
+}
+
+/// A power law through the first point of the first line that has one.
+fn power(lines: &[Line], order: f64, label: Option<&str>) -> Option<Series> {
+    let points = &lines.iter().find(|line| !line.points.is_empty())?.points;
+    let first = points.first()?;
+    let y = |x: f64| first.y * (x / first.x).powf(-order);
+    Some(Series {
+        label: label.map_or_else(|| format!("order {order}"), str::to_string),
+        style: Style::Dashed,
+        points: (points.iter())
+            .map(|&Point { x, .. }| Point {
+                x,
+                y: y(x),
+                error: None,
+            })
+            .collect(),
+    })
+}
+
 /// The extrapolation to fine grids through the points of a line.
 fn extrapolation(line: &Line, lines: usize, label: Option<&str>) -> Option<Series> {
-    let samples: Vec<Sample> = (line.points.iter())
-        .map(|point| Sample {
-            cells: point.x,
-            value: point.y,
-            error: point.error,
-        })
-        .collect();
-    let found = Convergence::of(&samples)?;
+    let found = line.convergence()?;
     let (first, last) = (found.samples.first()?.cells, BEYOND * found.samples.last()?.cells);
     let points = (0..=PARTS).map(|part| {
         let x = first + f64::from(part) / f64::from(PARTS) * (last - first);

@@ -149,14 +149,34 @@ impl Study {
         })
     }
 
-    /// All points with these values, in the order of the axes; `free` axes vary, of the others there may be one value only.
+    /// All points with these values, in the order of the axes; repetitions are averaged but on the axes `separate`.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::error::Error::Input) for an axis or a value that is not there.
+    pub(super) fn points_of(
+        &self,
+        span: &Range<usize>,
+        only: &BTreeMap<String, Choice>,
+        quantity: &str,
+        separate: &[usize],
+    ) -> Result<Vec<At>> {
+        let axes = self.plan.axes.iter().enumerate();
+        let free: Vec<usize> = axes
+            .filter(|(place, axis)| !axis.average || separate.contains(place))
+            .map(|(place, _)| place)
+            .collect();
+        self.points(span, &free, only, quantity)
+    }
+
+    /// All points with these values, in the order of the axes; `free` axes vary, of the others there may be one value only,
+    /// unless they hold repetitions, which are averaged.
     ///
     /// # Errors
     /// [`Error::Input`](crate::error::Error::Input) if an axis that is not free has several values.
     pub(super) fn points(
         &self,
         span: &Range<usize>,
-        free: Option<&[usize]>,
+        free: &[usize],
         only: &BTreeMap<String, Choice>,
         quantity: &str,
     ) -> Result<Vec<At>> {
@@ -166,12 +186,12 @@ impl Study {
         for (place, axis) in self.plan.axes.iter().enumerate() {
             let chosen = selection.0.get(&place).cloned();
             let values: Vec<Option<usize>> = if derived.as_ref().is_some_and(|derived| derived.axis == place)
-                || axis.average && chosen.is_none() && !free.is_some_and(|free| free.contains(&place))
+                || axis.average && chosen.is_none() && !free.contains(&place)
             {
                 vec![None]
             } else {
                 let values = chosen.unwrap_or_else(|| (0..axis.values.len()).collect());
-                if values.len() > 1 && free.is_some_and(|free| !free.contains(&place)) {
+                if values.len() > 1 && !free.contains(&place) {
                     let title = format!("the axis `{}` has several values here", axis.name);
                     let remedy = format!(
                         "choose one, only = {{ {} = .. }}, or let it vary: as x, series, panels or rows",
@@ -215,7 +235,7 @@ impl Selection {
 }
 
 /// Mean of repetitions.
-fn average(values: &[Quantity]) -> Quantity {
+pub(super) fn average(values: &[Quantity]) -> Quantity {
     let count = values.len() as f64;
     let mean = values.iter().map(|one| one.value).sum::<f64>() / count;
     let errors: Option<Vec<f64>> = values.iter().map(|one| one.error).collect();

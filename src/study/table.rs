@@ -5,7 +5,7 @@ use super::convergence::Convergence;
 use super::document::Table;
 use super::file::{ColumnSection, Comparison, TableSection};
 use super::plan::Axis;
-use super::points::{At, Known};
+use super::points::{At, Known, average};
 use super::record::Quantity;
 use crate::case::located::Located;
 use crate::error::Result;
@@ -53,7 +53,7 @@ impl Study {
             filled.push((
                 column,
                 quantity,
-                self.points(&column.span, Some(&axes), only, quantity)?,
+                self.points(&column.span, &axes, only, quantity)?,
             ));
         }
         let mut body = Vec::new();
@@ -132,11 +132,27 @@ impl Study {
     }
 }
 
-/// What is known of the convergence of several series: errors at each resolution, and orders.
-pub(super) fn of_convergence(label: &str, found: &[(String, Convergence)]) -> [Table; 2] {
+/// The convergence of one series.
+pub(super) struct Found {
+    /// Its name.
+    pub(super) title: String,
+    /// The name that it has in common with its repetitions.
+    pub(super) group: String,
+    /// What is known of it.
+    pub(super) convergence: Convergence,
+}
+
+/// What is known of the convergence of several series: errors at each resolution, and orders. Of repetitions that have a fit each,
+/// means over those on most grids are given, with the standard error of their scatter.
+pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
     let mut errors = Vec::new();
     let mut orders = Vec::new();
-    for (of, convergence) in found {
+    for Found {
+        title: of,
+        convergence,
+        ..
+    } in found
+    {
         let finest = convergence.samples.last().map(|sample| sample.value);
         for sample in &convergence.samples {
             let quantity = Quantity {
@@ -174,6 +190,7 @@ pub(super) fn of_convergence(label: &str, found: &[(String, Convergence)]) -> [T
             format!("{second:.4}"),
         ]);
     }
+    orders.extend(means(found));
     let table = |name: &str, title: String, columns: &[&str], rows| Table {
         name: name.to_string(),
         title,
@@ -210,6 +227,49 @@ pub(super) fn of_convergence(label: &str, found: &[(String, Convergence)]) -> [T
             orders,
         ),
     ]
+}
+
+/// Rows of the table of orders for means over repetitions.
+fn means(found: &[Found]) -> Vec<Vec<String>> {
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut groups: Vec<&str> = found.iter().map(|one| one.group.as_str()).collect();
+    groups.dedup();
+    for group in groups {
+        let alike = || {
+            let of_group = found.iter().filter(|one| one.group == group);
+            of_group.map(|one| &one.convergence)
+        };
+        let most = alike().map(|one| one.samples.len()).max();
+        let whole: Vec<&Convergence> = alike().filter(|one| Some(one.samples.len()) == most).collect();
+        if whole.len() < 2 {
+            continue;
+        }
+        let mean = |figure: &dyn Fn(&Convergence) -> Option<f64>, digits: usize| {
+            let values: Option<Vec<Quantity>> = whole
+                .iter()
+                .map(|one| {
+                    Some(Quantity {
+                        value: figure(one)?,
+                        error: None,
+                    })
+                })
+                .collect();
+            values.map_or(NOTHING.to_string(), |values| words(average(&values), digits))
+        };
+        let separator = if group.is_empty() { "" } else { ", " };
+        rows.push(vec![
+            format!("{group}{separator}mean of {}", whole.len()),
+            mean(&|one| Some(one.fit.order), 2),
+            NOTHING.to_string(),
+            NOTHING.to_string(),
+            mean(&|one| one.against_finest, 2),
+            mean(&|one| Some(one.fit.limit), DIGITS),
+            NOTHING.to_string(),
+            mean(&|one| Some(one.limit_of_order[0]), DIGITS),
+            mean(&|one| Some(one.limit_of_order[1]), DIGITS),
+        ]);
+    }
+    rows
 }
 
 fn words(quantity: Quantity, digits: usize) -> String {
