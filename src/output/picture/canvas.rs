@@ -16,7 +16,7 @@ pub(super) enum Align {
 }
 
 /// How to draw a line.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pencil {
     pub(super) colour: [u8; 3],
     pub(super) width: f32,
