@@ -159,13 +159,20 @@ fn horizontal(chart: &Chart, pixels: f32) -> Axis {
     let values: Vec<f64> = points(chart).map(|point| point.x).collect();
     let mut series = chart.panels.iter().flat_map(|panel| &panel.series);
     // Where all are curves they fill the frame.
-    let tight = !values.is_empty() && series.all(|series| series.points.len() > MARKED);
-    let mut axis = Axis::with_steps(
-        &values,
-        chart.x.logarithmic,
-        tight,
-        f64::from(pixels / 105.0).max(2.0),
-    );
+    let curves = !values.is_empty() && series.all(|series| series.points.len() > MARKED);
+    let steps = f64::from(pixels / 105.0).max(2.0);
+    let mut axis = if chart.x.logarithmic {
+        Axis::with_steps(&values, true, curves, steps)
+    } else {
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let margin = if curves { 0.0 } else { 0.05 * (most - least) };
+        // What begins or ends at zero goes on doing so.
+        let grown = |end: f64, margin: f64| if end == 0.0 { 0.0 } else { end + margin };
+        let ends = [grown(least, -margin), grown(most, margin)];
+        let ends: Vec<f64> = ends.into_iter().filter(|end| end.is_finite()).collect();
+        Axis::with_steps(&ends, false, true, steps)
+    };
     // A few whole numbers on a short logarithmic axis, such as resolutions, are better ticks than round ones.
     let mut places = values;
     places.sort_by(f64::total_cmp);

@@ -1,8 +1,8 @@
 //! The legend: a grid of names above the panels.
 
+use super::Chart;
 use super::layout::{MARGIN, page_width};
 use super::looks::{Look, Looks, draw_marker};
-use super::{Chart, ChartStyle};
 use crate::output::picture::canvas::Align;
 use crate::output::picture::colour::INK;
 use crate::output::picture::drawing::Drawing;
@@ -53,23 +53,23 @@ impl Legend {
     }
 
     pub(super) fn height(&self) -> f32 {
-        self.entries.len().div_ceil(self.columns) as f32 * LINE
+        self.lines() as f32 * LINE
     }
 
-    /// Draws it below `top`.
+    fn lines(&self) -> usize {
+        self.entries.len().div_ceil(self.columns)
+    }
+
+    /// Draws it below `top`, column by column.
     pub(super) fn draw(&self, drawing: &mut Drawing, top: f32) {
         for (i, (look, label)) in self.entries.iter().enumerate() {
-            let x = MARGIN + (i % self.columns) as f32 * self.column_width;
-            let middle = top + ((i / self.columns) as f32 + 0.5) * LINE;
+            let (column, line) = (i / self.lines(), i % self.lines());
+            let x = MARGIN + column as f32 * self.column_width;
+            let middle = top + (line as f32 + 0.5) * LINE;
             if let Some(pencil) = look.pencil {
                 drawing.polyline(vec![(x, middle), (x + SAMPLE.0, middle)], pencil);
             }
-            let at = if look.style == ChartStyle::Points {
-                x + 0.75 * SAMPLE.0
-            } else {
-                x + 0.5 * SAMPLE.0
-            };
-            draw_marker(drawing, *look, (at, middle));
+            draw_marker(drawing, *look, (x + 0.5 * SAMPLE.0, middle));
             let place = (x + SAMPLE.0 + SAMPLE.1, middle + 0.36 * SIZE);
             drawing.text(spans(label), SIZE, place, Align::Start, INK);
         }

@@ -34,13 +34,25 @@ const DASHES: [&[f32]; 4] = [
     &[9.0, 5.0],
 ];
 
+/// How many outlines of markers there are.
+const OUTLINES: usize = 8;
+
+/// A marker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Marker {
+    /// Which outline, from 0.
+    outline: usize,
+    filled: bool,
+    /// Whether there is a dot within, of the other colour: after all outlines were used once.
+    dotted: bool,
+}
+
 /// How one series looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) style: ChartStyle,
     pub(super) colour: [u8; 3],
-    /// Its place among the markers, if it has any.
-    pub(super) marker: Option<usize>,
+    pub(super) marker: Option<Marker>,
     /// Its line, if it has one.
     pub(super) pencil: Option<Pencil>,
 }
@@ -79,7 +91,9 @@ impl Looks {
                 TONES[place % TONES.len()]
             } else {
                 colours += 1;
-                COLOURS[(colours - 1) % COLOURS.len()]
+                // Outlines that come again have other colours.
+                let turn = (colours - 1) / COLOURS.len();
+                COLOURS[(colours - 1 + 3 * turn) % COLOURS.len()]
             };
             let dashes = match style {
                 ChartStyle::Line if dense || paired => &[],
@@ -88,7 +102,11 @@ impl Looks {
                 ChartStyle::Dashed => DASHES[place % DASHES.len()],
                 _ => &[],
             };
-            let marker = (marked && !(dense && style == ChartStyle::Measured)).then_some(colours.max(1) - 1);
+            let marker = (marked && !(dense && style == ChartStyle::Measured)).then(|| Marker {
+                outline: (colours - 1) % OUTLINES,
+                filled: style == ChartStyle::Measured,
+                dotted: (colours - 1) / OUTLINES % 2 == 1,
+            });
             let pencil = match style {
                 ChartStyle::Points => None,
                 ChartStyle::Measured if marker.is_some() => Some(Pencil::new(pale(colour), 2.0)),
@@ -123,20 +141,25 @@ fn pale(colour: [u8; 3]) -> [u8; 3] {
 
 /// Draws the marker of a series.
 pub(super) fn draw_marker(drawing: &mut Drawing, look: Look, at: (f32, f32)) {
-    let Some(place) = look.marker else { return };
-    let outline = outline(place, at);
-    if look.style == ChartStyle::Points {
-        drawing.fill(outline.clone(), [255; 3]);
-        drawing.polygon(outline, Pencil::new(look.colour, 2.6));
-    } else {
+    let Some(marker) = look.marker else { return };
+    if marker.filled {
+        let outline = outline(marker.outline, at, RADIUS);
         // A white rim keeps markers apart that lie on each other.
         drawing.polygon(outline.clone(), Pencil::new([255; 3], 2.5));
         drawing.fill(outline, look.colour);
+    } else {
+        let outline = outline(marker.outline, at, 1.15 * RADIUS);
+        drawing.polygon(outline.clone(), Pencil::new([255; 3], 5.0));
+        drawing.polygon(outline, Pencil::new(look.colour, 2.6));
+    }
+    if marker.dotted {
+        let colour = if marker.filled { [255; 3] } else { look.colour };
+        drawing.fill(outline(0, at, 0.36 * RADIUS), colour);
     }
 }
 
-/// Corners of the marker in place `place` of the sequence.
-fn outline(place: usize, (x, y): (f32, f32)) -> Vec<(f32, f32)> {
+/// Corners of a marker.
+fn outline(which: usize, (x, y): (f32, f32), size: f32) -> Vec<(f32, f32)> {
     let regular = |corners: usize, radius: f32, first: f32| -> Vec<(f32, f32)> {
         (0..corners)
             .map(|i| {
@@ -146,7 +169,7 @@ fn outline(place: usize, (x, y): (f32, f32)) -> Vec<(f32, f32)> {
             .collect()
     };
     let crossed = |turn: f32| -> Vec<(f32, f32)> {
-        let (long, short) = (1.25 * RADIUS, 0.4 * RADIUS);
+        let (long, short) = (1.25 * size, 0.45 * size);
         let arm = [(long, -short), (long, short), (short, short)];
         let (sine, cosine) = turn.sin_cos();
         (0..4)
@@ -162,14 +185,14 @@ fn outline(place: usize, (x, y): (f32, f32)) -> Vec<(f32, f32)> {
             .collect()
     };
     // Radii for areas that look alike.
-    match place % 8 {
-        0 => regular(28, RADIUS, 0.0),
-        1 => regular(4, 1.3 * RADIUS, 0.25 * PI),
-        2 => regular(3, 1.45 * RADIUS, -0.5 * PI),
-        3 => regular(4, 1.35 * RADIUS, 0.0),
-        4 => regular(3, 1.45 * RADIUS, 0.5 * PI),
+    match which {
+        0 => regular(28, size, 0.0),
+        1 => regular(4, 1.3 * size, 0.25 * PI),
+        2 => regular(3, 1.45 * size, -0.5 * PI),
+        3 => regular(4, 1.35 * size, 0.0),
+        4 => regular(3, 1.45 * size, 0.5 * PI),
         5 => crossed(0.25 * PI),
         6 => crossed(0.0),
-        _ => regular(5, 1.2 * RADIUS, -0.5 * PI),
+        _ => regular(5, 1.2 * size, -0.5 * PI),
     }
 }

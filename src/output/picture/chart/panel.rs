@@ -35,10 +35,13 @@ pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, place:
     for series in laws.chain(measured.clone()) {
         draw_line(drawing, layout, area, series, looks.find(series));
     }
-    for series in measured {
-        draw_points(drawing, layout, area, series, looks.find(series));
-    }
     drawing.frame(area, Pencil::new(INK, 2.0));
+    // Filled markers first: open ones let them be seen.
+    for style in [ChartStyle::Measured, ChartStyle::Points] {
+        for series in measured.clone().filter(|series| series.style == style) {
+            draw_points(drawing, layout, area, series, looks.find(series));
+        }
+    }
     let letter = match chart.panels.len() {
         1 => String::new(),
         _ => format!("({}) ", char::from(b'a' + (place % 26) as u8)),
@@ -69,7 +72,7 @@ fn draw_axes(drawing: &mut Drawing, layout: &Layout, place: usize) {
         }
         drawing.polyline(vec![(at, b + 2.0), (at, b + 2.0 + length(tick))], ink);
         let half = 0.5 * width(&tick.spans(), NUMBER);
-        if at - half > used + 12.0 {
+        if tick.is_major() && at - half > used + 12.0 {
             drawing.text(tick.spans(), NUMBER, (at, b + 40.0), Align::Middle, INK);
             used = at + half;
         }

@@ -59,9 +59,9 @@ fn every_point_has_its_marker_at_its_place_in_its_panel() {
 }
 
 #[test]
-fn twelve_series_differ_in_marker_or_dashes_and_not_by_colour_alone() {
+fn fourteen_series_differ_in_marker_or_dashes_and_not_by_colour_alone() {
     let all = |style| -> Vec<Look> {
-        let series: Vec<ChartSeries> = (0..8)
+        let series: Vec<ChartSeries> = (0..14)
             .map(|i| series(&i.to_string(), style, &[(0.0, 0.0)]))
             .collect();
         let looks = Looks::of(&[ChartPanel {
