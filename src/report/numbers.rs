@@ -33,7 +33,7 @@ pub(super) fn duration(seconds: f64) -> String {
     match seconds {
         s if !s.is_finite() => "-".to_string(),
         s if s < 60.0 => format!("{} s", number(s)),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s if s < 5400.0 => format!("{} min", significant(s / 60.0, 2)),
         s => format!("{} h", significant(s / 3600.0, 2)),
     }
 }

@@ -8,24 +8,28 @@ use super::series::Series;
 use super::{Block, Section};
 use crate::error::{Error, Result};
 use crate::output::picture::Bars;
-use crate::output::{OutputFiles, Summary};
+use crate::output::{OutputFiles, Summary, settled};
 use std::fs;
 use std::path::Path;
 
 pub(super) fn section(source: &Source) -> Result<Section> {
     let files = OutputFiles::new(&source.directory);
     let present = |path: std::path::PathBuf| path.is_file().then_some(path);
-    let summary = present(files.summary())
+    let mut summary = present(files.summary())
         .map(|path| read_summary(&path))
         .transpose()?;
     let series = present(files.series())
         .map(|path| Series::read(&path))
         .transpose()?;
+    if let (Some(summary), Some(series)) = (&mut summary, &series) {
+        settle(summary, series);
+    }
     let title = summary.as_ref().map_or(&source.name, |summary| &summary.case);
     let mut blocks = Vec::new();
     match &summary {
         Some(summary) => {
             blocks.push(Block::Text(head(summary)));
+            blocks.push(Block::Heading("Numbers".into()));
             blocks.extend(tables(summary));
         }
         None => blocks.push(Block::Text(
@@ -60,6 +64,21 @@ fn read_summary(path: &Path) -> Result<Summary> {
     })
 }
 
+/// Fills in the end of the transient, where a version that did not look for it has left the summary.
+fn settle(summary: &mut Summary, series: &Series) {
+    let columns = series.get(figures::T_STAR).zip(series.get(figures::SETTLING));
+    if let (Some(_), None, Some((t_star, velocity))) = (
+        summary.settling_velocity_over_stokes,
+        summary.transient_end,
+        columns,
+    ) && let Some(found) = settled(velocity)
+    {
+        summary.transient_end = t_star.get(found.first).copied();
+        summary.settled_mean = Some(found.estimate.mean);
+        summary.settled_standard_error = found.estimate.standard_error;
+    }
+}
+
 fn row(source: &Source, summary: Option<&Summary>) -> Vec<(&'static str, String)> {
     let of = |value: fn(&Summary) -> String| summary.map_or_else(|| "-".into(), value);
     vec![
@@ -92,13 +111,16 @@ fn head(summary: &Summary) -> String {
     } else {
         ""
     };
+    let threads = match summary.threads {
+        1 => "one thread".to_string(),
+        threads => format!("{threads} threads"),
+    };
     format!(
-        "Turbid {}: {} particles, {fluid}, {} steps in {} on {} threads{end}. State hash `{}`.",
+        "Turbid {}: {} particles, {fluid}, {} steps in {} on {threads}{end}. State hash `{}`.",
         summary.version,
         summary.particles,
         summary.steps,
         duration(summary.wall_seconds),
-        summary.threads,
         summary.state_hash
     )
 }
@@ -133,7 +155,7 @@ fn tables(summary: &Summary) -> Vec<Block> {
         ),
         finite("Reynolds number at u*", wet(scales.schiller_naumann_reynolds), ""),
         finite("cells per diameter N", wet(summary.cells_per_diameter), ""),
-        finite("cell", wet(summary.dx), "m"),
+        finite("edge of a cell", wet(summary.dx), "m"),
         finite("time step", summary.time_step, "s"),
         finite("relaxation time tau", wet(summary.relaxation_time), "time steps"),
         finite("largest Mach number", summary.mach.unwrap_or(0.0), ""),

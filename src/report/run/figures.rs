@@ -5,7 +5,7 @@ use super::super::series::{Column, Series};
 use crate::output::picture::{
     Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle, SettlingPlot, settling_figure,
 };
-use crate::output::{Estimate, Summary, settled};
+use crate::output::{Estimate, Summary};
 use crate::simulation::settling_references;
 
 /// A figure of columns that have one unit.
@@ -17,9 +17,11 @@ struct Group {
     logarithmic: bool,
 }
 
+/// The part of the largest value from which values are shown on a logarithmic axis.
+const SHOWN: f64 = 1e-5;
 const TIME: &str = "t";
-const T_STAR: &str = "t_star";
-const SETTLING: &str = "settling_velocity_over_stokes";
+pub(super) const T_STAR: &str = "t_star";
+pub(super) const SETTLING: &str = "settling_velocity_over_stokes";
 /// Columns that say when.
 const WHEN: [&str; 3] = ["step", TIME, T_STAR];
 
@@ -70,7 +72,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         name: "momentum",
-        title: "Momentum of fluid and particles",
+        title: "Momentum",
         columns: &[("momentum_x", "x"), ("momentum_y", "y"), ("momentum_z", "z")],
         logarithmic: false,
     },
@@ -96,7 +98,7 @@ const GROUPS: [Group; 9] = [
 pub(super) fn all(case: &str, series: &Series, summary: Option<&Summary>) -> Vec<Block> {
     let mut blocks = Vec::new();
     blocks.extend(settling(case, series, summary));
-    let moves = |column: &&Column| {
+    let moves = |column: &Column| {
         column
             .values
             .iter()
@@ -110,6 +112,8 @@ pub(super) fn all(case: &str, series: &Series, summary: Option<&Summary>) -> Vec
                 let found = series.columns.iter().find(|column| column.name == *name)?;
                 Some((found, *label))
             })
+            // On a logarithmic axis there is no place for what is zero.
+            .filter(|(column, _)| !group.logarithmic || moves(column))
             .collect();
         known.extend(group.columns.iter().map(|(name, _)| *name));
         if columns.iter().any(|(column, _)| moves(column)) {
@@ -130,7 +134,7 @@ pub(super) fn all(case: &str, series: &Series, summary: Option<&Summary>) -> Vec
         .iter()
         .filter(|column| !known.contains(&column.name.as_str()))
     {
-        if moves(&column) {
+        if moves(column) {
             let title = column.name.replace('_', " ");
             blocks.push(over_time(
                 case,
@@ -160,7 +164,13 @@ fn settling(case: &str, series: &Series, summary: Option<&Summary>) -> Option<Bl
         };
         Some((summary.averaged_over?, estimate))
     });
-    let settled = (steady.and_then(|_| settled(velocity))).map(|found| (t_star[found.first], found.estimate));
+    let settled = steady.and_then(|summary| {
+        let estimate = Estimate {
+            mean: summary.settled_mean?,
+            standard_error: summary.settled_standard_error,
+        };
+        Some((summary.transient_end?, estimate))
+    });
     let references = steady.map(|summary| settling_references(&summary.scales, summary.volume_fraction));
     let figure = settling_figure(&SettlingPlot {
         case,
@@ -198,11 +208,23 @@ fn over_time(
         (None, None) => (series.columns[0].values.as_slice(), "row"),
     };
     let unit = columns.first().map_or("-", |(column, _)| column.unit.as_str());
+    // The first moments of a start from rest would take most of a logarithmic axis.
+    let all = columns.iter().flat_map(|(column, _)| &column.values);
+    let least = if logarithmic {
+        SHOWN * all.copied().fold(0.0, f64::max)
+    } else {
+        f64::NEG_INFINITY
+    };
+    let shown = |y: f64| if y >= least { y } else { f64::NAN };
     let lines = columns.iter().map(|(column, label)| ChartSeries {
         label: (*label).to_string(),
         style: ChartStyle::Line,
         points: (times.iter().zip(&column.values))
-            .map(|(&x, &y)| ChartPoint { x, y, error: None })
+            .map(|(&x, &y)| ChartPoint {
+                x,
+                y: shown(y),
+                error: None,
+            })
             .collect(),
     });
     let chart = Chart {

@@ -142,17 +142,17 @@ impl Layout {
     }
 }
 
-/// Whether a point has a place on these axes.
-fn is_there(chart: &Chart, point: &ChartPoint) -> bool {
-    let fits = |value: f64, axis: &ChartAxis| value.is_finite() && (value > 0.0 || !axis.logarithmic);
-    fits(point.x, &chart.x) && fits(point.y, &chart.y)
+/// Whether a value has a place on an axis.
+fn fits(value: f64, axis: &ChartAxis) -> bool {
+    value.is_finite() && (value > 0.0 || !axis.logarithmic)
 }
 
+/// All points that have a place on the horizontal axis.
 fn points(chart: &Chart) -> impl Iterator<Item = &ChartPoint> {
     let series = chart.panels.iter().flat_map(|panel: &ChartPanel| &panel.series);
     series
         .flat_map(|series| &series.points)
-        .filter(|point| is_there(chart, point))
+        .filter(|point| fits(point.x, &chart.x))
 }
 
 fn horizontal(chart: &Chart, pixels: f32) -> Axis {
@@ -187,7 +187,7 @@ fn horizontal(chart: &Chart, pixels: f32) -> Axis {
 
 fn vertical(chart: &Chart, pixels: f32) -> Axis {
     let mut values: Vec<f64> = Vec::new();
-    for point in points(chart) {
+    for point in points(chart).filter(|point| fits(point.y, &chart.y)) {
         let error = point.error.filter(|error| error.is_finite()).unwrap_or(0.0);
         let ends = [point.y, point.y - error, point.y + error];
         values.extend(ends.iter().filter(|end| **end > 0.0 || !chart.y.logarithmic));

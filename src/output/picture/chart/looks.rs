@@ -6,7 +6,7 @@ use crate::output::picture::colour::{BLUE, INK, VERMILION};
 use crate::output::picture::drawing::Drawing;
 use std::f32::consts::{PI, TAU};
 
-/// Series with more points have no markers, and their lines are solid.
+/// Measured series with more points are lines without markers.
 pub(super) const MARKED: usize = 60;
 /// Radius of a marker (pixels).
 pub(super) const RADIUS: f32 = 9.5;
@@ -96,7 +96,7 @@ impl Looks {
                 COLOURS[(colours - 1 + 3 * turn) % COLOURS.len()]
             };
             let dashes = match style {
-                ChartStyle::Line if dense || paired => &[],
+                ChartStyle::Line if paired => &[],
                 ChartStyle::Line => LINES[place % LINES.len()],
                 ChartStyle::Dashed if paired => DASHES[0],
                 ChartStyle::Dashed => DASHES[place % DASHES.len()],

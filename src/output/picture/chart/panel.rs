@@ -142,12 +142,18 @@ fn draw_error(drawing: &mut Drawing, layout: &Layout, area: Area, point: &ChartP
     let end = |value: f64| layout.at(area, point.x, value).map(|place| place.1);
     // On a logarithmic axis an error as large as its value reaches down to the frame.
     let (low, high) = (end(point.y - error), end(point.y + error).unwrap_or(y));
+    // What is within the marker would only blur it.
+    if [low, Some(high)]
+        .iter()
+        .flatten()
+        .all(|end| (end - y).abs() < RADIUS)
+        && low.is_some()
+    {
+        return;
+    }
     let pencil = Pencil::new(look.colour, 2.2);
     drawing.polyline(vec![(x, low.unwrap_or(area.3)), (x, high)], pencil);
     for at in [low, Some(high)].into_iter().flatten() {
-        // Ends within the marker say nothing.
-        if (at - y).abs() > 0.5 * RADIUS {
-            drawing.polyline(vec![(x - CAP, at), (x + CAP, at)], pencil);
-        }
+        drawing.polyline(vec![(x - CAP, at), (x + CAP, at)], pencil);
     }
 }
