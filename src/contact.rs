@@ -27,7 +27,7 @@ pub mod sphere_sphere;
 mod truth;
 
 pub use law::{Couple, PairLaw};
-pub use overlap::{Body, Contour, Overlap, measure, measure_wall};
+pub use overlap::{Body, Contour, Overlap, measure, measure_wall, touch, touch_wall};
 pub use pairs::PairFinder;
 use serde::{Deserialize, Serialize};
 

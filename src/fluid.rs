@@ -266,8 +266,10 @@ impl<T: Real> Fluid<T> {
         solids: &mut impl Solids<T>,
         flow: Option<&mut Flow>,
     ) {
-        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        match (self.collision != Collision::Bgk, !self.walls.is_empty()) {
+        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither. Partially
+        // saturated cells count in pairs: a cell without solids must not be rounded otherwise in their register.
+        let pairs = self.collision != Collision::Bgk || self.solids.is_saturated();
+        match (pairs, !self.walls.is_empty()) {
             (false, false) => T::sweep::<_, false, false>(self, part, acceleration, solids, flow),
             (false, true) => T::sweep::<_, false, true>(self, part, acceleration, solids, flow),
             (true, false) => T::sweep::<_, true, false>(self, part, acceleration, solids, flow),

@@ -124,15 +124,15 @@ pub struct LatticeSection {
     pub relaxation_time: Option<Located<f64>>,
     /// Time step of the fluid (s).
     pub time_step: Option<Located<f64>>,
-    /// Collision operator: "bgk", or "trt" with `magic_parameter`. Default "bgk" with the coupling "paper", "trt" with
-    /// "saturated".
+    /// Collision operator: "trt" with `magic_parameter`, or "bgk". Default "trt" with the coupling "saturated", "bgk" with
+    /// "paper".
     pub collision: Option<CollisionKind>,
     /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells, 1/8 particles where they are.
-    /// Default 3/16 with the coupling "paper", 1/8 with "saturated".
+    /// Default 1/8 with the coupling "saturated", 3/16 with "paper".
     pub magic_parameter: Option<Located<f64>>,
-    /// How particles and fluid are coupled: "paper", the homogenised velocity of Marquardt et al. (2024), or "saturated",
-    /// partially saturated cells with exact volume fractions, whose drag does not depend on the relaxation time. Default
-    /// "paper".
+    /// How particles and fluid are coupled: "saturated", partially saturated cells with exact volume fractions, whose drag
+    /// does not depend on the relaxation time, or "paper", the homogenised velocity of Marquardt et al. (2024). Default
+    /// "saturated".
     #[serde(default)]
     pub coupling: Coupling,
     /// Operator of "saturated" in solid cells: "sc1", "sc2" or "sc3". Default "sc3".
@@ -157,9 +157,9 @@ pub enum CollisionKind {
 #[serde(rename_all = "snake_case")]
 pub enum Coupling {
     /// Homogenised velocity by the exact difference, as in Marquardt et al. (2024).
-    #[default]
     Paper,
     /// Partially saturated cells with exact volume fractions.
+    #[default]
     Saturated,
 }
 

@@ -11,6 +11,7 @@
 
 use super::clip::{Clipper, Cut, Plane};
 use super::overlap::Overlap;
+use super::sampled::portal;
 use super::solid::Solid;
 use crate::math::{Mat3, Vec3};
 use std::cell::RefCell;
@@ -63,6 +64,21 @@ pub(super) fn overlap(
         workshop.share_coplanar_faces(first.planes.len(), scale);
         workshop.overlap(to_world, offset)
     })
+}
+
+/// Whether two polyhedra overlap, as [`overlap`] says it but in a tenth of the time.
+pub(super) fn touch(
+    first: &Solid,
+    to_world: &Mat3,
+    second: &Solid,
+    second_to_world: &Mat3,
+    offset: Vec3,
+) -> bool {
+    // In the frame of the first body.
+    let turn = to_world.tr_mul(second_to_world);
+    let shift = to_world.tr_mul(&offset);
+    let furthest = |along: Vec3| first.furthest(&along) - turn * second.furthest(&-turn.tr_mul(&along));
+    portal::meeting(shift, furthest).is_some()
 }
 
 /// Overlap of a polyhedron and everything below a plane, `normal . x <= offset` in world axes from the centre of the

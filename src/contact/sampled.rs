@@ -35,7 +35,7 @@
 
 mod cell;
 mod frame;
-mod portal;
+pub(super) mod portal;
 mod side;
 
 use super::overlap::{Body, Overlap};
@@ -76,6 +76,12 @@ pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Optio
         });
     }
     in_order(first, second, offset, samples)
+}
+
+/// Whether two bodies overlap.
+pub(super) fn touch(first: &Body, second: &Body, offset: Vec3) -> bool {
+    let sides = [Side::body(first, Vec3::zeros()), Side::body(second, offset)];
+    portal::normal(&sides[0], &sides[1], offset).is_some()
 }
 
 fn in_order(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Option<Overlap> {

@@ -131,6 +131,19 @@ impl Solid {
         &self.edges[self.starts[face]..self.starts[face + 1]]
     }
 
+    /// The corner that lies furthest along a direction (m); the first of several.
+    #[inline]
+    pub(super) fn furthest(&self, direction: &Vec3) -> Vec3 {
+        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
+        for vertex in &self.vertices {
+            let way = direction.dot(vertex);
+            if way > best.0 {
+                best = (way, *vertex);
+            }
+        }
+        best.1
+    }
+
     /// Lowest value of `direction . x` over the body (m).
     #[inline]
     pub(super) fn lowest(&self, direction: &Vec3) -> f64 {

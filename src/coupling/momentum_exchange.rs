@@ -196,10 +196,13 @@ fn add_cells<T: Real>(
 #[inline(always)]
 fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
     let mask = &FIRST[CHUNK - count..];
-    std::array::from_fn(|k| {
+    let mut masked = [0.0_f64; CHUNK];
+    // A loop: what `array::from_fn` calls is not compiled for the instruction set of the sweep.
+    for k in 0..CHUNK {
         let wide: f64 = force[k].into();
-        f64::from_bits(wide.to_bits() & mask[k])
-    })
+        masked[k] = f64::from_bits(wide.to_bits() & mask[k]);
+    }
+    masked
 }
 
 /// The sum over a window whose first cell has offset `n`.

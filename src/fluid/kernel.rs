@@ -44,8 +44,7 @@
 use super::SolidCollision;
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidRow};
-use crate::lattice::Q;
-use std::marker::PhantomData;
+use crate::lattice::{C, Q, W, opposite};
 use std::ops::{Add, Mul, Range, Sub};
 
 /// Density deviation, momentum, density and velocity of a register of cells.
@@ -63,7 +62,12 @@ fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 3]) {
         d3 + ((d7 - d9) + (d15 + d17)),
         d5 + ((d11 - d13) + (d15 - d17)),
     ];
-    (deviation, momentum, rho, momentum.map(|j| j * over_rho))
+    let u = [
+        momentum[0] * over_rho,
+        momentum[1] * over_rho,
+        momentum[2] * over_rho,
+    ];
+    (deviation, momentum, rho, u)
 }
 
 /// What relaxation leaves of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
@@ -75,6 +79,10 @@ pub(crate) struct Keep<T> {
 }
 
 /// Relaxes a register of cells at velocity `u` and pushes it to `target`, with two relaxation times if `TRT`.
+///
+/// With a solid (sc3) the share `1 - b` of the cell is relaxed and the share `b` reflected: in the even part of a pair
+/// `f_i + f_-i` stays, in the odd part `f_i - f_-i` turns round and gains that of the equilibrium at twice `u_s`. Cells of
+/// `b = 0` come to the same bits as with two relaxation times and without a solid.
 #[inline(always)]
 fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     g: &mut [R; Q],
@@ -83,31 +91,41 @@ fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     u: [R; 3],
     target: [R; 3],
     keep: Keep<T>,
+    reflected: Option<&Saturation<R>>,
 ) {
     // f' = keep (f - feq(u)) + feq(u*), per pair of opposite directions an even part e and an odd part o.
     let c = |x: f64| R::splat(T::from_f64(x));
     let k = R::splat(keep.even);
     let k_odd = if TRT { R::splat(keep.odd) } else { k };
-    let (half, half_odd) = (c(0.5) * k, c(0.5) * k_odd);
+    let (mut rest, mut half, mut half_odd) = (k, c(0.5) * k, c(0.5) * k_odd);
     let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    let base = (R::splat(T::ONE) - k) * deviation - c(1.5) * rho * (square(target) - k * square(u));
-    let (quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
-    let odd = [
+    let mut base = (R::splat(T::ONE) - k) * deviation - c(1.5) * rho * (square(target) - k * square(u));
+    let (mut quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
+    let mut odd = [
         target[0] - k_odd * u[0],
         target[1] - k_odd * u[1],
         target[2] - k_odd * u[2],
     ];
+    if let Some(solid) = reflected {
+        let b = solid.weight;
+        let (open, half_b) = (R::splat(T::ONE) - b, c(0.5) * b);
+        (rest, half, half_odd) = (open * rest + b, open * half + half_b, open * half_odd - half_b);
+        (base, quadratic) = (open * base, open * quadratic);
+        for (odd, v) in odd.iter_mut().zip(solid.velocity) {
+            *odd = open * *odd + b * (v + v);
+        }
+    }
     let scaled = |w: f64| (c(w) * base, c(w) * quadratic, c(w) * linear);
     let (axis, diagonal) = (scaled(1.0 / 18.0), scaled(1.0 / 36.0));
 
-    g[0] = k * g[0] + c(1.0 / 3.0) * base;
+    g[0] = rest * g[0] + c(1.0 / 3.0) * base;
     macro_rules! pair {
         ($i:literal, $w:ident, $along:expr) => {{
             let along = $along;
             let (cu, ct, co) = (along(u), along(target), along(odd));
             let e = $w.0 + $w.1 * (ct * ct - k * (cu * cu));
             let o = $w.2 * co;
-            if TRT {
+            if TRT || reflected.is_some() {
                 let even = half * (g[$i] + g[$i + 1]) + e;
                 let odd = half_odd * (g[$i] - g[$i + 1]) + o;
                 (g[$i], g[$i + 1]) = (even + odd, even - odd);
@@ -128,13 +146,13 @@ fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
 }
 
-/// Moves a register of cells that held `before` and have been relaxed by the share `weight` towards what the solid makes
-/// of them; cells of weight 0 keep every bit.
+/// What the solid makes of a register of cells, sc1 and sc2, mixed with what relaxation has made of `before`; cells of
+/// weight 0 keep every bit.
 #[inline(always)]
 fn saturate<T: Number, R: Lanes<T>, const TRT: bool>(
     g: &mut [R; Q],
     before: &[R; Q],
-    solid: &Saturation<T, R>,
+    solid: &Saturation<R>,
     row: &Row<T>,
 ) {
     let Saturation {
@@ -143,62 +161,30 @@ fn saturate<T: Number, R: Lanes<T>, const TRT: bool>(
         rho,
         u,
         velocity: v,
-        ..
     } = *solid;
     let c = |x: f64| R::splat(T::from_f64(x));
+    let mut pulled = *before;
     if row.solids == SolidCollision::Sc2 {
-        let mut pulled = *before;
-        relax::<T, R, TRT>(&mut pulled, deviation, rho, u, v, row.keep);
-        for i in 0..Q {
-            g[i] = g[i] + b * (pulled[i] - g[i]);
+        relax::<T, R, TRT>(&mut pulled, deviation, rho, u, v, row.keep, None);
+    } else {
+        // f_-i + feq_i(u_s) - feq_-i(u): with weights taken off, even and odd parts of the difference.
+        let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        let base = c(1.5) * rho * (square(u) - square(v));
+        for (i, c_i) in C.iter().enumerate() {
+            let along = |v: [R; 3]| (0..3).fold(c(0.0), |sum, axis| sum + c(c_i[axis] as f64) * v[axis]);
+            let (cu, cv) = (along(u), along(v));
+            let quadratic = c(4.5) * rho * (cv * cv - cu * cu);
+            let change = base + quadratic + c(3.0) * rho * (cu + cv);
+            pulled[i] = before[opposite(i)] + c(W[i]) * change;
         }
-        return;
     }
-    // Reflected: `f_-i`, and the odd parts of equilibria, which are linear in the velocity; sc1 has even ones as well.
-    let full = row.solids == SolidCollision::Sc1;
-    let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    let odd = if full {
-        [v[0] + u[0], v[1] + u[1], v[2] + u[2]]
-    } else {
-        [v[0] + v[0], v[1] + v[1], v[2] + v[2]]
-    };
-    let base = c(1.5) * rho * (square(u) - square(v));
-    let (quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
-    let scaled = |w: f64| (c(w) * base, c(w) * quadratic, c(w) * linear);
-    let (axis, diagonal) = (scaled(1.0 / 18.0), scaled(1.0 / 36.0));
-    let rest = if full {
-        before[0] + c(1.0 / 3.0) * base
-    } else {
-        before[0]
-    };
-    g[0] = g[0] + b * (rest - g[0]);
-    macro_rules! pair {
-        ($i:literal, $w:ident, $along:expr) => {{
-            let along = $along;
-            let o = $w.2 * along(odd);
-            let (mut there, mut back) = (before[$i + 1] + o, before[$i] - o);
-            if full {
-                let (cu, cv) = (along(u), along(v));
-                let e = $w.0 + $w.1 * (cv * cv - cu * cu);
-                (there, back) = (there + e, back + e);
-            }
-            g[$i] = g[$i] + b * (there - g[$i]);
-            g[$i + 1] = g[$i + 1] + b * (back - g[$i + 1]);
-        }};
+    for i in 0..Q {
+        g[i] = g[i] + b * (pulled[i] - g[i]);
     }
-    pair!(1, axis, |v: [R; 3]| v[0]);
-    pair!(3, axis, |v: [R; 3]| v[1]);
-    pair!(5, axis, |v: [R; 3]| v[2]);
-    pair!(7, diagonal, |v: [R; 3]| v[0] + v[1]);
-    pair!(9, diagonal, |v: [R; 3]| v[0] - v[1]);
-    pair!(11, diagonal, |v: [R; 3]| v[0] + v[2]);
-    pair!(13, diagonal, |v: [R; 3]| v[0] - v[2]);
-    pair!(15, diagonal, |v: [R; 3]| v[1] + v[2]);
-    pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
 }
 
 /// Partially saturated cells.
-struct Saturation<T, R> {
+struct Saturation<R> {
     /// `b`.
     weight: R,
     deviation: R,
@@ -207,7 +193,6 @@ struct Saturation<T, R> {
     u: [R; 3],
     /// Velocity of the solid.
     velocity: [R; 3],
-    storage: PhantomData<T>,
 }
 
 /// Where the populations of the first cell of a row lie: `places[i]` is read as `f_i` and written as `f'` of the
@@ -263,7 +248,8 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
     solids: &mut SolidRow<T>,
     measured: &mut Measured<T>,
 ) {
-    let a = row.acceleration.map(R::splat);
+    let [ax, ay, az] = row.acceleration;
+    let a = [R::splat(ax), R::splat(ay), R::splat(az)];
     let one = R::splat(T::ONE);
     for chunk in 0..row.chunks {
         if dead.get(chunk) == Some(&true) {
@@ -277,8 +263,12 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                     prefetch(place.wrapping_add(x).wrapping_byte_add(AHEAD));
                 }
             }
-            // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-            let mut g: [R; Q] = std::array::from_fn(|i| unsafe { R::load(places[i].add(x)) });
+            // A loop: what `array::from_fn` calls is not always inlined, and then not compiled for the instruction set.
+            let mut g = [one; Q];
+            for (g, place) in g.iter_mut().zip(places) {
+                // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
+                *g = unsafe { R::load(place.add(x)) };
+            }
             let (deviation, momentum, rho, u) = moments(&g);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
             let (mut saturation, mut mean) = (None, momentum);
@@ -290,7 +280,8 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                 let open = at(&solids.permeability);
                 let solid = one - open;
                 let weight = at(&solids.fraction_sum).max(R::splat(T::TINY)).recip();
-                let velocity: [R; 3] = std::array::from_fn(|axis| at(&solids.velocity_sum[axis]) * weight);
+                let [x_sum, y_sum, z_sum] = &solids.velocity_sum;
+                let velocity = [at(x_sum) * weight, at(y_sum) * weight, at(z_sum) * weight];
                 if row.solids == SolidCollision::ExactDifference {
                     for axis in 0..3 {
                         target[axis] = target[axis] + solid * (velocity[axis] - target[axis]);
@@ -315,17 +306,13 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                         put(&mut solids.incoming[axis], weight * (force + inside));
                         put(&mut solids.outgoing[axis], weight * inside);
                     }
-                    saturation = Some((
-                        g,
-                        Saturation {
-                            weight: b,
-                            deviation,
-                            rho,
-                            u,
-                            velocity,
-                            storage: PhantomData,
-                        },
-                    ));
+                    saturation = Some(Saturation {
+                        weight: b,
+                        deviation,
+                        rho,
+                        u,
+                        velocity,
+                    });
                 }
             }
             if MEASURE {
@@ -335,12 +322,22 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                     unsafe { mean[axis].store(place.as_mut_ptr()) };
                 }
             }
-            relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep);
-            if let Some((before, saturation)) = &saturation {
-                saturate::<T, R, TRT>(&mut g, before, saturation, row);
-            } else if is_solid {
-                // SAFETY: as above.
-                unsafe { (deviation - g[0]).store(solids.outgoing[3].as_mut_ptr().add(x)) };
+            match &saturation {
+                Some(saturation) if row.solids == SolidCollision::Sc3 => {
+                    relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep, Some(saturation));
+                }
+                Some(saturation) => {
+                    let before = g;
+                    relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep, None);
+                    saturate::<T, R, TRT>(&mut g, &before, saturation, row);
+                }
+                None => {
+                    relax::<T, R, TRT>(&mut g, deviation, rho, u, target, row.keep, None);
+                    if is_solid {
+                        // SAFETY: as above.
+                        unsafe { (deviation - g[0]).store(solids.outgoing[3].as_mut_ptr().add(x)) };
+                    }
+                }
             }
             // SAFETY: as for the loads.
             unsafe {

@@ -149,9 +149,13 @@ impl<T: Number> SolidRow<T> {
     /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without solids
     /// hold anything.
     #[inline(always)]
-    pub fn exchanged(&self, x: usize) -> [[&[T]; 4]; 2] {
-        let window = x..x + CHUNK;
-        [&self.incoming, &self.outgoing].map(|all| std::array::from_fn(|i| &all[i][window.clone()]))
+    pub fn exchanged<'a>(&'a self, x: usize) -> [[&'a [T]; 4]; 2] {
+        let window = |values: &'a [T]| &values[x..x + CHUNK];
+        let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);
+        [
+            [window(a), window(b), window(c), window(d)],
+            [window(e), window(f), window(g), window(h)],
+        ]
     }
 
     /// Solid fraction `1 - B` and velocity `u_s` of a cell.

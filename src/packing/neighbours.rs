@@ -3,47 +3,86 @@
 use crate::domain::Domain;
 use crate::math::Vec3;
 
+/// Positions sorted into bins at least as wide as the furthest that neighbours reach.
+#[derive(Debug)]
+pub(super) struct Bins {
+    size: Vec3,
+    counts: [usize; 3],
+    members: Vec<Vec<usize>>,
+}
+
+impl Bins {
+    /// Empty, for `count` positions whose neighbours are within `widest` (m).
+    pub(super) fn new(domain: &Domain, widest: f64, count: usize) -> Self {
+        let size = domain.size();
+        // No more bins than particles in all, else a large dilute box would be mostly empty bins.
+        let most = 1 + libm::cbrt(count as f64) as usize;
+        let counts: [usize; 3] = std::array::from_fn(|i| ((size[i] / widest) as usize).clamp(1, most));
+        Self {
+            size,
+            counts,
+            members: vec![Vec::new(); counts.iter().product()],
+        }
+    }
+
+    fn place(&self, position: &Vec3) -> [usize; 3] {
+        std::array::from_fn(|i| {
+            let n = self.counts[i];
+            ((position[i] / self.size[i] * n as f64) as usize).min(n - 1)
+        })
+    }
+
+    fn index(&self, place: [usize; 3]) -> usize {
+        place[0] + self.counts[0] * (place[1] + self.counts[1] * place[2])
+    }
+
+    /// Takes the one with this number, at a wrapped position.
+    pub(super) fn add(&mut self, number: usize, position: &Vec3) {
+        let bin = self.index(self.place(position));
+        self.members[bin].push(number);
+    }
+
+    /// The one with this number has moved.
+    pub(super) fn shift(&mut self, number: usize, from: &Vec3, to: &Vec3) {
+        let [from, to] = [from, to].map(|position| self.index(self.place(position)));
+        if from != to {
+            let at = self.members[from].iter().position(|n| *n == number);
+            self.members[from].swap_remove(at.expect("it is where it was put"));
+            self.members[to].push(number);
+        }
+    }
+
+    /// The bins that hold all that is near a position.
+    pub(super) fn around(&self, position: &Vec3) -> impl Iterator<Item = &[usize]> {
+        let home = self.place(position);
+        let bins = self.counts;
+        // With fewer than three bins in a direction, neighbours on both sides are the same bin: visit it once.
+        let near = move |i: usize| {
+            (0..bins[i].min(3)).map(move |d| (home[i] + bins[i] + d - usize::from(bins[i] > 2)) % bins[i])
+        };
+        near(2).flat_map(move |z| {
+            near(1).flat_map(move |y| near(0).map(move |x| self.members[self.index([x, y, z])].as_slice()))
+        })
+    }
+}
+
 /// All pairs `a < b` of wrapped positions nearer than `reaches[a] + reaches[b]` (m), ascending.
 ///
 /// Distances are those of nearest images; reaches up to a quarter of the box are safe.
 pub fn close_pairs(domain: &Domain, positions: &[Vec3], reaches: &[f64]) -> Vec<(usize, usize)> {
     assert_eq!(positions.len(), reaches.len());
-    let size = domain.size();
     let widest = 2.0 * reaches.iter().copied().fold(0.0, f64::max);
-    // No more bins than particles in all, else a large dilute box would be mostly empty bins.
-    let most = 1 + libm::cbrt(positions.len() as f64) as usize;
-    let bins: [usize; 3] = std::array::from_fn(|i| ((size[i] / widest) as usize).clamp(1, most));
-    let bin_of = |p: &Vec3| -> [usize; 3] {
-        std::array::from_fn(|i| ((p[i] / size[i] * bins[i] as f64) as usize).min(bins[i] - 1))
-    };
-    let index = |b: [usize; 3]| b[0] + bins[0] * (b[1] + bins[1] * b[2]);
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); bins.iter().product()];
+    let mut bins = Bins::new(domain, widest, positions.len());
     for (i, p) in positions.iter().enumerate() {
-        members[index(bin_of(p))].push(i);
+        bins.add(i, p);
     }
-    // With fewer than three bins in a direction, neighbours on both sides are the same bin: visit it once.
-    let steps = |n: usize| -> &'static [usize] {
-        match n {
-            1 => &[0],
-            2 => &[0, 1],
-            _ => &[0, 1, 2],
-        }
-    };
     let mut pairs = Vec::new();
     for (a, p) in positions.iter().enumerate() {
-        let home = bin_of(p);
         let start = pairs.len();
-        let step = |i: usize, d: usize| (home[i] + bins[i] + d - usize::from(bins[i] > 2)) % bins[i];
-        for &dz in steps(bins[2]) {
-            for &dy in steps(bins[1]) {
-                for &dx in steps(bins[0]) {
-                    for &b in &members[index([step(0, dx), step(1, dy), step(2, dz)])] {
-                        let reach = reaches[a] + reaches[b];
-                        if b > a && domain.nearest_image(positions[b] - p).norm_squared() < reach * reach {
-                            pairs.push((a, b));
-                        }
-                    }
-                }
+        for &b in bins.around(p).flatten() {
+            let reach = reaches[a] + reaches[b];
+            if b > a && domain.nearest_image(positions[b] - p).norm_squared() < reach * reach {
+                pairs.push((a, b));
             }
         }
         pairs[start..].sort_unstable();

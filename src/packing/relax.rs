@@ -46,6 +46,15 @@ pub struct Pose {
     pub orientation: Quat,
 }
 
+impl Pose {
+    /// Its orientation after a turn about an axis of the world frame; the tangent of half the angle along that axis.
+    pub(super) fn turned(&self, tangent: Vec3) -> Quat {
+        let turned = Quaternion::from_parts(1.0, tangent) * self.orientation.quaternion();
+        let scale = 1.0 / turned.norm_squared().sqrt();
+        Quat::new_unchecked(turned * scale)
+    }
+}
+
 /// Orientations that are all equally likely, the same for the same seed on any machine.
 pub fn random_orientations(count: usize, seed: u64) -> Vec<Quat> {
     let mut random = Uniform(ChaCha8Rng::seed_from_u64(seed ^ ORIENTATIONS));
@@ -125,7 +134,7 @@ pub fn relax(
     false
 }
 
-fn body<'a>(contours: &'a [Contour], pose: &Pose) -> Body<'a> {
+pub(super) fn body<'a>(contours: &'a [Contour], pose: &Pose) -> Body<'a> {
     Body {
         contour: &contours[pose.contour],
         orientation: pose.orientation,
@@ -186,9 +195,7 @@ fn push(
         if length > LARGEST_TURN {
             tangent *= LARGEST_TURN / length;
         }
-        let turned = Quaternion::from_parts(1.0, tangent) * pose.orientation.quaternion();
-        let scale = 1.0 / turned.norm_squared().sqrt();
-        pose.orientation = Quat::new_unchecked(turned * scale);
+        pose.orientation = pose.turned(tangent);
     }
 }
 

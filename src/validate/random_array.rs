@@ -4,13 +4,8 @@ use super::experiment::{Experiment, Held};
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Part, Trial};
-use crate::case::Setup;
 use crate::comm::Comm;
 use crate::error::Result;
-use crate::math::Vec3;
-use crate::particle::Particle;
-use rand::{RngCore, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 const TEXT: &str = include_str!("../../validation/random_array/case.toml");
@@ -34,38 +29,6 @@ const STEADY: f64 = 1e-3;
 
 /// Arrangements of each volume fraction.
 const ARRANGEMENTS: u32 = 3;
-/// Moves of every sphere on the way to equilibrium.
-const SWEEPS: u32 = 2000;
-/// Longest move along an axis (diameters).
-const MOVE: f64 = 0.15;
-
-/// Moves the spheres about until they lie as in a fluid of hard spheres in equilibrium, as those of the reference do (Metropolis
-/// et al. 1953). Random packings have more pairs that nearly touch, and a drag that is a fifth lower.
-fn mix(setup: &mut Setup, seed: u32) {
-    let diameter = setup.scales.diameter;
-    let mut places: Vec<Vec3> = setup.particles.iter().map(Particle::position).collect();
-    let mut random = ChaCha8Rng::seed_from_u64(u64::from(seed));
-    let mut between = |limit: f64| {
-        let part = f64::from(random.next_u32()) / f64::from(u32::MAX);
-        limit * (2.0 * part - 1.0)
-    };
-    for _ in 0..SWEEPS {
-        for n in 0..places.len() {
-            let step = Vec3::from_fn(|_, _| between(MOVE * diameter));
-            let place = setup.domain.wrap(places[n] + step);
-            let free = |(m, other): (usize, &Vec3)| {
-                m == n || setup.domain.nearest_image(place - other).norm() > diameter
-            };
-            if places.iter().enumerate().all(free) {
-                places[n] = place;
-            }
-        }
-    }
-    for (particle, place) in setup.particles.iter_mut().zip(places) {
-        particle.position = place.into();
-    }
-}
-
 /// Mean drag factor of several arrangements.
 fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
     let expected = Table::new(REFERENCE).at("phi", volume_fraction, "F");
@@ -90,9 +53,7 @@ fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) ->
         format!("particles.0.volume_fraction={volume_fraction}"),
         format!("particles.0.seed={seed}"),
     ];
-    let mut setup = trial.setup(TEXT, CASE.name, &own)?;
-    mix(&mut setup, seed);
-    let setup = setup;
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
     let (phi, diameter) = (setup.scales.volume_fraction, setup.scales.diameter);
     let count = setup.particles.len() as f64;
     let viscosity = setup.scales.viscosity;

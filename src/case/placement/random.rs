@@ -5,6 +5,7 @@ use crate::case::file::ParticleSection;
 use crate::contact::Contour;
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
+use crate::packing::mix::mix;
 use crate::packing::relax::{Pose, random_orientations, relax};
 use crate::packing::{self, Ball};
 use crate::particle::Particle;
@@ -117,17 +118,18 @@ impl Placer<'_> {
                 },
             }))
             .collect();
+        let contours: Vec<Contour> = templates
+            .iter()
+            .zip(&gaps)
+            .map(|(template, gap)| Contour::new(template.shape.clone(), 0.5 * gap))
+            .collect();
         // Spheres are clear of each other already.
-        if poses.iter().any(|pose| !is_sphere(pose.contour)) {
-            let contours: Vec<Contour> = templates
-                .iter()
-                .zip(&gaps)
-                .map(|(template, gap)| Contour::new(template.shape.clone(), 0.5 * gap))
-                .collect();
-            if !relax(self.domain, &walls, &contours, &mut poses, particles.len()) {
-                return Err(refused());
-            }
+        if poses.iter().any(|pose| !is_sphere(pose.contour))
+            && !relax(self.domain, &walls, &contours, &mut poses, particles.len())
+        {
+            return Err(refused());
         }
+        mix(&self.domain, &walls, &contours, &mut poses, particles.len(), seed);
         let next = particles.iter().map(|p| p.id + 1).max().unwrap_or(0);
         let fresh = poses.drain(particles.len()..);
         particles.extend((next..).zip(fresh).map(|(id, pose)| {

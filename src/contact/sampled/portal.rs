@@ -18,14 +18,19 @@ const PRECISION: f64 = 0.02;
 
 /// Unit vector from the first body to the second, about normal to both where they meet; `None` if they are apart.
 pub(super) fn normal(first: &Side, second: &Side, offset: Vec3) -> Option<Vec3> {
-    let fallback = offset.try_normalize(0.0).unwrap_or_else(Vec3::x);
-    // The furthest difference along a unit vector, from the centres. The second body stands at `offset`.
-    let furthest = |along: Vec3| {
+    // The second body stands at `offset`.
+    meeting(offset, |along| {
         let (Some(a), Some(b)) = (first.support(along), second.support(-along)) else {
             return Vec3::zeros();
         };
         a - (b - offset)
-    };
+    })
+}
+
+/// The same from the furthest difference of a point of the first body and one of the second, each from its centre, along a
+/// unit vector. Bodies that are as good as in touch count as overlapping.
+pub(in crate::contact) fn meeting(offset: Vec3, furthest: impl Fn(Vec3) -> Vec3) -> Option<Vec3> {
+    let fallback = offset.try_normalize(0.0).unwrap_or_else(Vec3::x);
     let unit = |v: Vec3| v.try_normalize(0.0);
     let mut a = furthest(fallback);
     if a.dot(&fallback) <= offset.dot(&fallback) {

@@ -88,6 +88,25 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
     }
 }
 
+/// What the summary of a run says of its set-up, by the keys of its JSON: two runs whose cases read alike may still differ here,
+/// where a default has changed between versions.
+pub fn identity(setup: &Setup) -> serde_json::Value {
+    let wet = !setup.dry;
+    serde_json::json!({
+        "particles": setup.particles.len(),
+        "volume_fraction": setup.scales.volume_fraction,
+        "cells": if wet { setup.domain.cell_count() } else { 0 },
+        "dx": setup.domain.dx,
+        "time_step": setup.units.dt,
+        "relaxation_time": setup.relaxation_time,
+        "precision": precision_name(setup.precision),
+        "dry": setup.dry,
+        "collision": wet.then(|| collision_name(setup.collision)),
+        "coupling": wet.then(|| coupling_name(setup.solids)),
+        "force_balance": wet.then(|| balance_name(setup.force_balance)),
+    })
+}
+
 fn reference_scales(setup: &Setup) -> ReferenceScales {
     let scales = setup.scales;
     ReferenceScales {
