@@ -38,6 +38,7 @@ use std::sync::Arc;
 pub use file::schema;
 pub use hertz::Hertz;
 pub use resolve::{from_saved, from_text, load};
+pub(crate) use source::Source;
 
 /// A case resolved to numbers: everything a run needs, checked.
 #[derive(Clone, Debug)]

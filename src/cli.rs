@@ -9,6 +9,7 @@ mod pack;
 mod preflight;
 mod resume;
 mod run;
+mod study;
 mod suite;
 mod terminal;
 mod validate;
@@ -45,6 +46,8 @@ enum Command {
     Pack(PackArguments),
     /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
     Crosscheck(crosscheck::CrosscheckArguments),
+    /// Do all runs of a parameter study, or what is left of them, and collect what they say together.
+    Study(study::StudyArguments),
     /// Run cases of the literature and hold what comes out against their references.
     Validate(validate::ValidateArguments),
     /// Look at this machine: what is fine, and what to change.
@@ -157,7 +160,7 @@ struct PackArguments {
     out: PathBuf,
 }
 
-/// Exit code of a cross-check or a validation that came to its end, when not all checks passed.
+/// Exit code of a cross-check, a validation or a study that came to its end, when not all checks passed.
 const CHECKS_FAILED: u8 = 3;
 
 /// Runs the program; arguments are those of the process.
@@ -183,6 +186,11 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Pack(arguments) => pack::pack(&arguments),
         Command::Crosscheck(arguments) => match crosscheck::crosscheck(&arguments) {
+            Ok(true) => Ok(()),
+            Ok(false) => return ExitCode::from(CHECKS_FAILED),
+            Err(error) => Err(error),
+        },
+        Command::Study(arguments) => match study::study(&arguments) {
             Ok(true) => Ok(()),
             Ok(false) => return ExitCode::from(CHECKS_FAILED),
             Err(error) => Err(error),

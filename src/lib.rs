@@ -9,7 +9,7 @@
 //!
 //! ```text
 //! front     main -> cli
-//! whole     validate   crosscheck   simulation   case   output   packing   checkpoint
+//! whole     validate   study   crosscheck   simulation   case   output   packing   checkpoint
 //! border    coupling                the only place where lattice units meet SI at run time
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
@@ -36,6 +36,7 @@ pub mod packing;
 pub mod particle;
 pub mod shape;
 pub mod simulation;
+pub mod study;
 pub mod timing;
 pub mod units;
 pub mod validate;

@@ -39,7 +39,7 @@ pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
-pub use statistics::{Estimate, estimate_mean};
+pub use statistics::{Estimate, Settled, estimate_mean, settled};
 pub use summary::{ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use vti::{FieldSnapshot, write_fields, write_fields_index};
 pub use vtp::{ParticleSurfaces, write_particles};

@@ -26,6 +26,7 @@ use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
 use keeper::Wishes;
+pub use observe::identity;
 pub use resume::{resume, saved_setup};
 pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;

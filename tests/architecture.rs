@@ -11,12 +11,13 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate crosscheck simulation case output packing fluid dem contact comm error",
+        "validate study crosscheck simulation case output packing fluid dem contact comm error",
     ),
     (
         "validate",
         "crosscheck simulation case output coupling fluid dem contact particle shape domain comm math error",
     ),
+    ("study", "simulation case output checkpoint math error"),
     (
         "crosscheck",
         "simulation case output dem contact particle shape wall domain comm units math error",

@@ -79,6 +79,10 @@ struct Headline {
     settling_velocity_over_schiller_naumann: Option<f64>,
     standard_error: Option<f64>,
     drift: Option<f64>,
+    averaged_over: Option<[f64; 2]>,
+    transient_end: Option<f64>,
+    settled_mean: Option<f64>,
+    settled_standard_error: Option<f64>,
     interrupted: bool,
     mlups: Option<f64>,
     state_hash: Option<String>,
@@ -97,9 +101,7 @@ impl Headline {
     fn text(&self, directory: &Path) -> String {
         let mut lines = Vec::new();
         if let Some(velocity) = self.settling_velocity_over_stokes {
-            let error = self
-                .standard_error
-                .map_or(String::new(), |e| format!(" +- {e:.4}"));
+            let error = plus_minus(self.standard_error);
             let other = self
                 .settling_velocity_over_schiller_naumann
                 .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
@@ -114,6 +116,7 @@ impl Headline {
                 100.0 * drift
             ));
         }
+        lines.extend(self.transient());
         if self.interrupted {
             lines.push(format!(
                 "interrupted             before the end of the case; go on with: turbid resume {}",
@@ -137,6 +140,29 @@ impl Headline {
         ));
         lines.join("\n")
     }
+
+    /// What to say of the transient, where the averages may hold some of it.
+    fn transient(&self) -> Option<String> {
+        let [from, _] = self.averaged_over?;
+        let Some((end, mean)) = self.transient_end.zip(self.settled_mean) else {
+            return Some(
+                "not settled             no end of the transient was found in the first half of the run: run longer".to_string(),
+            );
+        };
+        let error = plus_minus(self.settled_standard_error);
+        (from < end).then(|| {
+            format!(
+                "holds the transient     the averages begin at t* {from:.1}, the transient ends at t* {end:.1}; from there \
+                 {mean:.4}{error}: set run.average_from = {{ stokes_times = {:.0} }}",
+                end.ceil()
+            )
+        })
+    }
+}
+
+/// An error behind its value, if it is known.
+fn plus_minus(error: Option<f64>) -> String {
+    error.map_or(String::new(), |e| format!(" +- {e:.4}"))
 }
 
 #[cfg(test)]
@@ -165,5 +191,27 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));
+    }
+
+    #[test]
+    fn averages_that_begin_within_the_transient_are_told_and_how_to_avoid_it() {
+        let at = |transient_end: Option<f64>| Headline {
+            settling_velocity_over_stokes: Some(0.27),
+            averaged_over: Some([40.0, 120.0]),
+            transient_end,
+            settled_mean: transient_end.map(|_| 0.26),
+            settled_standard_error: Some(0.001),
+            ..Headline::default()
+        };
+        let text = |end| at(end).text(Path::new("out/x"));
+        let late = text(Some(55.5));
+        assert!(
+            late.contains("begin at t* 40.0, the transient ends at t* 55.5; from there 0.2600 +- 0.0010")
+                && late.contains("run.average_from = { stokes_times = 56 }"),
+            "{late}"
+        );
+        assert!(!text(Some(30.0)).contains("transient"));
+        assert!(text(None).contains("run longer"));
+        assert!(!Headline::default().text(Path::new("out/x")).contains("transient"));
     }
 }

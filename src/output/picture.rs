@@ -4,12 +4,15 @@
 mod axis;
 mod canvas;
 mod colour;
+mod drawing;
 mod labels;
+mod markup;
 mod outline;
 mod overlay;
 mod page;
 mod plane;
 mod plot;
+mod plot_axis;
 mod raster;
 mod scales;
 mod scene;
@@ -17,9 +20,10 @@ mod side_view;
 mod slice;
 mod text;
 
+pub use drawing::{Figure, Format};
 pub use overlay::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
 pub use plane::Plane;
-pub use plot::{SettlingPlot, write_settling};
+pub use plot::{SettlingPlot, settling_figure, write_settling};
 pub use scene::{Clock, Scene};
 pub use side_view::write_side_view;
 pub use slice::write_slice;

@@ -24,6 +24,10 @@
 //! doi:10.1103/PhysRevE.83.066706, for the choice of the level; Sokal (1997), doi:10.1007/978-1-4899-0319-8_6, for the
 //! window `m`.
 
+mod transient;
+
+pub use transient::{Settled, settled};
+
 use serde::{Deserialize, Serialize};
 
 /// Fewest blocks from which an error is taken: its own relative error is then about 18 %.
@@ -110,7 +114,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     /// `x[k+1] = memory x[k] + noise`, noise uniform with unit variance, started in its stationary state.
-    fn auto_regressive(memory: f64, count: usize, seed: u64) -> Vec<f64> {
+    pub(super) fn auto_regressive(memory: f64, count: usize, seed: u64) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut noise = || 12.0_f64.sqrt() * (random.next_u64() as f64 / u64::MAX as f64 - 0.5);
         let mut x = noise() / (1.0 - memory * memory).sqrt();

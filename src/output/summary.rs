@@ -28,6 +28,13 @@ pub struct Summary {
     /// Difference of the means over the second and the first half of the averages, over the mean (-): large while the
     /// settling velocity still drifts.
     pub drift: Option<f64>,
+    /// `t*` at which the transient of the settling velocity ends, by [`settled`](super::statistics::settled); none if no end was
+    /// found.
+    pub transient_end: Option<f64>,
+    /// Mean settling velocity from there to the end over the Stokes velocity (-).
+    pub settled_mean: Option<f64>,
+    /// Standard error of `settled_mean` (-).
+    pub settled_standard_error: Option<f64>,
     /// Interval of `t*` that the averages are taken over.
     pub averaged_over: Option<[f64; 2]>,
     /// Number of particles.
@@ -157,6 +164,9 @@ mod tests {
             settling_velocity_over_schiller_naumann: None,
             standard_error: None,
             drift: None,
+            transient_end: Some(32.5),
+            settled_mean: Some(0.31),
+            settled_standard_error: None,
             averaged_over: Some([50.0, 150.0]),
             particles: 3,
             volume_fraction: 0.2,
@@ -217,6 +227,9 @@ mod tests {
             "settling_velocity_over_stokes",
             "settling_velocity_over_schiller_naumann",
             "standard_error",
+            "transient_end",
+            "settled_mean",
+            "settled_standard_error",
             "particles",
             "volume_fraction",
             "cells",

@@ -23,6 +23,7 @@ use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
 use share::Share;
 use std::time::Instant;
+pub use summary::identity;
 pub(super) use summary::precision_name;
 use writer::{Writer, WriterState};
 

@@ -20,7 +20,8 @@ pub(super) enum Align {
 pub(super) struct Pencil {
     pub(super) colour: [u8; 3],
     pub(super) width: f32,
-    pub(super) dashed: bool,
+    /// Lengths of dashes and of the gaps behind them, in widths of the line; none for a solid line.
+    pub(super) dashes: &'static [f32],
 }
 
 impl Pencil {
@@ -28,13 +29,21 @@ impl Pencil {
         Self {
             colour,
             width,
-            dashed: false,
+            dashes: &[],
         }
     }
 
-    /// Lengths of a dash and of the gap behind it.
-    pub(super) fn dash(self) -> [f32; 2] {
-        [5.0 * self.width, 3.0 * self.width]
+    /// The same, dashed.
+    pub(super) fn dashed(self) -> Self {
+        Self {
+            dashes: &[5.0, 3.0],
+            ..self
+        }
+    }
+
+    /// Lengths of dashes and of the gaps behind them, in pixels.
+    pub(super) fn dash(self) -> Vec<f32> {
+        self.dashes.iter().map(|length| length * self.width).collect()
     }
 }
 
@@ -99,9 +108,8 @@ impl Canvas {
 
     fn stroke(&mut self, points: &[(f32, f32)], close: bool, pencil: Pencil) {
         let Some(path) = path(points, close) else { return };
-        let dash = pencil
-            .dashed
-            .then(|| StrokeDash::new(pencil.dash().to_vec(), 0.0).expect("two positive lengths"));
+        let dash = (!pencil.dashes.is_empty())
+            .then(|| StrokeDash::new(pencil.dash(), 0.0).expect("pairs of positive lengths"));
         let stroke = Stroke {
             width: pencil.width,
             line_cap: LineCap::Butt,

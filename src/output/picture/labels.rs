@@ -1,6 +1,7 @@
 //! Labels beside the lines of a plot, without overlap.
 
-use super::canvas::{Align, Canvas, Pencil};
+use super::canvas::{Align, Pencil};
+use super::drawing::Drawing;
 use super::text::roman;
 
 /// Height of a line of the labels at the right.
@@ -19,7 +20,7 @@ pub(super) struct SideLabel {
 ///
 /// `size` is that of the text, `height_of` gives the place of a value from the top; labels are sorted from the top.
 pub(super) fn draw_labels(
-    canvas: &mut Canvas,
+    drawing: &mut Drawing,
     labels: &[SideLabel],
     (right, size): (f32, f32),
     within: (f32, f32),
@@ -35,11 +36,11 @@ pub(super) fn draw_labels(
         let y = height_of(label.value);
         let middle = top + 0.5 * height(label);
         let leader = [(right + 3.0, y), (right + 12.0, y), (right + 28.0, middle)];
-        canvas.polyline(&leader, Pencil::new(label.colour, 2.0));
+        drawing.polyline(leader.to_vec(), Pencil::new(label.colour, 2.0));
         for (i, line) in label.lines.iter().enumerate() {
             let baseline = top + (i as f32 + 0.72) * LABEL_STEP;
             let place = (right + 36.0, baseline);
-            canvas.text(&[roman(line)], size, place, Align::Start, label.colour);
+            drawing.text(vec![roman(line.clone())], size, place, Align::Start, label.colour);
         }
     }
 }

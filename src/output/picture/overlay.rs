@@ -3,19 +3,14 @@
 //! Curves that should coincide stay visible where they do: the reference lies below, thick and pale; on it a thin solid
 //! line; on that dashes. Curves of few points have them marked, the solid line by dots and the dashes by rings round them.
 
-mod axis;
-mod markup;
-mod svg;
-
-use super::canvas::{Align, Canvas, Pencil};
+use super::canvas::{Align, Pencil};
 use super::colour::{BLUE, GREY, GRID, INK, REFERENCES, VERMILION};
+use super::drawing::{Drawing, Figure, Format};
+use super::markup;
+use super::plot_axis::{Axis, Tick};
 use super::text::width;
-use super::write_png;
 use crate::error::Result;
-use crate::output::atomic::write_bytes;
-use axis::{Axis, Tick};
 use std::path::Path;
-use svg::Drawing;
 
 /// What a plot shows.
 #[derive(Clone, Copy, Debug)]
@@ -85,10 +80,7 @@ impl CurveStyle {
         match self {
             Self::Pale => Pencil::new(PALE, 13.0),
             Self::Solid => Pencil::new(VERMILION, 3.5),
-            Self::Dashed => Pencil {
-                dashed: true,
-                ..Pencil::new(BLUE, 3.5)
-            },
+            Self::Dashed => Pencil::new(BLUE, 3.5).dashed(),
             Self::Other(index) => Pencil::new(REFERENCES[usize::from(index) % REFERENCES.len()], 2.5),
         }
     }
@@ -96,14 +88,20 @@ impl CurveStyle {
 
 /// Writes the plot as PNG.
 pub fn write_overlay(path: &Path, plot: &OverlayPlot) -> Result<()> {
-    let mut canvas = Canvas::new(PAGE.0 as u32, PAGE.1 as u32);
-    draw(plot).paint(&mut canvas);
-    write_png(path, &canvas)
+    figure(plot).write(path, Format::Png)
 }
 
 /// Writes the plot as SVG, text as outlines.
 pub fn write_overlay_svg(path: &Path, plot: &OverlayPlot) -> Result<()> {
-    write_bytes(path, draw(plot).svg(PAGE).as_bytes())
+    figure(plot).write(path, Format::Svg)
+}
+
+fn figure(plot: &OverlayPlot) -> Figure {
+    Figure {
+        size: PAGE,
+        title: plot.title.to_string(),
+        drawing: draw(plot),
+    }
 }
 
 /// Where the data go on the page.

@@ -1,11 +1,11 @@
-//! Settling velocity over time, with its mean and what the literature says.
+//! Settling velocity over time, with its means, the end of its transient, and what the literature says.
 
 use super::axis::{Ticks, rounded_range};
-use super::canvas::{Align, Canvas, Pencil};
+use super::canvas::{Align, Pencil};
 use super::colour::{BLUE, GREY, GRID, INK, REFERENCES, VERMILION};
+use super::drawing::{Drawing, Figure, Format};
 use super::labels::{SideLabel, draw_labels};
 use super::text::{Span, above, below, italic, roman, width};
-use super::write_png;
 use crate::error::Result;
 use crate::output::Estimate;
 use std::path::Path;
@@ -21,11 +21,13 @@ pub struct SettlingPlot<'a> {
     pub velocity: &'a [f64],
     /// Interval of `t*` that is averaged over and the result, if there is one.
     pub mean: Option<([f64; 2], Estimate)>,
+    /// `t*` at which the transient ends and the result from there, if it does.
+    pub settled: Option<(f64, Estimate)>,
     /// Values to compare with, with the names to put beside them.
     pub references: &'a [(&'a str, f64)],
 }
 
-const PAGE: (u32, u32) = (1600, 1000);
+const PAGE: (f32, f32) = (1600.0, 1000.0);
 /// Space left of the frame for the name of the axis, beside the numbers.
 const NAME_SPACE: f32 = 90.0;
 const TOP: f32 = 90.0;
@@ -35,17 +37,30 @@ const LABEL: f32 = 30.0;
 const NUMBER: f32 = 24.0;
 const TICK: f32 = 9.0;
 
-/// Draws settling velocity over time, the mean with its standard error as a band, and reference lines.
+/// Writes the figure of a settling velocity over time as PNG.
 ///
 /// # Panics
 /// If there are not as many velocities as times.
 pub fn write_settling(path: &Path, plot: &SettlingPlot) -> Result<()> {
+    settling_figure(plot).write(path, Format::Png)
+}
+
+/// Settling velocity over time, the mean with its standard error as a band, the end of the transient and the mean from there,
+/// and reference lines.
+///
+/// # Panics
+/// If there are not as many velocities as times.
+pub fn settling_figure(plot: &SettlingPlot) -> Figure {
     assert_eq!(
         plot.t_star.len(),
         plot.velocity.len(),
         "one velocity for each time"
     );
-    write_png(path, &draw(plot))
+    Figure {
+        size: PAGE,
+        title: format!("{}: settling velocity", plot.case),
+        drawing: draw(plot),
+    }
 }
 
 /// Data ranges and the pixels they cover.
@@ -91,7 +106,7 @@ impl Frame {
     }
 }
 
-fn draw(plot: &SettlingPlot) -> Canvas {
+fn draw(plot: &SettlingPlot) -> Drawing {
     let labels = side_labels(plot);
     let widest = labels
         .iter()
@@ -100,33 +115,30 @@ fn draw(plot: &SettlingPlot) -> Canvas {
         .fold(0.0, f32::max);
     // Long names get space, but never more than half of the page.
     let margin = if labels.is_empty() { 60.0 } else { 60.0 + widest };
-    let frame = Frame::new(plot, PAGE.0 as f32 - margin.min(0.5 * PAGE.0 as f32));
+    let frame = Frame::new(plot, PAGE.0 - margin.min(0.5 * PAGE.0));
 
-    let mut canvas = Canvas::new(PAGE.0, PAGE.1);
-    draw_axes(&mut canvas, &frame);
+    let mut drawing = Drawing::default();
+    draw_axes(&mut drawing, &frame);
     for ((_, value), colour) in plot.references.iter().zip(REFERENCES.iter().cycle()) {
         if value.is_finite() {
-            let pencil = Pencil {
-                dashed: true,
-                ..Pencil::new(*colour, 2.5)
-            };
-            canvas.line(frame.at(frame.x.0, *value), frame.at(frame.x.1, *value), pencil);
+            let ends = vec![frame.at(frame.x.0, *value), frame.at(frame.x.1, *value)];
+            drawing.polyline(ends, Pencil::new(*colour, 2.5).dashed());
         }
     }
-    draw_series(&mut canvas, &frame, plot);
-    canvas.frame((frame.left, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
+    draw_series(&mut drawing, &frame, plot);
+    drawing.frame((frame.left, TOP, frame.right, BOTTOM), Pencil::new(INK, 2.0));
     let within = (TOP - 20.0, BOTTOM + 60.0);
-    draw_labels(&mut canvas, &labels, (frame.right, NUMBER), within, |v| {
+    draw_labels(&mut drawing, &labels, (frame.right, NUMBER), within, |v| {
         frame.at(0.0, v).1
     });
-    canvas.text(
-        &[roman(plot.case)],
+    drawing.text(
+        vec![roman(plot.case.to_string())],
         TITLE,
         (frame.left, TOP - 28.0),
         Align::Start,
         INK,
     );
-    canvas
+    drawing
 }
 
 fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
@@ -141,24 +153,25 @@ fn side_labels(plot: &SettlingPlot) -> Vec<SideLabel> {
             colour,
         })
         .collect();
-    if let Some((_, estimate)) = plot.mean {
-        let number = match estimate.standard_error {
-            Some(error) => {
-                // Two digits of the error, and as many decimals of the mean.
-                let decimals = (1.0 - error.log10().floor()).clamp(2.0, 6.0) as usize;
-                format!("{:.decimals$} \u{b1} {error:.decimals$}", estimate.mean)
-            }
-            None => significant(estimate.mean),
-        };
-        labels.push(SideLabel {
-            value: estimate.mean,
-            lines: vec!["mean".to_string(), number],
-            colour: VERMILION,
-        });
-    }
+    labels.extend(means(plot, 0.0).iter().map(|mean| SideLabel {
+        value: mean.estimate.mean,
+        lines: vec![mean.name.to_string(), with_error(mean.estimate)],
+        colour: mean.colour,
+    }));
     labels.retain(|label| label.value.is_finite());
     labels.sort_by(|a, b| b.value.total_cmp(&a.value));
     labels
+}
+
+/// A mean with its error: two digits of the error, and as many decimals of the mean.
+fn with_error(estimate: Estimate) -> String {
+    match estimate.standard_error {
+        Some(error) => {
+            let decimals = (1.0 - error.log10().floor()).clamp(2.0, 6.0) as usize;
+            format!("{:.decimals$} \u{b1} {error:.decimals$}", estimate.mean)
+        }
+        None => significant(estimate.mean),
+    }
 }
 
 /// A number with three significant digits.
@@ -167,34 +180,31 @@ fn significant(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
+fn draw_axes(drawing: &mut Drawing, frame: &Frame) {
     let ink = Pencil::new(INK, 2.0);
     let grid = Pencil::new(GRID, 1.5);
     let horizontal = Ticks::new(frame.x.0, frame.x.1, 8.0);
     for &value in &horizontal.values {
         let (x, _) = frame.at(value, 0.0);
-        canvas.line((x, TOP), (x, BOTTOM), grid);
-        canvas.line((x, BOTTOM + 2.0), (x, BOTTOM + 2.0 + TICK), ink);
+        drawing.polyline(vec![(x, TOP), (x, BOTTOM)], grid);
+        drawing.polyline(vec![(x, BOTTOM + 2.0), (x, BOTTOM + 2.0 + TICK)], ink);
         let text = horizontal.label(value);
-        canvas.text(&[roman(&text)], NUMBER, (x, BOTTOM + 40.0), Align::Middle, INK);
+        drawing.text(vec![roman(text)], NUMBER, (x, BOTTOM + 40.0), Align::Middle, INK);
     }
     let vertical = Ticks::new(frame.y.0, frame.y.1, 8.0);
     for &value in &vertical.values {
         let (_, y) = frame.at(0.0, value);
-        canvas.line((frame.left, y), (frame.right, y), grid);
-        canvas.line((frame.left - 2.0, y), (frame.left - 2.0 - TICK, y), ink);
+        drawing.polyline(vec![(frame.left, y), (frame.right, y)], grid);
+        drawing.polyline(vec![(frame.left - 2.0, y), (frame.left - 2.0 - TICK, y)], ink);
         let text = vertical.label(value);
         let place = (frame.left - 20.0, y + 0.36 * NUMBER);
-        canvas.text(&[roman(&text)], NUMBER, place, Align::End, INK);
+        drawing.text(vec![roman(text)], NUMBER, place, Align::End, INK);
     }
     if frame.y.0 < 0.0 {
-        canvas.line(
-            frame.at(frame.x.0, 0.0),
-            frame.at(frame.x.1, 0.0),
-            Pencil::new(GREY, 1.5),
-        );
+        let ends = vec![frame.at(frame.x.0, 0.0), frame.at(frame.x.1, 0.0)];
+        drawing.polyline(ends, Pencil::new(GREY, 1.5));
     }
-    let time: [Span; 7] = [
+    let time: Vec<Span> = vec![
         italic("t"),
         above("*"),
         roman(" = "),
@@ -204,8 +214,8 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         italic("D"),
     ];
     let middle = 0.5 * (frame.left + frame.right);
-    canvas.text(&time, LABEL, (middle, BOTTOM + 94.0), Align::Middle, INK);
-    let velocity = [
+    drawing.text(time, LABEL, (middle, BOTTOM + 94.0), Align::Middle, INK);
+    let velocity = vec![
         roman("settling velocity  "),
         italic("u"),
         roman(" / "),
@@ -213,47 +223,108 @@ fn draw_axes(canvas: &mut Canvas, frame: &Frame) {
         below("Stokes"),
     ];
     let place = (NAME_SPACE - 44.0, 0.5 * (TOP + BOTTOM));
-    canvas.text_upwards(&velocity, LABEL, place, INK);
+    drawing.text_upwards(velocity, LABEL, place, INK);
 }
 
-fn draw_series(canvas: &mut Canvas, frame: &Frame, plot: &SettlingPlot) {
-    if let Some(([from, to], estimate)) = plot.mean.filter(|m| m.1.mean.is_finite()) {
-        let (l, _) = frame.at(from.max(frame.x.0), 0.0);
-        let (r, _) = frame.at(to.min(frame.x.1), 0.0);
-        canvas.rectangle((l, TOP, r, BOTTOM), VERMILION, 0.05);
-        if let Some(error) = estimate.standard_error {
-            let (_, top) = frame.at(0.0, estimate.mean + error);
-            let (_, bottom) = frame.at(0.0, estimate.mean - error);
-            canvas.rectangle((l, top.max(TOP), r, bottom.min(BOTTOM)), VERMILION, 0.3);
+fn draw_series(drawing: &mut Drawing, frame: &Frame, plot: &SettlingPlot) {
+    let within = |x: f64| x.clamp(frame.x.0, frame.x.1);
+    if let Some(([from, to], _)) = plot.mean {
+        let (l, r) = (frame.at(within(from), 0.0).0, frame.at(within(to), 0.0).0);
+        drawing.rectangle((l, TOP, r, BOTTOM), VERMILION, 0.05);
+    }
+    let means = means(plot, frame.x.1);
+    for mean in &means {
+        let (l, r) = (
+            frame.at(within(mean.from), 0.0).0,
+            frame.at(within(mean.to), 0.0).0,
+        );
+        if let Some(error) = mean.estimate.standard_error {
+            let (_, top) = frame.at(0.0, mean.estimate.mean + error);
+            let (_, bottom) = frame.at(0.0, mean.estimate.mean - error);
+            drawing.rectangle((l, top.max(TOP), r, bottom.min(BOTTOM)), mean.colour, 0.25);
         }
+    }
+    if let Some((end, _)) = plot.settled {
+        let (x, _) = frame.at(within(end), 0.0);
+        drawing.polyline(vec![(x, TOP), (x, BOTTOM)], Pencil::new(SETTLED, 2.0).dashed());
+        let text = vec![
+            roman("transient ends at "),
+            italic("t"),
+            above("*"),
+            roman(format!(" = {end:.1}")),
+        ];
+        // Right of the line if there is space.
+        let (place, align) = if x + 24.0 + width(&text, NUMBER) < frame.right {
+            (x + 12.0, Align::Start)
+        } else {
+            (x - 12.0, Align::End)
+        };
+        drawing.text(text, NUMBER, (place, BOTTOM - 18.0), align, SETTLED);
     }
     let mut run: Vec<(f32, f32)> = Vec::new();
     let points = plot.t_star.iter().zip(plot.velocity);
     // A value that is not a number interrupts the line; the last, empty one ends it.
     for (&t, &v) in points.chain([(&f64::NAN, &f64::NAN)]) {
         if t.is_finite() && v.is_finite() {
-            run.push(frame.at(t, v));
+            let place = frame.at(t, v);
+            // Points closer than a quarter of a pixel are one.
+            let near = |last: &(f32, f32)| (place.0 - last.0).abs().max((place.1 - last.1).abs()) < 0.25;
+            if !run.last().is_some_and(near) {
+                run.push(place);
+            }
         } else {
-            canvas.polyline(&run, Pencil::new(BLUE, 3.0));
-            run.clear();
+            drawing.polyline(std::mem::take(&mut run), Pencil::new(BLUE, 3.0));
         }
     }
-    if let Some(([from, to], estimate)) = plot.mean.filter(|m| m.1.mean.is_finite()) {
-        canvas.line(
-            frame.at(from.max(frame.x.0), estimate.mean),
-            frame.at(to.min(frame.x.1), estimate.mean),
-            Pencil::new(VERMILION, 3.0),
-        );
+    for mean in &means {
+        let ends = [mean.from, mean.to].map(|t| frame.at(within(t), mean.estimate.mean));
+        let pencil = Pencil::new(mean.colour, 3.0);
+        drawing.polyline(ends.to_vec(), if mean.dashed { pencil.dashed() } else { pencil });
     }
+}
+
+/// Colour of what follows the transient.
+const SETTLED: [u8; 3] = INK;
+
+/// A mean to be drawn.
+struct Mean {
+    name: &'static str,
+    from: f64,
+    to: f64,
+    estimate: Estimate,
+    colour: [u8; 3],
+    dashed: bool,
+}
+
+/// The mean that was asked for and that behind the transient, whose series ends at `end`.
+fn means(plot: &SettlingPlot, end: f64) -> Vec<Mean> {
+    let asked = plot.mean.map(|([from, to], estimate)| Mean {
+        name: "mean",
+        from,
+        to,
+        estimate,
+        colour: VERMILION,
+        dashed: false,
+    });
+    let settled = plot.settled.map(|(from, estimate)| Mean {
+        name: "after the transient",
+        from,
+        to: end,
+        estimate,
+        colour: SETTLED,
+        dashed: true,
+    });
+    let both = asked.into_iter().chain(settled);
+    both.filter(|mean| mean.estimate.mean.is_finite()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn colour_at(canvas: &Canvas, (x, y): (f32, f32)) -> [u8; 3] {
-        let first = 3 * (y as usize * canvas.width() as usize + x as usize);
-        canvas.rgb()[first..first + 3].try_into().unwrap()
+    fn colour_at(canvas: &crate::output::picture::canvas::Canvas, (x, y): (f32, f32)) -> [u8; 3] {
+        let first = 3 * (y as usize * drawing.width() as usize + x as usize);
+        drawing.rgb()[first..first + 3].try_into().unwrap()
     }
 
     #[test]
@@ -270,30 +341,51 @@ mod tests {
                     standard_error: Some(0.02),
                 },
             )),
+            settled: Some((
+                20.0,
+                Estimate {
+                    mean: 0.4,
+                    standard_error: None,
+                },
+            )),
             references: &[("reference", 0.5)],
         };
-        let canvas = draw(&plot);
-        let label_width = width(&[roman("0.300 \u{b1} 0.020")], NUMBER);
-        let frame = Frame::new(&plot, PAGE.0 as f32 - 60.0 - label_width);
+        let canvas = settling_figure(&plot).canvas();
+        let label_width = width(&[roman("after the transient")], NUMBER);
+        let frame = Frame::new(&plot, PAGE.0 - 60.0 - label_width);
         assert_eq!(colour_at(&canvas, frame.at(30.0, 0.2)), BLUE);
         assert_eq!(colour_at(&canvas, frame.at(75.0, 0.3)), VERMILION);
         assert_eq!(colour_at(&canvas, frame.at(0.5, 0.5)), REFERENCES[0]);
         let [r, g, b] = colour_at(&canvas, frame.at(75.0, 0.315));
         assert!(r > g && g > b, "the band is a light vermilion");
         assert_eq!(colour_at(&canvas, frame.at(25.0, 0.33)), [255, 255, 255]);
+        let dark = |at: (f32, f32)| colour_at(&canvas, at) == SETTLED;
+        let from = frame.at(20.0, 0.4);
+        assert!(
+            (0..40).any(|i| dark((from.0 + i as f32, from.1))),
+            "the mean behind the transient"
+        );
+        assert!(
+            (0..40).any(|i| dark((from.0, from.1 - 60.0 + i as f32))),
+            "its end"
+        );
+        assert!(
+            !(0..40).any(|i| dark((from.0 - 50.0 + i as f32, from.1))),
+            "nothing before"
+        );
     }
 
     #[test]
     fn nothing_to_show_still_makes_a_plot() {
         for velocity in [&[][..], &[f64::NAN], &[0.0]] {
-            let canvas = draw(&SettlingPlot {
+            let canvas = settling_figure(&SettlingPlot {
                 case: "",
                 t_star: &[0.0][..velocity.len()],
                 velocity,
                 mean: None,
                 references: &[("unknown", f64::NAN)],
             });
-            assert_eq!((canvas.width(), canvas.height()), PAGE);
+            assert_eq!((drawing.width(), drawing.height()), PAGE);
         }
     }
 }

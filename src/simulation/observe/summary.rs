@@ -14,6 +14,8 @@ pub(super) struct Outcome {
     /// Settling velocity over that of Stokes.
     pub(super) estimate: Option<Estimate>,
     pub(super) drift: Option<f64>,
+    /// `t*` of the end of the transient, and settling velocity over that of Stokes from there.
+    pub(super) settled: Option<(f64, Estimate)>,
     pub(super) averaged_over: Option<[f64; 2]>,
     pub(super) max_mach: f64,
     pub(super) hash: u64,
@@ -27,6 +29,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
     let Outcome {
         estimate,
         drift,
+        settled,
         averaged_over,
         max_mach,
         hash,
@@ -53,6 +56,9 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         settling_velocity_over_schiller_naumann: estimate.map(|e| e.mean * over_schiller_naumann),
         standard_error: estimate.and_then(|e| e.standard_error),
         drift,
+        transient_end: settled.map(|(end, _)| end),
+        settled_mean: settled.map(|(_, e)| e.mean),
+        settled_standard_error: settled.and_then(|(_, e)| e.standard_error),
         averaged_over,
         particles: setup.particles.len(),
         volume_fraction: scales.volume_fraction,
@@ -80,6 +86,25 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         force_balance: wet.then(|| balance_name(setup.force_balance).to_owned()),
         input: setup.text.clone(),
     }
+}
+
+/// What the summary of a run says of its set-up, by the keys of its JSON: two runs whose cases read alike may still differ here,
+/// where a default has changed between versions.
+pub fn identity(setup: &Setup) -> serde_json::Value {
+    let wet = !setup.dry;
+    serde_json::json!({
+        "particles": setup.particles.len(),
+        "volume_fraction": setup.scales.volume_fraction,
+        "cells": if wet { setup.domain.cell_count() } else { 0 },
+        "dx": setup.domain.dx,
+        "time_step": setup.units.dt,
+        "relaxation_time": setup.relaxation_time,
+        "precision": precision_name(setup.precision),
+        "dry": setup.dry,
+        "collision": wet.then(|| collision_name(setup.collision)),
+        "coupling": wet.then(|| coupling_name(setup.solids)),
+        "force_balance": wet.then(|| balance_name(setup.force_balance)),
+    })
 }
 
 fn reference_scales(setup: &Setup) -> ReferenceScales {

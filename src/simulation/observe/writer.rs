@@ -11,7 +11,7 @@ use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_s
 use crate::output::progress::Workload;
 use crate::output::{
     Collection, OutputFiles, ParticleSeries, ParticleSurfaces, PathsState, Progress, SeriesWriter, Summary,
-    directory, estimate_mean, write_contacts_index, write_fields_index, write_force_chains_index,
+    directory, estimate_mean, settled, write_contacts_index, write_fields_index, write_force_chains_index,
     write_walls,
 };
 use crate::simulation::Simulation;
@@ -273,6 +273,8 @@ impl<'a> Writer<'a> {
         let first = self.steps.partition_point(|&step| step < setup.average_from_step);
         let steady = settles_for_ever(setup);
         let estimate = steady.then(|| estimate_mean(&self.settling[first..])).flatten();
+        let settled = (steady.then(|| settled(&self.settling)).flatten())
+            .map(|settled| (self.t_star[settled.first], settled.estimate));
         let averaged_over = estimate.map(|_| [self.t_star[first], self.t_star[self.t_star.len() - 1]]);
         if settling_direction(setup).is_some() && !self.settling.is_empty() {
             let references = references(&setup.scales);
@@ -283,6 +285,7 @@ impl<'a> Writer<'a> {
                     t_star: &self.t_star,
                     velocity: &self.settling,
                     mean: averaged_over.zip(estimate),
+                    settled,
                     references: if steady { &references } else { &[] },
                 },
             )?;
@@ -290,6 +293,7 @@ impl<'a> Writer<'a> {
         let outcome = Outcome {
             estimate,
             drift: estimate.and_then(|e| drift(&self.settling[first..], e.mean)),
+            settled,
             averaged_over,
             max_mach: self.max_mach,
             hash,

@@ -1,6 +1,7 @@
 //! Claims about what is seen on a plot.
 
 use super::*;
+use crate::output::picture::canvas::Canvas;
 
 fn painted(plot: &OverlayPlot) -> Canvas {
     let mut canvas = Canvas::new(PAGE.0 as u32, PAGE.1 as u32);
@@ -118,9 +119,9 @@ fn nothing_to_show_still_makes_a_plot_and_its_svg_is_well_formed() {
                 curves: &curves,
             };
             painted(&plot);
-            let svg = draw(&plot).svg(PAGE);
+            let svg = draw(&plot).svg(PAGE, plot.title);
             assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
-            assert!(!svg.contains("NaN") && !svg.contains('&'), "text is outlines");
+            assert!(!svg.contains("NaN") && svg.contains("<title>&lt;&gt;&amp;&quot;</title>"));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Ranges and ticks of linear and logarithmic axes.
 
+use super::axis::{Ticks, rounded_range};
 use super::markup::power_of_ten;
-use crate::output::picture::axis::{Ticks, rounded_range};
-use crate::output::picture::text::{Span, roman};
+use super::text::{Span, roman};
 
-/// Most steps between the ticks of an axis.
+/// Most steps between the ticks of an axis, unless told otherwise.
 const STEPS: f64 = 8.0;
 /// Ranges narrower than this part of their values are rounding.
 const NARROWEST: f64 = 1e-12;
@@ -63,6 +63,11 @@ impl Tick {
 impl Axis {
     /// For these values, all of them finite and positive if the axis is logarithmic; a tight one ends where they do.
     pub(super) fn new(values: &[f64], logarithmic: bool, tight: bool) -> Self {
+        Self::with_steps(values, logarithmic, tight, STEPS)
+    }
+
+    /// The same, with at most so many steps between its ticks.
+    pub(super) fn with_steps(values: &[f64], logarithmic: bool, tight: bool, steps: f64) -> Self {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if logarithmic {
@@ -71,17 +76,17 @@ impl Axis {
             } else {
                 (least.log10(), most.log10())
             };
-            return Self::logarithmic(ends, tight);
+            return Self::logarithmic(ends, tight, steps);
         }
         let ends = if values.is_empty() {
             (0.0, 1.0)
         } else {
             (least, most)
         };
-        Self::linear(ends, tight)
+        Self::linear(ends, tight, steps)
     }
 
-    fn linear((mut lo, mut hi): (f64, f64), tight: bool) -> Self {
+    fn linear((mut lo, mut hi): (f64, f64), tight: bool, steps: f64) -> Self {
         let size = lo.abs().max(hi.abs());
         if hi - lo <= NARROWEST * size {
             let half = if size > 0.0 { 0.05 * size } else { 1.0 };
@@ -90,7 +95,7 @@ impl Axis {
             let margin = 0.02 * (hi - lo);
             // What begins or ends at zero goes on doing so.
             let grown = |end: f64, margin: f64| if end == 0.0 { 0.0 } else { end + margin };
-            (lo, hi) = rounded_range(grown(lo, -margin), grown(hi, margin), 1.5 * STEPS);
+            (lo, hi) = rounded_range(grown(lo, -margin), grown(hi, margin), 1.5 * steps);
         }
         let size = lo.abs().max(hi.abs());
         let exponent = match size.log10().floor() as i32 {
@@ -98,7 +103,7 @@ impl Axis {
             far => 3 * far.div_euclid(3),
         };
         let unit = 10_f64.powi(exponent);
-        let numbers = Ticks::new(lo / unit, hi / unit, STEPS);
+        let numbers = Ticks::new(lo / unit, hi / unit, steps);
         let ticks = (numbers.values.iter())
             .map(|&value| Tick {
                 part: ((value * unit - lo) / (hi - lo)) as f32,
@@ -114,7 +119,7 @@ impl Axis {
     }
 
     /// `lo` and `hi` are decimal logarithms.
-    fn logarithmic((mut lo, mut hi): (f64, f64), tight: bool) -> Self {
+    fn logarithmic((mut lo, mut hi): (f64, f64), tight: bool, steps: f64) -> Self {
         if !tight {
             let margin = (0.02 * (hi - lo)).max(0.02);
             (lo, hi) = (lo - margin, hi + margin);
@@ -126,7 +131,7 @@ impl Axis {
         let decades = (hi + slack).floor() - (lo - slack).ceil() + 1.0;
         let mut ticks = Vec::new();
         if decades >= 2.0 {
-            let step = (decades / 9.0).ceil() as i32;
+            let step = (decades / (steps + 1.0)).ceil() as i32;
             for power in lo.floor() as i32..=hi.ceil() as i32 {
                 let exponent = f64::from(power);
                 let major = power.rem_euclid(step) == 0;
@@ -140,7 +145,7 @@ impl Axis {
                 ticks.extend(minor.map(|digit| (exponent + f64::from(digit).log10(), TickText::None)));
             }
         } else {
-            ticks = short_ticks((lo, hi));
+            ticks = short_ticks((lo, hi), steps);
         }
         ticks.retain(|(power, _)| (lo - slack..=hi + slack).contains(power));
         Self {
@@ -171,7 +176,7 @@ impl Axis {
 }
 
 /// Ticks of a logarithmic axis between these decimal logarithms that is too short for powers of ten alone.
-fn short_ticks((lo, hi): (f64, f64)) -> Vec<(f64, TickText)> {
+fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, TickText)> {
     // What is far from one is written with a power of ten.
     if lo < -3.0 || hi > 4.0 {
         for digits in [&[1, 2, 5][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]] {
@@ -191,7 +196,7 @@ fn short_ticks((lo, hi): (f64, f64)) -> Vec<(f64, TickText)> {
             }
         }
     }
-    let numbers = Ticks::new(10_f64.powf(lo), 10_f64.powf(hi), STEPS);
+    let numbers = Ticks::new(10_f64.powf(lo), 10_f64.powf(hi), steps);
     (numbers.values.iter())
         .filter(|value| **value > 0.0)
         .map(|&value| (value.log10(), TickText::Number(numbers.label(value))))

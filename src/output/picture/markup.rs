@@ -1,21 +1,37 @@
 //! Names of quantities as text in several styles.
 
-use crate::output::picture::text::{Span, above, below, italic, roman};
+use super::text::{Span, above, below, italic, roman};
 
 /// A name with its indices, exponents and symbols.
 ///
-/// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a single letter; such a letter
-/// outside of parentheses is a symbol, but for the article, and so is mu; what follows a
-/// number is its unit. A hyphen between blanks is a minus.
+/// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a symbol. A symbol is a single
+/// letter outside of parentheses, but for the article, the name of a Greek one (`phi`), or a characteristic number (`Re`); a star
+/// right behind it is raised. What follows a number is its unit, unless it is the diameter D. A hyphen between blanks is a minus.
 pub(super) fn spans(text: &str) -> Vec<Span<'static>> {
     styled(text, true)
 }
+
+/// Names of Greek letters.
+const GREEK: [(&str, &str); 9] = [
+    ("delta", "\u{3b4}"),
+    ("eta", "\u{3b7}"),
+    ("mu", "\u{b5}"),
+    ("nu", "\u{3bd}"),
+    ("omega", "\u{3c9}"),
+    ("phi", "\u{3c6}"),
+    ("rho", "\u{3c1}"),
+    ("sigma", "\u{3c3}"),
+    ("tau", "\u{3c4}"),
+];
+
+/// Characteristic numbers.
+const NUMBERS: [&str; 4] = ["Ar", "Ga", "Re", "St"];
 
 fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
     let mut spans = Vec::new();
     let mut rest = text;
     let mut depth = 0_i32;
-    // Whether the word before is a single letter.
+    // Whether the word before may have an index: a single letter, or a symbol.
     let mut letter = false;
     // Whether this is the unit of the number before.
     let mut unit = false;
@@ -29,6 +45,10 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
                 letter = false;
                 1 + length
             }
+            '*' if letter && symbols && !rest[1..].starts_with(char::is_alphanumeric) => {
+                spans.push(above("*"));
+                1
+            }
             ' ' if rest.starts_with(" - ") => {
                 spans.push(roman(" \u{2212} "));
                 letter = false;
@@ -37,13 +57,15 @@ fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
             first if first.is_alphabetic() => {
                 let length = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
                 let word = rest[..length].to_string();
-                letter = word.chars().count() == 1;
-                unit |= before.is_ascii_digit();
-                let symbol = symbols && depth == 0 && letter && !unit && word != "a";
-                spans.push(match word.as_str() {
-                    "mu" if symbols => italic("\u{b5}"),
-                    _ if symbol => italic(word),
-                    _ => roman(word),
+                let greek = GREEK.iter().find(|(name, _)| symbols && *name == word);
+                let number = symbols && NUMBERS.contains(&word.as_str());
+                letter = word.chars().count() == 1 || greek.is_some() || number;
+                unit |= before.is_ascii_digit() && greek.is_none() && !number && word != "D";
+                let symbol = number || (symbols && depth == 0 && letter && !unit && word != "a");
+                spans.push(match greek {
+                    Some((_, letter)) => italic(*letter),
+                    None if symbol => italic(word),
+                    None => roman(word),
                 });
                 length
             }
@@ -135,6 +157,11 @@ mod tests {
         assert_eq!(written(&spans("at 1 m/s, e = 0.5")), "at 1 m/s, <e> = 0.5");
         assert_eq!(written(&spans("along / mu")), "along / <\u{b5}>");
         assert_eq!(written(&spans("hunt_crossley, T_0")), "hunt_crossley, <T>[0]");
+        assert_eq!(
+            written(&spans("phi, t* = t u_Stokes / D, tau_0, Re_p")),
+            "<\u{3c6}>, <t>{*} = <t> <u>[Stokes] / <D>, <\u{3c4}>[0], <Re>[p]"
+        );
+        assert_eq!(written(&spans("a*b, 8 D, 5 N")), "a*<b>, 8 <D>, 5 N");
         assert_eq!(written(&spans("10^-3 _ ^")), "10{\u{2212}3} _ ^");
     }
 

@@ -1,8 +1,58 @@
-//! What is drawn, for a canvas or as SVG.
+//! What is drawn, for a canvas or as SVG: one description, so that both show the same.
 
-use crate::output::picture::canvas::{Align, Canvas, Pencil, text_path};
-use crate::output::picture::text::{Span, path_data};
+use super::canvas::{Align, Canvas, Pencil, text_path};
+use super::text::{Span, path_data};
+use super::write_png;
+use crate::error::Result;
+use crate::output::atomic::write_bytes;
 use std::fmt::Write;
+use std::path::Path;
+
+/// A drawn figure, to be written in any format.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Width and height (pixels).
+    pub(super) size: (f32, f32),
+    /// Of what it is, for those who cannot see it.
+    pub(super) title: String,
+    pub(super) drawing: Drawing,
+}
+
+/// Format of a figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Vectors, text as outlines.
+    Svg,
+    /// Pixels, 200 to the inch.
+    Png,
+}
+
+impl Format {
+    /// Extension of its files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Svg => "svg",
+            Self::Png => "png",
+        }
+    }
+}
+
+impl Figure {
+    /// Writes the figure; the file appears whole.
+    pub fn write(&self, path: &Path, format: Format) -> Result<()> {
+        match format {
+            Format::Svg => write_bytes(path, self.drawing.svg(self.size, &self.title).as_bytes()),
+            Format::Png => write_png(path, &self.canvas()),
+        }
+    }
+
+    /// The figure in pixels.
+    pub(super) fn canvas(&self) -> Canvas {
+        let mut canvas = Canvas::new(self.size.0.ceil() as u32, self.size.1.ceil() as u32);
+        self.drawing.paint(&mut canvas);
+        canvas
+    }
+}
 
 /// Lines, areas and text in the order in which they lie on each other, in pixels from the top left corner.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +70,7 @@ enum Mark {
     Area {
         points: Vec<(f32, f32)>,
         colour: [u8; 3],
+        opacity: f32,
     },
     Text {
         spans: Vec<Span<'static>>,
@@ -50,8 +101,29 @@ impl Drawing {
         }
     }
 
+    /// A frame whose lines lie outside of the area `(left, top, right, bottom)`.
+    pub(super) fn frame(&mut self, (l, t, r, b): (f32, f32, f32, f32), pencil: Pencil) {
+        let h = 0.5 * pencil.width;
+        let corners = vec![(l - h, t - h), (r + h, t - h), (r + h, b + h), (l - h, b + h)];
+        self.polygon(corners, pencil);
+    }
+
     pub(super) fn fill(&mut self, points: Vec<(f32, f32)>, colour: [u8; 3]) {
-        self.marks.push(Mark::Area { points, colour });
+        self.tint(points, colour, 1.0);
+    }
+
+    /// Fills an area, `opacity` between 0 and 1.
+    pub(super) fn tint(&mut self, points: Vec<(f32, f32)>, colour: [u8; 3], opacity: f32) {
+        self.marks.push(Mark::Area {
+            points,
+            colour,
+            opacity,
+        });
+    }
+
+    /// Fills `(left, top, right, bottom)`, `opacity` between 0 and 1.
+    pub(super) fn rectangle(&mut self, (l, t, r, b): (f32, f32, f32, f32), colour: [u8; 3], opacity: f32) {
+        self.tint(vec![(l, t), (r, t), (r, b), (l, b)], colour, opacity);
     }
 
     /// One line of text, its baseline at the place.
@@ -100,7 +172,11 @@ impl Drawing {
                     pencil,
                 } => canvas.polyline(points, *pencil),
                 Mark::Line { points, pencil, .. } => canvas.polygon(points, *pencil),
-                Mark::Area { points, colour } => canvas.fill(points, *colour, 1.0),
+                Mark::Area {
+                    points,
+                    colour,
+                    opacity,
+                } => canvas.fill(points, *colour, *opacity),
                 Mark::Text {
                     spans,
                     size,
@@ -121,11 +197,14 @@ impl Drawing {
         }
     }
 
-    /// The same as a page of SVG.
-    pub(super) fn svg(&self, (width, height): (f32, f32)) -> String {
+    /// The same as a page of SVG, which opens at half its size in pixels.
+    pub(super) fn svg(&self, (width, height): (f32, f32), title: &str) -> String {
         let mut page = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\">\n\
+             <title>{}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+            0.5 * width,
+            0.5 * height,
+            escaped(title)
         );
         for mark in &self.marks {
             match mark {
@@ -135,28 +214,37 @@ impl Drawing {
                     pencil,
                 } => {
                     let name = if *close { "polygon" } else { "polyline" };
-                    let dash = if pencil.dashed {
-                        let [dash, gap] = pencil.dash();
-                        format!(" stroke-dasharray=\"{dash} {gap}\"")
-                    } else {
+                    let dash: Vec<String> = pencil.dash().iter().map(ToString::to_string).collect();
+                    let dash = if dash.is_empty() {
                         String::new()
+                    } else {
+                        format!(" stroke-dasharray=\"{}\"", dash.join(" "))
                     };
                     add(
                         &mut page,
                         format_args!(
                             "<{name} points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" \
-                         stroke-linejoin=\"round\"{dash}/>",
+                             stroke-linejoin=\"round\"{dash}/>",
                             listed(points),
                             hex(pencil.colour),
                             pencil.width
                         ),
                     );
                 }
-                Mark::Area { points, colour } => {
+                Mark::Area {
+                    points,
+                    colour,
+                    opacity,
+                } => {
+                    let opacity = if *opacity < 1.0 {
+                        format!(" fill-opacity=\"{opacity}\"")
+                    } else {
+                        String::new()
+                    };
                     add(
                         &mut page,
                         format_args!(
-                            "<polygon points=\"{}\" fill=\"{}\"/>",
+                            "<polygon points=\"{}\" fill=\"{}\"{opacity}/>",
                             listed(points),
                             hex(*colour)
                         ),
@@ -169,8 +257,7 @@ impl Drawing {
                     align,
                     colour,
                 } => {
-                    let path = text_path(spans, *size, *at, *align);
-                    if let Some(path) = path {
+                    if let Some(path) = text_path(spans, *size, *at, *align) {
                         add(
                             &mut page,
                             format_args!("<path d=\"{}\" fill=\"{}\"/>", path_data(&path), hex(*colour)),
@@ -186,6 +273,13 @@ impl Drawing {
 
 fn add(page: &mut String, line: std::fmt::Arguments) {
     writeln!(page, "{line}").expect("memory takes any text");
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 fn listed(points: &[(f32, f32)]) -> String {

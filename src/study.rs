@@ -1,0 +1,195 @@
+//! Parameter studies: many runs of one case, and what they say together.
+//!
+//! ```text
+//! study.toml --(plan)--> runs --(state)--> done, part or open --(execute)--> DIR/<run>/summary.json, series.csv
+//!                                            |
+//!                                         (record) numbers by name
+//!                                            |
+//!                  DIR/result.csv <---(collect)---> DIR/study.json: figures, tables, checks
+//! ```
+//!
+//! A run that has ended with the same case is not repeated, wherever among the directories of the study it is; one that has left
+//! checkpoints goes on from there. So a study may be stopped at any time, and the same command goes on. One that is killed loses
+//! no more than the time since the last checkpoint.
+
+pub mod document;
+mod execute;
+pub mod file;
+pub mod plan;
+pub mod record;
+mod result;
+pub mod state;
+
+use crate::case::Source;
+use crate::error::{Error, Result};
+pub use document::Document;
+pub use execute::{Event, Manner, Outcome, execute};
+use file::StudyFile;
+use plan::Plan;
+use state::{Results, State};
+use std::path::{Path, PathBuf};
+
+/// Samples of a benchmark.
+const SAMPLES: u64 = 5;
+
+/// A study: what it asks for, and how far it has come.
+pub struct Study {
+    /// What its file says.
+    pub file: StudyFile,
+    /// Path of the file as the user gave it.
+    pub path: PathBuf,
+    /// Its case.
+    pub case: PathBuf,
+    /// Where its results are.
+    pub out: PathBuf,
+    /// Its runs.
+    pub plan: Plan,
+    /// How far each run has come.
+    pub states: Vec<State>,
+    /// Speed of the machine as long as nothing was measured (million cell updates per second).
+    pub guess: f64,
+    source: Source,
+}
+
+impl Study {
+    /// Reads a study file and looks at what is there of its runs. `guess` is the speed (million cell updates per second) that
+    /// times are estimated with until something was measured.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the place of what is wrong in the study file or in the case; [`Error::Io`] if a file cannot be read.
+    pub fn load(path: &Path, out: Option<&Path>, guess: f64) -> Result<Self> {
+        let source = Source::read(path, &[])?;
+        let (file, _) = source.parse::<StudyFile>()?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let case = folder.join(&file.case.value);
+        if !case.is_file() {
+            let title = format!("there is no case {}", case.display());
+            let remedy = "name it relative to the study file";
+            return Err(source.error(&file.case.span, &title, "no such file", remedy));
+        }
+        let plan = Plan::new(&source, &file, &case)?;
+        if let Some(bench) = &file.bench
+            && bench.value.steps == 0
+        {
+            return Err(source.error(&bench.span, "a benchmark of no steps", "here", "e.g. steps = 100"));
+        }
+        let out = out.map_or_else(|| default_directory(path), Path::to_path_buf);
+        let mut study = Self {
+            file,
+            path: path.to_path_buf(),
+            case,
+            out,
+            plan,
+            states: Vec::new(),
+            guess,
+            source,
+        };
+        study.refresh()?;
+        Ok(study)
+    }
+
+    /// Looks again at what is there of the runs.
+    ///
+    /// # Errors
+    /// [`Error::Io`] or [`Error::Input`] if results that are there cannot be read.
+    pub fn refresh(&mut self) -> Result<()> {
+        let beside = self.out.parent().unwrap_or(Path::new(""));
+        let mut directories = vec![self.out.clone()];
+        directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
+        let results = Results::new(&directories, self.file.bench.is_some());
+        self.states = results.states(&self.plan, &self.out)?;
+        Ok(())
+    }
+
+    /// Cell updates of a run.
+    fn updates(&self, run: usize) -> f64 {
+        let setup = &self.plan.runs[run].setup;
+        let steps = match self.file.bench.as_ref().map(|bench| bench.value) {
+            Some(bench) => SAMPLES * bench.steps + bench.warm_up.unwrap_or(bench.steps),
+            None => setup.end_step,
+        };
+        let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+        cells as f64 * steps as f64
+    }
+
+    /// Speed of the runs that have ended (million cell updates per second), or the guess; and whether it is that.
+    pub fn speed(&self) -> (f64, bool) {
+        let (mut updates, mut seconds) = (0.0, 0.0);
+        for (run, state) in self.states.iter().enumerate() {
+            if let Some(time) = state.record().and_then(|record| record.value("wall_seconds")) {
+                updates += self.updates(run);
+                seconds += time;
+            }
+        }
+        if updates > 0.0 && seconds > 0.0 {
+            (updates / seconds / 1e6, false)
+        } else {
+            (self.guess, true)
+        }
+    }
+
+    /// Time (s) that what is left of a run will take; none for a dry run.
+    pub fn seconds_left(&self, run: usize) -> Option<f64> {
+        let setup = &self.plan.runs[run].setup;
+        if setup.dry {
+            return None;
+        }
+        let part = match self.states[run] {
+            State::Done(_) => 0.0,
+            State::Part { step } => 1.0 - step as f64 / setup.end_step as f64,
+            State::Open { .. } => 1.0,
+        };
+        Some(part * self.updates(run) / (1e6 * self.speed().0))
+    }
+
+    /// Writes `result.csv` and `study.json`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if they cannot be written; [`Error::Input`] if a figure, table or check is wrong.
+    pub fn collect(&self) -> Result<Document> {
+        result::write_csv(self)?;
+        let document = self.document()?;
+        document.write(&self.out)?;
+        Ok(document)
+    }
+
+    /// What is known so far.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a figure, table or check is wrong.
+    pub fn document(&self) -> Result<Document> {
+        let done = self.states.iter().filter_map(State::record);
+        let spent = done
+            .clone()
+            .filter_map(|record| record.value("wall_seconds"))
+            .sum();
+        let left = (0..self.states.len())
+            .filter_map(|run| self.seconds_left(run))
+            .sum();
+        Ok(Document {
+            title: self.file.title.value.clone(),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            command: format!("turbid study {}", self.path.display()),
+            figures: Vec::new(),
+            tables: Vec::new(),
+            checks: Vec::new(),
+            runs: document::Runs {
+                done: done.count(),
+                total: self.states.len(),
+                seconds_spent: spent,
+                seconds_left: left,
+            },
+        })
+    }
+}
+
+/// `out/<folder of the file>/<name of the file>`, so that studies of one folder lie beside each other.
+fn default_directory(path: &Path) -> PathBuf {
+    let name = path.file_stem().map_or_else(|| "study".into(), PathBuf::from);
+    let folder = std::path::absolute(path).ok();
+    let folder = folder.as_deref().and_then(Path::parent).and_then(Path::file_name);
+    match folder {
+        Some(folder) => Path::new("out").join(folder).join(name),
+        None => Path::new("out").join(name),
+    }
+}

@@ -1,0 +1,302 @@
+//! Doing what is left of a study, one run after the other.
+
+use super::Study;
+use super::record::{BENCH_FILE, PARTS_FILE, Parts, Record};
+use super::state::State;
+use crate::checkpoint;
+use crate::error::{Error, Result};
+use crate::output::{OutputFiles, Summary, directory, write_bytes};
+use crate::simulation::{self, RunOptions, identity};
+use serde_json::{Value as Json, json};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Time between checkpoints of a run: what is lost if the machine stops.
+const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(600);
+/// With less time than this no run begins.
+const LEAST_TIME: Duration = Duration::from_secs(5);
+/// How often a benchmark is looked at.
+const POLL: Duration = Duration::from_millis(50);
+
+/// How a study is done.
+#[derive(Clone, Debug, Default)]
+pub struct Manner {
+    /// As for a single run; the time limit is for all of them.
+    pub run: RunOptions,
+    /// Threads, instead of the case's.
+    pub threads: Option<usize>,
+    /// Only runs whose names contain this.
+    pub only: Option<String>,
+}
+
+/// What happens on the way.
+#[derive(Clone, Copy, Debug)]
+pub enum Event<'a> {
+    /// A run begins, or goes on from a step.
+    Begins {
+        /// Its name.
+        name: &'a str,
+        /// Its number among those to be done now, from 1, and how many these are.
+        number: [usize; 2],
+        /// The step it goes on from; 0 at the start.
+        from: u64,
+        /// Time it may take (s), if it is known.
+        seconds: Option<f64>,
+    },
+    /// A run has ended.
+    Ended {
+        /// Its name.
+        name: &'a str,
+        /// What it has left.
+        record: &'a Record,
+    },
+    /// A run has failed; the next one follows.
+    Failed {
+        /// Its name.
+        name: &'a str,
+        /// Why.
+        error: &'a Error,
+    },
+}
+
+/// How the execution of a study has ended.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// It was told to stop, or its time was over.
+    pub interrupted: bool,
+    /// Runs that failed now.
+    pub failed: usize,
+    /// Exit code of the first that failed.
+    pub code: i32,
+}
+
+/// Does all runs that have not ended, and collects the results after each. `admit` may refuse a run that does not fit the machine.
+///
+/// # Errors
+/// Those of the directory of the study and of what is written there; a run that fails is told of and is no error.
+pub fn execute(
+    study: &mut Study,
+    manner: &Manner,
+    admit: &dyn Fn(&crate::case::Setup) -> Result<()>,
+    tell: &mut dyn FnMut(Event),
+) -> Result<Outcome> {
+    let start = Instant::now();
+    let _lock = directory::create(&study.out)?;
+    study.refresh()?;
+    study.collect()?;
+    let meant: Vec<usize> = (0..study.plan.runs.len())
+        .filter(|&run| {
+            let name = &study.plan.runs[run].name;
+            manner.only.as_ref().is_none_or(|only| name.contains(only))
+                && study.states[run].record().is_none()
+        })
+        .collect();
+    let mut outcome = Outcome::default();
+    for (number, &run) in meant.iter().enumerate() {
+        let mut options = manner.run.clone();
+        if let Some(limit) = manner.run.max_walltime {
+            options.max_walltime = Some(limit.saturating_sub(start.elapsed()));
+        }
+        let late = options.max_walltime.is_some_and(|left| left < LEAST_TIME);
+        if late || options.stop.load(Ordering::Relaxed) {
+            outcome.interrupted = true;
+            break;
+        }
+        let from = match study.states[run] {
+            State::Part { step } => step,
+            _ => 0,
+        };
+        let name = study.plan.runs[run].name.clone();
+        let number = [number + 1, meant.len()];
+        let seconds = study.seconds_left(run);
+        tell(Event::Begins {
+            name: &name,
+            number,
+            from,
+            seconds,
+        });
+        let done = admit(&study.plan.runs[run].setup).and_then(|()| {
+            if study.file.bench.is_some() {
+                bench(study, run, &options, manner.threads)
+            } else {
+                go(study, run, &options, manner.threads)
+            }
+        });
+        let done = done.and_then(|ended| {
+            study.refresh()?;
+            Ok(ended)
+        });
+        match (done, study.states[run].record()) {
+            (Ok(true), Some(record)) => tell(Event::Ended { name: &name, record }),
+            (Ok(_), _) => outcome.interrupted = true,
+            (Err(error), _) => {
+                tell(Event::Failed {
+                    name: &name,
+                    error: &error,
+                });
+                outcome.failed += 1;
+                if outcome.failed == 1 {
+                    outcome.code = error.exit_code();
+                }
+                study.refresh()?;
+            }
+        }
+        study.collect()?;
+        if outcome.interrupted {
+            break;
+        }
+    }
+    Ok(outcome)
+}
+
+/// Runs a case from the start or from its last checkpoint; whether it came to its end.
+fn go(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -> Result<bool> {
+    let planned = &study.plan.runs[run];
+    let folder = study.out.join(&planned.name);
+    let resumed = matches!(study.states[run], State::Part { .. });
+    let mut setup = if resumed {
+        simulation::saved_setup(&folder, &[], threads)?
+    } else {
+        planned.setup.clone()
+    };
+    setup.output.directory.clone_from(&folder);
+    setup.threads = threads.unwrap_or(setup.threads);
+    let parts = if resumed {
+        Parts::read(&folder)
+    } else {
+        Parts::default()
+    };
+    let summary = with_checkpoints(options, || {
+        if resumed {
+            simulation::resume(&setup, options)
+        } else {
+            simulation::run(&setup, options)
+        }
+    })?;
+    let Some(Summary {
+        interrupted,
+        resumed_from,
+        steps,
+        wall_seconds,
+        ..
+    }) = summary
+    else {
+        return Ok(false);
+    };
+    let parts = parts.with(resumed_from.unwrap_or(0), steps, wall_seconds);
+    write_bytes(&folder.join(PARTS_FILE), parts.text().as_bytes())?;
+    if !interrupted {
+        checkpoint::clear(&OutputFiles::new(&folder).checkpoints())?;
+    }
+    Ok(!interrupted)
+}
+
+/// Asks a run for a checkpoint from time to time.
+fn with_checkpoints<R>(options: &RunOptions, work: impl FnOnce() -> R) -> R {
+    let (end, ended) = channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            while ended.recv_timeout(CHECKPOINT_INTERVAL) == Err(RecvTimeoutError::Timeout) {
+                options.checkpoint.store(true, Ordering::Relaxed);
+            }
+        });
+        let result = work();
+        drop(end);
+        result
+    })
+}
+
+/// Measures the speed of a case in a process of its own, whose memory is then that of this case; whether it came to its end.
+fn bench(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -> Result<bool> {
+    let Some(section) = study.file.bench.as_ref().map(|bench| bench.value) else {
+        return Ok(false);
+    };
+    let planned = &study.plan.runs[run];
+    let program =
+        std::env::current_exe().map_err(|error| Error::io("find", Path::new("the program itself"), error))?;
+    let warm_up = section.warm_up.unwrap_or(section.steps);
+    let mut command = Command::new(&program);
+    command.arg("bench").arg(&study.case).arg("--json");
+    command.args([
+        "--steps",
+        &section.steps.to_string(),
+        "--warm-up",
+        &warm_up.to_string(),
+    ]);
+    for option in &planned.options {
+        command.args(["--set", option]);
+    }
+    if let Some(threads) = threads {
+        command.args(["--threads", &threads.to_string()]);
+    }
+    let folder = study.out.join(&planned.name);
+    fs::create_dir_all(&folder).map_err(|error| Error::io("create", &folder, error))?;
+    let start = Instant::now();
+    let Some(said) = listen(&mut command, &folder, options)? else {
+        return Ok(false);
+    };
+    let report: Json = serde_json::from_str(&said).map_err(|error| {
+        Error::Input(format!(
+            "`turbid bench` has said what is no JSON: {error}\n{said}"
+        ))
+    })?;
+    let text = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "input": planned.setup.text,
+        "identity": identity(&planned.setup),
+        "seconds": start.elapsed().as_secs_f64(),
+        "steps": section.steps,
+        "warm_up": warm_up,
+        "report": report,
+    });
+    let text = serde_json::to_string_pretty(&text).expect("plain data always serialises") + "\n";
+    write_bytes(&folder.join(BENCH_FILE), text.as_bytes())?;
+    Ok(true)
+}
+
+/// What a process says until it ends; nothing if it was stopped because the study was, or because the time is over.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be started; [`Error::Agreed`] with what it said and its exit code if it failed.
+fn listen(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<Option<String>> {
+    let failed = |error| Error::io("start `turbid bench` in", folder, error);
+    // Files, not pipes: nobody has to empty them while it runs.
+    let [said, complained] = ["bench.out", "bench.err"].map(|name| folder.join(name));
+    let create = |path: &Path| fs::File::create(path).map_err(|error| Error::io("create", path, error));
+    command
+        .stdin(Stdio::null())
+        .stdout(create(&said)?)
+        .stderr(create(&complained)?);
+    let start = Instant::now();
+    let mut child = command.spawn().map_err(failed)?;
+    let status = loop {
+        if let Some(status) = child.try_wait().map_err(failed)? {
+            break Some(status);
+        }
+        let late = options.max_walltime.is_some_and(|limit| start.elapsed() >= limit);
+        if late || options.stop.load(Ordering::Relaxed) {
+            // It may have ended by itself in between.
+            let _ = child.kill();
+            let _ = child.wait();
+            break None;
+        }
+        std::thread::sleep(POLL);
+    };
+    let read = |path: &Path| fs::read_to_string(path).map_err(|error| Error::io("read", path, error));
+    let texts = (read(&said)?, read(&complained)?);
+    for path in [&said, &complained] {
+        fs::remove_file(path).map_err(|error| Error::io("remove", path, error))?;
+    }
+    match status {
+        None => Ok(None),
+        Some(status) if status.success() => Ok(Some(texts.0)),
+        Some(status) => Err(Error::Agreed {
+            code: status.code().unwrap_or(3),
+            text: texts.1.trim_start_matches("error: ").trim_end().to_string(),
+        }),
+    }
+}

@@ -1,0 +1,314 @@
+//! What a run of a study has left, as named numbers.
+//!
+//! | quantities | of |
+//! |---|---|
+//! | every number of `summary.json`, those of `scales` by their own names | a run |
+//! | every column of `series.csv`: its mean over the interval of the averages, with its standard error | a run |
+//! | `contacts_per_particle`, `max_overlap`, `net_flux_over_stokes` | a run |
+//! | every number of `turbid bench --json`, `contacts_per_particle`, `memory_bytes` | a benchmark |
+//! | `share_map`, `share_fluid`, ...: part of the time that a stage takes | both |
+
+use crate::case::Setup;
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::output::{OutputFiles, estimate_mean};
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Name of the file with what a benchmark has measured.
+pub const BENCH_FILE: &str = "bench.json";
+/// Name of the file with the parts of a run that was interrupted and has gone on.
+pub const PARTS_FILE: &str = "parts.csv";
+
+/// A number, and how well it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    /// Its value.
+    pub value: f64,
+    /// Its standard error, if it is known.
+    pub error: Option<f64>,
+}
+
+/// What a run has left.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Its directory.
+    pub directory: PathBuf,
+    /// Version of the program that ran it.
+    pub version: String,
+    /// Interval of `t*` of the averages.
+    pub averaged_over: Option<[f64; 2]>,
+    /// Numbers by name.
+    pub quantities: BTreeMap<String, Quantity>,
+}
+
+impl Record {
+    /// A number by its name.
+    pub fn get(&self, name: &str) -> Option<Quantity> {
+        self.quantities.get(name).copied()
+    }
+
+    /// The value of a number by its name.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.get(name).map(|quantity| quantity.value)
+    }
+
+    /// Of a run that has ended, whose summary is `summary`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] or [`Error::Input`] if its series cannot be read.
+    pub fn of_run(directory: &Path, summary: &Json, setup: &Setup) -> Result<Self> {
+        let mut quantities = numbers(summary);
+        let averaged_over = interval(summary);
+        if let Some(error) = summary["standard_error"].as_f64()
+            && let Some(velocity) = quantities.get_mut("settling_velocity_over_stokes")
+        {
+            velocity.error = Some(error);
+        }
+        if let Some(Json::Object(scales)) = summary.get("scales") {
+            quantities.extend(numbers(&Json::Object(scales.clone())));
+        }
+        shares(&mut quantities, &summary["stages"]);
+        let series = Series::read(&OutputFiles::new(directory).series(), averaged_over)?;
+        for (name, values) in &series.columns {
+            if let Some(mean) = estimate_mean(values)
+                && !quantities.contains_key(name)
+            {
+                let Quantity { value, error } = Quantity {
+                    value: mean.mean,
+                    error: mean.standard_error,
+                };
+                quantities.insert(name.clone(), Quantity { value, error });
+            }
+        }
+        let mut put = |name: &str, value: f64| {
+            if value.is_finite() {
+                quantities.insert(name.to_string(), Quantity { value, error: None });
+            }
+        };
+        let particles = setup.particles.len() as f64;
+        put("contacts_per_particle", series.mean("contacts") / particles);
+        let flux = Vec3::from(["x", "y", "z"].map(|axis| series.mean(&format!("net_flux_{axis}"))));
+        let along = flux.dot(&(setup.gravity / setup.gravity.norm()));
+        put("net_flux_over_stokes", along / setup.scales.stokes_velocity);
+        if let Some([seconds, steps]) = Parts::read(directory).total() {
+            put("wall_seconds", seconds);
+            let cells = quantities.get("cells").map_or(0.0, |cells| cells.value);
+            let mlups = Quantity {
+                value: steps * cells / seconds / 1e6,
+                error: None,
+            };
+            quantities.insert("mlups".to_string(), mlups);
+        }
+        Ok(Self {
+            directory: directory.to_path_buf(),
+            version: summary["version"].as_str().unwrap_or_default().to_string(),
+            averaged_over,
+            quantities,
+        })
+    }
+
+    /// Of a benchmark; `left` is what [`BENCH_FILE`] holds.
+    pub fn of_bench(directory: &Path, left: &Json) -> Self {
+        let report = &left["report"];
+        let mut quantities = numbers(report);
+        let of = |name: &str| report[name].as_f64().unwrap_or(f64::NAN);
+        let memory: f64 = of("bytes_per_cell") * of("cells");
+        for (name, value) in [
+            ("memory_bytes", memory),
+            ("contacts_per_particle", of("contacts") / of("particles")),
+            ("wall_seconds", left["seconds"].as_f64().unwrap_or(f64::NAN)),
+            ("steps", left["steps"].as_f64().unwrap_or(f64::NAN)),
+        ] {
+            if value.is_finite() {
+                quantities.insert(name.to_string(), Quantity { value, error: None });
+            }
+        }
+        shares(&mut quantities, &report["stages"]);
+        Self {
+            directory: directory.to_path_buf(),
+            version: left["version"].as_str().unwrap_or_default().to_string(),
+            averaged_over: None,
+            quantities,
+        }
+    }
+}
+
+/// The numbers of a JSON object.
+fn numbers(json: &Json) -> BTreeMap<String, Quantity> {
+    let entries = json.as_object().into_iter().flatten();
+    entries
+        .filter_map(|(name, value)| {
+            Some((
+                name.clone(),
+                Quantity {
+                    value: value.as_f64()?,
+                    error: None,
+                },
+            ))
+        })
+        .collect()
+}
+
+fn interval(summary: &Json) -> Option<[f64; 2]> {
+    let bounds = summary["averaged_over"].as_array()?;
+    Some([bounds.first()?.as_f64()?, bounds.get(1)?.as_f64()?])
+}
+
+/// Adds the part of the time that each stage takes.
+fn shares(quantities: &mut BTreeMap<String, Quantity>, stages: &Json) {
+    let times = numbers(stages);
+    let total: f64 = times.values().map(|time| time.value).sum();
+    for (stage, time) in times {
+        if total > 0.0 {
+            let share = Quantity {
+                value: time.value / total,
+                error: None,
+            };
+            quantities.insert(format!("share_{stage}"), share);
+        }
+    }
+}
+
+/// The columns of `series.csv` by name, over an interval of `t*`.
+struct Series {
+    columns: BTreeMap<String, Vec<f64>>,
+}
+
+impl Series {
+    fn read(path: &Path, interval: Option<[f64; 2]>) -> Result<Self> {
+        let bad = |error: csv::Error| {
+            Error::Input(format!(
+                "{}: {error}; remove the directory of this run to do it again",
+                path.display()
+            ))
+        };
+        let text = fs::read(path).map_err(|error| Error::io("read", path, error))?;
+        let mut reader = csv::Reader::from_reader(&text[..]);
+        let names: Vec<String> = (reader.headers().map_err(bad)?.iter())
+            .map(|head| head.split(" (").next().unwrap_or_default().to_string())
+            .collect();
+        let time = names.iter().position(|name| name == "t_star");
+        let mut columns: BTreeMap<String, Vec<f64>> =
+            names.iter().map(|name| (name.clone(), Vec::new())).collect();
+        for row in reader.records() {
+            let row = row.map_err(bad)?;
+            let at = |place: usize| row.get(place).and_then(|text| text.parse::<f64>().ok());
+            let inside = match (interval, time.and_then(at)) {
+                (Some([from, to]), Some(t)) => (from..=to).contains(&t),
+                _ => true,
+            };
+            for (place, name) in names.iter().enumerate().filter(|_| inside) {
+                if let Some(value) = at(place)
+                    && let Some(column) = columns.get_mut(name)
+                {
+                    column.push(value);
+                }
+            }
+        }
+        Ok(Self { columns })
+    }
+
+    fn mean(&self, name: &str) -> f64 {
+        let values = self.columns.get(name).map_or(&[][..], Vec::as_slice);
+        values.iter().sum::<f64>() / values.len() as f64
+    }
+}
+
+/// The parts of a run that was interrupted: its steps and the time they took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parts(Vec<Part>);
+
+/// One part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    from: u64,
+    to: u64,
+    /// Wall time (s).
+    seconds: f64,
+}
+
+impl Parts {
+    /// Those of the run in a directory; none if it left no list of them.
+    pub fn read(directory: &Path) -> Self {
+        let text = fs::read_to_string(directory.join(PARTS_FILE)).unwrap_or_default();
+        let part = |line: &str| {
+            let mut words = line.split(',');
+            Some(Part {
+                from: words.next()?.parse().ok()?,
+                to: words.next()?.parse().ok()?,
+                seconds: words.next()?.parse().ok()?,
+            })
+        };
+        Self(text.lines().filter_map(part).collect())
+    }
+
+    /// With another part, which began at the step `from`; what lies behind that step counts no more.
+    pub fn with(mut self, from: u64, to: u64, seconds: f64) -> Self {
+        self.0.retain(|part| part.from < from);
+        for part in &mut self.0 {
+            if part.to > from {
+                // A killed part: its later steps are done again, their time is spent all the same.
+                part.to = from;
+            }
+        }
+        self.0.push(Part { from, to, seconds });
+        self
+    }
+
+    /// The file.
+    pub fn text(&self) -> String {
+        let row = |part: &Part| format!("{},{},{}\n", part.from, part.to, part.seconds);
+        std::iter::once("from (step),to (step),time (s)\n".to_string())
+            .chain(self.0.iter().map(row))
+            .collect()
+    }
+
+    /// Time (s) and steps of all parts; none if they do not reach from the start to the end without a gap.
+    pub fn total(&self) -> Option<[f64; 2]> {
+        let mut at = 0;
+        for part in &self.0 {
+            if part.from != at {
+                return None;
+            }
+            at = part.to;
+        }
+        let seconds = self.0.iter().map(|part| part.seconds).sum();
+        (at > 0).then_some([seconds, at as f64])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_of_an_interrupted_run_is_that_of_its_parts_together() {
+        let parts = Parts::default().with(0, 100, 2.0).with(100, 250, 4.0);
+        assert_eq!(parts.total(), Some([6.0, 250.0]));
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join(PARTS_FILE), parts.text()).unwrap();
+        assert_eq!(Parts::read(place.path()), parts);
+        // One was killed after a checkpoint at 60, of which nothing was noted: its time is not known.
+        assert_eq!(Parts::default().with(60, 100, 2.0).total(), None);
+    }
+
+    #[test]
+    fn means_are_taken_over_the_rows_of_the_interval_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("series.csv");
+        fs::write(&path, "t_star (-),contacts (-)\n0,100\n1,4\n2,6\n3,100\n").unwrap();
+        let series = Series::read(&path, Some([1.0, 2.0])).unwrap();
+        assert!((series.mean("contacts") - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_shares_of_the_stages_add_up_to_one() {
+        let mut quantities = BTreeMap::new();
+        shares(&mut quantities, &serde_json::json!({"fluid": 3.0, "map": 1.0}));
+        assert_eq!(quantities["share_fluid"].value, 0.75);
+        assert_eq!(quantities["share_map"].value, 0.25);
+    }
+}

@@ -1,0 +1,200 @@
+//! How far each run of a study has come, from what is on disk.
+
+use super::plan::{Plan, PlannedRun};
+use super::record::{BENCH_FILE, Record};
+use crate::case::Setup;
+use crate::checkpoint;
+use crate::error::Result;
+use crate::output::OutputFiles;
+use crate::simulation::{identity, saved_setup};
+use serde_json::Value as Json;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Keys of a case that do not change what a study takes from a run.
+const OF_NO_MATTER: [(&str, &str); 8] = [
+    ("run", "threads"),
+    ("run", "simd"),
+    ("output", "directory"),
+    ("output", "fields_every"),
+    ("output", "particles_every"),
+    ("output", "contacts_every"),
+    ("output", "picture_every"),
+    ("output", "checkpoint_every"),
+];
+
+/// Relative difference up to which two numbers of a summary are the same.
+const SAME: f64 = 1e-9;
+
+/// How far a run has come.
+#[derive(Clone, Debug)]
+pub enum State {
+    /// To its end.
+    Done(Box<Record>),
+    /// To this step, from which it can go on.
+    Part {
+        /// Steps done.
+        step: u64,
+    },
+    /// It has not begun.
+    Open {
+        /// Whether its directory holds the results of another run, which it will replace.
+        replaces: bool,
+    },
+}
+
+impl State {
+    /// The record of a run that has ended.
+    pub fn record(&self) -> Option<&Record> {
+        match self {
+            Self::Done(record) => Some(record),
+            _ => None,
+        }
+    }
+}
+
+/// Results of runs, wherever they are.
+pub struct Results {
+    bench: bool,
+    found: Vec<Found>,
+}
+
+/// The results of one run.
+struct Found {
+    directory: PathBuf,
+    input: toml::Table,
+    json: Json,
+}
+
+impl Results {
+    /// Those in the directory of a study and of others; of benchmarks or of runs.
+    pub fn new(directories: &[PathBuf], bench: bool) -> Self {
+        let mut found = Vec::new();
+        for directory in directories {
+            let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+            let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+            folders.sort();
+            found.extend(folders.iter().filter_map(|folder| read(folder, bench)));
+        }
+        Self { bench, found }
+    }
+
+    /// How far a run has come whose directory is `directory`.
+    ///
+    /// # Errors
+    /// Those of reading the results of a run that has ended.
+    pub fn state(&self, run: &PlannedRun, directory: &Path) -> Result<State> {
+        let wanted = canonical(&run.setup.text);
+        let fits = |found: &&Found| Some(&found.input) == wanted.as_ref() && is_of(&found.json, &run.setup);
+        let ended = |found: &&Found| self.bench || has_ended(&found.json, &run.setup);
+        // Its own first.
+        let mine = |found: &&Found| found.directory == directory;
+        let known = self.found.iter().filter(fits);
+        let done = (known.clone().filter(mine).chain(known)).find(ended);
+        if let Some(found) = done {
+            let record = if self.bench {
+                Record::of_bench(&found.directory, &found.json)
+            } else {
+                Record::of_run(&found.directory, &found.json, &run.setup)?
+            };
+            return Ok(State::Done(Box::new(record)));
+        }
+        let left = self.found.iter().find(mine);
+        if !self.bench
+            && left.is_none_or(|left| fits(&left))
+            && let Some(step) = saved_step(directory, wanted.as_ref())
+        {
+            return Ok(State::Part { step });
+        }
+        Ok(State::Open {
+            replaces: left.is_some() || OutputFiles::new(directory).series().exists(),
+        })
+    }
+
+    /// Of all runs of a plan.
+    ///
+    /// # Errors
+    /// Those of [`state`](Self::state).
+    pub fn states(&self, plan: &Plan, out: &Path) -> Result<Vec<State>> {
+        let runs = plan.runs.iter();
+        runs.map(|run| self.state(run, &out.join(&run.name))).collect()
+    }
+}
+
+/// The results in a directory, if there are any.
+fn read(directory: &Path, bench: bool) -> Option<Found> {
+    let path = if bench {
+        directory.join(BENCH_FILE)
+    } else {
+        OutputFiles::new(directory).summary()
+    };
+    let json: Json = serde_json::from_str(&fs::read_to_string(path).ok()?).ok()?;
+    Some(Found {
+        directory: directory.to_path_buf(),
+        input: canonical(json["input"].as_str()?)?,
+        json,
+    })
+}
+
+/// A case without what does not matter, and all numbers of one kind.
+pub(super) fn canonical(text: &str) -> Option<toml::Table> {
+    let mut table: toml::Table = text.parse().ok()?;
+    for (section, key) in OF_NO_MATTER {
+        if let Some(toml::Value::Table(section)) = table.get_mut(section) {
+            section.remove(key);
+        }
+    }
+    table.retain(|_, value| !value.as_table().is_some_and(toml::Table::is_empty));
+    for (_, value) in &mut table {
+        as_float(value);
+    }
+    Some(table)
+}
+
+fn as_float(value: &mut toml::Value) {
+    match value {
+        toml::Value::Integer(number) => *value = toml::Value::Float(*number as f64),
+        toml::Value::Array(values) => values.iter_mut().for_each(as_float),
+        toml::Value::Table(table) => table.iter_mut().for_each(|(_, value)| as_float(value)),
+        _ => {}
+    }
+}
+
+/// Whether a summary, as far as it tells, is of this set-up.
+fn is_of(json: &Json, setup: &Setup) -> bool {
+    let same = |known: &Json, wanted: &Json| match (known.as_f64(), wanted.as_f64()) {
+        (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
+        _ => known == wanted,
+    };
+    let told = json.get("identity").unwrap_or(json);
+    let wanted = identity(setup);
+    let mut keys = wanted.as_object().into_iter().flatten();
+    keys.all(|(key, wanted)| told.get(key).is_some_and(|known| same(known, wanted)))
+}
+
+fn has_ended(summary: &Json, setup: &Setup) -> bool {
+    summary["interrupted"] == false && summary["steps"] == setup.end_step
+}
+
+/// The step of the newest checkpoint of a run, if it is of this case.
+fn saved_step(directory: &Path, wanted: Option<&toml::Table>) -> Option<u64> {
+    let newest = checkpoint::list(&OutputFiles::new(directory).checkpoints()).ok()?;
+    let step = newest.first()?.step;
+    let saved = saved_setup(directory, &[], None).ok()?;
+    (canonical(&saved.text).as_ref() == wanted).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_that_differ_only_in_what_they_write_are_the_same() {
+        let a = "[fluid]\narchimedes = 1000\n[run]\nend = { steps = 5 }\nthreads = 2\n[output]\npicture_every = \"never\"\n";
+        let b = "[run]\nend.steps = 5\n# a comment\n[fluid]\narchimedes = 1000.0\n";
+        assert_eq!(canonical(a), canonical(b));
+        assert_ne!(canonical(a), canonical(&a.replace("1000", "500")));
+        let rows = a.replace("picture_every", "series_every");
+        assert_ne!(canonical(a), canonical(&rows), "means depend on the rows");
+    }
+}
