@@ -77,12 +77,15 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(json) = &arguments.json {
         report::write_json(json, &outcomes)?;
     }
-    if let Some(out) = &arguments.out {
-        report::write_tables(out, &outcomes)?;
-    }
+    let interrupted = Score::of(&outcomes).interrupted > 0;
     say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
-    if Score::of(&outcomes).interrupted > 0 && arguments.out.is_some() {
-        say("the same command goes on");
+    if let Some(out) = &arguments.out {
+        // Tables of all that was asked for stay until there are others.
+        if interrupted {
+            say("the same command goes on");
+        } else {
+            report::write_tables(out, &outcomes)?;
+        }
     }
     failure.map_or(Ok(Score::of(&outcomes).is_full()), Err)
 }
