@@ -18,7 +18,7 @@ const MAY_USE: &[(&str, &str)] = &[
         "crosscheck simulation case output checkpoint coupling fluid dem contact particle shape domain comm math error",
     ),
     ("report", "study simulation output error"),
-    ("study", "simulation case output checkpoint math error"),
+    ("study", "simulation case output checkpoint comm math error"),
     (
         "crosscheck",
         "simulation case output dem contact particle shape wall domain comm units math error",

@@ -42,8 +42,8 @@ struct Placed {
 }
 
 impl Placer<'_> {
-    /// All particles, ascending ids.
-    pub(super) fn place(&self) -> Result<Vec<Particle>> {
+    /// All particles, ascending ids; those at random, unless `places`, are only counted: template and number.
+    pub(super) fn place(&self, places: bool) -> Result<(Vec<Particle>, Vec<(usize, usize)>)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, section) in self.case.particles.iter().enumerate() {
@@ -91,9 +91,14 @@ impl Placer<'_> {
         self.refuse_overlaps(&placed)?;
         self.refuse_overlaps_with_walls(&placed)?;
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
-        self.pack(&random, &mut particles)?;
+        let mut counted = Vec::new();
+        if places {
+            self.pack(&random, &mut particles)?;
+        } else {
+            counted.extend(random.iter().flat_map(|&(index, count)| self.allot(index, count)));
+        }
         particles.sort_by_key(|p| p.id);
-        Ok(particles)
+        Ok((particles, counted))
     }
 
     fn template(&self, particle: &Particle) -> &Template {

@@ -29,18 +29,31 @@ const MAX_SUBSTEPS: u32 = 10_000;
 
 /// Reads a case file, applies `--set` options, checks everything and derives every number.
 pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
+    read(path, options, true)
+}
+
+fn read(path: &Path, options: &[String], places: bool) -> Result<Setup> {
     let source = Source::read(path, options)?;
     let name = path
         .file_stem()
         .map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
-    resolve(&source, &name, Files::on_disk(folder))
+    resolve(&source, &name, Files::on_disk(folder), places)
+}
+
+/// As [`load`], but particles that are placed at random are only counted, which takes no time: they are missing in
+/// [`Setup::particles`], and in [`Scales::volume_fraction`](super::Scales::volume_fraction) they are not.
+///
+/// # Errors
+/// As [`load`], less those of placing them.
+pub fn outline(path: &Path, options: &[String]) -> Result<Setup> {
+    read(path, options, false)
 }
 
 /// As [`load`], for a text that is no file; what it names is looked for in the current directory.
 pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(&source, name, Files::on_disk(Path::new("")))
+    resolve(&source, name, Files::on_disk(Path::new("")), true)
 }
 
 /// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how
@@ -52,14 +65,15 @@ pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: 
     // This processor may lack what the one had that the run comes from.
     let simd: Vec<String> = (options.iter().filter(|option| names(option, "run.simd")).cloned()).collect();
     let source = Source::new(title(name), text.to_string(), &simd);
-    let mut setup = resolve(&source, name, Files::saved(files))?;
+    let mut setup = resolve(&source, name, Files::saved(files), true)?;
     if !options.is_empty() {
         reschedule(&mut setup, text, options)?;
     }
     Ok(setup)
 }
 
-fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
+/// Particles are placed at random if `places`, else counted.
+fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Setup> {
     let (case, text) = source.parse::<Case>()?;
     let mut warnings = Vec::new();
     let medium = Medium::of(source, &case)?;
@@ -126,14 +140,16 @@ fn resolve(source: &Source, name: &str, files: Files) -> Result<Setup> {
         free_volume: free_volume(&domain, &walls),
         files: &files,
     };
-    let particles = placer.place()?;
+    let (particles, random) = placer.place(places)?;
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, templates, &particles, enlargement)?;
     }
-    let solid: f64 = particles
-        .iter()
-        .map(|p| templates[p.template as usize].shape.volume())
+    let volume = |template: usize| templates[template].shape.volume();
+    let placed: f64 = particles.iter().map(|p| volume(p.template as usize)).sum();
+    let counted: f64 = (random.iter())
+        .map(|&(template, count)| count as f64 * volume(template))
         .sum();
+    let solid = placed + counted;
     let volume_fraction = solid / placer.free_volume;
     let scales = match fluid {
         Some((density, viscosity)) => reference(density).scales(viscosity, volume_fraction),

@@ -43,7 +43,6 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
             launched.size, launched.size
         )));
     }
-    let options = run::options(&arguments.manner)?;
     let wanted = threads(arguments.threads.unwrap_or(0));
     let guess = mlups_per_thread(Precision::F32) * wanted as f64;
     let mut study = Study::load(&arguments.file, arguments.out.as_deref(), guess)?;
@@ -51,6 +50,8 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
         say(&list(&study, arguments.only.as_deref()));
         return Ok(true);
     }
+    // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
+    let options = run::options(&arguments.manner)?;
     let quiet = options.quiet;
     let mut manner = study::Manner {
         run: options,

@@ -3,6 +3,7 @@
 use super::Study;
 use super::record::{BENCH_FILE, PARTS_FILE, Parts, Record};
 use super::state::State;
+use crate::case::{self, Setup};
 use crate::checkpoint;
 use crate::error::{Error, Result};
 use crate::output::{OutputFiles, Summary, directory, write_bytes};
@@ -74,14 +75,15 @@ pub struct Outcome {
     pub code: i32,
 }
 
-/// Does all runs that have not ended, and collects the results after each. `admit` may refuse a run that does not fit the machine.
+/// Does all runs that have not ended, and collects the results after each. `admit` may
+/// refuse a run that does not fit the machine; it is asked before particles are placed.
 ///
 /// # Errors
 /// Those of the directory of the study and of what is written there; a run that fails is told of and is no error.
 pub fn execute(
     study: &mut Study,
     manner: &Manner,
-    admit: &dyn Fn(&crate::case::Setup) -> Result<()>,
+    admit: &dyn Fn(&Setup) -> Result<()>,
     tell: &mut dyn FnMut(Event),
 ) -> Result<Outcome> {
     let start = Instant::now();
@@ -161,7 +163,7 @@ fn go(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -
     let mut setup = if resumed {
         simulation::saved_setup(&folder, &[], threads)?
     } else {
-        planned.setup.clone()
+        case::load(&study.case, &planned.options)?
     };
     setup.output.directory.clone_from(&folder);
     setup.threads = threads.unwrap_or(setup.threads);

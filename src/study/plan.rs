@@ -42,7 +42,7 @@ pub struct PlannedRun {
     pub at: Vec<usize>,
     /// Options for the case.
     pub options: Vec<String>,
-    /// The case with these.
+    /// The case with these, without the particles that it places at random.
     pub setup: Setup,
 }
 
@@ -99,7 +99,7 @@ impl Plan {
             } else {
                 words.join("_")
             };
-            let setup = case::load(case, &options)
+            let setup = case::outline(case, &options)
                 .map_err(|error| Error::Input(format!("{error}\nin the run {name} of {}", source.path)))?;
             runs.push(PlannedRun {
                 name,

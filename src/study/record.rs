@@ -96,7 +96,7 @@ impl Record {
                 quantities.insert(name.to_string(), Quantity { value, error: None });
             }
         };
-        let particles = setup.particles.len() as f64;
+        let particles = summary["particles"].as_f64().unwrap_or(f64::NAN);
         put("contacts_per_particle", averaged.mean("contacts") / particles);
         let flux = Vec3::from(["x", "y", "z"].map(|axis| averaged.mean(&format!("net_flux_{axis}"))));
         let along = flux.dot(&(setup.gravity / setup.gravity.norm()));
@@ -359,7 +359,11 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         // 2 t until t = 1, then 2.
-        fs::write(&path, "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n").unwrap();
+        fs::write(
+            &path,
+            "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n",
+        )
+        .unwrap();
         let series = Series::read(&path).unwrap();
         assert!((series.over([0.5, 2.5]).unwrap() - (0.75 + 3.0) / 2.0).abs() < 1e-12);
         assert!((series.over([0.0, 3.0]).unwrap() - 5.0 / 3.0).abs() < 1e-12);

@@ -5,9 +5,10 @@ use super::plan::{Plan, PlannedRun};
 use super::record::{BENCH_FILE, Record};
 use crate::case::Setup;
 use crate::checkpoint;
+use crate::comm::Comm;
 use crate::error::Result;
 use crate::output::OutputFiles;
-use crate::simulation::{identity, saved_setup};
+use crate::simulation::identity;
 use serde_json::Value as Json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -182,10 +183,9 @@ fn has_ended(summary: &Json, setup: &Setup) -> bool {
 
 /// The step of the newest checkpoint of a run, if it is of this case.
 fn saved_step(directory: &Path, wanted: Option<&toml::Table>) -> Option<u64> {
-    let newest = checkpoint::list(&OutputFiles::new(directory).checkpoints()).ok()?;
-    let step = newest.first()?.step;
-    let saved = saved_setup(directory, &[], None).ok()?;
-    (canonical(&saved.text).as_ref() == wanted).then_some(step)
+    let folder = OutputFiles::new(directory).checkpoints();
+    let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone())).ok()?;
+    (canonical(&head.case.text).as_ref() == wanted).then_some(head.step)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::record::{Quantity, Record};
 use super::state::State;
 use super::*;
+use crate::case;
 use crate::simulation::{self, RunOptions};
 use std::collections::BTreeMap;
 use std::fs;
@@ -124,7 +125,7 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
     let place = place(AXES);
     let run = |folder: &str| {
         let study = load(&place).unwrap();
-        let mut setup = study.plan.runs[0].setup.clone();
+        let mut setup = case::load(&study.case, &study.plan.runs[0].options).unwrap();
         setup.output.directory = place.path().join(folder).join("some_name");
         let options = RunOptions {
             quiet: true,
@@ -166,7 +167,7 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
 fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
     let place = place(AXES);
     let study = load(&place).unwrap();
-    let mut setup = study.plan.runs[1].setup.clone();
+    let mut setup = case::load(&study.case, &study.plan.runs[1].options).unwrap();
     setup.output.directory = study.out.join(&study.plan.runs[1].name);
     let options = RunOptions {
         quiet: true,

@@ -141,7 +141,7 @@ impl Placer<'_> {
     }
 
     /// How many of `count` particles of a kind have which template: its shares, rounded by the largest remainders.
-    fn allot(&self, index: usize, count: usize) -> Vec<(usize, usize)> {
+    pub(super) fn allot(&self, index: usize, count: usize) -> Vec<(usize, usize)> {
         let kind = &self.kinds.sections[index];
         let exact: Vec<f64> = kind.shares.iter().map(|share| share * count as f64).collect();
         let mut counts: Vec<usize> = exact.iter().map(|x| x.floor() as usize).collect();

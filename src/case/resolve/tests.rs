@@ -25,7 +25,7 @@ const TEXT: &str = r"
 fn setup(options: &[&str]) -> Setup {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
     let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
-    resolve(&source, "case", Files::on_disk(Path::new(""))).unwrap_or_else(|e| panic!("{e}"))
+    resolve(&source, "case", Files::on_disk(Path::new("")), true).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn close(a: f64, b: f64) {
@@ -375,7 +375,8 @@ const DRY: &str = r"
 #[test]
 fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact() {
     let source = Source::new("case.toml".to_string(), DRY.to_string(), &[]);
-    let setup = resolve(&source, "case", Files::on_disk(Path::new(""))).unwrap_or_else(|e| panic!("{e}"));
+    let setup =
+        resolve(&source, "case", Files::on_disk(Path::new("")), true).unwrap_or_else(|e| panic!("{e}"));
     assert!(setup.dry && setup.warnings.is_empty());
     assert!((setup.domain.size() - Vec3::new(0.1, 0.05, 0.2)).norm() < 1e-12);
     assert!(setup.domain.dx <= 0.25 * setup.scales.diameter);
@@ -384,4 +385,19 @@ fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact(
     close(50.0 * setup.units.dt, contact.duration(0.5));
     assert_eq!((setup.walls.len(), setup.units.density.to_bits()), (6, 0));
     assert!(setup.scales.stokes_time.is_infinite() && setup.contact.unwrap().enlargement.abs() < 1e-300);
+}
+
+#[test]
+fn an_outline_has_the_numbers_of_the_case_without_its_random_particles() {
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("case.toml");
+    std::fs::write(&path, TEXT).unwrap();
+    let whole = load(&path, &[]).unwrap();
+    let outline = outline(&path, &[]).unwrap();
+    assert!(whole.particles.len() > 20 && outline.particles.is_empty());
+    close(outline.scales.volume_fraction, whole.scales.volume_fraction);
+    assert_eq!((outline.end_step, outline.text), (whole.end_step, whole.text));
+    // More particles than any machine holds.
+    let huge = ["domain.size={ diameters = [3e4, 3e4, 3e4] }".to_string()];
+    close(super::outline(&path, &huge).unwrap().scales.volume_fraction, 0.1);
 }

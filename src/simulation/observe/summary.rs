@@ -93,7 +93,6 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
 pub fn identity(setup: &Setup) -> serde_json::Value {
     let wet = !setup.dry;
     serde_json::json!({
-        "particles": setup.particles.len(),
         "volume_fraction": setup.scales.volume_fraction,
         "cells": if wet { setup.domain.cell_count() } else { 0 },
         "dx": setup.domain.dx,
