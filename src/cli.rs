@@ -7,6 +7,7 @@ mod doctor;
 mod machine;
 mod pack;
 mod preflight;
+mod report;
 mod resume;
 mod run;
 mod study;
@@ -50,6 +51,8 @@ enum Command {
     Study(study::StudyArguments),
     /// Run cases of the literature and hold what comes out against their references.
     Validate(validate::ValidateArguments),
+    /// Draw what a run or a study has left: figures as SVG and PNG, tables and checks on one page.
+    Report(report::ReportArguments),
     /// Look at this machine: what is fine, and what to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
@@ -200,6 +203,7 @@ fn carry_out(command: Command) -> ExitCode {
             Ok(false) => return ExitCode::from(CHECKS_FAILED),
             Err(error) => Err(error),
         },
+        Command::Report(arguments) => report::report(&arguments),
         Command::Doctor => {
             say(&doctor::report());
             Ok(())

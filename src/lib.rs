@@ -9,7 +9,7 @@
 //!
 //! ```text
 //! front     main -> cli
-//! whole     validate   study   crosscheck   simulation   case   output   packing   checkpoint
+//! whole     validate   report   study   crosscheck   simulation   case   output   packing   checkpoint
 //! border    coupling                the only place where lattice units meet SI at run time
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
@@ -34,6 +34,7 @@ pub mod math;
 pub mod output;
 pub mod packing;
 pub mod particle;
+pub mod report;
 pub mod shape;
 pub mod simulation;
 pub mod study;

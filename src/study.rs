@@ -12,16 +12,23 @@
 //! checkpoints goes on from there. So a study may be stopped at any time, and the same command goes on. One that is killed loses
 //! no more than the time since the last checkpoint.
 
+mod check;
+mod convergence;
+mod correlation;
 pub mod document;
 mod execute;
+mod figure;
 pub mod file;
 pub mod plan;
+mod points;
 pub mod record;
+mod reference;
 mod result;
 pub mod state;
+mod table;
 
 use crate::case::Source;
-use crate::error::{Error, Result};
+use crate::error::Result;
 pub use document::Document;
 pub use execute::{Event, Manner, Outcome, execute};
 use file::StudyFile;
@@ -56,7 +63,7 @@ impl Study {
     /// times are estimated with until something was measured.
     ///
     /// # Errors
-    /// [`Error::Input`] with the place of what is wrong in the study file or in the case; [`Error::Io`] if a file cannot be read.
+    /// [`Error::Input`](crate::error::Error::Input) with the place of what is wrong in the study file or in the case; [`Error::Io`](crate::error::Error::Io) if a file cannot be read.
     pub fn load(path: &Path, out: Option<&Path>, guess: f64) -> Result<Self> {
         let source = Source::read(path, &[])?;
         let (file, _) = source.parse::<StudyFile>()?;
@@ -68,6 +75,19 @@ impl Study {
             return Err(source.error(&file.case.span, &title, "no such file", remedy));
         }
         let plan = Plan::new(&source, &file, &case)?;
+        if let Some(window) = file
+            .windows
+            .iter()
+            .find(|window| window.value.from >= window.value.to)
+        {
+            let remedy = "give two times, e.g. from = 5, to = 15";
+            return Err(source.error(
+                &window.span,
+                "a window that ends before it begins",
+                "here",
+                remedy,
+            ));
+        }
         if let Some(bench) = &file.bench
             && bench.value.steps == 0
         {
@@ -85,29 +105,36 @@ impl Study {
             source,
         };
         study.refresh()?;
+        // Says what is wrong with figures, tables and checks before anything runs.
+        study.document()?;
         Ok(study)
     }
 
     /// Looks again at what is there of the runs.
     ///
     /// # Errors
-    /// [`Error::Io`] or [`Error::Input`] if results that are there cannot be read.
+    /// [`Error::Io`](crate::error::Error::Io) or [`Error::Input`](crate::error::Error::Input) if results that are there cannot be read.
     pub fn refresh(&mut self) -> Result<()> {
         let beside = self.out.parent().unwrap_or(Path::new(""));
         let mut directories = vec![self.out.clone()];
         directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
-        let results = Results::new(&directories, self.file.bench.is_some());
-        self.states = results.states(&self.plan, &self.out)?;
+        let results = Results::new(&self.file, &directories);
+        let states = results.states(&self.plan, &self.out)?;
+        self.states = states;
         Ok(())
+    }
+
+    /// Steps of a run.
+    pub fn steps(&self, run: usize) -> u64 {
+        match self.file.bench.as_ref().map(|bench| bench.value) {
+            Some(bench) => SAMPLES * bench.steps + bench.warm_up.unwrap_or(bench.steps),
+            None => self.plan.runs[run].setup.end_step,
+        }
     }
 
     /// Cell updates of a run.
     fn updates(&self, run: usize) -> f64 {
-        let setup = &self.plan.runs[run].setup;
-        let steps = match self.file.bench.as_ref().map(|bench| bench.value) {
-            Some(bench) => SAMPLES * bench.steps + bench.warm_up.unwrap_or(bench.steps),
-            None => setup.end_step,
-        };
+        let (setup, steps) = (&self.plan.runs[run].setup, self.steps(run));
         let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
         cells as f64 * steps as f64
     }
@@ -145,7 +172,7 @@ impl Study {
     /// Writes `result.csv` and `study.json`.
     ///
     /// # Errors
-    /// [`Error::Io`] if they cannot be written; [`Error::Input`] if a figure, table or check is wrong.
+    /// [`Error::Io`](crate::error::Error::Io) if they cannot be written; [`Error::Input`](crate::error::Error::Input) if a figure, table or check is wrong.
     pub fn collect(&self) -> Result<Document> {
         result::write_csv(self)?;
         let document = self.document()?;
@@ -156,7 +183,7 @@ impl Study {
     /// What is known so far.
     ///
     /// # Errors
-    /// [`Error::Input`] if a figure, table or check is wrong.
+    /// [`Error::Input`](crate::error::Error::Input) if a figure, table or check is wrong.
     pub fn document(&self) -> Result<Document> {
         let done = self.states.iter().filter_map(State::record);
         let spent = done
@@ -166,13 +193,31 @@ impl Study {
         let left = (0..self.states.len())
             .filter_map(|run| self.seconds_left(run))
             .sum();
+        let figures = self.file.figures.iter().map(|figure| self.figure(figure));
+        let figures = figures.collect::<Result<Vec<_>>>()?;
+        let tables = self.file.tables.iter().map(|table| self.table(table));
+        let mut tables = tables.collect::<Result<Vec<_>>>()?;
+        let mut checks = Vec::new();
+        for section in &self.file.checks {
+            let verdict = self.check(section)?;
+            checks.extend(verdict.checks);
+            for mut table in verdict.tables {
+                let same =
+                    |known: &&document::Table| known.name.trim_end_matches(char::is_numeric) == table.name;
+                let known = tables.iter().filter(same).count();
+                if known > 0 {
+                    table.name = format!("{}{}", table.name, known + 1);
+                }
+                tables.push(table);
+            }
+        }
         Ok(Document {
             title: self.file.title.value.clone(),
             version: env!("CARGO_PKG_VERSION").to_string(),
             command: format!("turbid study {}", self.path.display()),
-            figures: Vec::new(),
-            tables: Vec::new(),
-            checks: Vec::new(),
+            figures,
+            tables,
+            checks,
             runs: document::Runs {
                 done: done.count(),
                 total: self.states.len(),
@@ -193,3 +238,6 @@ fn default_directory(path: &Path) -> PathBuf {
         None => Path::new("out").join(name),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,12 +11,13 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate study crosscheck simulation case output packing fluid dem contact comm error",
+        "validate report study crosscheck simulation case output packing fluid dem contact comm error",
     ),
     (
         "validate",
         "crosscheck simulation case output checkpoint coupling fluid dem contact particle shape domain comm math error",
     ),
+    ("report", "study simulation output error"),
     ("study", "simulation case output checkpoint math error"),
     (
         "crosscheck",

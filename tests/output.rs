@@ -177,6 +177,7 @@ fn write_run(root: &Path) {
         t_star: &t_star,
         velocity: &velocity,
         mean: Some(([50.0, 149.9], mean)),
+        settled: Some((28.5, mean)),
         references: &[
             ("Garside and Al-Dibouni", 0.252),
             ("Richardson and Zaki", 0.262),

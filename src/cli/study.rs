@@ -179,7 +179,7 @@ fn list(study: &Study, only: Option<&str>) -> String {
         let _ = writeln!(
             text,
             "  {name:width$} {cells:>12} {:>9} {time:>9}  {state}",
-            setup.end_step
+            study.steps(at)
         );
         total += match study.states[at] {
             State::Done(_) => 0.0,

@@ -1,8 +1,10 @@
 //! Pictures of a run as PNG: a slice through the velocity field, the particles from the side, settling velocity over
-//! time; and curves over each other.
+//! time; curves over each other; charts and bars, as PNG and SVG.
 
 mod axis;
+mod bars;
 mod canvas;
+mod chart;
 mod colour;
 mod drawing;
 mod labels;
@@ -20,6 +22,8 @@ mod side_view;
 mod slice;
 mod text;
 
+pub use bars::Bars;
+pub use chart::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
 pub use drawing::{Figure, Format};
 pub use overlay::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
 pub use plane::Plane;

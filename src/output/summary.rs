@@ -2,7 +2,7 @@
 
 use super::atomic::write_bytes;
 use crate::error::Result;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -40,6 +40,7 @@ pub struct Summary {
     /// Number of particles.
     pub particles: usize,
     /// Solid volume over volume of the box (-).
+    #[serde(deserialize_with = "or_nan")]
     pub volume_fraction: f64,
     /// Reference velocities and dimensionless numbers.
     pub scales: ReferenceScales,
@@ -52,8 +53,10 @@ pub struct Summary {
     /// Fluid time step (s).
     pub time_step: f64,
     /// Relaxation time (time steps).
+    #[serde(deserialize_with = "or_nan")]
     pub relaxation_time: f64,
     /// Million cell updates per second over the whole run, output included.
+    #[serde(deserialize_with = "or_nan")]
     pub mlups: f64,
     /// Wall time of all steps (s).
     pub wall_seconds: f64,
@@ -74,6 +77,7 @@ pub struct Summary {
     /// Largest Mach number of the fluid at the times of `series.csv` (-).
     pub mach: Option<f64>,
     /// Cells per diameter of the first kind of particle (-).
+    #[serde(deserialize_with = "or_nan")]
     pub cells_per_diameter: f64,
     /// Kinds of particles, in the order of the case: `template` in the files of particles counts them from 0.
     pub shapes: Vec<ShapeSummary>,
@@ -89,26 +93,40 @@ pub struct Summary {
     pub input: String,
 }
 
+/// What is not finite is `null` in JSON, and back again not a number.
+fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
 /// Reference velocities and dimensionless numbers, for the first kind of particle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceScales {
     /// Diameter of the sphere of equal volume (m).
+    #[serde(deserialize_with = "or_nan")]
     pub diameter: f64,
     /// Kinematic viscosity (m^2/s).
+    #[serde(deserialize_with = "or_nan")]
     pub viscosity: f64,
     /// Particle density over fluid density (-).
+    #[serde(deserialize_with = "or_nan")]
     pub density_ratio: f64,
     /// Archimedes number (-).
+    #[serde(deserialize_with = "or_nan")]
     pub archimedes: f64,
     /// Galileo number, the root of the Archimedes number (-).
+    #[serde(deserialize_with = "or_nan")]
     pub galileo: f64,
     /// Stokes velocity (m/s).
+    #[serde(deserialize_with = "or_nan")]
     pub stokes_velocity: f64,
     /// Unit of `t*`, diameter over Stokes velocity (s).
+    #[serde(deserialize_with = "or_nan")]
     pub stokes_time: f64,
     /// Terminal velocity of one particle after Schiller and Naumann (m/s).
+    #[serde(deserialize_with = "or_nan")]
     pub schiller_naumann_velocity: f64,
     /// Reynolds number at that velocity (-).
+    #[serde(deserialize_with = "or_nan")]
     pub schiller_naumann_reynolds: f64,
 }
 
@@ -249,5 +267,16 @@ mod tests {
         }
         assert!(json["standard_error"].is_null());
         assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary());
+    }
+
+    #[test]
+    fn the_summary_of_a_run_without_a_fluid_and_of_an_older_version_can_be_read() {
+        let mut dry = summary();
+        (dry.scales.density_ratio, dry.scales.stokes_time) = (f64::INFINITY, f64::NAN);
+        let mut json: serde_json::Value = serde_json::from_str(&dry.to_json()).unwrap();
+        json.as_object_mut().unwrap().remove("transient_end");
+        let read: Summary = serde_json::from_value(json).unwrap();
+        assert!(read.scales.density_ratio.is_nan() && read.scales.stokes_time.is_nan());
+        assert_eq!((read.transient_end, read.scales.diameter), (None, 1.5e-3));
     }
 }

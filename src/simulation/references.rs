@@ -1,6 +1,7 @@
 //! Correlations for hindered settling, to draw beside the result.
 
 use crate::case::Scales;
+use crate::output::ReferenceScales;
 
 /// Settling velocities over the Stokes velocity by name, for the Reynolds number and volume fraction of a case:
 /// `u / u_Stokes = k (1 - phi)^n u* / u_Stokes`, `u*` the terminal velocity of one particle after Schiller and Naumann.
@@ -28,6 +29,21 @@ pub(super) fn references(scales: &Scales) -> [(&'static str, f64); 2] {
             hindered(0.89 * (-scales.archimedes / 1e5).exp(), garside),
         ),
     ]
+}
+
+/// The same from what a summary keeps of the scales of its case; `volume_fraction` is without unit.
+pub fn settling_references(scales: &ReferenceScales, volume_fraction: f64) -> [(&'static str, f64); 2] {
+    references(&Scales {
+        diameter: scales.diameter,
+        viscosity: scales.viscosity,
+        density_ratio: scales.density_ratio,
+        archimedes: scales.archimedes,
+        stokes_velocity: scales.stokes_velocity,
+        stokes_time: scales.stokes_time,
+        schiller_naumann_velocity: scales.schiller_naumann_velocity,
+        schiller_naumann_reynolds: scales.schiller_naumann_reynolds,
+        volume_fraction,
+    })
 }
 
 #[cfg(test)]

@@ -29,6 +29,9 @@ pub struct StudyFile {
     /// More columns of result.csv.
     #[serde(default)]
     pub columns: Vec<Located<String>>,
+    /// Intervals of time with means of their own.
+    #[serde(default, rename = "window")]
+    pub windows: Vec<Located<WindowSection>>,
     /// Quantities that compare two values of an axis.
     #[serde(default)]
     pub derived: Vec<Located<DerivedSection>>,
@@ -133,6 +136,18 @@ pub struct BenchSection {
     pub warm_up: Option<u64>,
 }
 
+/// An interval of time. Its mean settling velocity over that of Stokes is the quantity `<name>_velocity`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WindowSection {
+    /// Short name.
+    pub name: Located<String>,
+    /// Its begin (`t*`).
+    pub from: f64,
+    /// Its end (`t*`).
+    pub to: f64,
+}
+
 /// A quantity that compares two values of an axis.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -200,6 +215,9 @@ pub struct FigureSection {
     /// The values of axes that are shown; others are left out.
     #[serde(default)]
     pub only: BTreeMap<String, Choice>,
+    /// Whether to draw the error of each line against its own extrapolation to fine grids, as a part of it, instead of the quantity.
+    #[serde(default)]
+    pub error: bool,
     /// What to draw besides.
     #[serde(default)]
     pub references: Vec<Located<ReferenceSection>>,
@@ -208,7 +226,7 @@ pub struct FigureSection {
     pub note: String,
 }
 
-/// A reference: exactly one of `law`, `csv`, `fit`, `band`, `value`.
+/// A reference: exactly one of `law`, `csv`, `fit`, `band`, `order`, `value`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceSection {
@@ -229,6 +247,8 @@ pub struct ReferenceSection {
     pub fit: bool,
     /// The mean of all points, and lines so far above and below it (part of the mean).
     pub band: Option<f64>,
+    /// A power law with this order, `x^-order`, through the first point of the first line.
+    pub order: Option<f64>,
     /// A number.
     pub value: Option<f64>,
     /// Text of the legend.
@@ -305,6 +325,9 @@ pub struct CheckSection {
     pub below: Option<Located<f64>>,
     /// `convergence`: the axis with the cells per diameter.
     pub x: Option<Located<String>>,
+    /// `convergence`: axes of repetitions that are not averaged over but have a fit each.
+    #[serde(default)]
+    pub separate: Vec<Located<String>>,
     /// `convergence`: from so many cells on the error must fall.
     pub monotone_from: Option<f64>,
     /// `convergence`: at so many cells the deviation from the extrapolation is held against `tolerance`.

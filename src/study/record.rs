@@ -5,9 +5,11 @@
 //! | every number of `summary.json`, those of `scales` by their own names | a run |
 //! | every column of `series.csv`: its mean over the interval of the averages, with its standard error | a run |
 //! | `contacts_per_particle`, `max_overlap`, `net_flux_over_stokes` | a run |
+//! | `<window>_velocity`: settling velocity over that of Stokes, mean over a window of time by trapezia, without an error | a run |
 //! | every number of `turbid bench --json`, `contacts_per_particle`, `memory_bytes` | a benchmark |
 //! | `share_map`, `share_fluid`, ...: part of the time that a stage takes | both |
 
+use super::file::WindowSection;
 use crate::case::Setup;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -55,11 +57,16 @@ impl Record {
         self.get(name).map(|quantity| quantity.value)
     }
 
-    /// Of a run that has ended, whose summary is `summary`.
+    /// Of a run that has ended, whose summary is `summary`, with means over some windows of time.
     ///
     /// # Errors
     /// [`Error::Io`] or [`Error::Input`] if its series cannot be read.
-    pub fn of_run(directory: &Path, summary: &Json, setup: &Setup) -> Result<Self> {
+    pub fn of_run<'a>(
+        directory: &Path,
+        summary: &Json,
+        setup: &Setup,
+        windows: impl Iterator<Item = &'a WindowSection>,
+    ) -> Result<Self> {
         let mut quantities = numbers(summary);
         let averaged_over = interval(summary);
         if let Some(error) = summary["standard_error"].as_f64()
@@ -71,16 +78,17 @@ impl Record {
             quantities.extend(numbers(&Json::Object(scales.clone())));
         }
         shares(&mut quantities, &summary["stages"]);
-        let series = Series::read(&OutputFiles::new(directory).series(), averaged_over)?;
-        for (name, values) in &series.columns {
+        let series = Series::read(&OutputFiles::new(directory).series())?;
+        let averaged = series.within(averaged_over);
+        for (name, values) in &averaged.columns {
             if let Some(mean) = estimate_mean(values)
                 && !quantities.contains_key(name)
             {
-                let Quantity { value, error } = Quantity {
+                let quantity = Quantity {
                     value: mean.mean,
                     error: mean.standard_error,
                 };
-                quantities.insert(name.clone(), Quantity { value, error });
+                quantities.insert(name.clone(), quantity);
             }
         }
         let mut put = |name: &str, value: f64| {
@@ -89,10 +97,15 @@ impl Record {
             }
         };
         let particles = setup.particles.len() as f64;
-        put("contacts_per_particle", series.mean("contacts") / particles);
-        let flux = Vec3::from(["x", "y", "z"].map(|axis| series.mean(&format!("net_flux_{axis}"))));
+        put("contacts_per_particle", averaged.mean("contacts") / particles);
+        let flux = Vec3::from(["x", "y", "z"].map(|axis| averaged.mean(&format!("net_flux_{axis}"))));
         let along = flux.dot(&(setup.gravity / setup.gravity.norm()));
         put("net_flux_over_stokes", along / setup.scales.stokes_velocity);
+        for window in windows {
+            if let Some(mean) = series.over([window.from, window.to]) {
+                put(&format!("{}_velocity", window.name.value), mean);
+            }
+        }
         if let Some([seconds, steps]) = Parts::read(directory).total() {
             put("wall_seconds", seconds);
             let cells = quantities.get("cells").map_or(0.0, |cells| cells.value);
@@ -172,13 +185,13 @@ fn shares(quantities: &mut BTreeMap<String, Quantity>, stages: &Json) {
     }
 }
 
-/// The columns of `series.csv` by name, over an interval of `t*`.
+/// The columns of `series.csv` by name.
 struct Series {
     columns: BTreeMap<String, Vec<f64>>,
 }
 
 impl Series {
-    fn read(path: &Path, interval: Option<[f64; 2]>) -> Result<Self> {
+    fn read(path: &Path) -> Result<Self> {
         let bad = |error: csv::Error| {
             Error::Input(format!(
                 "{}: {error}; remove the directory of this run to do it again",
@@ -190,30 +203,67 @@ impl Series {
         let names: Vec<String> = (reader.headers().map_err(bad)?.iter())
             .map(|head| head.split(" (").next().unwrap_or_default().to_string())
             .collect();
-        let time = names.iter().position(|name| name == "t_star");
-        let mut columns: BTreeMap<String, Vec<f64>> =
-            names.iter().map(|name| (name.clone(), Vec::new())).collect();
+        let mut columns = vec![Vec::new(); names.len()];
         for row in reader.records() {
             let row = row.map_err(bad)?;
-            let at = |place: usize| row.get(place).and_then(|text| text.parse::<f64>().ok());
-            let inside = match (interval, time.and_then(at)) {
-                (Some([from, to]), Some(t)) => (from..=to).contains(&t),
-                _ => true,
-            };
-            for (place, name) in names.iter().enumerate().filter(|_| inside) {
-                if let Some(value) = at(place)
-                    && let Some(column) = columns.get_mut(name)
-                {
-                    column.push(value);
-                }
+            for (column, text) in columns.iter_mut().zip(&row) {
+                // What is no number keeps its place.
+                column.push(text.parse().unwrap_or(f64::NAN));
             }
         }
-        Ok(Self { columns })
+        Ok(Self {
+            columns: names.into_iter().zip(columns).collect(),
+        })
+    }
+
+    fn column(&self, name: &str) -> &[f64] {
+        self.columns.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    /// The rows of an interval of `t*`; all where there is none.
+    fn within(&self, interval: Option<[f64; 2]>) -> Self {
+        let times = self.column("t_star");
+        let inside = |row: usize| match (interval, times.get(row)) {
+            (Some([from, to]), Some(t)) => (from..=to).contains(t),
+            _ => true,
+        };
+        let keep = |values: &Vec<f64>| -> Vec<f64> {
+            let rows = values.iter().enumerate().filter(|(row, _)| inside(*row));
+            rows.map(|(_, value)| *value).collect()
+        };
+        Self {
+            columns: (self.columns.iter())
+                .map(|(name, values)| (name.clone(), keep(values)))
+                .filter(|(_, values)| values.iter().all(|value| value.is_finite()))
+                .collect(),
+        }
     }
 
     fn mean(&self, name: &str) -> f64 {
-        let values = self.columns.get(name).map_or(&[][..], Vec::as_slice);
+        let values = self.column(name);
         values.iter().sum::<f64>() / values.len() as f64
+    }
+
+    /// Mean of the settling velocity over an interval of `t*` by trapezia, with values in between at its ends; none if the rows do not
+    /// reach so far.
+    fn over(&self, [from, to]: [f64; 2]) -> Option<f64> {
+        let rows = self
+            .column("t_star")
+            .iter()
+            .zip(self.column("settling_velocity_over_stokes"));
+        let rows: Vec<(f64, f64)> = rows.map(|(t, u)| (*t, *u)).collect();
+        let reach = rows.first()?.0 <= from && from < to && to <= rows.last()?.0;
+        let area = rows.windows(2).map(|pair| {
+            let ((a, u), (b, v)) = (pair[0], pair[1]);
+            let (low, high) = (from.max(a), to.min(b));
+            let at = |t: f64| u + (v - u) * (t - a) / (b - a);
+            if low < high {
+                0.5 * (at(low) + at(high)) * (high - low)
+            } else {
+                0.0
+            }
+        });
+        reach.then(|| area.sum::<f64>() / (to - from))
     }
 }
 
@@ -300,8 +350,22 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         fs::write(&path, "t_star (-),contacts (-)\n0,100\n1,4\n2,6\n3,100\n").unwrap();
-        let series = Series::read(&path, Some([1.0, 2.0])).unwrap();
+        let series = Series::read(&path).unwrap().within(Some([1.0, 2.0]));
         assert!((series.mean("contacts") - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_mean_over_a_window_of_a_broken_line_is_exact_wherever_its_ends_are() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("series.csv");
+        // 2 t until t = 1, then 2.
+        fs::write(&path, "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n").unwrap();
+        let series = Series::read(&path).unwrap();
+        assert!((series.over([0.5, 2.5]).unwrap() - (0.75 + 3.0) / 2.0).abs() < 1e-12);
+        assert!((series.over([0.0, 3.0]).unwrap() - 5.0 / 3.0).abs() < 1e-12);
+        assert!((series.over([1.2, 1.3]).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(series.over([2.0, 3.1]), None, "the rows end before");
+        assert_eq!(series.over([2.0, 2.0]), None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! How far each run of a study has come, from what is on disk.
 
+use super::file::StudyFile;
 use super::plan::{Plan, PlannedRun};
 use super::record::{BENCH_FILE, Record};
 use crate::case::Setup;
@@ -54,7 +55,8 @@ impl State {
 }
 
 /// Results of runs, wherever they are.
-pub struct Results {
+pub struct Results<'a> {
+    file: &'a StudyFile,
     bench: bool,
     found: Vec<Found>,
 }
@@ -66,9 +68,10 @@ struct Found {
     json: Json,
 }
 
-impl Results {
-    /// Those in the directory of a study and of others; of benchmarks or of runs.
-    pub fn new(directories: &[PathBuf], bench: bool) -> Self {
+impl<'a> Results<'a> {
+    /// Those that a study may use, in its own directory and in others.
+    pub fn new(file: &'a StudyFile, directories: &[PathBuf]) -> Self {
+        let bench = file.bench.is_some();
         let mut found = Vec::new();
         for directory in directories {
             let entries = fs::read_dir(directory).into_iter().flatten().flatten();
@@ -76,7 +79,7 @@ impl Results {
             folders.sort();
             found.extend(folders.iter().filter_map(|folder| read(folder, bench)));
         }
-        Self { bench, found }
+        Self { file, bench, found }
     }
 
     /// How far a run has come whose directory is `directory`.
@@ -95,7 +98,8 @@ impl Results {
             let record = if self.bench {
                 Record::of_bench(&found.directory, &found.json)
             } else {
-                Record::of_run(&found.directory, &found.json, &run.setup)?
+                let windows = self.file.windows.iter().map(|window| &window.value);
+                Record::of_run(&found.directory, &found.json, &run.setup, windows)?
             };
             return Ok(State::Done(Box::new(record)));
         }

@@ -16,7 +16,7 @@ pub(super) enum Align {
 }
 
 /// How to draw a line.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pencil {
     pub(super) colour: [u8; 3],
     pub(super) width: f32,
@@ -192,12 +192,7 @@ impl Canvas {
 }
 
 /// Outline of a line of text at its place; without alignment it reads upwards about its middle.
-pub(super) fn text_path(
-    spans: &[Span],
-    size: f32,
-    (x, y): (f32, f32),
-    align: Option<Align>,
-) -> Option<tiny_skia::Path> {
+fn text_path(spans: &[Span], size: f32, (x, y): (f32, f32), align: Option<Align>) -> Option<tiny_skia::Path> {
     let (path, width) = text::outline(spans, size);
     match align {
         Some(align) => text::placed(&path?, x - shift(align, width), y, 0.0),
@@ -205,7 +200,8 @@ pub(super) fn text_path(
     }
 }
 
-fn shift(align: Align, width: f32) -> f32 {
+/// How far left of its place a text of this width begins.
+pub(super) fn shift(align: Align, width: f32) -> f32 {
     match align {
         Align::Start => 0.0,
         Align::Middle => 0.5 * width,

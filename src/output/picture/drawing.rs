@@ -1,10 +1,11 @@
 //! What is drawn, for a canvas or as SVG: one description, so that both show the same.
 
-use super::canvas::{Align, Canvas, Pencil, text_path};
-use super::text::{Span, path_data};
+use super::canvas::{Align, Canvas, Pencil, shift};
+use super::text::{Glyph, Span, glyph_data, glyphs};
 use super::write_png;
 use crate::error::Result;
 use crate::output::atomic::write_bytes;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -200,12 +201,13 @@ impl Drawing {
     /// The same as a page of SVG, which opens at half its size in pixels.
     pub(super) fn svg(&self, (width, height): (f32, f32), title: &str) -> String {
         let mut page = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\">\n\
              <title>{}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
             0.5 * width,
             0.5 * height,
             escaped(title)
         );
+        self.define_glyphs(&mut page);
         for mark in &self.marks {
             match mark {
                 Mark::Line {
@@ -257,18 +259,73 @@ impl Drawing {
                     align,
                     colour,
                 } => {
-                    if let Some(path) = text_path(spans, *size, *at, *align) {
-                        add(
-                            &mut page,
-                            format_args!("<path d=\"{}\" fill=\"{}\"/>", path_data(&path), hex(*colour)),
-                        );
-                    }
+                    write_text(&mut page, &glyphs(spans, *size), *at, *align, *colour);
                 }
             }
         }
         page.push_str("</svg>\n");
         page
     }
+
+    /// The outlines of all glyphs that occur, each once.
+    fn define_glyphs(&self, page: &mut String) {
+        let mut seen = BTreeSet::new();
+        for mark in &self.marks {
+            if let Mark::Text { spans, size, .. } = mark {
+                let found = glyphs(spans, *size).0;
+                seen.extend(found.iter().map(|glyph| (glyph.italic, glyph.id)));
+            }
+        }
+        page.push_str("<defs>\n");
+        for (italic, id) in seen {
+            if let Some(data) = glyph_data(italic, id) {
+                let name = glyph_name(italic, id);
+                add(page, format_args!("<path id=\"{name}\" d=\"{data}\"/>"));
+            }
+        }
+        page.push_str("</defs>\n");
+    }
+}
+
+fn glyph_name(italic: bool, id: u16) -> String {
+    format!("{}{id}", if italic { 'i' } else { 'r' })
+}
+
+/// One line of text, of outlines that were defined before.
+fn write_text(
+    page: &mut String,
+    (glyphs, width): &(Vec<Glyph>, f32),
+    (x, y): (f32, f32),
+    align: Option<Align>,
+    colour: [u8; 3],
+) {
+    let place = match align {
+        Some(align) => format!("translate({:.2} {y:.2})", x - shift(align, *width)),
+        None => format!("translate({x:.2} {:.2}) rotate(-90)", y + 0.5 * width),
+    };
+    let _ = write!(page, "<g fill=\"{}\" transform=\"{place}\">", hex(colour));
+    // Glyphs of one size on one line share a group, in which they count in units of the font.
+    let together =
+        |a: &Glyph, b: &Glyph| a.scale.to_bits() == b.scale.to_bits() && a.at.1.to_bits() == b.at.1.to_bits();
+    for group in glyphs.chunk_by(together) {
+        let Glyph {
+            at: (_, y), scale, ..
+        } = group[0];
+        let _ = write!(page, "<g transform=\"translate(0 {y:.2}) scale({scale})\">");
+        for glyph in group
+            .iter()
+            .filter(|glyph| glyph_data(glyph.italic, glyph.id).is_some())
+        {
+            let name = glyph_name(glyph.italic, glyph.id);
+            let _ = write!(
+                page,
+                "<use xlink:href=\"#{name}\" x=\"{:.0}\"/>",
+                glyph.at.0 / scale
+            );
+        }
+        page.push_str("</g>");
+    }
+    page.push_str("</g>\n");
 }
 
 fn add(page: &mut String, line: std::fmt::Arguments) {

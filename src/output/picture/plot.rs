@@ -323,8 +323,8 @@ mod tests {
     use super::*;
 
     fn colour_at(canvas: &crate::output::picture::canvas::Canvas, (x, y): (f32, f32)) -> [u8; 3] {
-        let first = 3 * (y as usize * drawing.width() as usize + x as usize);
-        drawing.rgb()[first..first + 3].try_into().unwrap()
+        let first = 3 * (y as usize * canvas.width() as usize + x as usize);
+        canvas.rgb()[first..first + 3].try_into().unwrap()
     }
 
     #[test]
@@ -383,9 +383,11 @@ mod tests {
                 t_star: &[0.0][..velocity.len()],
                 velocity,
                 mean: None,
+                settled: None,
                 references: &[("unknown", f64::NAN)],
-            });
-            assert_eq!((drawing.width(), drawing.height()), PAGE);
+            })
+            .canvas();
+            assert_eq!((canvas.width(), canvas.height()), (1600, 1000));
         }
     }
 }

@@ -161,6 +161,16 @@ impl Axis {
         }
     }
 
+    /// Puts ticks with numbers at these values instead, all of them positive if the axis is logarithmic.
+    pub(super) fn set_ticks(&mut self, values: &[f64]) {
+        let at = |value: &f64| Some((*value, self.part(*value)?));
+        let ticks = values.iter().filter_map(at).map(|(value, part)| Tick {
+            part,
+            text: TickText::Number(value.to_string()),
+        });
+        self.ticks = ticks.collect();
+    }
+
     /// Where a value lies between both ends, 0 to 1; none if it is not finite or has no logarithm.
     pub(super) fn part(&self, value: f64) -> Option<f32> {
         let value = if self.logarithmic { value.log10() } else { value };

@@ -58,36 +58,76 @@ impl Span<'_> {
 /// Size of indices and marks over that of the text.
 const SCRIPT_SIZE: f32 = 0.72;
 
+/// A glyph of a line of text that starts at the origin with its baseline on `y = 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Glyph {
+    pub(super) italic: bool,
+    /// Its number in the font.
+    pub(super) id: u16,
+    /// Where its own origin lies (pixels, y down).
+    pub(super) at: (f32, f32),
+    /// Pixels per unit of the font.
+    pub(super) scale: f32,
+}
+
+/// The glyphs of a line of text, and its width.
+pub(super) fn glyphs(spans: &[Span], size: f32) -> (Vec<Glyph>, f32) {
+    let mut glyphs = Vec::new();
+    let mut x = 0.0;
+    for span in spans {
+        let face = face(span.italic);
+        let script = if span.rise == 0.0 { 1.0 } else { SCRIPT_SIZE };
+        let scale = script * size / f32::from(face.units_per_em());
+        let mut previous = None;
+        for character in span.text.chars() {
+            let glyph = face.glyph_index(character).unwrap_or(GlyphId(0));
+            if let Some(previous) = previous {
+                x += scale * f32::from(kerning(face, previous, glyph));
+            }
+            glyphs.push(Glyph {
+                italic: span.italic,
+                id: glyph.0,
+                at: (x, -span.rise * size),
+                scale,
+            });
+            x += scale * f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
+            previous = Some(glyph);
+        }
+    }
+    (glyphs, x)
+}
+
 /// Outline of a line of text that starts at the origin with its baseline on `y = 0`, and its width.
 pub(super) fn outline(spans: &[Span], size: f32) -> (Option<Path>, f32) {
+    let (glyphs, width) = glyphs(spans, size);
     let mut pen = Pen {
         path: PathBuilder::new(),
         x: 0.0,
         y: 0.0,
         scale: 1.0,
     };
-    for span in spans {
-        let face = face(span.italic);
-        let script = if span.rise == 0.0 { 1.0 } else { SCRIPT_SIZE };
-        pen.scale = script * size / f32::from(face.units_per_em());
-        pen.y = -span.rise * size;
-        let mut previous = None;
-        for character in span.text.chars() {
-            let glyph = face.glyph_index(character).unwrap_or(GlyphId(0));
-            if let Some(previous) = previous {
-                pen.x += pen.scale * f32::from(kerning(face, previous, glyph));
-            }
-            face.outline_glyph(glyph, &mut pen);
-            pen.x += pen.scale * f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
-            previous = Some(glyph);
-        }
+    for glyph in glyphs {
+        ((pen.x, pen.y), pen.scale) = (glyph.at, glyph.scale);
+        face(glyph.italic).outline_glyph(GlyphId(glyph.id), &mut pen);
     }
-    (pen.path.finish(), pen.x)
+    (pen.path.finish(), width)
+}
+
+/// Outline of a glyph of the font in its units, y down, as the attribute `d` of SVG; none of a blank.
+pub(super) fn glyph_data(italic: bool, id: u16) -> Option<String> {
+    let mut pen = Pen {
+        path: PathBuilder::new(),
+        x: 0.0,
+        y: 0.0,
+        scale: 1.0,
+    };
+    face(italic).outline_glyph(GlyphId(id), &mut pen);
+    pen.path.finish().map(|path| path_data(&path))
 }
 
 /// Width of a line of text.
 pub(super) fn width(spans: &[Span], size: f32) -> f32 {
-    outline(spans, size).1
+    glyphs(spans, size).1
 }
 
 /// [`outline`] moved so that its baseline starts at `(x, y)`, turned by `degrees` about that point.
@@ -96,9 +136,9 @@ pub(super) fn placed(path: &Path, x: f32, y: f32, degrees: f32) -> Option<Path> 
         .transform(Transform::from_rotate(degrees).post_translate(x, y))
 }
 
-/// A path as the attribute `d` of SVG.
-pub(super) fn path_data(path: &Path) -> String {
-    let point = |p: tiny_skia::Point| format!("{:.2} {:.2}", p.x, p.y);
+/// A path as the attribute `d` of SVG, to a unit.
+fn path_data(path: &Path) -> String {
+    let point = |p: tiny_skia::Point| format!("{:.0} {:.0}", p.x, p.y);
     let segments = path.segments().map(|segment| match segment {
         PathSegment::MoveTo(p) => format!("M{}", point(p)),
         PathSegment::LineTo(p) => format!("L{}", point(p)),

@@ -1,0 +1,217 @@
+//! Where everything is on the page.
+
+use super::legend::Legend;
+use super::looks::MARKED;
+use super::{Chart, ChartAxis, ChartPanel, ChartPoint};
+use crate::output::picture::canvas::Align;
+use crate::output::picture::colour::{GREY, INK};
+use crate::output::picture::drawing::Drawing;
+use crate::output::picture::markup::{axis_name, spans};
+use crate::output::picture::plot_axis::Axis;
+use crate::output::picture::text::width;
+
+/// Space at the edges of the page.
+pub(super) const MARGIN: f32 = 36.0;
+/// Size of the numbers at the ticks.
+pub(super) const NUMBER: f32 = 25.0;
+/// Size of the titles of panels.
+pub(super) const PANEL_TITLE: f32 = 27.0;
+const TITLE: f32 = 32.0;
+const LABEL: f32 = 29.0;
+const NOTE: f32 = 22.0;
+/// Space between the frames of neighbouring panels.
+const BETWEEN: f32 = 58.0;
+/// Space below a frame for the numbers, and for the name of the axis below them.
+const BELOW: (f32, f32) = (46.0, 56.0);
+
+/// An area: left, top, right, bottom.
+pub(super) type Area = (f32, f32, f32, f32);
+
+/// Places on the page, in pixels.
+pub(super) struct Layout {
+    pub(super) size: (f32, f32),
+    /// Top of the legend.
+    pub(super) legend: f32,
+    /// Frames of the panels.
+    pub(super) panels: Vec<Area>,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    columns: usize,
+}
+
+/// Panels beside each other.
+fn columns(panels: usize) -> usize {
+    match panels {
+        0..=3 => panels.max(1),
+        4 => 2,
+        _ => 3,
+    }
+}
+
+pub(super) fn page_width(chart: &Chart) -> f32 {
+    match columns(chart.panels.len()) {
+        1 => 1500.0,
+        2 => 1800.0,
+        _ => 2100.0,
+    }
+}
+
+impl Layout {
+    pub(super) fn new(chart: &Chart, legend: &Legend) -> Self {
+        let count = chart.panels.len().max(1);
+        let columns = columns(count);
+        let page = page_width(chart);
+        let height = match columns {
+            1 => 760.0,
+            2 => 620.0,
+            _ => 540.0,
+        };
+        let y = vertical(chart, height);
+        let numbers = (y.ticks.iter())
+            .map(|tick| width(&tick.spans(), NUMBER))
+            .fold(0.0, f32::max);
+        let left = MARGIN + LABEL + 26.0 + numbers + 20.0;
+        let between = (columns - 1) as f32 * BETWEEN;
+        let panel = (page - left - MARGIN - 14.0 - between) / columns as f32;
+        let x = horizontal(chart, panel);
+
+        let titles = wrapped(&chart.title, TITLE, page - 2.0 * MARGIN).len() as f32;
+        let legend_top = MARGIN + titles * 1.35 * TITLE + 6.0;
+        let mut top = legend_top + legend.height() + 14.0;
+        let titled = (chart.panels.iter()).any(|panel| !panel.title.is_empty()) || count > 1;
+        let above = if titled { 1.75 * PANEL_TITLE } else { 0.0 };
+        let mut panels = Vec::new();
+        for row in 0..count.div_ceil(columns) {
+            top += above;
+            for column in 0..columns.min(count - row * columns) {
+                let l = left + column as f32 * (panel + BETWEEN);
+                panels.push((l, top, l + panel, top + height));
+            }
+            top += height + BELOW.0 + 18.0;
+        }
+        let note = wrapped(&chart.note, NOTE, page - 2.0 * MARGIN).len() as f32;
+        let bottom = top + BELOW.1 - 18.0 + note * 1.4 * NOTE + MARGIN - 14.0;
+        Self {
+            // Even, as SVG opens at half of it.
+            size: (page, 2.0 * (0.5 * bottom).ceil()),
+            legend: legend_top,
+            panels,
+            x,
+            y,
+            columns,
+        }
+    }
+
+    /// Whether the panel at `place` has no neighbour on the left.
+    pub(super) fn is_leftmost(&self, place: usize) -> bool {
+        place.is_multiple_of(self.columns)
+    }
+
+    /// Title, names of the axes, note.
+    pub(super) fn draw_words(&self, drawing: &mut Drawing, chart: &Chart) {
+        let space = self.size.0 - 2.0 * MARGIN;
+        for (i, line) in wrapped(&chart.title, TITLE, space).iter().enumerate() {
+            let baseline = MARGIN + (i as f32 + 0.85) * 1.35 * TITLE;
+            drawing.text(spans(line), TITLE, (MARGIN, baseline), Align::Start, INK);
+        }
+        let middle = |a: f32, b: f32| 0.5 * (a + b);
+        for (place, &(l, t, r, b)) in self.panels.iter().enumerate() {
+            if self.is_leftmost(place) {
+                let name = axis_name(&chart.y.label, self.y.exponent);
+                let at = (MARGIN + 0.8 * LABEL, middle(t, b));
+                drawing.text_upwards(name, LABEL, at, INK);
+            }
+            // Below the last panel of every column.
+            if place + self.columns >= self.panels.len() {
+                let name = axis_name(&chart.x.label, self.x.exponent);
+                let at = (middle(l, r), b + BELOW.0 + 0.8 * BELOW.1);
+                drawing.text(name, LABEL, at, Align::Middle, INK);
+            }
+        }
+        let notes = wrapped(&chart.note, NOTE, space);
+        for (i, line) in notes.iter().enumerate() {
+            let from_below = (notes.len() - i) as f32;
+            let baseline = self.size.1 - MARGIN + 10.0 - (from_below - 1.0) * 1.4 * NOTE;
+            drawing.text(spans(line), NOTE, (MARGIN, baseline), Align::Start, GREY);
+        }
+    }
+
+    /// Where a point is in the panel with this frame, if it is anywhere.
+    pub(super) fn at(&self, (l, t, r, b): Area, x: f64, y: f64) -> Option<(f32, f32)> {
+        let (x, y) = (self.x.part(x)?, self.y.part(y)?);
+        Some((l + x * (r - l), b - y * (b - t)))
+    }
+}
+
+/// Whether a value has a place on an axis.
+fn fits(value: f64, axis: &ChartAxis) -> bool {
+    value.is_finite() && (value > 0.0 || !axis.logarithmic)
+}
+
+/// All points that have a place on the horizontal axis.
+fn points(chart: &Chart) -> impl Iterator<Item = &ChartPoint> {
+    let series = chart.panels.iter().flat_map(|panel: &ChartPanel| &panel.series);
+    series
+        .flat_map(|series| &series.points)
+        .filter(|point| fits(point.x, &chart.x))
+}
+
+fn horizontal(chart: &Chart, pixels: f32) -> Axis {
+    let values: Vec<f64> = points(chart).map(|point| point.x).collect();
+    let mut series = chart.panels.iter().flat_map(|panel| &panel.series);
+    // Where all are curves they fill the frame.
+    let curves = !values.is_empty() && series.all(|series| series.points.len() > MARKED);
+    let steps = f64::from(pixels / 105.0).max(2.0);
+    let mut axis = if chart.x.logarithmic {
+        Axis::with_steps(&values, true, curves, steps)
+    } else {
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let margin = if curves { 0.0 } else { 0.05 * (most - least) };
+        // What begins or ends at zero goes on doing so.
+        let grown = |end: f64, margin: f64| if end == 0.0 { 0.0 } else { end + margin };
+        let ends = [grown(least, -margin), grown(most, margin)];
+        let ends: Vec<f64> = ends.into_iter().filter(|end| end.is_finite()).collect();
+        Axis::with_steps(&ends, false, true, steps)
+    };
+    // A few whole numbers on a short logarithmic axis, such as resolutions, are better ticks than round ones.
+    let mut places = values;
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let whole = places.iter().all(|x| x.fract() == 0.0 && (1.0..1e5).contains(x));
+    let spread = places.first().zip(places.last()).map_or(1.0, |(a, b)| b / a);
+    if chart.x.logarithmic && whole && (2..=9).contains(&places.len()) && spread < 100.0 {
+        axis.set_ticks(&places);
+    }
+    axis
+}
+
+fn vertical(chart: &Chart, pixels: f32) -> Axis {
+    let mut values: Vec<f64> = Vec::new();
+    for point in points(chart).filter(|point| fits(point.y, &chart.y)) {
+        let error = point.error.filter(|error| error.is_finite()).unwrap_or(0.0);
+        let ends = [point.y, point.y - error, point.y + error];
+        values.extend(ends.iter().filter(|end| **end > 0.0 || !chart.y.logarithmic));
+    }
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !chart.y.logarithmic && least > 0.0 && least < 0.4 * most {
+        values.push(0.0);
+    }
+    Axis::with_steps(&values, chart.y.logarithmic, false, f64::from(pixels / 75.0))
+}
+
+/// Lines of a text, broken between words.
+pub(super) fn wrapped(text: &str, size: f32, space: f32) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if width(&spans(&format!("{line} {word}")), size) <= space => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_string()),
+        }
+    }
+    lines
+}

@@ -1,0 +1,139 @@
+//! What is told of a study.
+
+use super::find::Source;
+use super::numbers::{duration, number};
+use super::{Block, Section};
+use crate::error::Result;
+use crate::output::picture::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
+use crate::study::document::{Check, Document, Figure, Point, Series, Style};
+
+pub(super) fn section(source: &Source) -> Result<Section> {
+    Ok(of(&Document::read(&source.directory)?))
+}
+
+fn of(document: &Document) -> Section {
+    let mut blocks = vec![Block::Text(head(document))];
+    let passed = document.checks.iter().filter(|check| check.pass).count();
+    let checks = [passed, document.checks.len()];
+    if !document.checks.is_empty() {
+        blocks.push(Block::Heading("Checks".into()));
+        blocks.push(Block::Text(format!("{passed} of {} passed.", checks[1])));
+        blocks.push(check_table(&document.checks));
+    }
+    if !document.figures.is_empty() {
+        blocks.push(Block::Heading("Figures".into()));
+    }
+    blocks.extend(document.figures.iter().map(|figure| Block::Figure {
+        name: figure.name.clone(),
+        title: figure.title.clone(),
+        figure: Box::new(chart(figure).figure()),
+        note: figure.note.clone(),
+    }));
+    if !document.tables.is_empty() {
+        blocks.push(Block::Heading("Tables".into()));
+    }
+    blocks.extend(document.tables.iter().map(|table| Block::Table {
+        title: table.title.clone(),
+        columns: table.columns.clone(),
+        rows: table.rows.clone(),
+    }));
+    let runs = document.runs;
+    Section {
+        title: document.title.clone(),
+        row: vec![
+            ("study", document.title.clone()),
+            ("runs", format!("{} of {}", runs.done, runs.total)),
+            ("time spent", duration(runs.seconds_spent)),
+            ("checks passed", format!("{} of {}", checks[0], checks[1])),
+        ],
+        checks,
+        blocks,
+    }
+}
+
+fn head(document: &Document) -> String {
+    let runs = document.runs;
+    let left = if runs.done < runs.total {
+        format!(", about {} left", duration(runs.seconds_left))
+    } else {
+        String::new()
+    };
+    format!(
+        "Turbid {}, {} of {} runs done in {}{left}. Made again by\n\n```sh\n{}\n```",
+        document.version,
+        runs.done,
+        runs.total,
+        duration(runs.seconds_spent),
+        document.command
+    )
+}
+
+fn check_table(checks: &[Check]) -> Block {
+    let row = |check: &Check| {
+        let off = check.measured - check.reference;
+        let part = 100.0 * off / check.reference.abs();
+        let deviation = if part.is_finite() {
+            format!("{part:+.1} %")
+        } else {
+            number(off)
+        };
+        vec![
+            check.quantity.clone(),
+            number(check.measured),
+            number(check.reference),
+            deviation,
+            number(check.tolerance),
+            if check.pass { "pass" } else { "**FAIL**" }.to_string(),
+            check.source.clone(),
+        ]
+    };
+    let columns = [
+        "quantity",
+        "measured",
+        "reference",
+        "deviation",
+        "tolerance",
+        "",
+        "source",
+    ];
+    Block::Table {
+        title: String::new(),
+        columns: columns.map(String::from).into(),
+        rows: checks.iter().map(row).collect(),
+    }
+}
+
+/// The chart of a figure.
+fn chart(figure: &Figure) -> Chart {
+    let axis = |axis: &crate::study::document::Axis| ChartAxis {
+        label: axis.label.clone(),
+        logarithmic: axis.log,
+    };
+    let point = |point: &Point| ChartPoint {
+        x: point.x,
+        y: point.y,
+        error: point.error,
+    };
+    let series = |series: &Series| ChartSeries {
+        label: series.label.clone(),
+        style: match series.style {
+            Style::Measured => ChartStyle::Measured,
+            Style::Points => ChartStyle::Points,
+            Style::Line => ChartStyle::Line,
+            Style::Dashed => ChartStyle::Dashed,
+        },
+        points: series.points.iter().map(point).collect(),
+    };
+    Chart {
+        title: figure.title.clone(),
+        x: axis(&figure.x),
+        y: axis(&figure.y),
+        panels: (figure.panels.iter())
+            .map(|panel| ChartPanel {
+                title: panel.title.clone(),
+                series: panel.series.iter().map(series).collect(),
+            })
+            .collect(),
+        note: figure.note.clone(),
+    }
+}

@@ -1,0 +1,233 @@
+//! References: laws, tables, numbers.
+
+use super::Study;
+use super::document::{Point, Series, Style};
+use super::file::{Law, ReferenceSection};
+use super::points::At;
+use crate::case::located::Located;
+use crate::error::{Error, Result};
+use std::fs;
+
+/// Points of a smooth line between two points of a study.
+const PARTS: u32 = 8;
+
+impl Study {
+    /// The value of a reference for a quantity at a point; none if it has none there.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the reference is not one of a point, or its table is wrong.
+    pub(super) fn reference_at(
+        &self,
+        reference: &Located<ReferenceSection>,
+        quantity: &str,
+        at: &At,
+    ) -> Result<Option<f64>> {
+        let Located { value, span } = reference;
+        if !self.plan.selection(&self.source, span, &value.only)?.meets(at) {
+            return Ok(None);
+        }
+        match *value {
+            ReferenceSection { law: Some(law), .. } => self.law(law, quantity, reference, at),
+            ReferenceSection { csv: Some(_), .. } => {
+                let rows = self.rows(reference, at, None)?;
+                Ok(rows.first().map(|row| row.y))
+            }
+            ReferenceSection {
+                value: Some(number), ..
+            } => Ok(Some(number)),
+            _ => Err(self.source.error(
+                span,
+                "this reference has no value at a single point",
+                "here",
+                "give `law`, `csv` or `value`",
+            )),
+        }
+    }
+
+    fn law(
+        &self,
+        law: Law,
+        quantity: &str,
+        reference: &Located<ReferenceSection>,
+        at: &At,
+    ) -> Result<Option<f64>> {
+        let Some(suspension) = self.suspension(at) else {
+            return Ok(None);
+        };
+        let over_stokes = law.over_stokes(suspension);
+        match quantity {
+            "settling_velocity_over_stokes" => Ok(Some(over_stokes)),
+            "settling_velocity_over_schiller_naumann" => {
+                Ok(Some(over_stokes / suspension.single_over_stokes))
+            }
+            _ => {
+                let title = format!("a law for settling velocities is no reference for `{quantity}`");
+                let remedy =
+                    "it is one for settling_velocity_over_stokes or settling_velocity_over_schiller_naumann";
+                Err(self.source.error(&reference.span, &title, "here", remedy))
+            }
+        }
+    }
+
+    /// A reference along the horizontal axis `x` through points that differ in nothing else.
+    ///
+    /// # Errors
+    /// As [`reference_at`](Self::reference_at).
+    pub(super) fn reference_along(
+        &self,
+        reference: &Located<ReferenceSection>,
+        quantity: &str,
+        x: usize,
+        along: &[At],
+    ) -> Result<Option<Series>> {
+        let Located { value, span } = reference;
+        let selection = self.plan.selection(&self.source, span, &value.only)?;
+        let Some(first) = along.first().filter(|at| selection.meets(at)) else {
+            return Ok(None);
+        };
+        let known = |at: &At| self.plan.axes[x].values[at[x]?].number;
+        let (points, style, name) = match value {
+            ReferenceSection { law: Some(law), .. } => {
+                let mut points = Vec::new();
+                for pair in along.windows(2) {
+                    let ends = (
+                        known(&pair[0]),
+                        known(&pair[1]),
+                        self.suspension(&pair[0]),
+                        self.suspension(&pair[1]),
+                    );
+                    let (Some(from), Some(to), Some(a), Some(b)) = ends else {
+                        continue;
+                    };
+                    // Says what is wrong with the quantity.
+                    let Some(at_end) = self.law(*law, quantity, reference, &pair[1])? else {
+                        continue;
+                    };
+                    let unit = at_end / law.over_stokes(b);
+                    let skipped = u32::from(!points.is_empty());
+                    points.extend((skipped..=PARTS).map(|part| {
+                        let part = f64::from(part) / f64::from(PARTS);
+                        let y = unit * law.over_stokes(a.towards(b, part));
+                        Point {
+                            x: from + part * (to - from),
+                            y,
+                            error: None,
+                        }
+                    }));
+                }
+                (points, Style::Line, law.name().to_string())
+            }
+            ReferenceSection { csv: Some(table), .. } => (
+                self.rows(reference, first, Some(x))?,
+                Style::Points,
+                table.value.clone(),
+            ),
+            ReferenceSection {
+                value: Some(number), ..
+            } => {
+                let at = |at: &At| {
+                    Some(Point {
+                        x: known(at)?,
+                        y: *number,
+                        error: None,
+                    })
+                };
+                (
+                    along.iter().filter_map(at).collect(),
+                    Style::Line,
+                    number.to_string(),
+                )
+            }
+            _ => {
+                let title = "a reference without `law`, `csv`, `fit`, `band` or `value`";
+                return Err(self.source.error(span, title, "here", "give one of them"));
+            }
+        };
+        Ok(Some(Series {
+            label: value.label.clone().unwrap_or(name),
+            style: if value.dashed { Style::Dashed } else { style },
+            points,
+        }))
+    }
+
+    /// The rows of a table that are for a point, at the values of the axis `x` if there is one.
+    fn rows(&self, reference: &Located<ReferenceSection>, at: &At, x: Option<usize>) -> Result<Vec<Point>> {
+        let Located { value, span } = reference;
+        let (Some(file), Some(y)) = (&value.csv, &value.y) else {
+            let remedy = "y = \"name of a column\"";
+            return Err(self
+                .source
+                .error(span, "a table without the column of its values", "here", remedy));
+        };
+        let path = self
+            .path
+            .parent()
+            .map_or_else(|| (&file.value).into(), |folder| folder.join(&file.value));
+        let bytes = fs::read(&path).map_err(|error| Error::io("read", &path, error))?;
+        let broken = |error: csv::Error| Error::Input(format!("{}: {error}", path.display()));
+        let mut reader = csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .from_reader(&bytes[..]);
+        let heads = reader.headers().map_err(broken)?.clone();
+        let column = |name: &str| {
+            heads.iter().position(|head| head == name).ok_or_else(|| {
+                let known: Vec<&str> = heads.iter().collect();
+                let title = format!("{} has no column `{name}`", path.display());
+                self.source.error(
+                    span,
+                    &title,
+                    "here",
+                    &format!("its columns are: {}", known.join(", ")),
+                )
+            })
+        };
+        let y = column(&y.value)?;
+        let x = x.map(|axis| column(&self.plan.axes[axis].name)).transpose()?;
+        let conditions = (value.rows.iter())
+            .map(|(name, wanted)| Ok((column(name)?, self.wanted(reference, wanted, at)?)))
+            .collect::<Result<Vec<_>>>()?;
+        let mut points = Vec::new();
+        for row in reader.records() {
+            let row = row.map_err(broken)?;
+            let holds = |(place, wanted): &(usize, String)| same(&row[*place], wanted);
+            let number = |place: usize| row[place].parse::<f64>();
+            let (Ok(y), Ok(x)) = (number(y), x.map_or(Ok(0.0), number)) else {
+                continue;
+            };
+            if conditions.iter().all(holds) {
+                points.push(Point { x, y, error: None });
+            }
+        }
+        Ok(points)
+    }
+
+    /// What a column must equal: the value of an axis at this point, or what is written.
+    fn wanted(&self, reference: &Located<ReferenceSection>, wanted: &toml::Value, at: &At) -> Result<String> {
+        let word = super::file::word(wanted);
+        let Some(place) = self.plan.axes.iter().position(|axis| axis.name == word) else {
+            return Ok(word);
+        };
+        let Some(value) = at[place] else {
+            let title = format!("the axis `{word}` has no single value here");
+            return Err(self.source.error(
+                &reference.span,
+                &title,
+                "in `where`",
+                "compare with a value instead",
+            ));
+        };
+        let value = &self.plan.axes[place].values[value];
+        Ok(value
+            .number
+            .map_or_else(|| value.name.clone(), |number| number.to_string()))
+    }
+}
+
+/// Whether two words are the same, or the same number.
+fn same(a: &str, b: &str) -> bool {
+    match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 1e-9 * b.abs(),
+        _ => a == b,
+    }
+}
