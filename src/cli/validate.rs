@@ -56,15 +56,13 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
         quiet: false,
         max_walltime: arguments.max_walltime,
     })?;
-    let trial = Trial {
-        kept: arguments.out.clone(),
-        stop: options.stop,
-        deadline: options.max_walltime.map(|limit| start + limit),
-        ..Trial::new(
-            arguments.changes.set.clone(),
-            arguments.changes.threads.unwrap_or(0),
-        )
-    };
+    let mut trial = Trial::new(
+        arguments.changes.set.clone(),
+        arguments.changes.threads.unwrap_or(0),
+    );
+    trial.kept.clone_from(&arguments.out);
+    trial.stop = options.stop;
+    trial.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
     let outcomes = validate::run(&cases, level, &trial, |outcome| {
         say(&report::table(outcome));
