@@ -57,6 +57,9 @@ pub enum Error {
         /// Its text.
         text: String,
     },
+    /// Stopped by a signal or a time limit before its end; what was done is kept where the user asked for it.
+    #[error("stopped before its end")]
+    Interrupted,
     /// Another rank failed first; its error is the one to show.
     #[error("another rank failed")]
     OtherRank,

@@ -81,7 +81,7 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
     let sources = find::sources(directory)?;
     let mut sections = Vec::new();
     for source in &sources {
-        sections.push(section(source)?);
+        sections.push(section(source, sources.len() == 1)?);
     }
     prepare(out)?;
     let alone = sections.len() == 1;
@@ -110,9 +110,9 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
     })
 }
 
-fn section(source: &Source) -> Result<Section> {
+fn section(source: &Source, alone: bool) -> Result<Section> {
     match source.kind {
-        Kind::Run => run::section(source),
+        Kind::Run => run::section(source, alone),
         Kind::Study => study::section(source),
     }
 }

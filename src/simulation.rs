@@ -9,6 +9,7 @@ mod references;
 mod resume;
 mod run;
 mod saved;
+mod snapshot;
 mod work;
 
 use crate::case::Setup;

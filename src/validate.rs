@@ -24,6 +24,7 @@ mod sphere_array;
 mod suite;
 mod taylor_green;
 mod trial;
+mod watch;
 mod wet_impact;
 
 use crate::error::Result;

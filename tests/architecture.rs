@@ -15,7 +15,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "validate",
-        "crosscheck simulation case output coupling fluid dem contact particle shape domain comm math error",
+        "crosscheck simulation case output checkpoint coupling fluid dem contact particle shape domain comm math error",
     ),
     ("report", "study simulation output error"),
     ("study", "simulation case output checkpoint comm math error"),

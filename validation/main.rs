@@ -32,3 +32,22 @@ fn every_case_of_the_quick_level_is_within_its_tolerances() {
     assert!(output.status.success(), "{said}");
     assert!(checks.len() > 50, "{} checks", checks.len());
 }
+
+#[test]
+fn the_full_level_ends_in_time_and_leaves_what_it_can_go_on_with() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_turbid"))
+        .args(["validate", "wet_impact", "--max-walltime", "4", "--out"])
+        .arg(directory.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("stopped before its end") && said.contains("the same command goes on"),
+        "{said}"
+    );
+    let kept = std::fs::read_dir(directory.path().join("kept")).unwrap();
+    let left = kept.map(|entry| entry.unwrap().path().join("checkpoints"));
+    assert_eq!(left.filter(|folder| folder.is_dir()).count(), 1, "{said}");
+}

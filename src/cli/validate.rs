@@ -1,13 +1,13 @@
 //! `turbid validate`.
 
-use super::Changes;
 use super::suite::chosen;
 use super::terminal::say;
+use super::{Changes, Manner, run, walltime};
 use crate::error::Result;
 use crate::validate::{self, CASES, Case, Level, Score, Trial, report};
 use clap::Args;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What to validate, and where to put what comes of it.
 #[derive(Debug, Args)]
@@ -24,9 +24,13 @@ pub(super) struct ValidateArguments {
     /// Write all checks as a list of JSON objects with stable keys.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Directory for tables and plots.
+    /// Directory for tables and plots. Runs of the full level are kept there too: those that have ended are not repeated, those that
+    /// were stopped are gone on with.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// End before this much time has passed: 5400, 90m, 1h30m or 01:30:00. With --out, the same command goes on.
+    #[arg(long, value_name = "TIME", value_parser = walltime::parse)]
+    max_walltime: Option<Duration>,
     #[command(flatten)]
     changes: Changes,
 }
@@ -48,10 +52,17 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(out) = &arguments.out {
         report::prepare(out)?;
     }
-    let trial = Trial::new(
+    let options = run::options(&Manner {
+        quiet: false,
+        max_walltime: arguments.max_walltime,
+    })?;
+    let mut trial = Trial::new(
         arguments.changes.set.clone(),
         arguments.changes.threads.unwrap_or(0),
     );
+    trial.kept.clone_from(&arguments.out);
+    trial.stop = options.stop;
+    trial.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
     let outcomes = validate::run(&cases, level, &trial, |outcome| {
         say(&report::table(outcome));
@@ -64,9 +75,15 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(json) = &arguments.json {
         report::write_json(json, &outcomes)?;
     }
-    if let Some(out) = &arguments.out {
-        report::write_tables(out, &outcomes)?;
-    }
+    let interrupted = Score::of(&outcomes).interrupted > 0;
     say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
+    if let Some(out) = &arguments.out {
+        // Tables of all that was asked for stay until there are others.
+        if interrupted {
+            say("the same command goes on");
+        } else {
+            report::write_tables(out, &outcomes)?;
+        }
+    }
     failure.map_or(Ok(Score::of(&outcomes).is_full()), Err)
 }

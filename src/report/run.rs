@@ -12,7 +12,8 @@ use crate::output::{OutputFiles, Summary, settled};
 use std::fs;
 use std::path::Path;
 
-pub(super) fn section(source: &Source) -> Result<Section> {
+/// A run is called after its case if it is `alone`, or else, as the runs of a study share a case, after its directory.
+pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
     let files = OutputFiles::new(&source.directory);
     let present = |path: std::path::PathBuf| path.is_file().then_some(path);
     let mut summary = present(files.summary())
@@ -24,7 +25,8 @@ pub(super) fn section(source: &Source) -> Result<Section> {
     if let (Some(summary), Some(series)) = (&mut summary, &series) {
         settle(summary, series);
     }
-    let title = summary.as_ref().map_or(&source.name, |summary| &summary.case);
+    let case = summary.as_ref().filter(|_| alone);
+    let title = case.map_or(&source.name, |summary| &summary.case);
     let mut blocks = Vec::new();
     match &summary {
         Some(summary) => {

@@ -1,7 +1,7 @@
 //! Two spheres that settle one behind the other: `validation/drafting`.
 
-use super::experiment::on_ranks;
 use super::trial::unsteady;
+use super::watch::Watch;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -23,25 +23,25 @@ const UNTIL: f64 = 2.0;
 fn pair(trial: &Trial) -> Result<Findings> {
     let setup = trial.setup(TEXT, CASE.name, &[])?;
     let (dt, diameter) = (setup.units.dt, setup.scales.diameter);
-    let parts = on_ranks(&setup, trial.threads, |run| {
-        let mut course = Vec::new();
-        while run.done() < setup.end_step {
-            run.steps(1)?;
-            let mut low = [f64::NEG_INFINITY];
-            for sphere in run.owned() {
-                course.push((run.done(), sphere.id, sphere.position(), sphere.velocity()));
-                low[0] = low[0].max(0.5 - sphere.position().z / diameter);
-            }
-            run.comm().max(&mut low);
-            if -low[0] < UNTIL {
-                break;
-            }
+    let watch = Watch {
+        trial,
+        setup: &setup,
+        threads: trial.threads,
+        every: 1,
+        held: false,
+    };
+    let rows: Vec<(u64, u64, Vec3, Vec3)> = watch.rows(|run, rows| {
+        let mut low = [f64::NEG_INFINITY];
+        for sphere in run.owned() {
+            rows.push((run.done(), sphere.id, sphere.position(), sphere.velocity()));
+            low[0] = low[0].max(0.5 - sphere.position().z / diameter);
         }
-        Ok(course)
+        run.comm().max(&mut low);
+        Ok(-low[0] < UNTIL)
     })?;
     // Both spheres of every step, the leading one at the start first.
     let mut steps: BTreeMap<u64, [Option<(Vec3, Vec3)>; 2]> = BTreeMap::new();
-    for (step, id, position, velocity) in parts.into_iter().flatten() {
+    for (step, id, position, velocity) in rows {
         steps.entry(step).or_default()[id as usize] = Some((position, velocity));
     }
     // Contacts begin where the enlarged surfaces meet.

@@ -1,7 +1,7 @@
 //! A simulation in the precision that its case asks for, and an engine that tells what it was given.
 
 use crate::case::Setup;
-use crate::comm::{Comm, on_threads};
+use crate::comm::Comm;
 use crate::coupling::MeanFlow;
 use crate::dem::{Ballistic, ContactState, ContactSummary, DemEngine, Load};
 use crate::domain::Decomposition;
@@ -11,6 +11,7 @@ use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
 use crate::shape::Shape;
 use crate::simulation::Simulation;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// One rank's part of a run.
@@ -99,25 +100,36 @@ impl Experiment {
         self.dem().particles().owned()
     }
 
+    /// Writes a checkpoint below a folder, with bytes of the caller's. Collective.
+    pub(super) fn write_snapshot(
+        &mut self,
+        folder: &Path,
+        setup: &Setup,
+        decomposition: &Decomposition,
+        sound: Option<u64>,
+        own: &[u8],
+    ) -> Result<()> {
+        either!(self, simulation => simulation.write_snapshot(folder, setup, decomposition, sound, own))
+    }
+
+    /// Goes on from the newest checkpoint below a folder; the bytes of its writer. Collective.
+    pub(super) fn read_snapshot(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
+        either!(self, simulation => simulation.read_snapshot(folder, setup))
+    }
+
+    /// Size of a checkpoint (bytes), about.
+    pub(super) fn snapshot_bytes(&self, setup: &Setup) -> f64 {
+        match self {
+            Self::Single(_) => Simulation::<f32>::snapshot_bytes(setup),
+            Self::Double(_) => Simulation::<f64>::snapshot_bytes(setup),
+        }
+    }
+
     /// Velocity (cells per step) of the bare populations in a cell of the block.
     pub(super) fn lattice_velocity(&self, cell: [usize; 3]) -> Vec3 {
         const WET: &str = "a case with a fluid";
         either!(self, simulation => simulation.fluid().expect(WET).moments(cell).1.into())
     }
-}
-
-/// Runs a case on as many ranks as it has room for, up to `threads`, and returns what each of them says.
-pub(super) fn on_ranks<R: Send>(
-    setup: &Setup,
-    threads: usize,
-    body: impl Fn(&mut Experiment) -> Result<R> + Sync,
-) -> Result<Vec<R>> {
-    let ranks = Decomposition::max_ranks(setup.domain, threads.max(1));
-    let decomposition = Decomposition::new(setup.domain, ranks).expect("so many have room");
-    let all = on_threads(ranks, |comm| {
-        body(&mut Experiment::new(setup, &decomposition, comm)?)
-    });
-    all.into_iter().collect()
 }
 
 /// A ballistic engine whose last load on its first particle can be read while a simulation owns it.

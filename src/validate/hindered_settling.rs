@@ -1,11 +1,12 @@
 //! One point of the study of hindered settling, with both force balances: `validation/hindered_settling`.
 
-use super::experiment::on_ranks;
 use super::reference::Table;
+use super::watch::Watch;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::coupling::CONTROL_INTERVAL;
 use crate::error::Result;
 use crate::output::estimate_mean;
+use std::collections::BTreeMap;
 
 const TEXT: &str = include_str!("../../validation/hindered_settling/case.toml");
 const REFERENCE: &str = include_str!("../../validation/hindered_settling/reference.csv");
@@ -36,25 +37,37 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         format!("run.average_from.stokes_times={FROM:?}"),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    // Sum of the vertical velocities of the particles of each rank, and the velocity of the mixture.
-    let parts = on_ranks(&setup, trial.threads, |run| {
-        let mut series = Vec::new();
-        while run.done() < setup.end_step {
-            run.steps(2 * CONTROL_INTERVAL)?;
-            let sum: f64 = run.owned().iter().map(|p| p.velocity().z).sum();
-            series.push([sum, run.mean_flow().velocity.z]);
-        }
-        Ok(series)
+    let watch = Watch {
+        trial,
+        setup: &setup,
+        threads: trial.threads,
+        every: 2 * CONTROL_INTERVAL,
+        held: false,
+    };
+    // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
+    let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
+        let sum: f64 = run.owned().iter().map(|p| p.velocity().z).sum();
+        let mixture = if run.comm().rank() == 0 {
+            run.mean_flow().velocity.z
+        } else {
+            0.0
+        };
+        rows.push((run.done(), sum, mixture));
+        Ok(false)
     })?;
+    let mut steps: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
+    for (step, sum, mixture) in parts {
+        let both = steps.entry(step).or_default();
+        *both = (both.0 + sum, both.1 + mixture);
+    }
     let count = setup.particles.len() as f64;
     let unit = setup.scales.stokes_velocity;
     let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.units.dt / setup.scales.stokes_time;
-    let course: Vec<[f64; 2]> = (0..parts[0].len())
-        .map(|n| {
-            let sum: f64 = parts.iter().map(|series| series[n][0]).sum();
-            [(n + 1) as f64 * interval, (parts[0][n][1] - sum / count) / unit]
-        })
-        .collect();
+    let course = steps.iter().map(|(&step, (sum, mixture))| {
+        let time = step as f64 * setup.units.dt / setup.scales.stokes_time;
+        [time, (mixture - sum / count) / unit]
+    });
+    let course: Vec<[f64; 2]> = course.collect();
     let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
     let Some(mean) = estimate_mean(&steady) else {
         return Err(super::trial::unsteady(

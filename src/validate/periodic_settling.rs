@@ -22,11 +22,11 @@ pub(super) const CASE: Case = Case {
     missing: None,
 };
 
-const TOLERANCE: f64 = 0.04;
+const TOLERANCE: f64 = 0.01;
 /// Largest relative change of the velocity in `STRETCH` steps that counts as steady.
 const STEADY: f64 = 2e-4;
 /// Of the ratio of both balances: what it is off depends on the drag, which is the same in both.
-const RATIO: f64 = 3e-3;
+const RATIO: f64 = 1e-3;
 /// A multiple of the interval at which the flow is measured.
 const STRETCH: u64 = 20 * CONTROL_INTERVAL;
 

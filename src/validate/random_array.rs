@@ -1,10 +1,9 @@
 //! Drag on random arrays of fixed spheres: `validation/random_array`.
 
-use super::experiment::{Experiment, Held};
 use super::reference::Table;
-use super::trial::{unsteady, whole};
+use super::trial::unsteady;
+use super::watch::Watch;
 use super::{Case, Findings, Part, Trial};
-use crate::comm::Comm;
 use crate::error::Result;
 use std::f64::consts::PI;
 
@@ -61,19 +60,24 @@ fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) ->
     let unit = count * 3.0 * PI * viscosity * diameter;
     let time_constant = (1.0 - phi) * volume / (unit * expected);
     let interval = (time_constant / setup.units.dt).ceil() as u64;
-    let decomposition = whole(&setup);
-    let (engine, _) = Held::new(&setup, &decomposition);
-    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine);
-    let mut velocity = 0.0;
-    loop {
-        run.steps(interval)?;
-        let before = std::mem::replace(&mut velocity, run.mean_flow().velocity.z);
-        if (velocity - before).abs() < STEADY * velocity.abs() {
-            break;
-        }
-        if run.done() >= setup.end_step {
-            return Err(unsteady("mean velocity (m/s)", velocity));
-        }
+    let watch = Watch {
+        trial,
+        setup: &setup,
+        threads: 1,
+        every: interval,
+        held: true,
+    };
+    let course: Vec<f64> = watch.rows(|run, rows| {
+        let before = rows.last().copied().unwrap_or(0.0);
+        let velocity = run.mean_flow().velocity.z;
+        rows.push(velocity);
+        Ok((velocity - before).abs() < STEADY * velocity.abs())
+    })?;
+    let [.., before, velocity] = course[..] else {
+        return Err(unsteady("looks at the mean velocity", course.len() as f64));
+    };
+    if (velocity - before).abs() >= STEADY * velocity.abs() {
+        return Err(unsteady("mean velocity (m/s)", velocity));
     }
     let factor = (1.0 - phi) * acceleration * volume / (unit * velocity);
     Ok((factor, velocity * diameter / viscosity))

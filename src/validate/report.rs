@@ -59,6 +59,10 @@ pub fn table(outcome: &Outcome) -> String {
             add(&mut text, format_args!("\n  not available, not counted: {why}"));
             return text;
         }
+        Some(Err(Error::Interrupted)) => {
+            text.push_str("\n  stopped before its end");
+            return text;
+        }
         Some(Err(error)) => {
             let words = error.to_string().replace('\n', "\n  ");
             add(
@@ -105,13 +109,19 @@ pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
         passed,
         checks,
         missing,
+        interrupted,
     } = Score::of(outcomes);
+    let stopped = match interrupted {
+        0 => String::new(),
+        1 => ", one case stopped before its end".to_string(),
+        count => format!(", {count} cases stopped before their end"),
+    };
     let more = match missing {
         0 => String::new(),
         1 => ", one case not available".to_string(),
         count => format!(", {count} cases not available"),
     };
-    format!("{passed} of {checks} checks passed{more}, {seconds:.1} s")
+    format!("{passed} of {checks} checks passed{more}{stopped}, {seconds:.1} s")
 }
 
 /// Measured value, reference, deviation and tolerance; the latter two as parts of the reference where it is not zero.
@@ -148,7 +158,7 @@ fn number(x: f64) -> String {
 fn checks(outcomes: &[Outcome]) -> Vec<Check> {
     let of = |outcome: &Outcome| match &outcome.result {
         Some(Ok(found)) => found.checks.clone(),
-        Some(Err(error)) => vec![Check {
+        Some(Err(error)) if !matches!(error, Error::Interrupted) => vec![Check {
             case: outcome.case.name,
             quantity: format!("comes to its end: {error}"),
             measured: f64::NAN,
@@ -157,7 +167,7 @@ fn checks(outcomes: &[Outcome]) -> Vec<Check> {
             pass: false,
             source: outcome.case.source,
         }],
-        None => Vec::new(),
+        Some(Err(_)) | None => Vec::new(),
     };
     outcomes.iter().flat_map(of).collect()
 }

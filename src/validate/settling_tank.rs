@@ -1,7 +1,7 @@
 //! One sphere settling in a tank of oil: `validation/settling_tank`.
 
-use super::experiment::on_ranks;
 use super::reference::Table;
+use super::watch::Watch;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::case::Setup;
 use crate::error::Result;
@@ -15,18 +15,18 @@ pub(super) const CASE: Case = Case {
     question: "velocity and path of a sphere that settles in a closed tank of oil",
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
-        Part::quick(2.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 4.0, 0.08), 1)),
-        Part::wide(1800.0, |trial| {
-            fall(trial, &Oil::new("E1", 15, 0.65, 0.5, 0.05), trial.threads)
-        }),
-        Part::wide(700.0, |trial| {
-            fall(trial, &Oil::new("E2", 15, 0.65, 2.0, 0.05), trial.threads)
-        }),
+        Part::quick(6.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 0.05), 1)),
         Part::wide(400.0, |trial| {
-            fall(trial, &Oil::new("E3", 15, 0.6, 2.0, 0.05), trial.threads)
+            fall(trial, &Oil::new("E1", 15, 0.8, 0.04), trial.threads)
         }),
-        Part::wide(300.0, |trial| {
-            fall(trial, &Oil::new("E4", 15, 0.55, 2.0, 0.05), trial.threads)
+        Part::wide(200.0, |trial| {
+            fall(trial, &Oil::new("E2", 15, 0.8, 0.03), trial.threads)
+        }),
+        Part::wide(150.0, |trial| {
+            fall(trial, &Oil::new("E3", 15, 0.65, 0.03), trial.threads)
+        }),
+        Part::wide(150.0, |trial| {
+            fall(trial, &Oil::new("E4", 15, 0.55, 0.03), trial.threads)
         }),
     ],
     missing: None,
@@ -37,24 +37,27 @@ const SIDEWAYS: f64 = 0.05;
 /// Largest distance from the measured path of E1 (diameters), while the gap is above one diameter.
 const OFF_PATH: f64 = 0.4;
 
+/// Gaps (diameters) at which the velocity of E1 along the measured path is taken, and its tolerance.
+const FALLING: std::ops::RangeInclusive<f64> = 3.0..=6.0;
+const SLOPE: f64 = 0.03;
+/// Gap to the floor (diameters) at which it ends: E4 is fastest a little above two.
+const UNTIL: f64 = 0.9;
+
 /// One of the fluids, and how it is computed.
 struct Oil {
     name: &'static str,
     cells: u32,
     relaxation_time: f64,
-    /// Gap to the floor (diameters) at which it ends.
-    until: f64,
     /// Of the largest velocity.
     tolerance: f64,
 }
 
 impl Oil {
-    fn new(name: &'static str, cells: u32, relaxation_time: f64, until: f64, tolerance: f64) -> Self {
+    fn new(name: &'static str, cells: u32, relaxation_time: f64, tolerance: f64) -> Self {
         Self {
             name,
             cells,
             relaxation_time,
-            until,
             tolerance,
         }
     }
@@ -62,37 +65,32 @@ impl Oil {
 
 /// Time (s), gap to the floor (diameters), downward velocity (m/s) after every step, and the largest sideways move
 /// (diameters).
-fn course(setup: &Setup, threads: usize, until: f64) -> Result<(Vec<[f64; 3]>, f64)> {
+fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>, f64)> {
     let diameter = setup.scales.diameter;
-    let all = on_ranks(setup, threads, |run| {
-        let (mut course, mut aside) = (Vec::new(), 0.0_f64);
-        let start = setup.particles[0].position();
-        while run.done() < setup.end_step {
-            run.steps(1)?;
+    let start = setup.particles[0].position();
+    let watch = Watch {
+        trial,
+        setup,
+        threads,
+        every: 1,
+        held: false,
+    };
+    let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
+        // The rank that owns the sphere says where it is; it may change its owner on the way down.
+        let mut low = [f64::NEG_INFINITY];
+        if let Some(sphere) = run.owned().first() {
+            let gap = sphere.position().z / diameter - 0.5;
+            let aside = (sphere.position() - start).xy().norm() / diameter;
             let time = run.done() as f64 * setup.units.dt;
-            // The rank that owns the sphere says where it is.
-            let mut low = [f64::NEG_INFINITY];
-            if let Some(sphere) = run.owned().first() {
-                let gap = sphere.position().z / diameter - 0.5;
-                course.push([time, gap, -sphere.velocity().z]);
-                aside = aside.max((sphere.position() - start).xy().norm() / diameter);
-                low = [-gap];
-            }
-            run.comm().max(&mut low);
-            if -low[0] < until {
-                break;
-            }
+            rows.push([time, gap, -sphere.velocity().z, aside]);
+            low = [-gap];
         }
-        Ok((course, aside))
+        run.comm().max(&mut low);
+        Ok(-low[0] < UNTIL)
     })?;
-    // The sphere may change its owner on the way down.
-    let (mut whole, mut aside) = (Vec::new(), 0.0_f64);
-    for (course, off) in all {
-        whole.extend(course);
-        aside = aside.max(off);
-    }
-    whole.sort_by(|a: &[f64; 3], b| a[0].total_cmp(&b[0]));
-    Ok((whole, aside))
+    rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let aside = rows.iter().map(|at| at[3]).fold(0.0, f64::max);
+    Ok((rows.iter().map(|at| [at[0], at[1], at[2]]).collect(), aside))
 }
 
 /// Runs one of the fluids.
@@ -107,7 +105,7 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
         format!("lattice.relaxation_time={}", oil.relaxation_time),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let (course, aside) = course(&setup, threads, oil.until)?;
+    let (course, aside) = course(trial, &setup, threads)?;
     let largest = course.iter().map(|at| at[2]).fold(f64::NEG_INFINITY, f64::max);
     let title = format!("{}, N = {}, tau = {}", oil.name, oil.cells, setup.relaxation_time);
     let mut found = Findings::default();
@@ -120,6 +118,12 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
         let path = Table::new(PATH).points(Some("h_over_d"), ["t_s", "value"]);
         let quantity = format!("furthest from the measured path, {title} (D)");
         found.absolute(&CASE, quantity, off_path(&course, &path), 0.0, OFF_PATH);
+        let fallen = |at: &&[f64; 2]| FALLING.contains(&at[1]);
+        let there: Vec<[f64; 2]> = path.iter().filter(fallen).copied().collect();
+        let here: Vec<[f64; 2]> = there.iter().map(|at| [at[0], gap_at(&course, at[0])]).collect();
+        let quantity = format!("velocity over the measured path at gaps of 6 to 3 D, {title} (m/s)");
+        let [here, there] = [here, there].map(|points| -slope(&points) * setup.scales.diameter);
+        found.relative(&CASE, quantity, here, there, SLOPE);
         let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
         found.overlays.push(Overlay {
             name: format!("path_{}", oil.name),
@@ -154,15 +158,29 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
 
 /// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.
 fn off_path(course: &[[f64; 3]], path: &[[f64; 2]]) -> f64 {
-    let mut worst = 0.0_f64;
-    for &[time, gap] in path.iter().filter(|at| at[1] > 1.0) {
-        let after = course.partition_point(|at| at[0] < time);
-        if after == 0 || after == course.len() {
-            return f64::NAN;
-        }
-        let [[t0, g0, _], [t1, g1, _]] = [course[after - 1], course[after]];
-        let here = g0 + (g1 - g0) * (time - t0) / (t1 - t0);
-        worst = worst.max((here - gap).abs());
+    let off = path
+        .iter()
+        .filter(|at| at[1] > 1.0)
+        .map(|&[time, gap]| (gap_at(course, time) - gap).abs());
+    // What was not reached is no number, and stays one.
+    off.fold(0.0, |worst, off| if off <= worst { worst } else { off })
+}
+
+/// Gap (diameters) at a time; no number before the first step and after the last.
+fn gap_at(course: &[[f64; 3]], time: f64) -> f64 {
+    let after = course.partition_point(|at| at[0] < time);
+    if after == 0 || after == course.len() {
+        return f64::NAN;
     }
-    worst
+    let [[t0, g0, _], [t1, g1, _]] = [course[after - 1], course[after]];
+    g0 + (g1 - g0) * (time - t0) / (t1 - t0)
+}
+
+/// Slope of the line through points by least squares.
+fn slope(points: &[[f64; 2]]) -> f64 {
+    let count = points.len() as f64;
+    let mean = |axis: usize| points.iter().map(|at| at[axis]).sum::<f64>() / count;
+    let [x, y] = [mean(0), mean(1)];
+    let square: f64 = points.iter().map(|at| (at[0] - x).powi(2)).sum();
+    points.iter().map(|at| (at[0] - x) * (at[1] - y)).sum::<f64>() / square
 }

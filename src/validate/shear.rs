@@ -62,7 +62,7 @@ fn sphere(trial: &Trial) -> Result<Findings> {
     let expected = 0.5 * (1.0 - 0.108 * reynolds.powf(1.5));
     let mut found = Findings::default();
     let quantity = "sphere: spin over shear rate (-)";
-    found.relative(&CASE, quantity, spin / samples / rate, expected, 0.02);
+    found.relative(&CASE, quantity, spin / samples / rate, expected, 0.01);
     found.from("Meibohm et al. (2016), doi:10.1103/PhysRevFluids.1.084203");
     found.note("sphere: Reynolds number of the shear", reynolds);
     found.note(
@@ -113,11 +113,11 @@ fn spheroid(trial: &Trial) -> Result<Findings> {
         "spheroid: period times shear rate (-)",
         period,
         expected,
-        0.05,
+        0.02,
     );
     let [most, least] = ["phidot_max", "phidot_min"].map(|column| table.at("r", 2.0, column));
     let quantity = "spheroid: fastest over slowest spin (-)";
-    found.relative(&CASE, quantity, fastest / slowest, most / least, 0.15);
+    found.relative(&CASE, quantity, fastest / slowest, most / least, 0.05);
     let quantity = "spheroid: sine of the angle to the plane of the flow (-)";
     found.absolute(&CASE, quantity, aside, 0.0, 0.1);
     found.from("symmetry");

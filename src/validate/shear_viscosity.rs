@@ -1,7 +1,7 @@
 //! Effective viscosity of a sheared suspension: `validation/shear_viscosity`.
 
-use super::experiment::on_ranks;
 use super::reference::Table;
+use super::watch::Watch;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -39,18 +39,24 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
         let speed = |wall: usize| setup.walls[wall].velocity(Vec3::zeros(), 0.0).x;
         let size = setup.domain.size();
         let rate = (speed(high) - speed(low)) / size.z;
-        let series = on_ranks(&setup, trial.threads, |run| {
-            let mut series = Vec::new();
-            while run.done() < setup.end_step {
-                run.steps(EVERY)?;
-                let loads = run.wall_loads();
-                let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
-                series.push([rate * run.done() as f64 * setup.units.dt, stress]);
+        let watch = Watch {
+            trial,
+            setup: &setup,
+            threads: trial.threads,
+            every: EVERY,
+            held: false,
+        };
+        // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
+        let series: Vec<[f64; 2]> = watch.rows(|run, rows| {
+            let loads = run.wall_loads();
+            let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
+            if run.comm().rank() == 0 {
+                rows.push([rate * run.done() as f64 * setup.units.dt, stress]);
             }
-            Ok(series)
+            Ok(false)
         })?;
         let plain = setup.units.density * setup.scales.viscosity * rate;
-        let steady = series[0].iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
+        let steady = series.iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
         let steady: Vec<f64> = steady.collect();
         let Some(mean) = estimate_mean(&steady) else {
             return Err(super::trial::unsteady("strain", FROM));

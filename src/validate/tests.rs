@@ -1,12 +1,15 @@
 //! Claims about the suite: it is consistent, and it notices when the physics is wrong.
 
+use super::watch::Watch;
 use super::*;
 use crate::case::Setup;
+use crate::error::Error;
 use crate::shape::Sphere;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What can be wrong with the physics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,6 +222,86 @@ fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has
     };
     assert_eq!(quantities(Level::Quick), "ac");
     assert_eq!(quantities(Level::Full), "abcd");
+}
+
+/// A sphere in a small tank, and what a look at it sees: time step, and height (m) of the sphere at the rank that owns it.
+fn watched(
+    trial: &Trial,
+    threads: usize,
+    looks: &AtomicU64,
+    look: impl Fn(u64) + Sync,
+) -> Result<Vec<(u64, f64)>> {
+    let text = include_str!("../../validation/settling_tank/case.toml");
+    let own = ["lattice.cells_per_diameter=4", "run.end={ steps = 40 }"].map(String::from);
+    let setup = trial.setup(text, "tank", &own)?;
+    let watch = Watch {
+        trial,
+        setup: &setup,
+        threads,
+        every: 1,
+        held: false,
+    };
+    let mut rows = watch.rows(|run, rows| {
+        looks.fetch_add(1, Ordering::Relaxed);
+        look(run.done());
+        rows.extend(run.owned().iter().map(|p| (run.done(), p.position().z)));
+        Ok(false)
+    })?;
+    rows.sort_by_key(|row| row.0);
+    Ok(rows)
+}
+
+#[test]
+fn a_run_that_was_stopped_goes_on_to_the_same_numbers_and_is_not_repeated_on_1_and_2_ranks() {
+    let looks = AtomicU64::new(0);
+    let free = watched(&Trial::new(Vec::new(), 1), 1, &looks, |_| {}).unwrap();
+    assert_eq!(free.len(), 40);
+    for ranks in [1, 2] {
+        let directory = tempfile::tempdir().unwrap();
+        let trial = Trial {
+            kept: Some(directory.path().to_path_buf()),
+            ..Trial::new(Vec::new(), 1)
+        };
+        let looks = AtomicU64::new(0);
+        for stop in [13, 27] {
+            let stopped = watched(&trial, ranks, &looks, |step| {
+                trial.stop.store(step >= stop, Ordering::Relaxed);
+            });
+            assert!(matches!(stopped, Err(Error::Interrupted)), "{stopped:?}");
+        }
+        trial.stop.store(false, Ordering::Relaxed);
+        // On as many ranks as it likes; a rank may have begun another step when the other was told to stop.
+        let whole = watched(&trial, 3 - ranks, &looks, |_| {}).unwrap();
+        assert_eq!(whole, free);
+        assert!(
+            looks.load(Ordering::Relaxed) < 40 * 2 + 4,
+            "no step is done twice"
+        );
+        let before = looks.load(Ordering::Relaxed);
+        assert_eq!(watched(&trial, ranks, &looks, |_| {}).unwrap(), free);
+        assert_eq!(looks.load(Ordering::Relaxed), before, "it is read, not run");
+        let kept = fs::read_dir(directory.path().join("kept")).unwrap();
+        let folders: Vec<_> = kept.map(|entry| entry.unwrap().path()).collect();
+        assert_eq!(folders.len(), 1);
+        assert!(!folders[0].join("checkpoints").exists());
+        // Another case is another run.
+        let other = Trial {
+            changes: vec!["lattice.relaxation_time=0.6".to_string()],
+            ..trial.clone()
+        };
+        assert_ne!(watched(&other, ranks, &looks, |_| {}).unwrap(), free);
+    }
+}
+
+#[test]
+fn cases_that_are_stopped_have_neither_passed_nor_failed() {
+    let trial = Trial::new(Vec::new(), 1);
+    trial.stop.store(true, Ordering::Relaxed);
+    let outcomes = run(&[&hertz::CASE, &friction::CASE], Level::Quick, &trial, |_| {});
+    let score = Score::of(&outcomes);
+    assert_eq!((score.interrupted, score.checks, score.passed), (2, 0, 0));
+    assert!(report::summary(&outcomes, 1.0).contains("2 cases stopped before their end"));
+    assert_eq!(report::json(&outcomes).trim(), "[]");
 }
 
 #[test]

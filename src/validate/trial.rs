@@ -3,6 +3,10 @@
 use crate::case::{self, Setup};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// What all cases of a suite are run with.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +15,12 @@ pub struct Trial {
     pub changes: Vec<String>,
     /// Cores to use.
     pub threads: usize,
+    /// Where runs of the full level are kept, so that they can be gone on with and need not be repeated.
+    pub kept: Option<PathBuf>,
+    /// Set when all is to end.
+    pub stop: Arc<AtomicBool>,
+    /// When all is to have ended.
+    pub deadline: Option<Instant>,
     /// What is wrong with the physics on purpose.
     #[cfg(test)]
     pub(super) fault: Option<super::tests::Fault>,
@@ -23,9 +33,20 @@ impl Trial {
         Self {
             changes,
             threads: if threads == 0 { all() } else { threads },
+            kept: None,
+            stop: Arc::default(),
+            deadline: None,
             #[cfg(test)]
             fault: None,
         }
+    }
+
+    /// Whether it is time to end for somebody who needs so long to do so.
+    pub(super) fn is_over(&self, needs: Duration) -> bool {
+        let late = self
+            .deadline
+            .is_some_and(|deadline| Instant::now() + needs >= deadline);
+        late || self.stop.load(Ordering::Relaxed)
     }
 
     /// A case text with the changes that its module makes.

@@ -1,8 +1,8 @@
 //! Impacts of a sphere on a wall in a viscous fluid: `validation/wet_impact`.
 
-use super::experiment::on_ranks;
 use super::reference::Table;
 use super::trial::unsteady;
+use super::watch::Watch;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::case::Setup;
 use crate::error::Result;
@@ -39,21 +39,23 @@ struct Throw {
     path: Vec<[f64; 2]>,
 }
 
-fn thrown(setup: &Setup, threads: usize) -> Result<Throw> {
+fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
     let diameter = setup.scales.diameter;
-    let course = on_ranks(setup, threads, |run| {
-        let mut course = Vec::new();
-        while run.done() < setup.end_step {
-            run.steps(1)?;
-            let time = run.done() as f64 * setup.units.dt;
-            if let Some(sphere) = run.owned().first() {
-                let gap = sphere.position().z / diameter - 0.5;
-                course.push([time, gap, sphere.velocity().z]);
-            }
+    let watch = Watch {
+        trial,
+        setup,
+        threads: trial.threads,
+        every: 1,
+        held: false,
+    };
+    let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
+        let time = run.done() as f64 * setup.units.dt;
+        if let Some(sphere) = run.owned().first() {
+            let gap = sphere.position().z / diameter - 0.5;
+            rows.push([time, gap, sphere.velocity().z]);
         }
-        Ok(course)
+        Ok(false)
     })?;
-    let mut course: Vec<[f64; 3]> = course.into_iter().flatten().collect();
     course.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let near = course.iter().find(|at| at[1] < NEAR);
     let approach = near.map(|at| -at[2]);
@@ -80,7 +82,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             .contact
             .as_ref()
             .map_or(1.0, |contact| contact.pair(0, 0).restitution);
-        let throw = thrown(&setup, trial.threads)?;
+        let throw = thrown(trial, &setup)?;
         let viscosity = setup.scales.viscosity * setup.units.density;
         let near = density * setup.scales.diameter * throw.approach / (9.0 * viscosity);
         let part = throw.rebound / throw.approach / dry;

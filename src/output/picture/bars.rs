@@ -58,7 +58,7 @@ impl Bars {
         }
         drawing.polyline(vec![(left, top), (left, bottom)], Pencil::new(INK, 2.0));
         Figure {
-            size: (PAGE, (bottom + MARGIN).ceil()),
+            size: (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil()),
             title: self.title.clone(),
             drawing,
         }

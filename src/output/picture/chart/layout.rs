@@ -92,7 +92,8 @@ impl Layout {
         let note = wrapped(&chart.note, NOTE, page - 2.0 * MARGIN).len() as f32;
         let bottom = top + BELOW.1 - 18.0 + note * 1.4 * NOTE + MARGIN - 14.0;
         Self {
-            size: (page, bottom.ceil()),
+            // Even, as SVG opens at half of it.
+            size: (page, 2.0 * (0.5 * bottom).ceil()),
             legend: legend_top,
             panels,
             x,

@@ -1,0 +1,86 @@
+//! The state of a run in the hands of another owner: a checkpoint with what that one adds.
+
+use super::Simulation;
+use crate::case::Setup;
+use crate::checkpoint::{self, CaseText, Head, Part};
+use crate::coupling::MeanFlow;
+use crate::domain::Decomposition;
+use crate::error::{Error, Result};
+use crate::fluid::Real;
+use std::path::Path;
+
+/// Bytes of the mean flow and the own ones, of rank 0.
+type Shared = (MeanFlow, Vec<u8>);
+
+impl<T: Real> Simulation<T> {
+    /// Writes a checkpoint below a folder of checkpoints, with bytes of the caller's (those of rank 0 count). `sound` is the step
+    /// of the one before, which stays. Collective.
+    ///
+    /// # Errors
+    /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
+    pub(crate) fn write_snapshot(
+        &mut self,
+        folder: &Path,
+        setup: &Setup,
+        decomposition: &Decomposition,
+        sound: Option<u64>,
+        own: &[u8],
+    ) -> Result<()> {
+        self.check()?;
+        let state = checkpoint::agreed(&self.comm, self.save())?;
+        let shared = match self.comm.rank() {
+            0 => serde_json::to_vec(&(state.mean, own)).expect("plain data is always JSON"),
+            _ => Vec::new(),
+        };
+        let head = Head {
+            step: self.step,
+            cells: setup.domain.cells,
+            bytes_per_cell: self.saved_bytes(),
+            case: CaseText {
+                name: setup.name.clone(),
+                text: setup.text.clone(),
+                files: setup.files.clone(),
+            },
+        };
+        let part = Part {
+            block: decomposition.block(self.comm.rank()),
+            engine: &state.engine,
+            coupling: &state.coupling,
+            shared: &shared,
+        };
+        checkpoint::write(folder, &self.comm, sound, &head, &part, |z, out| {
+            self.save_plane(z, out);
+        })
+    }
+
+    /// Goes on from the newest sound checkpoint below a folder; the bytes that its writer added, the same on all ranks. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Agreed`], the same on all ranks, if there is none of this case.
+    pub(crate) fn read_snapshot(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
+        let comm = self.comm.clone();
+        let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
+            let head = saved.head();
+            let fits = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes())
+                && head.case.text == setup.text;
+            let shared = if fits {
+                serde_json::from_slice::<Shared>(saved.shared())
+                    .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
+            } else {
+                Err(Error::Input(format!("{} is of another case", saved.name())))
+            };
+            let read = shared.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
+            let ((mean, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
+            self.restore(head.step, mean, &engines, &couplings, |block, visit| {
+                saved.planes(block, visit)
+            })?;
+            Ok(own)
+        })?;
+        Ok(own)
+    }
+
+    /// Bytes of a checkpoint, about, of all ranks.
+    pub(crate) fn snapshot_bytes(setup: &Setup) -> f64 {
+        (setup.domain.cell_count() * crate::fluid::Fluid::<T>::SAVED_BYTES) as f64
+    }
+}
