@@ -76,7 +76,7 @@ impl Study {
                 continue;
             }
             if value.error {
-                lines.iter_mut().for_each(Line::into_error);
+                lines.iter_mut().for_each(Line::take_errors);
             }
             let several = value.y.value.0.len() > 1;
             for line in &mut lines {
@@ -263,7 +263,7 @@ impl Line {
     }
 
     /// Errors against the extrapolation instead of the values; nothing where there is no extrapolation.
-    fn into_error(&mut self) {
+    fn take_errors(&mut self) {
         let Some(found) = self.convergence() else {
             self.points.clear();
             return;

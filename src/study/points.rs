@@ -298,7 +298,7 @@ mod tests {
             compare(of, to, Comparison::Deficit),
         );
         assert!((ratio.value - 0.8).abs() < 1e-12 && (deficit.value - 0.2).abs() < 1e-12);
-        let expected = 0.8 * ((0.03_f64 / 0.8).powi(2) + 0.04_f64.powi(2)).sqrt();
+        let expected = 0.8 * (0.03_f64 / 0.8).hypot(0.04);
         assert!((ratio.error.unwrap() - expected).abs() < 1e-12 && ratio.error == deficit.error);
     }
 }
