@@ -222,7 +222,7 @@ fn what_has_ended_is_not_repeated_and_a_longer_study_does_only_what_is_new() {
     assert_eq!(ended(), before);
     // Another study beside it takes what is the same.
     let other = STUDY
-        .replace("title = ", "shares = [\"a\"]\ntitle = ")
+        .replace("case = ", "shares = [\"a\"]\ncase = ")
         .replace("[0.1, 0.2]", "[0.2, 0.15]");
     fs::write(place.path("other.toml"), other).unwrap();
     let list = place.well(&["other.toml", "--out", "b", "--list"]);

@@ -89,6 +89,7 @@ impl Study {
                 };
             }
             let mut drawn: Vec<Series> = (lines.iter())
+                .filter(|line| !line.points.is_empty())
                 .map(|line| Series {
                     label: line.label.clone(),
                     style: Style::Measured,
