@@ -359,7 +359,11 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         // 2 t until t = 1, then 2.
-        fs::write(&path, "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n").unwrap();
+        fs::write(
+            &path,
+            "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n",
+        )
+        .unwrap();
         let series = Series::read(&path).unwrap();
         assert!((series.over([0.5, 2.5]).unwrap() - (0.75 + 3.0) / 2.0).abs() < 1e-12);
         assert!((series.over([0.0, 3.0]).unwrap() - 5.0 / 3.0).abs() < 1e-12);
