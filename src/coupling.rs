@@ -68,7 +68,7 @@ pub struct Coupling {
     swept_particles: Vec<Particle>,
     /// Number of those that were owned here.
     swept_owned: usize,
-    /// Whether there was a sweep.
+    /// Whether what the particles held a step before is known: there was a sweep, or all was at rest.
     begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
@@ -126,6 +126,14 @@ impl Coupling {
             begun: false,
             added: Vec::new(),
         }
+    }
+
+    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not charged
+    /// with the momentum of the fluid that its cells hold from then on.
+    #[must_use]
+    pub fn in_fluid_at_rest(mut self) -> Self {
+        self.begun = true;
+        self
     }
 
     /// Finds the cells of the block that every particle covers, with all its periodic images.

@@ -116,7 +116,7 @@ impl<T: Real> Wet<T> {
         Self {
             cells: cells[0] as f64,
             fluid,
-            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
+            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach).in_fluid_at_rest(),
             driving: Driving::new(driving),
         }
     }

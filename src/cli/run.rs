@@ -146,7 +146,9 @@ impl Headline {
         let [from, _] = self.averaged_over?;
         let Some((end, mean)) = self.transient_end.zip(self.settled_mean) else {
             return Some(
-                "not settled             no end of the transient was found in the first half of the run: run longer".to_string(),
+                "not settled             no end of the transient was found: run longer, with 80 rows of series.csv at least \
+                 (output.series_every)"
+                    .to_string(),
             );
         };
         let error = plus_minus(self.settled_standard_error);

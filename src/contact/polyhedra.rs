@@ -66,7 +66,7 @@ pub(super) fn overlap(
     })
 }
 
-/// Whether two polyhedra overlap, as [`overlap`] says it but in a tenth of the time.
+/// Whether two polyhedra overlap, as [`overlap`] says it, but without cutting.
 pub(super) fn touch(
     first: &Solid,
     to_world: &Mat3,

@@ -73,7 +73,7 @@ impl Coupling {
             body.departed = swept[&particle.id].departed;
         }
         self.note_swept(&then);
-        self.begun = !swept.is_empty();
+        self.begun |= !swept.is_empty();
         Ok(())
     }
 }

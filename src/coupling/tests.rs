@@ -1,13 +1,14 @@
 //! What a particle feels of the fluid, without an engine: particles are where the test puts them.
 
 use super::*;
-use crate::comm::on_threads;
+use crate::comm::{Comm, on_threads};
 use crate::domain::Domain;
 use crate::fluid::{Boundary, Collision, FluidParams, Simd};
 use crate::lattice::{C, Q, opposite};
 use crate::math::from_fixed_wide;
 use crate::particle::Template;
 use crate::shape::Sphere;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 pub(super) const UNITS: Units = Units {
@@ -160,6 +161,42 @@ fn uniform_translation_of_fluid_and_sphere_leaves_the_force_zero_to_round_off() 
             load.torque.norm() / UNITS.torque()
         );
         assert!(load.force.norm() / UNITS.force() < 1e-11 && load.torque.norm() / UNITS.torque() < 1e-10);
+    }
+}
+
+#[test]
+fn a_sphere_thrown_into_fluid_at_rest_feels_added_mass_and_history_but_not_the_fluid_in_its_cells() {
+    const STEPS: usize = 20;
+    let radius = 0.6;
+    let speed = 1e-3;
+    let mut sphere = Particle::at(0, 0, Vec3::new(1.43, 1.21, 1.7));
+    sphere.velocity = [0.0, 0.0, speed * UNITS.velocity()];
+    let domain = Domain {
+        periodic: [true; 3],
+        cells: CELLS,
+        dx: UNITS.dx,
+    };
+    let decomposition = Decomposition::new(domain, 1).unwrap();
+    for solids in COUPLINGS {
+        let store = store(&decomposition, 0, &[sphere], radius);
+        let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none());
+        let mut coupling = Coupling::new(coupled(solids), &decomposition, 0, radius).in_fluid_at_rest();
+        let mut impulse = 0.0;
+        for _ in 0..STEPS {
+            coupling.map(&store);
+            coupling.begin_exchange(&fluid);
+            fluid.sweep([0.0; 3], &mut coupling.solids(&store), false);
+            fluid.exchange();
+            impulse -= coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force.z / UNITS.force();
+        }
+        let diameter = 2.0 * radius / UNITS.dx;
+        let part = impulse / (speed * PI / 6.0 * diameter.powi(3));
+        // Added mass, history force of Basset (1888) and drag of Stokes on a sphere that is set in motion at once.
+        let diffused = (fluid_for(solids).relaxation_time - 0.5) / 3.0 * STEPS as f64;
+        let expected = 0.5 + 18.0 * (diffused / PI).sqrt() / diameter + 18.0 * diffused / diameter.powi(2);
+        println!("{solids:?}: {part:.3} of the momentum of the fluid displaced, {expected:.3} expected");
+        // The first steps are as coarse as the lattice; the fluid in its cells would add 1.
+        assert!((part / expected - 1.0).abs() < 0.25, "{part} for {expected}");
     }
 }
 

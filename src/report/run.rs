@@ -204,7 +204,7 @@ fn settling(summary: &Summary) -> Block {
         .map_or_else(|| "-".into(), |drift| format!("{:+.1} %", 100.0 * drift));
     let end = match summary.transient_end {
         Some(end) => number(end),
-        None => "not found: run longer".into(),
+        None => "not found: run longer, with 80 rows of series.csv at least".into(),
     };
     Block::Table {
         title: "Settling velocity".into(),

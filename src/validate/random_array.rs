@@ -22,7 +22,7 @@ pub(super) const CASE: Case = Case {
     missing: None,
 };
 
-const TOLERANCE: f64 = 0.12;
+const TOLERANCE: f64 = 0.1;
 /// Largest relative change of the mean velocity, in the time constant of its approach, that counts as steady.
 const STEADY: f64 = 1e-3;
 

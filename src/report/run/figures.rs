@@ -181,7 +181,7 @@ fn settling(case: &str, series: &Series, summary: Option<&Summary>) -> Option<Bl
         references: references.as_ref().map_or(&[], |references| &references[..]),
     });
     let note = match (steady, settled) {
-        (Some(_), None) => "No end of the transient was found in the first half of the run.",
+        (Some(_), None) => "No end of the transient was found; it takes 80 rows of series.csv at least.",
         _ => "",
     };
     Some(Block::Figure {
