@@ -11,9 +11,9 @@
 
 use super::file::WindowSection;
 use crate::case::Setup;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
-use crate::output::{OutputFiles, estimate_mean};
+use crate::output::{OutputFiles, SeriesTable, estimate_mean};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::fs;
@@ -192,27 +192,10 @@ struct Series {
 
 impl Series {
     fn read(path: &Path) -> Result<Self> {
-        let bad = |error: csv::Error| {
-            Error::Input(format!(
-                "{}: {error}; remove the directory of this run to do it again",
-                path.display()
-            ))
-        };
-        let text = fs::read(path).map_err(|error| Error::io("read", path, error))?;
-        let mut reader = csv::Reader::from_reader(&text[..]);
-        let names: Vec<String> = (reader.headers().map_err(bad)?.iter())
-            .map(|head| head.split(" (").next().unwrap_or_default().to_string())
-            .collect();
-        let mut columns = vec![Vec::new(); names.len()];
-        for row in reader.records() {
-            let row = row.map_err(bad)?;
-            for (column, text) in columns.iter_mut().zip(&row) {
-                // What is no number keeps its place.
-                column.push(text.parse().unwrap_or(f64::NAN));
-            }
-        }
+        let table = SeriesTable::read(path)?;
+        let columns = table.columns.into_iter();
         Ok(Self {
-            columns: names.into_iter().zip(columns).collect(),
+            columns: columns.map(|column| (column.name, column.values)).collect(),
         })
     }
 
@@ -234,7 +217,6 @@ impl Series {
         Self {
             columns: (self.columns.iter())
                 .map(|(name, values)| (name.clone(), keep(values)))
-                .filter(|(_, values)| values.iter().all(|value| value.is_finite()))
                 .collect(),
         }
     }

@@ -304,7 +304,7 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
         labels,
         [
             "this study",
-            "Richardson and Zaki",
+            "Richardson-Zaki",
             "mean",
             "mean + 10 %",
             "mean - 10 %",
