@@ -72,7 +72,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         wall_seconds,
         stages,
         precision: precision_name(setup.precision).to_owned(),
-        simd: setup.simd.unwrap_or_else(Simd::best).name().to_owned(),
+        simd: instruction_set(setup).to_owned(),
         ranks: simulation.comm.size(),
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
@@ -104,6 +104,11 @@ pub fn identity(setup: &Setup) -> serde_json::Value {
         "coupling": wet.then(|| coupling_name(setup.solids)),
         "force_balance": wet.then(|| balance_name(setup.force_balance)),
     })
+}
+
+/// The instruction set that the kernels of a case use here.
+pub fn instruction_set(setup: &Setup) -> &'static str {
+    setup.simd.unwrap_or_else(Simd::best).name()
 }
 
 fn reference_scales(setup: &Setup) -> ReferenceScales {
