@@ -1,6 +1,6 @@
 //! The state of a run in the hands of another owner: a checkpoint with what that one adds.
 
-use super::Simulation;
+use super::{Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Head, Part};
 use crate::coupling::MeanFlow;
@@ -40,6 +40,7 @@ impl<T: Real> Simulation<T> {
                 name: setup.name.clone(),
                 text: setup.text.clone(),
                 files: setup.files.clone(),
+                resolved: identity(setup).to_string(),
             },
         };
         let part = Part {
@@ -62,7 +63,8 @@ impl<T: Real> Simulation<T> {
         let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let fits = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes())
-                && head.case.text == setup.text;
+                && head.case.text == setup.text
+                && head.case.resolved == identity(setup).to_string();
             let shared = if fits {
                 serde_json::from_slice::<Shared>(saved.shared())
                     .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))

@@ -174,7 +174,11 @@ fn is_of(json: &Json, setup: &Setup) -> bool {
     let told = json.get("identity").unwrap_or(json);
     let wanted = identity(setup);
     let mut keys = wanted.as_object().into_iter().flatten();
-    keys.all(|(key, wanted)| told.get(key).is_some_and(|known| same(known, wanted)))
+    keys.all(|(key, wanted)| match told.get(key) {
+        Some(known) => same(known, wanted),
+        // What summaries of older versions do not tell.
+        None => key == "parameters",
+    })
 }
 
 fn has_ended(summary: &Json, setup: &Setup) -> bool {
