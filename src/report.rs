@@ -14,7 +14,6 @@ mod find;
 mod markdown;
 mod numbers;
 mod run;
-mod series;
 mod study;
 
 use crate::error::{Error, Result};

@@ -28,7 +28,7 @@ pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, be
 use failure::Failure;
 use keeper::Wishes;
 pub use observe::identity;
-pub use references::settling_references;
+pub use references::{Law, Suspension, settling_references};
 pub use resume::{resume, saved_setup};
 pub use run::{RunOptions, agreed, decompose, forecast, run};
 use std::path::Path;

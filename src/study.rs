@@ -14,7 +14,6 @@
 
 mod check;
 mod convergence;
-mod correlation;
 pub mod document;
 mod execute;
 mod figure;

@@ -32,6 +32,9 @@ pub(super) struct Placer<'a> {
     pub(super) files: &'a Files<'a>,
 }
 
+/// Numbers of particles by template.
+type Counts = Vec<(usize, usize)>;
+
 /// A particle and where it was written; its id is final only where the file gave one.
 struct Placed {
     particle: Particle,
@@ -42,8 +45,8 @@ struct Placed {
 }
 
 impl Placer<'_> {
-    /// All particles, ascending ids; those at random, unless `places`, are only counted: template and number.
-    pub(super) fn place(&self, places: bool) -> Result<(Vec<Particle>, Vec<(usize, usize)>)> {
+    /// All particles, ascending ids; those at random, unless `places`, are only counted.
+    pub(super) fn place(&self, places: bool) -> Result<(Vec<Particle>, Counts)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, section) in self.case.particles.iter().enumerate() {

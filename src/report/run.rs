@@ -4,11 +4,10 @@ mod figures;
 
 use super::find::Source;
 use super::numbers::{duration, known, number, with_error};
-use super::series::Series;
 use super::{Block, Section};
 use crate::error::{Error, Result};
 use crate::output::picture::Bars;
-use crate::output::{OutputFiles, Summary, settled};
+use crate::output::{OutputFiles, SeriesTable, Summary, settled};
 use std::fs;
 use std::path::Path;
 
@@ -20,7 +19,7 @@ pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
         .map(|path| read_summary(&path))
         .transpose()?;
     let series = present(files.series())
-        .map(|path| Series::read(&path))
+        .map(|path| SeriesTable::read(&path))
         .transpose()?;
     if let (Some(summary), Some(series)) = (&mut summary, &series) {
         settle(summary, series);
@@ -67,7 +66,7 @@ fn read_summary(path: &Path) -> Result<Summary> {
 }
 
 /// Fills in the end of the transient, where a version that did not look for it has left the summary.
-fn settle(summary: &mut Summary, series: &Series) {
+fn settle(summary: &mut Summary, series: &SeriesTable) {
     let columns = series.get(figures::T_STAR).zip(series.get(figures::SETTLING));
     if let (Some(_), None, Some((t_star, velocity))) = (
         summary.settling_velocity_over_stokes,

@@ -152,12 +152,11 @@ impl Study {
             let Some((_, samples)) = series.iter_mut().find(|(known, _)| *known == of) else {
                 continue;
             };
-            if let Known::Value(Quantity { value, error }) = known {
-                samples
-                    .iter_mut()
-                    .for_each(|all| all.push(Sample { cells, value, error }));
-            } else {
-                *samples = None;
+            match (known, samples.as_mut()) {
+                (Known::Value(Quantity { value, error }), Some(all)) => {
+                    all.push(Sample { cells, value, error });
+                }
+                _ => *samples = None,
             }
         }
         let mut verdict = Verdict::default();

@@ -76,7 +76,7 @@ impl Study {
                 continue;
             }
             if value.error {
-                lines.iter_mut().for_each(Line::into_error);
+                lines.iter_mut().for_each(Line::take_errors);
             }
             let several = value.y.value.0.len() > 1;
             for line in &mut lines {
@@ -89,6 +89,7 @@ impl Study {
                 };
             }
             let mut drawn: Vec<Series> = (lines.iter())
+                .filter(|line| !line.points.is_empty())
                 .map(|line| Series {
                     label: line.label.clone(),
                     style: Style::Measured,
@@ -263,7 +264,7 @@ impl Line {
     }
 
     /// Errors against the extrapolation instead of the values; nothing where there is no extrapolation.
-    fn into_error(&mut self) {
+    fn take_errors(&mut self) {
         let Some(found) = self.convergence() else {
             self.points.clear();
             return;

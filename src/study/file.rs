@@ -1,6 +1,7 @@
 //! A study as the user writes it: every key, in this one place.
 
 use crate::case::located::Located;
+use crate::simulation::Law;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -256,16 +257,6 @@ pub struct ReferenceSection {
     /// Whether the line is dashed.
     #[serde(default)]
     pub dashed: bool,
-}
-
-/// A correlation for the settling velocity of a suspension.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Law {
-    /// Richardson and Zaki (1954).
-    RichardsonZaki,
-    /// Garside and Al-Dibouni (1977) with the prefactor of Yao et al. (2021).
-    GarsideAlDibouniYao,
 }
 
 /// A table.

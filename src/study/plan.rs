@@ -305,13 +305,14 @@ fn directory_word(axis: &Axis, value: &Value) -> String {
     }
 }
 
-/// All combinations of places, the last axis fastest.
-fn combinations(axes: &[Axis]) -> Vec<Vec<usize>> {
+/// All combinations of the places of values on some axes, the last axis fastest.
+pub(super) fn combinations<'a>(axes: impl IntoIterator<Item = &'a Axis>) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
     for axis in axes {
         let extend = |at: &Vec<usize>| -> Vec<Vec<usize>> {
-            let with = |value| [&at[..], &[value]].concat();
-            (0..axis.values.len()).map(with).collect()
+            (0..axis.values.len())
+                .map(|value| [&at[..], &[value]].concat())
+                .collect()
         };
         all = all.iter().flat_map(extend).collect();
     }

@@ -9,12 +9,12 @@
 //! Errors of ratios are propagated to first order.
 
 use super::Study;
-use super::correlation::Suspension;
 use super::file::{Choice, Comparison, DerivedSection};
 use super::plan::{PlannedRun, Selection};
 use super::record::Quantity;
 use crate::case::located::Located;
 use crate::error::Result;
+use crate::simulation::Suspension;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -140,13 +140,7 @@ impl Study {
     /// The suspension of a point, as planned.
     pub(super) fn suspension(&self, at: &At) -> Option<Suspension> {
         let (_, run) = self.runs_at(at).next()?;
-        let scales = &run.setup.scales;
-        Some(Suspension {
-            archimedes: scales.archimedes,
-            volume_fraction: scales.volume_fraction,
-            reynolds: scales.schiller_naumann_reynolds,
-            single_over_stokes: scales.schiller_naumann_velocity / scales.stokes_velocity,
-        })
+        Some(Suspension::of(&run.setup.scales))
     }
 
     /// All points with these values, in the order of the axes; repetitions are averaged but on the axes `separate`.
@@ -298,7 +292,7 @@ mod tests {
             compare(of, to, Comparison::Deficit),
         );
         assert!((ratio.value - 0.8).abs() < 1e-12 && (deficit.value - 0.2).abs() < 1e-12);
-        let expected = 0.8 * ((0.03_f64 / 0.8).powi(2) + 0.04_f64.powi(2)).sqrt();
+        let expected = 0.8 * (0.03_f64 / 0.8).hypot(0.04);
         assert!((ratio.error.unwrap() - expected).abs() < 1e-12 && ratio.error == deficit.error);
     }
 }

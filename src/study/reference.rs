@@ -2,10 +2,11 @@
 
 use super::Study;
 use super::document::{Point, Series, Style};
-use super::file::{Law, ReferenceSection};
+use super::file::ReferenceSection;
 use super::points::At;
 use crate::case::located::Located;
 use crate::error::{Error, Result};
+use crate::simulation::Law;
 use std::fs;
 
 /// Points of a smooth line between two points of a study.

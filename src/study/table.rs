@@ -4,7 +4,7 @@ use super::Study;
 use super::convergence::Convergence;
 use super::document::Table;
 use super::file::{ColumnSection, Comparison, TableSection};
-use super::plan::Axis;
+use super::plan::combinations;
 use super::points::{At, Known, average};
 use super::record::Quantity;
 use crate::case::located::Located;
@@ -233,6 +233,7 @@ pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
 fn means(found: &[Found]) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut groups: Vec<&str> = found.iter().map(|one| one.group.as_str()).collect();
+    groups.sort_unstable();
     groups.dedup();
     for group in groups {
         let alike = || {
@@ -276,18 +277,4 @@ fn words(quantity: Quantity, digits: usize) -> String {
     let Quantity { value, error } = quantity;
     let error = error.map_or(String::new(), |error| format!(" ± {error:.digits$}"));
     format!("{value:.digits$}{error}")
-}
-
-/// All combinations of the places of some axes.
-fn combinations<'a>(axes: impl Iterator<Item = &'a Axis>) -> Vec<Vec<usize>> {
-    let mut all = vec![Vec::new()];
-    for axis in axes {
-        let with = |at: &Vec<usize>| -> Vec<Vec<usize>> {
-            (0..axis.values.len())
-                .map(|place| [&at[..], &[place]].concat())
-                .collect()
-        };
-        all = all.iter().flat_map(with).collect();
-    }
-    all
 }

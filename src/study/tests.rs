@@ -10,7 +10,7 @@ use std::fs;
 
 const CASE: &str = r#"
 [domain]
-size = { diameters = [3, 3, 3] }
+size = { diameters = [4, 4, 4] }
 [fluid]
 density = 1000.0
 archimedes = 500
@@ -212,7 +212,7 @@ fn time_is_projected_with_the_speed_of_what_is_done() {
         quantities: BTreeMap::from([("wall_seconds".to_string(), quantity)]),
     }));
     let (speed, guess) = study.speed();
-    assert!(!guess && (speed - 24.0 * 1728.0 / 2.0 / 1e6).abs() < 1e-12);
+    assert!(!guess && (speed - 24.0 * 4096.0 / 2.0 / 1e6).abs() < 1e-12);
     assert!((study.seconds_left(1).unwrap() - 2.0).abs() < 1e-12);
     study.states[1] = State::Part { step: 18 };
     assert!((study.seconds_left(1).unwrap() - 0.5).abs() < 1e-12);
@@ -304,7 +304,7 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
         labels,
         [
             "this study",
-            "Richardson and Zaki",
+            "Richardson-Zaki",
             "mean",
             "mean + 10 %",
             "mean - 10 %",
@@ -388,7 +388,7 @@ fn what_is_wrong_in_a_study_file_is_named_with_its_place_and_a_remedy() {
         ),
         (
             "values = [1, 2]",
-            "values = [1, 1]",
+            "values = [1, 2, 1]",
             "two runs have the name phi0.1_sphere_seed1",
         ),
         (

@@ -1,11 +1,10 @@
 //! The figures of a time series.
 
 use super::super::Block;
-use super::super::series::{Column, Series};
 use crate::output::picture::{
     Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle, SettlingPlot, settling_figure,
 };
-use crate::output::{Estimate, Summary};
+use crate::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use crate::simulation::settling_references;
 
 /// A figure of columns that have one unit.
@@ -95,10 +94,10 @@ const GROUPS: [Group; 9] = [
 ];
 
 /// All figures that the series has something for; what is zero throughout is left out.
-pub(super) fn all(case: &str, series: &Series, summary: Option<&Summary>) -> Vec<Block> {
+pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Vec<Block> {
     let mut blocks = Vec::new();
     blocks.extend(settling(case, series, summary));
-    let moves = |column: &Column| {
+    let moves = |column: &SeriesColumn| {
         column
             .values
             .iter()
@@ -107,7 +106,7 @@ pub(super) fn all(case: &str, series: &Series, summary: Option<&Summary>) -> Vec
     let mut known: Vec<&str> = vec![SETTLING];
     known.extend(WHEN);
     for group in &GROUPS {
-        let columns: Vec<(&Column, &str)> = (group.columns.iter())
+        let columns: Vec<(&SeriesColumn, &str)> = (group.columns.iter())
             .filter_map(|(name, label)| {
                 let found = series.columns.iter().find(|column| column.name == *name)?;
                 Some((found, *label))
@@ -150,7 +149,7 @@ pub(super) fn all(case: &str, series: &Series, summary: Option<&Summary>) -> Vec
 }
 
 /// Settling velocity with its means.
-fn settling(case: &str, series: &Series, summary: Option<&Summary>) -> Option<Block> {
+fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Option<Block> {
     let (t_star, velocity) = (series.get(T_STAR)?, series.get(SETTLING)?);
     if velocity.iter().all(|value| *value == 0.0) {
         return None;
@@ -195,10 +194,10 @@ fn settling(case: &str, series: &Series, summary: Option<&Summary>) -> Option<Bl
 /// Columns over time, which is `t*` where the case has one.
 fn over_time(
     case: &str,
-    series: &Series,
+    series: &SeriesTable,
     name: &str,
     title: String,
-    columns: &[(&Column, &str)],
+    columns: &[(&SeriesColumn, &str)],
     logarithmic: bool,
 ) -> Block {
     let has = |values: &&[f64]| values.iter().any(|value| *value != 0.0);

@@ -5,23 +5,28 @@ use std::path::Path;
 
 /// The columns of a time series, by the names in its header.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Series {
-    pub(super) columns: Vec<Column>,
+pub struct SeriesTable {
+    /// In the order of the file.
+    pub columns: Vec<SeriesColumn>,
 }
 
 /// A column.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Column {
+pub struct SeriesColumn {
     /// Name without its unit.
-    pub(super) name: String,
+    pub name: String,
     /// What stands in parentheses behind it, `-` for none.
-    pub(super) unit: String,
-    pub(super) values: Vec<f64>,
+    pub unit: String,
+    /// A number for each row.
+    pub values: Vec<f64>,
 }
 
-impl Series {
+impl SeriesTable {
     /// Reads the file; a last row that was not written to its end is left out.
-    pub(super) fn read(path: &Path) -> Result<Self> {
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it cannot be read; [`Error::Input`] with line and column of what is no number.
+    pub fn read(path: &Path) -> Result<Self> {
         let broken = |error: csv::Error| match error.into_kind() {
             csv::ErrorKind::Io(source) => Error::io("read", path, source),
             other => Error::Input(format!("{}: {other:?}", path.display())),
@@ -31,7 +36,7 @@ impl Series {
             .from_path(path)
             .map_err(broken)?;
         let header = reader.headers().map_err(broken)?.clone();
-        let mut columns: Vec<Column> = header.iter().map(column).collect();
+        let mut columns: Vec<SeriesColumn> = header.iter().map(column).collect();
         let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
         let records = records.map_err(broken)?;
         for (row, record) in records.iter().enumerate() {
@@ -50,23 +55,23 @@ impl Series {
     }
 
     /// The values of a column, if there is one of this name.
-    pub(super) fn get(&self, name: &str) -> Option<&[f64]> {
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
         let found = self.columns.iter().find(|column| column.name == name);
         found.map(|column| column.values.as_slice())
     }
 }
 
-fn column(head: &str) -> Column {
+fn column(head: &str) -> SeriesColumn {
     let parts = head.strip_suffix(')').and_then(|head| head.rsplit_once(" ("));
     let (name, unit) = parts.unwrap_or((head, "-"));
-    Column {
+    SeriesColumn {
         name: name.to_string(),
         unit: unit.to_string(),
         values: Vec::new(),
     }
 }
 
-fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[Column]) -> Error {
+fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[SeriesColumn]) -> Error {
     let line = record.position().map_or(0, csv::Position::line);
     let wrong = record
         .iter()
@@ -86,11 +91,11 @@ fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[Column]) -> Error
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Series> {
+    fn read(text: &str) -> Result<SeriesTable> {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         std::fs::write(&path, text).unwrap();
-        Series::read(&path)
+        SeriesTable::read(&path)
     }
 
     #[test]
