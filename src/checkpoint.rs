@@ -57,6 +57,8 @@ pub struct CaseText {
     pub text: String,
     /// The files that the case names: the name as it stands there, and the contents.
     pub files: Vec<(String, Vec<u8>)>,
+    /// What the program made of it, as JSON: a later version may have other defaults.
+    pub resolved: String,
 }
 
 /// What one rank adds to a checkpoint besides its cells.

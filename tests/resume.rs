@@ -61,7 +61,7 @@ count = 100
 seed = 2
 
 [contact]
-youngs_modulus = 5e6
+youngs_modulus = 2e7
 poisson_ratio = 0.25
 restitution = 0.5
 friction_static = 0.4

@@ -277,6 +277,12 @@ fn benchmarks_have_a_speed_and_the_shares_of_the_stages() {
     assert!((shares - 1.0).abs() < 1e-9, "{shares}");
     let again = place.well(&["study.toml", "--out", "out", "--list"]);
     assert!(again.contains("2 of 4 runs done"), "{again}");
+    let threads = place.well(&["study.toml", "--out", "out", "--list", "--threads", "1"]);
+    let default = std::thread::available_parallelism().unwrap().get();
+    assert_eq!(threads.contains("0 of 4 runs done"), default != 1, "{threads}");
+    fs::write(place.path("study.toml"), study.replace("steps = 2", "steps = 3")).unwrap();
+    let longer = place.well(&["study.toml", "--out", "out", "--list"]);
+    assert!(longer.contains("0 of 4 runs done"), "{longer}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Number of the form of checkpoints that this program writes and reads.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 
 /// Begins the last line, which is a comment for TOML.
 const SEAL: &str = "# xxh3 of all lines above: ";
@@ -22,6 +22,8 @@ pub(super) struct Manifest {
     pub(super) ranks: usize,
     /// Name of the case.
     pub(super) case: String,
+    /// What the program made of the case, as JSON.
+    pub(super) resolved: String,
     /// The case and what it names; the first is the case itself.
     pub(super) files: Vec<FileEntry>,
     /// By rank.

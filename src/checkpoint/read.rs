@@ -86,6 +86,7 @@ impl Checkpoint {
                     name: manifest.case,
                     text,
                     files,
+                    resolved: manifest.resolved,
                 },
             },
             shared: Vec::new(),

@@ -118,6 +118,7 @@ fn finish(partial: &Path, head: &Head, parts: &[Vec<u8>], create: &Create) -> Re
         bytes_per_cell: head.bytes_per_cell,
         ranks: parts.len(),
         case: case.name.clone(),
+        resolved: case.resolved.clone(),
         files,
         parts: (parts.iter().enumerate())
             .map(|(rank, sums)| {

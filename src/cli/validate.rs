@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::validate::{self, CASES, Case, Level, Score, Trial, report};
 use clap::Args;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// What to validate, and where to put what comes of it.
@@ -60,7 +61,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
         arguments.changes.set.clone(),
         arguments.changes.threads.unwrap_or(0),
     );
-    trial.kept.clone_from(&arguments.out);
+    trial.kept = (arguments.out.clone()).filter(|_| level == Level::Full);
     trial.stop = options.stop;
     trial.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
@@ -76,6 +77,13 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
         report::write_json(json, &outcomes)?;
     }
     let interrupted = Score::of(&outcomes).interrupted > 0;
+    if let (read @ 1.., Some(kept)) = (trial.read.load(Ordering::Relaxed), &trial.kept) {
+        let kept = kept.join("kept");
+        say(&format!(
+            "{read} runs that had ended were read from {}",
+            kept.display()
+        ));
+    }
     say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
     if let Some(out) = &arguments.out {
         // Tables of all that was asked for stay until there are others.

@@ -89,6 +89,10 @@ pub struct Summary {
     pub coupling: Option<String>,
     /// Where the balancing force acts, as in the case.
     pub force_balance: Option<String>,
+    /// Checksum over all numbers that decide the run and that are not above, but for the places of the particles; none in files of
+    /// older versions.
+    #[serde(default)]
+    pub parameters: Option<String>,
     /// Text of the case file with overrides applied.
     pub input: String,
 }
@@ -230,6 +234,7 @@ mod tests {
             collision: Some("bgk".into()),
             coupling: Some("paper".into()),
             force_balance: None,
+            parameters: None,
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }
     }
@@ -255,6 +260,7 @@ mod tests {
             "mlups",
             "stages",
             "state_hash",
+            "parameters",
             "mach",
             "cells_per_diameter",
             "shapes",

@@ -32,6 +32,9 @@ use rand_chacha::rand_core::SeedableRng;
 const SWEEPS: f64 = 2.0;
 const LEAST_SWEEPS: f64 = 400.0;
 const MOST_SWEEPS: f64 = 1000.0;
+/// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need up to
+/// half a million bodies.
+const MOST_MOVES: f64 = 5e7;
 /// Sweeps after which the length of the steps is looked at.
 const LOOK: u32 = 10;
 /// The part of the moves that is to count (-).
@@ -58,7 +61,10 @@ pub fn mix(
     let reaches: Vec<f64> = contours.iter().map(Contour::reach).collect();
     let widest = poses.iter().map(|pose| reaches[pose.contour]).fold(0.0, f64::max);
     let across = domain.size().max() / (2.0 * widest);
-    let sweeps = (SWEEPS * across * across).clamp(LEAST_SWEEPS, MOST_SWEEPS) as u32;
+    let sweeps = (SWEEPS * across * across)
+        .clamp(LEAST_SWEEPS, MOST_SWEEPS)
+        .min(MOST_MOVES / (poses.len() - fixed).max(1) as f64)
+        .ceil() as u32;
     let mut bins = Bins::new(domain, 2.0 * widest, poses.len());
     for (i, pose) in poses.iter().enumerate() {
         bins.add(i, &pose.position);

@@ -1,8 +1,8 @@
 //! The checkpoints of a run: when they are due, what is in them, and when a run must end to write its last one in time.
 
-use super::Simulation;
 use super::observe::{Observer, ObserverState};
 use super::run::RunOptions;
+use super::{Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
 use crate::comm::Comm;
@@ -151,6 +151,7 @@ impl<'a> Keeper<'a> {
                 name: self.setup.name.clone(),
                 text: self.setup.text.clone(),
                 files: self.setup.files.clone(),
+                resolved: identity(self.setup).to_string(),
             },
         };
         let part = Part {
@@ -197,6 +198,7 @@ impl<'a> Keeper<'a> {
             serde_json::from_slice::<Shared>(saved.shared())
                 .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
                 .and_then(|shared| shared.observer.fits(self.setup).map(|()| shared))
+                .and_then(|shared| self.means_the_same(saved).map(|()| shared))
         } else {
             Err(Error::Input(format!("{} is of another case", saved.name())))
         };
@@ -206,5 +208,26 @@ impl<'a> Keeper<'a> {
             saved.planes(block, visit)
         })?;
         Ok(shared)
+    }
+
+    /// Whether this program makes of the case what the one that wrote the checkpoint made of it.
+    fn means_the_same(&self, saved: &Checkpoint) -> Result<()> {
+        let (then, now) = (&saved.head().case.resolved, identity(self.setup));
+        let then: serde_json::Value = serde_json::from_str(then).unwrap_or_default();
+        let other: Vec<String> = (now.as_object().into_iter().flatten())
+            .filter(|(key, value)| then.get(key) != Some(value))
+            .map(|(key, value)| {
+                let then = then.get(key).map_or("nothing".to_string(), ToString::to_string);
+                format!("{key} was {then} and would be {value}")
+            })
+            .collect();
+        if other.is_empty() {
+            return Ok(());
+        }
+        Err(Error::Input(format!(
+            "{}: this version of turbid makes another run of the case: {}; go on with the version that wrote it, or run the case anew",
+            saved.name(),
+            other.join(", ")
+        )))
     }
 }

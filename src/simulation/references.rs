@@ -49,6 +49,7 @@ impl Suspension {
     }
 
     /// Part of the way from this one to another.
+    #[must_use]
     pub fn towards(self, other: Self, part: f64) -> Self {
         let mix = |a: f64, b: f64| a + part * (b - a);
         Self {

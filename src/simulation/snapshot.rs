@@ -1,6 +1,6 @@
 //! The state of a run in the hands of another owner: a checkpoint with what that one adds.
 
-use super::Simulation;
+use super::{Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Head, Part};
 use crate::coupling::MeanFlow;
@@ -40,6 +40,7 @@ impl<T: Real> Simulation<T> {
                 name: setup.name.clone(),
                 text: setup.text.clone(),
                 files: setup.files.clone(),
+                resolved: identity(setup).to_string(),
             },
         };
         let part = Part {
@@ -59,10 +60,12 @@ impl<T: Real> Simulation<T> {
     /// [`Error::Agreed`], the same on all ranks, if there is none of this case.
     pub(crate) fn read_snapshot(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
         let comm = self.comm.clone();
+        let resolved = identity(setup).to_string();
         let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let fits = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes())
-                && head.case.text == setup.text;
+                && head.case.text == setup.text
+                && head.case.resolved == resolved;
             let shared = if fits {
                 serde_json::from_slice::<Shared>(saved.shared())
                     .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))

@@ -318,7 +318,9 @@ mod tests {
         let mut some = samples(1.0, 1e-3, noise);
         let mut none = some.clone();
         some[0].error = None;
-        none.iter_mut().for_each(|sample| sample.error = None);
+        for sample in &mut none {
+            sample.error = None;
+        }
         assert_eq!(
             Convergence::of(&some).unwrap().fit,
             Convergence::of(&none).unwrap().fit

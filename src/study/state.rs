@@ -122,7 +122,7 @@ impl<'a> Results<'a> {
         let left = self.found.iter().find(mine);
         if !self.bench
             && left.is_none_or(|left| fits(&left))
-            && let Some(step) = saved_step(directory, wanted.as_ref(), &self.varied)
+            && let Some(step) = saved_step(directory, run, wanted.as_ref(), &self.varied)
         {
             return Ok(State::Part { step });
         }
@@ -240,18 +240,29 @@ fn is_of(json: &Json, setup: &Setup) -> bool {
     let told = json.get("identity").unwrap_or(json);
     let wanted = identity(setup);
     let mut keys = wanted.as_object().into_iter().flatten();
-    keys.all(|(key, wanted)| told.get(key).is_some_and(|known| same(known, wanted)))
+    keys.all(|(key, wanted)| match told.get(key) {
+        Some(known) => same(known, wanted),
+        // What summaries of older versions do not tell.
+        None => key == "parameters",
+    })
 }
 
 fn has_ended(summary: &Json, setup: &Setup) -> bool {
     summary["interrupted"] == false && summary["steps"] == setup.end_step
 }
 
-/// The step of the newest checkpoint of a run, if it is of this case.
-fn saved_step(directory: &Path, wanted: Option<&toml::Table>, varied: &[String]) -> Option<u64> {
+/// The step of the newest checkpoint of a run, if it is of this case, and this program makes the same of it.
+fn saved_step(
+    directory: &Path,
+    run: &PlannedRun,
+    wanted: Option<&toml::Table>,
+    varied: &[String],
+) -> Option<u64> {
     let folder = OutputFiles::new(directory).checkpoints();
     let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone())).ok()?;
-    (canonical(&head.case.text, varied).as_ref() == wanted).then_some(head.step)
+    let resolved: Json = serde_json::from_str(&head.case.resolved).ok()?;
+    let same = canonical(&head.case.text, varied).as_ref() == wanted && is_of(&resolved, &run.setup);
+    same.then_some(head.step)
 }
 
 #[cfg(test)]

@@ -281,6 +281,51 @@ fn done(value: f64, error: f64) -> State {
 }
 
 #[test]
+fn a_check_that_cannot_be_made_though_its_runs_are_done_is_not_passed() {
+    let checks = r#"
+[[check]]
+kind = "ordered"
+y = "mach"
+only = { phi = 0.1, shape = "cube" }
+below = 1.0
+[[check]]
+kind = "within"
+only = { phi = 0.2, shape = "cube" }
+reference = { csv = "reference.csv", y = "u", where = { phi = "phi" } }
+tolerance = 0.1
+[[check]]
+kind = "scatter"
+y = "drift"
+only = { phi = 0.1, shape = "cube" }
+tolerance = 0.1
+"#;
+    let place = place(&format!("{AXES}{checks}"));
+    fs::write(place.path().join("reference.csv"), "phi,u\n0.1,0.5\n").unwrap();
+    let mut study = load(&place).unwrap();
+    assert!(study.document().unwrap().checks.is_empty(), "nothing is done yet");
+    study.states.iter_mut().for_each(|state| *state = done(0.3, 0.01));
+    let checks = study.document().unwrap().checks;
+    assert_eq!(checks.len(), 4);
+    assert!(
+        checks.iter().all(|check| !check.pass && check.reference.is_nan()),
+        "{checks:?}"
+    );
+    assert!(
+        checks[0].quantity.ends_with("the runs have no `mach`"),
+        "{:?}",
+        checks[0]
+    );
+    assert!(
+        checks[1].quantity.ends_with("the reference has no value here"),
+        "{:?}",
+        checks[1]
+    );
+    study.collect().unwrap();
+    let read = Document::read(&study.out).unwrap();
+    assert!(read.checks[0].measured.is_nan() && (read.checks[1].measured - 0.3).abs() < 1e-12);
+}
+
+#[test]
 fn a_figure_leaves_out_what_is_not_done_and_says_so_while_its_laws_are_whole() {
     let figure = r#"
 [[figure]]
@@ -299,6 +344,8 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
     assert_eq!(figure.note, "1 point is missing: 1 of their runs are not done.");
     let titles: Vec<&str> = figure.panels.iter().map(|panel| panel.title.as_str()).collect();
     assert_eq!(titles, ["spheres", "cubes"]);
+    let references = |panel: usize| figure.panels[panel].series.len() - 1;
+    assert_eq!(references(0), references(1));
     let labels: Vec<&str> = figure.panels[1]
         .series
         .iter()

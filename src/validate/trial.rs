@@ -5,7 +5,7 @@ use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// What all cases of a suite are run with.
@@ -17,6 +17,8 @@ pub struct Trial {
     pub threads: usize,
     /// Where runs of the full level are kept, so that they can be gone on with and need not be repeated.
     pub kept: Option<PathBuf>,
+    /// How many runs were there already and were read.
+    pub read: Arc<AtomicUsize>,
     /// Set when all is to end.
     pub stop: Arc<AtomicBool>,
     /// When all is to have ended.
@@ -34,6 +36,7 @@ impl Trial {
             changes,
             threads: if threads == 0 { all() } else { threads },
             kept: None,
+            read: Arc::default(),
             stop: Arc::default(),
             deadline: None,
             #[cfg(test)]

@@ -20,6 +20,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -53,6 +55,8 @@ struct Kept<R> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Identity {
     version: String,
+    /// Checksum of the program: other physics are another run.
+    program: u64,
     setup: serde_json::Value,
     case: String,
 }
@@ -87,22 +91,30 @@ impl Watch<'_> {
         if let Some(known) = read::<R>(&file)
             && known.of == of
         {
+            self.trial.read.fetch_add(1, Ordering::Relaxed);
             return Ok(known.rows);
         }
         let _lock = directory::create(&folder)?;
+        // What cannot be gone on with, of another version or damaged, is only in the way.
+        let checkpoints = folder.join(checkpoint::FOLDER);
+        let usable = checkpoint::newest_sound(&checkpoints, &Comm::Solo, |_| Ok(())).is_ok();
+        if !usable && checkpoints.exists() {
+            checkpoint::clear(&checkpoints)?;
+        }
         let kept = Kept {
             of,
-            rows: self.run(Some(&folder.join(checkpoint::FOLDER)), look)?,
+            rows: self.run(Some(&checkpoints), look)?,
         };
         let text = serde_json::to_string(&kept).expect("plain data is always JSON");
         write_bytes(&file, text.as_bytes())?;
-        checkpoint::clear(&folder.join(checkpoint::FOLDER))?;
+        checkpoint::clear(&checkpoints)?;
         Ok(kept.rows)
     }
 
     fn identity(&self) -> Identity {
         Identity {
             version: env!("CARGO_PKG_VERSION").to_string(),
+            program: program(),
             setup: simulation::identity(self.setup),
             case: self.setup.text.clone(),
         }
@@ -142,6 +154,15 @@ impl Watch<'_> {
         }
         Experiment::new(self.setup, decomposition, comm)
     }
+}
+
+/// Checksum of the program that runs; 0 where it cannot be read.
+fn program() -> u64 {
+    static SUM: OnceLock<u64> = OnceLock::new();
+    *SUM.get_or_init(|| {
+        let bytes = std::env::current_exe().and_then(fs::read);
+        bytes.map_or(0, |bytes| xxh3_64(&bytes))
+    })
 }
 
 /// What is kept in a file, if it is there and whole.

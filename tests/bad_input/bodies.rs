@@ -403,8 +403,8 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
         ),
         (
             "relaxation_time = 0.55",
-            "relaxation_time = 0.55\nmagic_parameter = 0.2",
-            &["bad.toml:12:19", "trt"],
+            "relaxation_time = 0.55\ncollision = \"bgk\"\nmagic_parameter = 0.2",
+            &["bad.toml:13:19", "trt"],
         ),
         (
             "relaxation_time = 0.55",

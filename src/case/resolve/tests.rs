@@ -283,6 +283,7 @@ fn closed_faces_are_walls_that_bear_the_weight_and_particles_stay_between_them()
         "domain.faces.z+={ velocity = [1e-3, 2e-3, 0], material = \"steel\" }",
         "materials=[{ name = \"steel\", youngs_modulus = 2e6 }]",
         "contact.pairs=[{ materials = [\"default\", \"steel\"], restitution = 0.5 }]",
+        "lattice.coupling=paper",
         "lattice.collision=trt",
         "particles.0.volume_fraction=0.25",
     ]);

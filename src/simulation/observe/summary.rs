@@ -7,6 +7,8 @@ use crate::output::{Estimate, ReferenceScales, ShapeSummary, Summary, WallSummar
 use crate::simulation::Simulation;
 use crate::wall::Surface;
 use std::collections::BTreeMap;
+use std::fmt::Write;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// What was found out on the way.
 #[derive(Clone, Copy)]
@@ -84,6 +86,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         collision: wet.then(|| collision_name(setup.collision).to_owned()),
         coupling: wet.then(|| coupling_name(setup.solids).to_owned()),
         force_balance: wet.then(|| balance_name(setup.force_balance).to_owned()),
+        parameters: Some(parameters(setup)),
         input: setup.text.clone(),
     }
 }
@@ -103,12 +106,41 @@ pub fn identity(setup: &Setup) -> serde_json::Value {
         "collision": wet.then(|| collision_name(setup.collision)),
         "coupling": wet.then(|| coupling_name(setup.solids)),
         "force_balance": wet.then(|| balance_name(setup.force_balance)),
+        "parameters": parameters(setup),
     })
 }
 
 /// The instruction set that the kernels of a case use here.
 pub fn instruction_set(setup: &Setup) -> &'static str {
     setup.simd.unwrap_or_else(Simd::best).name()
+}
+
+/// Checksum over the other numbers that decide the run, but for the places of the particles, as the case leaves them to the
+/// program: 16 hexadecimal digits.
+fn parameters(setup: &Setup) -> String {
+    // What is printed of a number is enough to get it back.
+    let mut text = format!(
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        setup.collision,
+        setup.solids,
+        setup.solid_ramp_width,
+        setup.contact,
+        setup.walls,
+        setup.substeps,
+        setup.gravity,
+        setup.zero_net_flux,
+        setup.body_acceleration,
+    );
+    for template in setup.templates.iter() {
+        let shape = &template.shape;
+        let (kind, volume, inertia) = (shape.kind(), shape.volume(), shape.inertia_per_mass());
+        let rest = (template.density, template.material);
+        let _ = write!(text, " {kind} {volume} {inertia:?} {rest:?}");
+    }
+    for (name, bytes) in &setup.files {
+        let _ = write!(text, " {name} {:x}", xxh3_64(bytes));
+    }
+    format!("{:016x}", xxh3_64(text.as_bytes()))
 }
 
 fn reference_scales(setup: &Setup) -> ReferenceScales {
