@@ -82,6 +82,24 @@ fn fourteen_series_differ_in_marker_or_dashes_and_not_by_colour_alone() {
 }
 
 #[test]
+fn points_of_a_reference_have_the_colour_of_the_measured_series_that_they_are_named_after() {
+    let line = [(0.1, 1.0), (0.2, 2.0)];
+    let names = [("spheres", ChartStyle::Measured), ("cubes", ChartStyle::Measured)];
+    let references = ["Table 1, cubes", "Table 1, spheres", "Table 1 of other cubes"];
+    let measured = names.map(|(name, style)| series(name, style, &line));
+    let points = references.map(|name| series(name, ChartStyle::Points, &line));
+    let looks = Looks::of(&chart(vec![measured.iter().chain(&points).cloned().collect()]).panels);
+    let [spheres, cubes] = measured.each_ref().map(|series| looks.find(series));
+    let [of_cubes, of_spheres, other] = points.each_ref().map(|series| looks.find(series));
+    assert_eq!(
+        (of_cubes.colour, of_spheres.colour),
+        (cubes.colour, spheres.colour)
+    );
+    assert!(of_cubes.marker != cubes.marker && of_spheres.marker != of_cubes.marker);
+    assert!(other.colour != cubes.colour && other.colour != spheres.colour);
+}
+
+#[test]
 fn an_error_bar_is_as_long_as_its_error_and_within_the_axis() {
     let mut measured = series("a", ChartStyle::Points, &[(1.0, 10.0)]);
     measured.points[0].error = Some(4.0);
