@@ -131,7 +131,7 @@ impl Record {
     /// Of a run that has ended, whose summary is `summary`, with means over some windows of time.
     ///
     /// # Errors
-    /// [`Error::Io`] or [`Error::Input`] if its series cannot be read.
+    /// [`Error::Io`](crate::error::Error::Io) or [`Error::Input`](crate::error::Error::Input) if its series cannot be read.
     pub fn of_run<'a>(
         directory: &Path,
         summary: &Json,

@@ -76,6 +76,11 @@ impl Looks {
         }
         let count = |style: ChartStyle| names.iter().filter(|name| name.0 == style).count();
         let measured = count(ChartStyle::Measured) + count(ChartStyle::Points);
+        let named = |style: ChartStyle| {
+            let measured = || names.iter().filter(|name| name.0 == ChartStyle::Measured);
+            let mut of_style = names.iter().filter(|name| name.0 == style);
+            of_style.all(|name| measured().any(|measured| name.1.ends_with(measured.1)))
+        };
         let mut used = [0; 4];
         let mut colours = 0;
         let mut known: Vec<(ChartStyle, String, Look)> = Vec::new();
@@ -109,8 +114,9 @@ impl Looks {
             used[style as usize] += 1;
             let marked = matches!(style, ChartStyle::Measured | ChartStyle::Points);
             let dense = points > MARKED;
-            // As many laws as measured series belong to them one by one.
-            let paired = !marked && measured > 1 && count(style) == count(ChartStyle::Measured);
+            // As many laws as measured series belong to them one by one, if they are named after them.
+            let paired =
+                !marked && measured > 1 && count(style) == count(ChartStyle::Measured) && named(style);
             let colour = if paired {
                 COLOURS[place % COLOURS.len()]
             } else if !marked && measured > 0 {
