@@ -38,7 +38,7 @@ use std::sync::Arc;
 pub use file::schema;
 pub use hertz::Hertz;
 pub use resolve::{from_saved, from_text, load, outline};
-pub(crate) use source::Source;
+pub(crate) use source::{Source, nearest};
 
 /// A case resolved to numbers: everything a run needs, checked.
 #[derive(Clone, Debug)]

@@ -27,7 +27,7 @@ use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
 use keeper::Wishes;
-pub use observe::identity;
+pub use observe::{identity, instruction_set};
 pub use references::{Law, Suspension, settling_references};
 pub use resume::{resume, saved_setup};
 pub use run::{RunOptions, agreed, decompose, forecast, run};

@@ -22,6 +22,7 @@ pub mod plan;
 mod points;
 pub mod record;
 mod reference;
+mod refuse;
 mod result;
 pub mod state;
 mod table;
@@ -52,18 +53,20 @@ pub struct Study {
     pub plan: Plan,
     /// How far each run has come.
     pub states: Vec<State>,
+    /// Threads that are asked for instead of the case's.
+    pub threads: Option<usize>,
     /// Speed of the machine as long as nothing was measured (million cell updates per second).
     pub guess: f64,
     source: Source,
 }
 
 impl Study {
-    /// Reads a study file and looks at what is there of its runs. `guess` is the speed (million cell updates per second) that
+    /// Reads a study file and looks at what is there of its runs. `threads` stand in place of the case's; `guess` is the speed (million cell updates per second) that
     /// times are estimated with until something was measured.
     ///
     /// # Errors
     /// [`Error::Input`](crate::error::Error::Input) with the place of what is wrong in the study file or in the case; [`Error::Io`](crate::error::Error::Io) if a file cannot be read.
-    pub fn load(path: &Path, out: Option<&Path>, guess: f64) -> Result<Self> {
+    pub fn load(path: &Path, out: Option<&Path>, threads: Option<usize>, guess: f64) -> Result<Self> {
         let source = Source::read(path, &[])?;
         let (file, _) = source.parse::<StudyFile>()?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -74,19 +77,6 @@ impl Study {
             return Err(source.error(&file.case.span, &title, "no such file", remedy));
         }
         let plan = Plan::new(&source, &file, &case)?;
-        if let Some(window) = file
-            .windows
-            .iter()
-            .find(|window| window.value.from >= window.value.to)
-        {
-            let remedy = "give two times, e.g. from = 5, to = 15";
-            return Err(source.error(
-                &window.span,
-                "a window that ends before it begins",
-                "here",
-                remedy,
-            ));
-        }
         if let Some(bench) = &file.bench
             && bench.value.steps == 0
         {
@@ -100,9 +90,11 @@ impl Study {
             out,
             plan,
             states: Vec::new(),
+            threads,
             guess,
             source,
         };
+        study.refuse_what_means_nothing()?;
         study.refresh()?;
         // Says what is wrong with figures, tables and checks before anything runs.
         study.document()?;
@@ -117,7 +109,7 @@ impl Study {
         let beside = self.out.parent().unwrap_or(Path::new(""));
         let mut directories = vec![self.out.clone()];
         directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
-        let results = Results::new(&self.file, &directories);
+        let results = Results::new(&self.file, &directories, self.threads);
         let states = results.states(&self.plan, &self.out)?;
         self.states = states;
         Ok(())
@@ -126,7 +118,7 @@ impl Study {
     /// Steps of a run.
     pub fn steps(&self, run: usize) -> u64 {
         match self.file.bench.as_ref().map(|bench| bench.value) {
-            Some(bench) => SAMPLES * bench.steps + bench.warm_up.unwrap_or(bench.steps),
+            Some(bench) => SAMPLES * bench.steps + bench.warm_up(&self.plan.runs[run].setup),
             None => self.plan.runs[run].setup.end_step,
         }
     }

@@ -45,7 +45,15 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     }
     let wanted = threads(arguments.threads.unwrap_or(0));
     let guess = mlups_per_thread(Precision::F32) * wanted as f64;
-    let mut study = Study::load(&arguments.file, arguments.out.as_deref(), guess)?;
+    let mut study = Study::load(
+        &arguments.file,
+        arguments.out.as_deref(),
+        arguments.threads,
+        guess,
+    )?;
+    for warning in study.warnings() {
+        warn(&warning);
+    }
     if arguments.list {
         say(&list(&study, arguments.only.as_deref()));
         return Ok(true);
@@ -55,7 +63,6 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     let quiet = options.quiet;
     let mut manner = study::Manner {
         run: options,
-        threads: arguments.threads,
         only: arguments.only.clone(),
     };
     // Lines every few seconds for hours are of no use.

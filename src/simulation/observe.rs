@@ -23,8 +23,8 @@ use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
 use share::Share;
 use std::time::Instant;
-pub use summary::identity;
 pub(super) use summary::precision_name;
+pub use summary::{identity, instruction_set};
 use writer::{Writer, WriterState};
 
 /// Gathers and writes what the output plan asks for.

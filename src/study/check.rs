@@ -6,12 +6,15 @@ use super::document::{Check, Table};
 use super::file::{CheckKind, CheckSection};
 use super::points::{At, Known};
 use super::record::Quantity;
+use super::reference::Expected;
 use super::table::{Found, of_convergence};
 use crate::case::located::Located;
 use crate::error::Result;
 
 /// Standard errors by which an error may seem to grow from one grid to the next.
 const NOISE: f64 = 2.0;
+/// Resolutions that differ by less are the same.
+const SAME: f64 = 1e-9;
 
 /// What a section of checks has found.
 #[derive(Default)]
@@ -43,18 +46,25 @@ impl Study {
             _ => return Err(self.lacks(section, "one of tolerance = 0.1 (a part) and absolute = 0.1")),
         };
         let mut checks = Vec::new();
-        for (at, quantity) in self.values(section)? {
-            if let Some(expected) = self.reference_at(reference, &check.y.value, &at)? {
-                let (size, part) = tolerance;
-                let tolerance = if part { size * expected.abs() } else { size };
-                checks.push(near(
-                    self.label(section, &at),
-                    quantity.value,
-                    expected,
-                    tolerance,
-                    &check.source,
-                ));
-            }
+        for (at, value) in self.values(section)? {
+            let label = self.label(section, &at);
+            let expected = match self.reference_at(reference, &check.y.value, &at)? {
+                Expected::NotMeant => continue,
+                Expected::Absent => None,
+                Expected::Value(expected) => Some(expected),
+            };
+            checks.push(match (value, expected) {
+                (Some(quantity), Some(expected)) => {
+                    let (size, part) = tolerance;
+                    let tolerance = if part { size * expected.abs() } else { size };
+                    near(label, quantity.value, expected, tolerance, &check.source)
+                }
+                (None, _) => without_quantity(section, &label),
+                (Some(quantity), None) => Check {
+                    measured: quantity.value,
+                    ..fails(format!("{label}: the reference has no value here"), &check.source)
+                },
+            });
         }
         Ok(Verdict {
             checks,
@@ -71,17 +81,20 @@ impl Study {
         };
         let word = if above { "above" } else { "below" };
         let checks = (self.values(section)?.iter())
-            .map(|(at, quantity)| Check {
-                quantity: format!("{} ({word})", self.label(section, at)),
-                measured: quantity.value,
-                reference: bound,
-                tolerance: 0.0,
-                pass: if above {
-                    quantity.value > bound
-                } else {
-                    quantity.value < bound
+            .map(|(at, quantity)| match quantity {
+                None => without_quantity(section, &self.label(section, at)),
+                Some(quantity) => Check {
+                    quantity: format!("{} ({word})", self.label(section, at)),
+                    measured: quantity.value,
+                    reference: bound,
+                    tolerance: 0.0,
+                    pass: if above {
+                        quantity.value > bound
+                    } else {
+                        quantity.value < bound
+                    },
+                    source: check.source.clone(),
                 },
-                source: check.source.clone(),
             })
             .collect();
         Ok(Verdict {
@@ -97,27 +110,35 @@ impl Study {
             .needed(section, check.tolerance.as_ref(), "tolerance = 0.05")?
             .value;
         let selection = self.plan.selection(&self.source, &section.span, &check.only)?;
-        let runs = self
-            .plan
-            .runs
-            .iter()
-            .zip(&self.states)
-            .filter(|(run, _)| selection.holds(&run.at));
-        let values: Option<Vec<(&str, f64)>> = runs
-            .map(|(run, state)| Some((run.name.as_str(), state.record()?.value(&check.y.value)?)))
+        let runs: Vec<_> = (self.plan.runs.iter().zip(&self.states))
+            .filter(|(run, _)| selection.holds(&run.at))
             .collect();
-        let values = values.unwrap_or_default();
-        let mean = values.iter().map(|(_, value)| value).sum::<f64>() / values.len() as f64;
+        if runs.len() < 2 {
+            let title = "scatter of a single run";
+            return Err(self
+                .source
+                .error(&section.span, title, "here", "it takes two runs or more"));
+        }
+        let records: Option<Vec<_>> = runs
+            .iter()
+            .map(|(run, state)| Some((run, state.record()?)))
+            .collect();
+        let values: Vec<(&str, Option<f64>)> = (records.unwrap_or_default().iter())
+            .map(|(run, record)| (run.name.as_str(), record.value(&check.y.value)))
+            .collect();
+        let mean = values
+            .iter()
+            .map(|(_, value)| value.unwrap_or(f64::NAN))
+            .sum::<f64>()
+            / values.len() as f64;
         let label = self.name(section);
         let checks = (values.iter())
             .map(|(run, value)| {
-                near(
-                    format!("{label}, {run}"),
-                    *value,
-                    mean,
-                    part * mean.abs(),
-                    &check.source,
-                )
+                let label = format!("{label}, {run}");
+                match value {
+                    None => without_quantity(section, &label),
+                    Some(value) => near(label, *value, mean, part * mean.abs(), &check.source),
+                }
             })
             .collect();
         Ok(Verdict {
@@ -134,6 +155,7 @@ impl Study {
             "x = \"axis of the cells per diameter\"",
         )?;
         let x = self.plan.axis(&self.source, x)?;
+        let mut verdict = Verdict::default();
         let mut series: Vec<(At, Option<Vec<Sample>>)> = Vec::new();
         let separate = (check.separate.iter())
             .map(|name| self.plan.axis(&self.source, name))
@@ -158,35 +180,45 @@ impl Study {
                 }
                 _ => *samples = None,
             }
+            if known == Known::Unnamed {
+                let label = self.label(section, &of);
+                verdict.checks.push(without_quantity(section, &label));
+            }
         }
-        let mut verdict = Verdict::default();
         let mut found: Vec<Found> = Vec::new();
         for (at, samples) in series {
-            let Some(convergence) = samples.as_deref().and_then(Convergence::of) else {
+            let Some(samples) = samples else {
                 continue;
             };
             let label = self.label(section, &at);
+            let Some(convergence) = Convergence::of(&samples) else {
+                let quantity = format!("{label}: fewer than three grids");
+                verdict.checks.push(fails(quantity, &check.source));
+                continue;
+            };
             if let Some(from) = check.monotone_from {
                 verdict
                     .checks
                     .extend(monotone(&convergence, &label, from, &check.source));
             }
             if let (Some(cells), Some(part)) = (check.at, &check.tolerance) {
-                let here = convergence
-                    .samples
-                    .iter()
-                    .find(|sample| (sample.cells - cells).abs() < 1e-9);
-                let limit = convergence.fit.limit;
-                verdict.checks.extend(here.map(|sample| {
-                    let label = format!("{label}, {cells} cells per diameter, against the extrapolation");
-                    near(
+                let here = |sample: &&Sample| (sample.cells - cells).abs() < SAME;
+                let label = format!("{label}, {cells} cells per diameter, against the extrapolation");
+                let sample = convergence.samples.iter().find(here);
+                verdict.checks.push(match (sample, convergence.limit()) {
+                    (Some(sample), Some(limit)) => near(
                         label,
                         sample.value,
                         limit,
                         part.value * limit.abs(),
                         &check.source,
-                    )
-                }));
+                    ),
+                    (Some(sample), None) => Check {
+                        measured: sample.value,
+                        ..fails(format!("{label}: the order is not resolved"), &check.source)
+                    },
+                    (None, _) => fails(format!("{label}: there is no such grid"), &check.source),
+                });
             }
             found.push(Found {
                 title: self.title(&at, |_| true),
@@ -200,13 +232,15 @@ impl Study {
         Ok(verdict)
     }
 
-    /// The points of a check that are known.
-    fn values(&self, section: &Located<CheckSection>) -> Result<Vec<(At, Quantity)>> {
+    /// The points of a check whose runs are done, without a value where these do not have the quantity.
+    fn values(&self, section: &Located<CheckSection>) -> Result<Vec<(At, Option<Quantity>)>> {
         let CheckSection { y, only, .. } = &section.value;
         let mut values = Vec::new();
         for at in self.points_of(&section.span, only, &y.value, &[])? {
-            if let Known::Value(quantity) = self.known(&y.value, &at)? {
-                values.push((at, quantity));
+            match self.known(&y.value, &at)? {
+                Known::Value(quantity) => values.push((at, Some(quantity))),
+                Known::Unnamed => values.push((at, None)),
+                Known::Missing(_) | Known::Absent => {}
             }
         }
         Ok(values)
@@ -256,28 +290,52 @@ fn near(quantity: String, measured: f64, reference: f64, tolerance: f64, source:
     }
 }
 
-/// The largest rise of the error from one grid to the next, against what its statistical errors explain.
+/// A check that cannot be made, and so is not passed.
+fn fails(quantity: String, source: &str) -> Check {
+    Check {
+        quantity,
+        measured: f64::NAN,
+        reference: f64::NAN,
+        tolerance: 0.0,
+        pass: false,
+        source: source.to_string(),
+    }
+}
+
+/// The check of a point whose runs do not have the quantity.
+fn without_quantity(section: &Located<CheckSection>, label: &str) -> Check {
+    let CheckSection { y, source, .. } = &section.value;
+    fails(format!("{label}: the runs have no `{}`", y.value), source)
+}
+
+/// The largest rise of the error from one grid to the next, against what its statistical errors explain, if they are known.
 fn monotone(convergence: &Convergence, label: &str, from: f64, source: &str) -> Option<Check> {
-    let fine: Vec<&Sample> = convergence
-        .samples
-        .iter()
-        .filter(|sample| sample.cells >= from)
+    let fine: Vec<&Sample> = (convergence.samples.iter())
+        .filter(|sample| sample.cells >= from - SAME)
         .collect();
+    let quantity = format!(
+        "{label}, largest rise of the error from a grid to the next from {from} cells on (part of the extrapolation)"
+    );
+    let Some(limit) = convergence.limit() else {
+        return Some(fails(format!("{quantity}: the order is not resolved"), source));
+    };
     let rises = fine.windows(2).map(|pair| {
-        let [before, after] = [pair[0], pair[1]].map(|sample| convergence.error(sample).abs());
-        let [a, b] = [pair[0], pair[1]].map(|sample| sample.error.unwrap_or(0.0));
-        (after - before, NOISE * a.hypot(b) / convergence.fit.limit.abs())
+        let [before, after] = [pair[0], pair[1]].map(|sample| (sample.value / limit - 1.0).abs());
+        let errors = pair[0].error.zip(pair[1].error);
+        (
+            after - before,
+            errors.map(|(a, b)| NOISE * a.hypot(b) / limit.abs()),
+        )
     });
-    let (rise, noise) = rises.max_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)))?;
+    let over = |rise: &(f64, Option<f64>)| rise.0 - rise.1.unwrap_or(0.0);
+    let (rise, noise) = rises.max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    let explained = noise.map_or(String::new(), |_| format!("; tolerance: {NOISE} standard errors"));
     Some(Check {
-        quantity: format!(
-            "{label}, largest rise of the error from a grid to the next from {from} cells on (part of the extrapolation; \
-             tolerance: {NOISE} standard errors)"
-        ),
+        quantity: quantity + &explained,
         measured: rise.max(0.0),
         reference: 0.0,
-        tolerance: noise,
-        pass: rise <= noise,
+        tolerance: noise.unwrap_or(0.0),
+        pass: rise <= noise.unwrap_or(0.0),
         source: source.to_string(),
     })
 }
@@ -308,10 +366,13 @@ mod tests {
             !verdict.pass && verdict.measured > verdict.tolerance,
             "{verdict:?}"
         );
+        let noisy = [1.2, 1.143, 1.111, 1.083, 1.085];
+        let verdict = monotone(&convergence(noisy, 3e-3), "u", 7.0, "").unwrap();
         assert!(
-            monotone(&convergence(rises, 0.1), "u", 7.0, "").unwrap().pass,
-            "all of it noise"
+            verdict.pass && verdict.measured > 0.0,
+            "all of it noise: {verdict:?}"
         );
+        assert!(verdict.quantity.contains("2 standard errors"));
     }
 
     #[test]

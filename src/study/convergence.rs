@@ -5,8 +5,9 @@
 //! ```
 //!
 //! is fitted to values at `N` cells per diameter by least squares, each weighted with the square of its inverse standard
-//! error: for a given order `p` the problem is linear, and the best `p` in [`ORDERS`] is found by a scan and golden sections.
-//! Confidence: the fit is repeated with values drawn anew from normal distributions of these errors around the measured ones,
+//! error (equally, if one of them is not known): for a given order `p` the problem is linear, and the best `p` in [`ORDERS`] is
+//! found by a scan and golden sections. A best `p` at an end of this range means that the values do not tell the order; then there is no
+//! extrapolation either. Confidence: the fit is repeated with values drawn anew from normal distributions of these errors around the measured ones,
 //! always the same ones; intervals are percentiles of what comes out.
 //!
 //! The order against the finest grid is the slope of `ln |u(N) - u(N_max)|` over `ln N`, as usual in the literature. It is too
@@ -20,6 +21,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// Orders that are looked at.
 const ORDERS: [f64; 2] = [0.5, 4.0];
+/// So near to an end of them is at it.
+const NEAR: f64 = 1e-3;
 /// Steps of the scan over the orders.
 const STEPS: u32 = 35;
 /// Times that values are drawn anew.
@@ -49,6 +52,31 @@ pub(super) struct Fit {
     pub(super) order: f64,
     /// Sum of the squared deviations over the squared errors.
     squares: f64,
+}
+
+/// Whether an order is at an end of those that are looked at.
+pub(super) fn is_bound(order: f64) -> bool {
+    ORDERS.iter().any(|bound| (order - bound).abs() < NEAR)
+}
+
+/// An order in words; one at an end is known to lie there or beyond.
+pub(super) fn words(order: f64) -> String {
+    let [least, most] = ORDERS;
+    match order {
+        p if p - least < NEAR => format!("below {least}"),
+        p if most - p < NEAR => format!("above {most}"),
+        p => format!("{p:.2}"),
+    }
+}
+
+/// An interval of orders in words.
+pub(super) fn interval_words([low, high]: [f64; 2]) -> String {
+    match (is_bound(low), is_bound(high)) {
+        (true, true) => "not resolved".to_string(),
+        (true, false) => format!("below {high:.2}"),
+        (false, true) => format!("above {low:.2}"),
+        (false, false) => format!("{low:.2} to {high:.2}"),
+    }
 }
 
 impl Fit {
@@ -96,7 +124,8 @@ impl Convergence {
             order_within: narrow
                 .zip(within(&mut orders, 0.95))
                 .map(|(narrow, wide)| [narrow, wide]),
-            limit_within: within(&mut limits, 0.68),
+            limit_within: within(&mut limits, 0.68)
+                .filter(|_| narrow.is_some_and(|ends| !ends.map(is_bound).contains(&true))),
             against_finest: against_finest(&samples),
             limit_of_order: [1.0, 2.0].map(|order| linear(&samples, order).limit),
             fit,
@@ -104,18 +133,19 @@ impl Convergence {
         })
     }
 
+    /// The value on an infinitely fine grid, if the values tell the order.
+    pub(super) fn limit(&self) -> Option<f64> {
+        (!is_bound(self.fit.order)).then_some(self.fit.limit)
+    }
+
     /// Error of a value against the extrapolation, as a part of it.
-    pub(super) fn error(&self, sample: &Sample) -> f64 {
-        (sample.value - self.fit.limit) / self.fit.limit
+    pub(super) fn error(&self, sample: &Sample) -> Option<f64> {
+        let limit = self.limit()?;
+        Some((sample.value - limit) / limit)
     }
 }
 
 impl Sample {
-    fn weight(&self) -> f64 {
-        self.error
-            .map_or(1.0, |error| error.max(f64::MIN_POSITIVE).powi(-2))
-    }
-
     /// Another value from the normal distribution of this one (Box and Muller 1958).
     fn drawn(&self, random: &mut ChaCha8Rng) -> Self {
         let (a, b): (f64, f64) = (random.random(), random.random());
@@ -135,11 +165,25 @@ fn within(values: &mut [f64], part: f64) -> Option<[f64; 2]> {
     Some([place(0.5 - 0.5 * part), place(0.5 + 0.5 * part)])
 }
 
+/// The inverse squares of the errors, over the largest; equal ones if one is not known.
+fn weights(samples: &[Sample]) -> Vec<f64> {
+    let errors: Option<Vec<f64>> = samples
+        .iter()
+        .map(|sample| sample.error.filter(|error| *error > 0.0))
+        .collect();
+    let Some(errors) = errors else {
+        return vec![1.0; samples.len()];
+    };
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    errors.iter().map(|error| (least / error).powi(2)).collect()
+}
+
 /// The best limit and coefficient for a given order.
 fn linear(samples: &[Sample], order: f64) -> Fit {
+    let weights = weights(samples);
     let mut sums = [0.0; 5];
-    for sample in samples {
-        let (w, x, y) = (sample.weight(), sample.cells.powf(-order), sample.value);
+    for (sample, &w) in samples.iter().zip(&weights) {
+        let (x, y) = (sample.cells.powf(-order), sample.value);
         for (sum, term) in sums.iter_mut().zip([w, w * x, w * y, w * x * x, w * x * y]) {
             *sum += term;
         }
@@ -152,8 +196,8 @@ fn linear(samples: &[Sample], order: f64) -> Fit {
         order,
         squares: 0.0,
     };
-    fit.squares = (samples.iter())
-        .map(|sample| sample.weight() * (sample.value - fit.at(sample.cells)).powi(2))
+    fit.squares = (samples.iter().zip(&weights))
+        .map(|(sample, weight)| weight * (sample.value - fit.at(sample.cells)).powi(2))
         .sum();
     fit
 }
@@ -266,5 +310,35 @@ mod tests {
         let found = Convergence::of(&all).unwrap();
         assert!(found.order_within.is_none() && found.limit_within.is_none());
         assert!((found.fit.order - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn one_value_without_an_error_counts_as_much_as_the_others() {
+        let noise = [0.0, 0.0, 3.0, 0.0, -2.0, 0.0];
+        let mut some = samples(1.0, 1e-3, noise);
+        let mut none = some.clone();
+        some[0].error = None;
+        none.iter_mut().for_each(|sample| sample.error = None);
+        assert_eq!(
+            Convergence::of(&some).unwrap().fit,
+            Convergence::of(&none).unwrap().fit
+        );
+    }
+
+    #[test]
+    fn values_that_do_not_tell_the_order_have_no_extrapolation() {
+        let mut wild = samples(1.0, 1e-3, [0.0; 6]);
+        for (sample, value) in wild.iter_mut().zip([0.30, 0.2, 0.2, 0.2, 0.2, 0.2]) {
+            sample.value = value;
+        }
+        let found = Convergence::of(&wild).unwrap();
+        assert_eq!(
+            (words(found.fit.order), found.limit()),
+            ("above 4".to_string(), None)
+        );
+        assert!(found.limit_within.is_none() && found.error(&wild[0]).is_none());
+        assert_eq!(interval_words(found.order_within.unwrap()[0]), "not resolved");
+        assert_eq!(interval_words([0.5, 1.25]), "below 1.25");
+        assert_eq!(interval_words([1.0, 4.0]), "above 1.00");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::output::write_bytes;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fs;
 use std::path::Path;
 
@@ -118,9 +118,11 @@ pub struct Table {
 pub struct Check {
     /// What it is, with its unit.
     pub quantity: String,
-    /// The number of this study.
+    /// The number of this study; none (`null`, NaN) if it could not be had.
+    #[serde(deserialize_with = "number_or_none")]
     pub measured: f64,
-    /// What it should be.
+    /// What it should be; none (`null`, NaN) if it could not be had.
+    #[serde(deserialize_with = "number_or_none")]
     pub reference: f64,
     /// How far it may be off, in the unit of both.
     pub tolerance: f64,
@@ -128,6 +130,10 @@ pub struct Check {
     pub pass: bool,
     /// Where the reference is from.
     pub source: String,
+}
+
+fn number_or_none<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 /// How much of a study is done.

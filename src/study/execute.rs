@@ -2,7 +2,7 @@
 
 use super::Study;
 use super::record::{BENCH_FILE, PARTS_FILE, Parts, Record};
-use super::state::State;
+use super::state::{State, measured_with};
 use crate::case::{self, Setup};
 use crate::checkpoint;
 use crate::error::{Error, Result};
@@ -10,6 +10,8 @@ use crate::output::{OutputFiles, Summary, directory, write_bytes};
 use crate::simulation::{self, RunOptions, identity};
 use serde_json::{Value as Json, json};
 use std::fs;
+use std::io;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering;
@@ -28,8 +30,6 @@ const POLL: Duration = Duration::from_millis(50);
 pub struct Manner {
     /// As for a single run; the time limit is for all of them.
     pub run: RunOptions,
-    /// Threads, instead of the case's.
-    pub threads: Option<usize>,
     /// Only runs whose names contain this.
     pub only: Option<String>,
 }
@@ -123,9 +123,9 @@ pub fn execute(
         });
         let done = admit(&study.plan.runs[run].setup).and_then(|()| {
             if study.file.bench.is_some() {
-                bench(study, run, &options, manner.threads)
+                bench(study, run, &options)
             } else {
-                go(study, run, &options, manner.threads)
+                go(study, run, &options)
             }
         });
         let done = done.and_then(|ended| {
@@ -156,7 +156,8 @@ pub fn execute(
 }
 
 /// Runs a case from the start or from its last checkpoint; whether it came to its end.
-fn go(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -> Result<bool> {
+fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
+    let threads = study.threads;
     let planned = &study.plan.runs[run];
     let folder = study.out.join(&planned.name);
     let resumed = matches!(study.states[run], State::Part { .. });
@@ -170,6 +171,7 @@ fn go(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -
     let parts = if resumed {
         Parts::read(&folder)
     } else {
+        forget(&folder.join(PARTS_FILE))?;
         Parts::default()
     };
     let summary = with_checkpoints(options, || {
@@ -197,6 +199,14 @@ fn go(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -
     Ok(!interrupted)
 }
 
+/// Removes a file, if it is there.
+fn forget(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", path, error)),
+        _ => Ok(()),
+    }
+}
+
 /// Asks a run for a checkpoint from time to time.
 fn with_checkpoints<R>(options: &RunOptions, work: impl FnOnce() -> R) -> R {
     let (end, ended) = channel::<()>();
@@ -213,14 +223,14 @@ fn with_checkpoints<R>(options: &RunOptions, work: impl FnOnce() -> R) -> R {
 }
 
 /// Measures the speed of a case in a process of its own, whose memory is then that of this case; whether it came to its end.
-fn bench(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>) -> Result<bool> {
+fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     let Some(section) = study.file.bench.as_ref().map(|bench| bench.value) else {
         return Ok(false);
     };
     let planned = &study.plan.runs[run];
     let program =
         std::env::current_exe().map_err(|error| Error::io("find", Path::new("the program itself"), error))?;
-    let warm_up = section.warm_up.unwrap_or(section.steps);
+    let warm_up = section.warm_up(&planned.setup);
     let mut command = Command::new(&program);
     command.arg("bench").arg(&study.case).arg("--json");
     command.args([
@@ -232,7 +242,7 @@ fn bench(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>
     for option in &planned.options {
         command.args(["--set", option]);
     }
-    if let Some(threads) = threads {
+    if let Some(threads) = study.threads {
         command.args(["--threads", &threads.to_string()]);
     }
     let folder = study.out.join(&planned.name);
@@ -246,16 +256,18 @@ fn bench(study: &Study, run: usize, options: &RunOptions, threads: Option<usize>
             "`turbid bench` has said what is no JSON: {error}\n{said}"
         ))
     })?;
-    let text = json!({
+    let mut left = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "input": planned.setup.text,
         "identity": identity(&planned.setup),
         "seconds": start.elapsed().as_secs_f64(),
-        "steps": section.steps,
-        "warm_up": warm_up,
         "report": report,
     });
-    let text = serde_json::to_string_pretty(&text).expect("plain data always serialises") + "\n";
+    let with = measured_with(&section, &planned.setup, study.threads);
+    if let (Json::Object(left), Json::Object(with)) = (&mut left, with) {
+        left.extend(with);
+    }
+    let text = serde_json::to_string_pretty(&left).expect("plain data always serialises") + "\n";
     write_bytes(&folder.join(BENCH_FILE), text.as_bytes())?;
     Ok(true)
 }
@@ -273,6 +285,8 @@ fn listen(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<
         .stdin(Stdio::null())
         .stdout(create(&said)?)
         .stderr(create(&complained)?);
+    // A signal from the keyboard goes to this process alone, which then ends the other.
+    command.process_group(0);
     let start = Instant::now();
     let mut child = command.spawn().map_err(failed)?;
     let status = loop {
@@ -296,6 +310,17 @@ fn listen(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<
     match status {
         None => Ok(None),
         Some(status) if status.success() => Ok(Some(texts.0)),
+        // Somebody ended that process alone.
+        Some(status) if matches!(status.signal(), Some(libc::SIGINT | libc::SIGTERM | libc::SIGHUP)) => {
+            Ok(None)
+        }
+        Some(status) if status.signal().is_some() => Err(Error::Agreed {
+            code: 3,
+            text: format!(
+                "`turbid bench` was ended by signal {}; 9 is what the system sends where memory runs out",
+                status.signal().unwrap_or(0)
+            ),
+        }),
         Some(status) => Err(Error::Agreed {
             code: status.code().unwrap_or(3),
             text: texts.1.trim_start_matches("error: ").trim_end().to_string(),

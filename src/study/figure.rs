@@ -13,6 +13,9 @@ const PARTS: u32 = 60;
 /// How far beyond the finest grid it is drawn (-).
 const BEYOND: f64 = 1.5;
 
+/// Relative difference up to which two lines look the same.
+const ALIKE: f64 = 1e-3;
+
 /// Points that differ only in the place along the horizontal axis.
 struct Line {
     label: String,
@@ -211,7 +214,10 @@ impl Study {
                 let Some(series) = series.filter(|series| !series.points.is_empty()) else {
                     continue;
                 };
-                if !found.iter().any(|(_, known)| known.points == series.points) {
+                if !found
+                    .iter()
+                    .any(|(_, known)| alike(&known.points, &series.points))
+                {
                     found.push((line.label.clone(), series));
                 }
             }
@@ -265,16 +271,21 @@ impl Line {
 
     /// Errors against the extrapolation instead of the values; nothing where there is no extrapolation.
     fn take_errors(&mut self) {
-        let Some(found) = self.convergence() else {
+        let Some(limit) = self.convergence().and_then(|found| found.limit()) else {
             self.points.clear();
             return;
         };
-        let limit = found.fit.limit;
         for point in &mut self.points {
             point.y = (point.y / limit - 1.0).abs();
             point.error = point.error.map(|error| error / limit.abs());
         }
     }
+}
+
+/// Whether two lines would be drawn on each other.
+fn alike(a: &[Point], b: &[Point]) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.abs().max(b.abs());
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| near(a.x, b.x) && near(a.y, b.y))
 }
 
 /// A power law through the first point of the first line that has one.
@@ -298,6 +309,7 @@ fn power(lines: &[Line], order: f64, label: Option<&str>) -> Option<Series> {
 /// The extrapolation to fine grids through the points of a line.
 fn extrapolation(line: &Line, lines: usize, label: Option<&str>) -> Option<Series> {
     let found = line.convergence()?;
+    found.limit()?;
     let (first, last) = (found.samples.first()?.cells, BEYOND * found.samples.last()?.cells);
     let points = (0..=PARTS).map(|part| {
         let x = first + f64::from(part) / f64::from(PARTS) * (last - first);

@@ -1,5 +1,7 @@
 //! A study as the user writes it: every key, in this one place.
 
+use crate::case::Setup;
+use crate::case::file::Duration;
 use crate::case::located::Located;
 use crate::simulation::Law;
 use serde::Deserialize;
@@ -133,8 +135,41 @@ pub(super) fn word(value: &toml::Value) -> String {
 pub struct BenchSection {
     /// Timed steps of each of five samples.
     pub steps: u64,
-    /// Steps before the first sample. Default: as many as a sample.
-    pub warm_up: Option<u64>,
+    /// What is run before the first sample: steps, or `{ stokes_times = 6 }`, `{ time = 0.1 }`. Default: as many steps as a
+    /// sample.
+    pub warm_up: Option<WarmUp>,
+}
+
+/// What is run before a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "toml::Value")]
+pub struct WarmUp(pub Duration);
+
+impl TryFrom<toml::Value> for WarmUp {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        match value {
+            toml::Value::Integer(steps) => u64::try_from(steps)
+                .map(Duration::Steps)
+                .map_err(|error| error.to_string()),
+            value => Duration::deserialize(value).map_err(|error| error.message().to_string()),
+        }
+        .map(Self)
+    }
+}
+
+impl BenchSection {
+    /// Steps before the first sample.
+    pub fn warm_up(&self, setup: &Setup) -> u64 {
+        let steps = |time: f64| (time / setup.units.dt).ceil() as u64;
+        match self.warm_up.map(|warm_up| warm_up.0) {
+            None => self.steps,
+            Some(Duration::Steps(count)) => count,
+            Some(Duration::Time(time)) => steps(time),
+            Some(Duration::StokesTimes(times)) => steps(times * setup.scales.stokes_time),
+        }
+    }
 }
 
 /// An interval of time. Its mean settling velocity over that of Stokes is the quantity `<name>_velocity`.

@@ -148,6 +148,12 @@ impl Plan {
         format!("the axes are: {}", names.join(", "))
     }
 
+    /// The values of an axis, in words.
+    pub(super) fn known_values(axis: &Axis) -> String {
+        let known: Vec<&str> = axis.values.iter().map(|value| value.name.as_str()).collect();
+        format!("its values are: {}", known.join(", "))
+    }
+
     /// The combinations that have these values.
     ///
     /// # Errors
@@ -186,14 +192,8 @@ impl Plan {
                 value.name == *word || value.number.is_some() && value.number == word.parse::<f64>().ok()
             };
             axis.values.iter().position(same).ok_or_else(|| {
-                let known: Vec<&str> = axis.values.iter().map(|value| value.name.as_str()).collect();
                 let title = format!("the axis `{}` has no value {word}", axis.name);
-                source.error(
-                    span,
-                    &title,
-                    "here",
-                    &format!("its values are: {}", known.join(", ")),
-                )
+                source.error(span, &title, "here", &Self::known_values(axis))
             })
         };
         choice.0.iter().map(find).collect()

@@ -13,6 +13,7 @@ use super::file::WindowSection;
 use crate::case::Setup;
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::output::series::COLUMNS;
 use crate::output::{OutputFiles, SeriesTable, estimate_mean};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -23,6 +24,76 @@ use std::path::{Path, PathBuf};
 pub const BENCH_FILE: &str = "bench.json";
 /// Name of the file with the parts of a run that was interrupted and has gone on.
 pub const PARTS_FILE: &str = "parts.csv";
+
+/// Beginning of the names of shares of the time.
+pub const SHARE: &str = "share_";
+
+/// Numbers of a summary and of its scales.
+const OF_A_SUMMARY: [&str; 30] = [
+    "settling_velocity_over_stokes",
+    "settling_velocity_over_schiller_naumann",
+    "standard_error",
+    "drift",
+    "transient_end",
+    "settled_mean",
+    "settled_standard_error",
+    "resumed_from",
+    "particles",
+    "volume_fraction",
+    "cells",
+    "steps",
+    "dx",
+    "time_step",
+    "relaxation_time",
+    "mlups",
+    "wall_seconds",
+    "ranks",
+    "threads",
+    "mach",
+    "cells_per_diameter",
+    "diameter",
+    "viscosity",
+    "density_ratio",
+    "archimedes",
+    "galileo",
+    "stokes_velocity",
+    "stokes_time",
+    "schiller_naumann_velocity",
+    "schiller_naumann_reynolds",
+];
+
+/// Numbers of a benchmark.
+const OF_A_BENCHMARK: [&str; 18] = [
+    "mlups",
+    "roofline_fraction",
+    "bandwidth_gb_per_s",
+    "messages_per_step",
+    "bytes_per_step",
+    "collectives_per_step",
+    "bytes_per_cell",
+    "memory_per_rank_bytes",
+    "ranks_per_process",
+    "cells",
+    "particles",
+    "contacts",
+    "threads",
+    "ranks",
+    "memory_bytes",
+    "contacts_per_particle",
+    "wall_seconds",
+    "steps",
+];
+
+/// The names of all quantities of runs, or of benchmarks, but shares of the time.
+pub fn names(bench: bool) -> Vec<&'static str> {
+    if bench {
+        return OF_A_BENCHMARK.to_vec();
+    }
+    let columns = COLUMNS.iter().filter_map(|head| head.split(" (").next());
+    (OF_A_SUMMARY.into_iter().chain(columns))
+        .chain(["contacts_per_particle", "net_flux_over_stokes"])
+        .collect()
+}
 
 /// A number, and how well it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,14 +177,16 @@ impl Record {
                 put(&format!("{}_velocity", window.name.value), mean);
             }
         }
-        if let Some([seconds, steps]) = Parts::read(directory).total() {
-            put("wall_seconds", seconds);
-            let cells = quantities.get("cells").map_or(0.0, |cells| cells.value);
-            let mlups = Quantity {
-                value: steps * cells / seconds / 1e6,
-                error: None,
-            };
-            quantities.insert("mlups".to_string(), mlups);
+        let value = |name: &str| summary[name].as_f64();
+        let steps = value("steps").unwrap_or(f64::NAN);
+        let known = Parts::read(directory).known().or_else(|| {
+            let done = steps - value("resumed_from").unwrap_or(0.0);
+            Some([value("wall_seconds")?, done])
+        });
+        if let Some([seconds, done]) = known.filter(|[_, done]| *done > 0.0) {
+            // Of a part that was killed the time is not known: its steps count at the speed of the others.
+            put("wall_seconds", seconds * steps / done);
+            put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
         }
         Ok(Self {
             directory: directory.to_path_buf(),
@@ -180,7 +253,7 @@ fn shares(quantities: &mut BTreeMap<String, Quantity>, stages: &Json) {
                 value: time.value / total,
                 error: None,
             };
-            quantities.insert(format!("share_{stage}"), share);
+            quantities.insert(format!("{SHARE}{stage}"), share);
         }
     }
 }
@@ -299,17 +372,11 @@ impl Parts {
             .collect()
     }
 
-    /// Time (s) and steps of all parts; none if they do not reach from the start to the end without a gap.
-    pub fn total(&self) -> Option<[f64; 2]> {
-        let mut at = 0;
-        for part in &self.0 {
-            if part.from != at {
-                return None;
-            }
-            at = part.to;
-        }
-        let seconds = self.0.iter().map(|part| part.seconds).sum();
-        (at > 0).then_some([seconds, at as f64])
+    /// Time (s) and steps of all parts of which they are known; none if there is none.
+    pub fn known(&self) -> Option<[f64; 2]> {
+        let seconds: f64 = self.0.iter().map(|part| part.seconds).sum();
+        let steps: u64 = self.0.iter().map(|part| part.to - part.from).sum();
+        (steps > 0).then_some([seconds, steps as f64])
     }
 }
 
@@ -320,12 +387,13 @@ mod tests {
     #[test]
     fn the_time_of_an_interrupted_run_is_that_of_its_parts_together() {
         let parts = Parts::default().with(0, 100, 2.0).with(100, 250, 4.0);
-        assert_eq!(parts.total(), Some([6.0, 250.0]));
+        assert_eq!(parts.known(), Some([6.0, 250.0]));
         let place = tempfile::tempdir().unwrap();
         fs::write(place.path().join(PARTS_FILE), parts.text()).unwrap();
         assert_eq!(Parts::read(place.path()), parts);
-        // One was killed after a checkpoint at 60, of which nothing was noted: its time is not known.
-        assert_eq!(Parts::default().with(60, 100, 2.0).total(), None);
+        // One was killed after a checkpoint at 60, of which nothing was noted: the speed is that of the other.
+        assert_eq!(Parts::default().with(60, 100, 2.0).known(), Some([2.0, 40.0]));
+        assert_eq!(Parts::default().known(), None);
     }
 
     #[test]

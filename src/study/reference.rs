@@ -12,8 +12,29 @@ use std::fs;
 /// Points of a smooth line between two points of a study.
 const PARTS: u32 = 8;
 
+/// The value of a reference at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Expected {
+    /// The reference is not for this point.
+    NotMeant,
+    /// It is, but has no value there.
+    Absent,
+    /// Its value.
+    Value(f64),
+}
+
+impl Expected {
+    /// The value, if there is one.
+    pub(super) fn value(self) -> Option<f64> {
+        match self {
+            Self::Value(value) => Some(value),
+            Self::NotMeant | Self::Absent => None,
+        }
+    }
+}
+
 impl Study {
-    /// The value of a reference for a quantity at a point; none if it has none there.
+    /// The value of a reference for a quantity at a point.
     ///
     /// # Errors
     /// [`Error::Input`] if the reference is not one of a point, or its table is wrong.
@@ -22,27 +43,28 @@ impl Study {
         reference: &Located<ReferenceSection>,
         quantity: &str,
         at: &At,
-    ) -> Result<Option<f64>> {
+    ) -> Result<Expected> {
         let Located { value, span } = reference;
         if !self.plan.selection(&self.source, span, &value.only)?.meets(at) {
-            return Ok(None);
+            return Ok(Expected::NotMeant);
         }
-        match *value {
-            ReferenceSection { law: Some(law), .. } => self.law(law, quantity, reference, at),
+        let found = match *value {
+            ReferenceSection { law: Some(law), .. } => self.law(law, quantity, reference, at)?,
             ReferenceSection { csv: Some(_), .. } => {
                 let rows = self.rows(reference, at, None)?;
-                Ok(rows.first().map(|row| row.y))
+                rows.first().map(|row| row.y)
             }
             ReferenceSection {
                 value: Some(number), ..
-            } => Ok(Some(number)),
-            _ => Err(self.source.error(
-                span,
-                "this reference has no value at a single point",
-                "here",
-                "give `law`, `csv` or `value`",
-            )),
-        }
+            } => Some(number),
+            _ => {
+                let title = "this reference has no value at a single point";
+                return Err(self
+                    .source
+                    .error(span, title, "here", "give `law`, `csv` or `value`"));
+            }
+        };
+        Ok(found.map_or(Expected::Absent, Expected::Value))
     }
 
     fn law(

@@ -1,6 +1,6 @@
 //! How far each run of a study has come, from what is on disk.
 
-use super::file::StudyFile;
+use super::file::{BenchSection, StudyFile, ValueSection};
 use super::plan::{Plan, PlannedRun};
 use super::record::{BENCH_FILE, Record};
 use crate::case::Setup;
@@ -8,7 +8,7 @@ use crate::checkpoint;
 use crate::comm::Comm;
 use crate::error::Result;
 use crate::output::OutputFiles;
-use crate::simulation::identity;
+use crate::simulation::{identity, instruction_set};
 use serde_json::Value as Json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -59,6 +59,10 @@ impl State {
 pub struct Results<'a> {
     file: &'a StudyFile,
     bench: bool,
+    /// Threads that are asked for instead of the case's.
+    threads: Option<usize>,
+    /// Keys that axes of the study set, which so matter.
+    varied: Vec<String>,
     found: Vec<Found>,
 }
 
@@ -71,16 +75,23 @@ struct Found {
 
 impl<'a> Results<'a> {
     /// Those that a study may use, in its own directory and in others.
-    pub fn new(file: &'a StudyFile, directories: &[PathBuf]) -> Self {
+    pub fn new(file: &'a StudyFile, directories: &[PathBuf], threads: Option<usize>) -> Self {
         let bench = file.bench.is_some();
+        let varied = varied(file);
         let mut found = Vec::new();
         for directory in directories {
             let entries = fs::read_dir(directory).into_iter().flatten().flatten();
             let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
             folders.sort();
-            found.extend(folders.iter().filter_map(|folder| read(folder, bench)));
+            found.extend(folders.iter().filter_map(|folder| read(folder, bench, &varied)));
         }
-        Self { file, bench, found }
+        Self {
+            file,
+            bench,
+            threads,
+            varied,
+            found,
+        }
     }
 
     /// How far a run has come whose directory is `directory`.
@@ -88,8 +99,12 @@ impl<'a> Results<'a> {
     /// # Errors
     /// Those of reading the results of a run that has ended.
     pub fn state(&self, run: &PlannedRun, directory: &Path) -> Result<State> {
-        let wanted = canonical(&run.setup.text);
-        let fits = |found: &&Found| Some(&found.input) == wanted.as_ref() && is_of(&found.json, &run.setup);
+        let wanted = canonical(&run.setup.text, &self.varied);
+        let fits = |found: &&Found| {
+            Some(&found.input) == wanted.as_ref()
+                && is_of(&found.json, &run.setup)
+                && self.is_measured_alike(&found.json, &run.setup)
+        };
         let ended = |found: &&Found| self.bench || has_ended(&found.json, &run.setup);
         // Its own first.
         let mine = |found: &&Found| found.directory == directory;
@@ -107,13 +122,26 @@ impl<'a> Results<'a> {
         let left = self.found.iter().find(mine);
         if !self.bench
             && left.is_none_or(|left| fits(&left))
-            && let Some(step) = saved_step(directory, wanted.as_ref())
+            && let Some(step) = saved_step(directory, wanted.as_ref(), &self.varied)
         {
             return Ok(State::Part { step });
         }
         Ok(State::Open {
             replaces: left.is_some() || OutputFiles::new(directory).series().exists(),
         })
+    }
+
+    /// Whether a benchmark was made as this study makes it; true of what is none.
+    fn is_measured_alike(&self, found: &Json, setup: &Setup) -> bool {
+        let Some(bench) = self.file.bench.as_ref().map(|bench| bench.value) else {
+            return true;
+        };
+        let asked = measured_with(&bench, setup, self.threads);
+        asked
+            .as_object()
+            .into_iter()
+            .flatten()
+            .all(|(key, asked)| found.get(key) == Some(asked))
     }
 
     /// Of all runs of a plan.
@@ -126,8 +154,37 @@ impl<'a> Results<'a> {
     }
 }
 
+/// How a benchmark is made, apart from its case.
+pub(super) fn measured_with(bench: &BenchSection, setup: &Setup, threads: Option<usize>) -> Json {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = match threads.unwrap_or(setup.threads) {
+        0 => cores,
+        threads => threads,
+    };
+    serde_json::json!({
+        "steps": bench.steps,
+        "warm_up": bench.warm_up(setup),
+        "threads": threads,
+        "simd": instruction_set(setup),
+    })
+}
+
+/// Keys of the case that axes set.
+fn varied(file: &StudyFile) -> Vec<String> {
+    let mut keys = Vec::new();
+    for axis in &file.axes {
+        keys.extend(axis.value.key.iter().map(|key| key.value.clone()));
+        for value in &axis.value.values {
+            if let ValueSection::Named(named) = &value.value {
+                keys.extend(named.set.keys().cloned());
+            }
+        }
+    }
+    keys
+}
+
 /// The results in a directory, if there are any.
-fn read(directory: &Path, bench: bool) -> Option<Found> {
+fn read(directory: &Path, bench: bool, varied: &[String]) -> Option<Found> {
     let path = if bench {
         directory.join(BENCH_FILE)
     } else {
@@ -136,15 +193,24 @@ fn read(directory: &Path, bench: bool) -> Option<Found> {
     let json: Json = serde_json::from_str(&fs::read_to_string(path).ok()?).ok()?;
     Some(Found {
         directory: directory.to_path_buf(),
-        input: canonical(json["input"].as_str()?)?,
+        input: canonical(json["input"].as_str()?, varied)?,
         json,
     })
 }
 
-/// A case without what does not matter, and all numbers of one kind.
-pub(super) fn canonical(text: &str) -> Option<toml::Table> {
+/// A case without what does not matter, unless the study varies it, and all numbers of one kind.
+fn canonical(text: &str, varied: &[String]) -> Option<toml::Table> {
     let mut table: toml::Table = text.parse().ok()?;
-    for (section, key) in OF_NO_MATTER {
+    let matters = |section: &str, key: &str| {
+        let name = format!("{section}.{key}");
+        varied
+            .iter()
+            .any(|set| *set == name || set.starts_with(&format!("{name}.")))
+    };
+    for (section, key) in OF_NO_MATTER
+        .into_iter()
+        .filter(|(section, key)| !matters(section, key))
+    {
         if let Some(toml::Value::Table(section)) = table.get_mut(section) {
             section.remove(key);
         }
@@ -186,10 +252,10 @@ fn has_ended(summary: &Json, setup: &Setup) -> bool {
 }
 
 /// The step of the newest checkpoint of a run, if it is of this case.
-fn saved_step(directory: &Path, wanted: Option<&toml::Table>) -> Option<u64> {
+fn saved_step(directory: &Path, wanted: Option<&toml::Table>, varied: &[String]) -> Option<u64> {
     let folder = OutputFiles::new(directory).checkpoints();
     let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone())).ok()?;
-    (canonical(&head.case.text).as_ref() == wanted).then_some(head.step)
+    (canonical(&head.case.text, varied).as_ref() == wanted).then_some(head.step)
 }
 
 #[cfg(test)]
@@ -200,9 +266,18 @@ mod tests {
     fn cases_that_differ_only_in_what_they_write_are_the_same() {
         let a = "[fluid]\narchimedes = 1000\n[run]\nend = { steps = 5 }\nthreads = 2\n[output]\npicture_every = \"never\"\n";
         let b = "[run]\nend.steps = 5\n# a comment\n[fluid]\narchimedes = 1000.0\n";
+        let canonical = |text: &str| canonical(text, &[]);
         assert_eq!(canonical(a), canonical(b));
         assert_ne!(canonical(a), canonical(&a.replace("1000", "500")));
         let rows = a.replace("picture_every", "series_every");
         assert_ne!(canonical(a), canonical(&rows), "means depend on the rows");
+    }
+
+    #[test]
+    fn a_key_that_an_axis_sets_matters_whatever_it_is() {
+        let case = |threads: u32| format!("[run]\nend.steps = 5\nthreads = {threads}\n");
+        let varied = ["run.threads".to_string()];
+        assert_eq!(canonical(&case(1), &[]), canonical(&case(2), &[]));
+        assert_ne!(canonical(&case(1), &varied), canonical(&case(2), &varied));
     }
 }

@@ -1,7 +1,7 @@
 //! Tables of a study, in words.
 
 use super::Study;
-use super::convergence::Convergence;
+use super::convergence::{Convergence, interval_words, words as order_words};
 use super::document::Table;
 use super::file::{ColumnSection, Comparison, TableSection};
 use super::plan::combinations;
@@ -101,7 +101,7 @@ impl Study {
             _ => None,
         };
         let expected = match (reference, at) {
-            (Some(reference), Some(at)) => self.reference_at(reference, quantity, at)?,
+            (Some(reference), Some(at)) => self.reference_at(reference, quantity, at)?.value(),
             _ => None,
         };
         let mut cells = Vec::new();
@@ -145,6 +145,8 @@ pub(super) struct Found {
 /// What is known of the convergence of several series: errors at each resolution, and orders. Of repetitions that have a fit each,
 /// means over those on most grids are given, with the standard error of their scatter.
 pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
+    let percent =
+        |part: Option<f64>| part.map_or(NOTHING.to_string(), |part| format!("{:+.2} %", 100.0 * part));
     let mut errors = Vec::new();
     let mut orders = Vec::new();
     for Found {
@@ -163,31 +165,30 @@ pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
                 of.clone(),
                 sample.cells.to_string(),
                 words(quantity, DIGITS),
-                format!("{:+.2} %", 100.0 * convergence.error(sample)),
-                finest.map_or(NOTHING.to_string(), |finest| {
-                    format!("{:+.2} %", 100.0 * (sample.value / finest - 1.0))
-                }),
+                percent(convergence.error(sample)),
+                percent(finest.map(|finest| sample.value / finest - 1.0)),
             ]);
         }
-        let interval = |interval: Option<[f64; 2]>, digits: usize| {
-            interval.map_or(NOTHING.to_string(), |[low, high]| {
-                format!("{low:.digits$} to {high:.digits$}")
-            })
+        let number =
+            |value: Option<f64>| value.map_or(NOTHING.to_string(), |value| format!("{value:.DIGITS$}"));
+        let order = |which: usize| {
+            let within = convergence.order_within.map(|within| within[which]);
+            within.map_or(NOTHING.to_string(), interval_words)
         };
-        let within = convergence.order_within;
+        let limits = convergence
+            .limit_within
+            .map(|[low, high]| format!("{low:.DIGITS$} to {high:.DIGITS$}"));
         let [first, second] = convergence.limit_of_order;
         orders.push(vec![
             of.clone(),
-            format!("{:.2}", convergence.fit.order),
-            interval(within.map(|within| within[0]), 2),
-            interval(within.map(|within| within[1]), 2),
-            convergence
-                .against_finest
-                .map_or(NOTHING.to_string(), |order| format!("{order:.2}")),
-            format!("{:.4}", convergence.fit.limit),
-            interval(convergence.limit_within, 4),
-            format!("{first:.4}"),
-            format!("{second:.4}"),
+            order_words(convergence.fit.order),
+            order(0),
+            order(1),
+            (convergence.against_finest).map_or(NOTHING.to_string(), |order| format!("{order:.2}")),
+            number(convergence.limit()),
+            limits.unwrap_or_else(|| NOTHING.to_string()),
+            number(Some(first)),
+            number(Some(second)),
         ]);
     }
     orders.extend(means(found));
@@ -260,11 +261,11 @@ fn means(found: &[Found]) -> Vec<Vec<String>> {
         let separator = if group.is_empty() { "" } else { ", " };
         rows.push(vec![
             format!("{group}{separator}mean of {}", whole.len()),
-            mean(&|one| Some(one.fit.order), 2),
+            mean(&|one| one.limit().map(|_| one.fit.order), 2),
             NOTHING.to_string(),
             NOTHING.to_string(),
             mean(&|one| one.against_finest, 2),
-            mean(&|one| Some(one.fit.limit), DIGITS),
+            mean(&|one| one.limit(), DIGITS),
             NOTHING.to_string(),
             mean(&|one| Some(one.limit_of_order[0]), DIGITS),
             mean(&|one| Some(one.limit_of_order[1]), DIGITS),

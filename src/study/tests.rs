@@ -72,7 +72,7 @@ fn place(study: &str) -> tempfile::TempDir {
 
 fn load(place: &tempfile::TempDir) -> Result<Study> {
     let path = place.path();
-    Study::load(&path.join("study.toml"), Some(&path.join("here")), 100.0)
+    Study::load(&path.join("study.toml"), Some(&path.join("here")), None, 100.0)
 }
 
 fn names(study: &Study) -> Vec<&str> {
@@ -143,6 +143,10 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
         .expect("it is in a directory that is shared");
     assert_eq!(record.directory, place.path().join("other/some_name"));
     assert!(record.value("settling_velocity_over_stokes").unwrap() > 0.0);
+    let known = record::names(false);
+    let strange = |name: &&String| !known.contains(&name.as_str()) && !name.starts_with(record::SHARE);
+    let strange: Vec<&String> = record.quantities.keys().filter(strange).collect();
+    assert!(strange.is_empty(), "a study file could not name {strange:?}");
     assert!(study.states[1..].iter().all(|state| state.record().is_none()));
 
     let text = fs::read_to_string(&summary).unwrap();
@@ -430,6 +434,31 @@ fn what_is_wrong_in_figures_and_checks_is_told_before_anything_runs() {
         (
             format!("{check}reference = {{ value = 1.0 }}\n"),
             "this check lacks a key",
+        ),
+        (
+            format!("{check}y = \"settling_velocity\"\n"),
+            "did you mean `settling_velocity_over_",
+        ),
+        (format!("{check}tolerance = -0.1\n"), "a tolerance cannot be -0.1"),
+        (
+            "[[check]]\nkind = \"convergence\"\nx = \"phi\"\nat = 0.2\n".into(),
+            "`at` without a `tolerance`",
+        ),
+        (
+            "[[check]]\nkind = \"convergence\"\nx = \"phi\"\nat = 0.3\ntolerance = 0.1\n".into(),
+            "`at` is 0.3, which is no value of the axis `phi`",
+        ),
+        (
+            "[[check]]\nkind = \"scatter\"\ntolerance = 0.1\nonly = { phi = 0.2, shape = \"cube\" }\n".into(),
+            "scatter of a single run",
+        ),
+        (
+            "[[window]]\nname = \"late\"\nfrom = 1\nto = 50\n".into(),
+            "the window `late` ends at 50 t*",
+        ),
+        (
+            format!("{figure}x = \"seed\"\nonly = {{ phi = 0.1, shape = \"cube\" }}\n").repeat(2),
+            "two figures have the name `u`",
         ),
         (
             format!("{check}tolerance = 0.1\nreference = {{ csv = \"none.csv\", y = \"u\" }}\n"),

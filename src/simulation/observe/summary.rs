@@ -74,7 +74,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         wall_seconds,
         stages,
         precision: precision_name(setup.precision).to_owned(),
-        simd: setup.simd.unwrap_or_else(Simd::best).name().to_owned(),
+        simd: instruction_set(setup).to_owned(),
         ranks: simulation.comm.size(),
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
@@ -136,6 +136,11 @@ fn parameters(setup: &Setup) -> String {
         let _ = write!(text, " {name} {:x}", xxh3_64(bytes));
     }
     format!("{:016x}", xxh3_64(text.as_bytes()))
+}
+
+/// The instruction set that the kernels of a case use here.
+pub fn instruction_set(setup: &Setup) -> &'static str {
+    setup.simd.unwrap_or_else(Simd::best).name()
 }
 
 fn reference_scales(setup: &Setup) -> ReferenceScales {

@@ -78,7 +78,33 @@ impl Looks {
         let measured = count(ChartStyle::Measured) + count(ChartStyle::Points);
         let mut used = [0; 4];
         let mut colours = 0;
-        let known = names.iter().map(|&(style, label, points)| {
+        let mut known: Vec<(ChartStyle, String, Look)> = Vec::new();
+        for &(style, label, points) in &names {
+            // Points of a reference belong to the measured series whose name theirs ends with.
+            let owner = known.iter().find(|(of, name, _)| {
+                let own = label
+                    .strip_suffix(name.as_str())
+                    .is_some_and(|rest| rest.ends_with(", "));
+                (style, *of) == (ChartStyle::Points, ChartStyle::Measured) && own
+            });
+            if let Some(&(_, _, look)) = owner {
+                let marker = look.marker.map(|marker| Marker {
+                    filled: false,
+                    ..marker
+                });
+                let pencil = None;
+                known.push((
+                    style,
+                    label.to_string(),
+                    Look {
+                        style,
+                        marker,
+                        pencil,
+                        ..look
+                    },
+                ));
+                continue;
+            }
             let place = used[style as usize];
             used[style as usize] += 1;
             let marked = matches!(style, ChartStyle::Measured | ChartStyle::Points);
@@ -121,11 +147,9 @@ impl Looks {
                 marker,
                 pencil,
             };
-            (style, label.to_string(), look)
-        });
-        Self {
-            known: known.collect(),
+            known.push((style, label.to_string(), look));
         }
+        Self { known }
     }
 
     pub(super) fn find(&self, series: &ChartSeries) -> Look {
