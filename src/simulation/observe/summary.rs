@@ -110,11 +110,6 @@ pub fn identity(setup: &Setup) -> serde_json::Value {
     })
 }
 
-/// The instruction set that the kernels of a case use here.
-pub fn instruction_set(setup: &Setup) -> &'static str {
-    setup.simd.unwrap_or_else(Simd::best).name()
-}
-
 /// Checksum over the other numbers that decide the run, but for the places of the particles, as the case leaves them to the
 /// program: 16 hexadecimal digits.
 fn parameters(setup: &Setup) -> String {
@@ -141,6 +136,11 @@ fn parameters(setup: &Setup) -> String {
         let _ = write!(text, " {name} {:x}", xxh3_64(bytes));
     }
     format!("{:016x}", xxh3_64(text.as_bytes()))
+}
+
+/// The instruction set that the kernels of a case use here.
+pub fn instruction_set(setup: &Setup) -> &'static str {
+    setup.simd.unwrap_or_else(Simd::best).name()
 }
 
 fn reference_scales(setup: &Setup) -> ReferenceScales {
