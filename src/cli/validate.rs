@@ -61,7 +61,8 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
         arguments.changes.set.clone(),
         arguments.changes.threads.unwrap_or(0),
     );
-    trial.kept = (arguments.out.clone()).filter(|_| level == Level::Full);
+    let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
+    trial.kept = arguments.out.clone().filter(|_| full);
     trial.stop = options.stop;
     trial.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
