@@ -11,7 +11,7 @@
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 
 use super::lines::Segment;
-use super::volume_fraction::{behind_both, behind_plane, curved};
+use super::volume_fraction::{LEAST, at_least, behind, behind_both, behind_plane, curved};
 use crate::domain::{Block, Domain};
 use crate::fluid::{CHUNK, Real, SolidRow};
 use crate::math::{Mat3, Quat, Vec3};
@@ -146,6 +146,9 @@ const HALF_DIAGONAL: f64 = 0.8660254037844386;
 
 /// Cells on the surface of a sphere that are looked at together: a register of double precision, where they are widest.
 const BLOCK: usize = 8;
+
+/// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
+const NEAR: f64 = 1e-3;
 
 /// How the solid fraction of a cell follows from the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -469,6 +472,9 @@ impl<'a> Mapper<'a> {
         radius: f64,
     ) {
         let (square, depth) = (r[1] * r[1] + r[2] * r[2], self.shift - radius * self.per_dx);
+        // The normal is the vector from the centre, as long as it is: no division.
+        let least = LEAST * (radius * self.per_dx);
+        let (my, mz) = (at_least(r[1], least), at_least(r[2], least));
         let (gap, total) = (end - start, start + (count - end));
         for first in (0..total).step_by(BLOCK) {
             let mut share = [0.0_f64; BLOCK];
@@ -477,13 +483,8 @@ impl<'a> Mapper<'a> {
                 let lane = if lane < start { lane } else { lane + gap };
                 let x = (r[0] + lane as f64) - self.motion.centre[0];
                 let length = (x * x + square).sqrt();
-                let length = if length > f64::MIN_POSITIVE {
-                    length
-                } else {
-                    f64::MIN_POSITIVE
-                };
-                let over = 1.0 / length;
-                *share = behind_plane(length + depth, [x * over, r[1] * over, r[2] * over]);
+                let length = if length > NEAR { length } else { NEAR };
+                *share = behind((length + depth) * length, [at_least(x, least), my, mz]);
             }
             for (lane, share) in (first..total).zip(share) {
                 let lane = if lane < start { lane } else { lane + gap };

@@ -22,15 +22,31 @@
 //! Reference: Scardovelli and Zaleski (2000), doi:10.1006/jcph.2000.6567 (volume behind a plane).
 
 /// Components of a normal below this count as this, which keeps the division good to eight digits.
-const LEAST: f64 = 1e-4;
+pub(super) const LEAST: f64 = 1e-4;
 
 /// Share of a cell behind a plane with normal `n`, the signed distance of its centre being `d` (cells).
 #[inline(always)]
 pub(super) fn behind_plane(d: f64, n: [f64; 3]) -> f64 {
-    let m = n.map(|x| {
-        let x = x.abs();
-        if x > LEAST { x } else { LEAST }
-    });
+    behind(
+        d,
+        [
+            at_least(n[0], LEAST),
+            at_least(n[1], LEAST),
+            at_least(n[2], LEAST),
+        ],
+    )
+}
+
+/// The size of a component of a normal, at least so large.
+#[inline(always)]
+pub(super) fn at_least(x: f64, least: f64) -> f64 {
+    let x = x.abs();
+    if x > least { x } else { least }
+}
+
+/// The same from the sizes of the components; the normal may have any length if the distance is multiplied by it.
+#[inline(always)]
+pub(super) fn behind(d: f64, m: [f64; 3]) -> f64 {
     let s = (m[0] + m[1]) + m[2];
     // By symmetry the smaller part: fewer terms that cancel.
     let far = 0.5 * s - d.abs();
