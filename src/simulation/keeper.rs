@@ -4,7 +4,7 @@ use super::observe::{Observer, ObserverState};
 use super::run::RunOptions;
 use super::{Simulation, identity};
 use crate::case::Setup;
-use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
+use crate::checkpoint::{self, Checkpoint, Part};
 use crate::comm::Comm;
 use crate::coupling::MeanFlow;
 use crate::domain::{Block, Decomposition};
@@ -143,17 +143,7 @@ impl<'a> Keeper<'a> {
             };
             serde_json::to_vec(&shared).expect("plain data is always JSON")
         });
-        let head = Head {
-            step: simulation.step,
-            cells: self.setup.domain.cells,
-            bytes_per_cell: simulation.saved_bytes(),
-            case: CaseText {
-                name: self.setup.name.clone(),
-                text: self.setup.text.clone(),
-                files: self.setup.files.clone(),
-                resolved: identity(self.setup).to_string(),
-            },
-        };
+        let head = simulation.head(self.setup);
         let part = Part {
             block: self.block,
             engine: &state.engine,

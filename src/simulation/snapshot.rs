@@ -13,6 +13,21 @@ use std::path::Path;
 type Shared = (MeanFlow, Vec<u8>);
 
 impl<T: Real> Simulation<T> {
+    /// The head of a checkpoint of this step.
+    pub(super) fn head(&self, setup: &Setup) -> Head {
+        Head {
+            step: self.step,
+            cells: setup.domain.cells,
+            bytes_per_cell: self.saved_bytes(),
+            case: CaseText {
+                name: setup.name.clone(),
+                text: setup.text.clone(),
+                files: setup.files.clone(),
+                resolved: identity(setup).to_string(),
+            },
+        }
+    }
+
     /// Writes a checkpoint below a folder of checkpoints, with bytes of the caller's (those of rank 0 count). `sound` is the step
     /// of the one before, which stays. Collective.
     ///
@@ -32,17 +47,7 @@ impl<T: Real> Simulation<T> {
             0 => serde_json::to_vec(&(state.mean, own)).expect("plain data is always JSON"),
             _ => Vec::new(),
         };
-        let head = Head {
-            step: self.step,
-            cells: setup.domain.cells,
-            bytes_per_cell: self.saved_bytes(),
-            case: CaseText {
-                name: setup.name.clone(),
-                text: setup.text.clone(),
-                files: setup.files.clone(),
-                resolved: identity(setup).to_string(),
-            },
-        };
+        let head = self.head(setup);
         let part = Part {
             block: decomposition.block(self.comm.rank()),
             engine: &state.engine,
