@@ -505,6 +505,8 @@ impl<T: Real> Solids<T> for MappedSolids<'_, T> {
 }
 
 #[cfg(test)]
+mod contact_tests;
+#[cfg(test)]
 mod shape_tests;
 #[cfg(test)]
 mod tests;

@@ -1,18 +1,12 @@
 //! Runs on the processes of an MPI job, end to end: the same bits as on threads, one voice, no process left waiting.
 #![cfg(feature = "mpi")]
 
+#[path = "common/job.rs"]
+mod job;
+
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-
-/// What lets a launcher start more processes than there are cores, as any user.
-const ENVIRONMENT: [(&str, &str); 5] = [
-    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-    ("OMPI_MCA_mpi_yield_when_idle", "1"),
-    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-];
 
 const CASE: &str = r#"
 [domain]
@@ -49,14 +43,7 @@ fn folder() -> tempfile::TempDir {
 
 /// Turbid on so many processes; a job that hangs is ended, and fails.
 fn turbid(folder: &Path, processes: usize, arguments: &[&str]) -> Output {
-    Command::new("timeout")
-        .args(["--kill-after=5", "120", "mpirun", "-n", &processes.to_string()])
-        .arg(env!("CARGO_BIN_EXE_turbid"))
-        .args(arguments)
-        .current_dir(folder)
-        .envs(ENVIRONMENT)
-        .output()
-        .unwrap()
+    job::limited(folder, 120, processes, arguments).output().unwrap()
 }
 
 fn words(output: &Output) -> String {
@@ -234,19 +221,8 @@ fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
         "--set",
         "run.average_from.steps=20",
     ];
-    let job = Command::new("timeout")
-        .args([
-            "--kill-after=5",
-            "120",
-            "mpirun",
-            "-n",
-            "3",
-            env!("CARGO_BIN_EXE_turbid"),
-        ])
-        .args(["run", "case.toml", "--quiet"])
-        .args(every)
-        .current_dir(folder.path())
-        .envs(ENVIRONMENT)
+    let arguments = [&["run", "case.toml", "--quiet"], &every[..]].concat();
+    let job = job::limited(folder.path(), 120, 3, &arguments)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -1,6 +1,10 @@
 //! What the files for `ParaView` hold does not depend on who writes them: one thread, several, or the processes of an MPI job,
 //! each its own piece.
 
+#[cfg(feature = "mpi")]
+#[path = "common/job.rs"]
+mod job;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -131,20 +135,7 @@ mod processes {
 
     /// What so many processes say; a job that hangs is ended, and fails.
     fn mpirun(folder: &Path, processes: usize, arguments: &[&str]) -> Output {
-        Command::new("timeout")
-            .args(["--kill-after=5", "120", "mpirun", "-n", &processes.to_string()])
-            .arg(env!("CARGO_BIN_EXE_turbid"))
-            .args(arguments)
-            .current_dir(folder)
-            .envs([
-                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-                ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-                ("OMPI_MCA_mpi_yield_when_idle", "1"),
-                ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-            ])
-            .output()
-            .unwrap()
+        job::limited(folder, 120, processes, arguments).output().unwrap()
     }
 
     /// An attribute of a line of XML.

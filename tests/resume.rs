@@ -1,7 +1,12 @@
 //! `turbid resume`, end to end: a run that stops and goes on, on other ranks, leaves what a run leaves that never stopped.
 
+#[path = "common/child.rs"]
+mod child;
 #[path = "resume/disk.rs"]
 mod disk;
+#[cfg(feature = "mpi")]
+#[path = "common/job.rs"]
+mod job;
 #[path = "resume/signals.rs"]
 mod signals;
 
@@ -156,20 +161,7 @@ impl Place {
     /// Turbid on so many processes of an MPI job.
     #[cfg(feature = "mpi")]
     fn mpirun(&self, processes: usize, arguments: &[&str]) -> Command {
-        let mut command = Command::new("timeout");
-        command
-            .args(["--kill-after=5", "300", "mpirun", "-n", &processes.to_string()])
-            .arg(env!("CARGO_BIN_EXE_turbid"))
-            .args(arguments)
-            .current_dir(self.folder.path())
-            .envs([
-                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-                ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-                ("OMPI_MCA_mpi_yield_when_idle", "1"),
-                ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-            ]);
-        command
+        job::limited(self.folder.path(), 300, processes, arguments)
     }
 
     /// Runs it; it must end well. What it says.

@@ -1,9 +1,12 @@
 //! `turbid run`, end to end: what a run leaves behind when it ends, is stopped, or diverges.
 
+#[path = "common/child.rs"]
+mod child;
+
+use child::{Guard, poll, rows};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output, Stdio};
 use turbid::output::series::COLUMNS;
 use vtkio::Vtk;
 use vtkio::model::{Attribute, DataSet, Piece};
@@ -38,9 +41,6 @@ picture_every = { steps = 30 }
 ";
 const PARTICLES: usize = 13;
 const CELLS: usize = 32 * 32 * 32;
-
-/// Longest time to wait for another process: far beyond what is needed, so that only a hang reaches it.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 struct Place {
     folder: tempfile::TempDir,
@@ -306,53 +306,21 @@ fn the_number_of_threads_does_not_change_a_bit() {
     assert_eq!(hash("3"), one);
 }
 
-/// Ends a child that a failed test would leave behind.
-struct Guard(Child);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// Asks again and again until there is an answer; another process gives no other sign.
-fn poll<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
-        std::thread::yield_now();
-    }
-}
-
 /// Starts a run without end and stops it once it has written some rows.
-fn stopped_by(signal: i32, place: &Place) -> ExitStatus {
-    let mut child = Guard(
-        place
-            .command(&["--quiet", "--set", "run.end={ steps = 100000000 }"])
-            .spawn()
-            .unwrap(),
-    );
+fn stopped_by(signal: i32, place: &Place) {
+    let endless = ["--quiet", "--set", "run.end={ steps = 100000000 }"];
+    let mut child = Guard(place.command(&endless).spawn().unwrap());
     let series = place.out().join("series.csv");
-    poll("the first rows", || {
-        let text = std::fs::read_to_string(&series).ok()?;
-        (text.lines().count() > 20).then_some(())
-    });
-    // SAFETY: `kill` takes two numbers; the process is our child and not yet waited for, so its id is still its own.
-    let sent = unsafe { libc::kill(child.0.id() as libc::pid_t, signal) };
-    assert_eq!(sent, 0);
-    poll("the end of the run", || child.0.try_wait().unwrap())
+    poll("the first rows", || (rows(&series) > 20).then_some(()));
+    child.send(signal);
+    child.ends_well();
 }
 
 #[test]
 fn a_run_that_is_told_to_stop_ends_cleanly_with_readable_files() {
     for signal in [libc::SIGTERM, libc::SIGINT] {
         let place = Place::new();
-        let status = stopped_by(signal, &place);
-        assert!(status.success(), "{status}");
+        stopped_by(signal, &place);
         place.check_all_files();
         let (summary, series) = (place.summary(), place.series());
         assert_eq!(summary["interrupted"], true);

@@ -1,6 +1,10 @@
 //! The same bits on any number of ranks, threads of one process or processes of an MPI job: scenes of spheres, cubes, walls,
 //! sub-steps, and particles that cross every kind of border of blocks and box, 300 steps each, in both precisions.
 
+#[cfg(feature = "mpi")]
+#[path = "common/job.rs"]
+mod job;
+
 use std::fmt::Write;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -138,20 +142,9 @@ fn on_threads(folder: &Path, threads: usize, precision: &str) -> [Vec<u8>; 3] {
 
 #[cfg(feature = "mpi")]
 fn on_processes(folder: &Path, processes: usize, precision: &str) -> [Vec<u8>; 3] {
-    let output = Command::new("timeout")
-        .args(["--kill-after=5", "120", "mpirun", "-n", &processes.to_string()])
-        .args([env!("CARGO_BIN_EXE_turbid"), "run", "case.toml", "--quiet"])
-        .args(["--set", &format!("fluid.precision={precision}")])
-        .current_dir(folder)
-        .envs([
-            ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-            ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-            ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-            ("OMPI_MCA_mpi_yield_when_idle", "1"),
-            ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-        ])
-        .output()
-        .unwrap();
+    let precision_is = format!("fluid.precision={precision}");
+    let arguments = ["run", "case.toml", "--quiet", "--set", &precision_is];
+    let output = job::limited(folder, 120, processes, &arguments).output().unwrap();
     outcome(folder, precision, &output)
 }
 
@@ -159,7 +152,7 @@ fn same_on_all(case: &str) {
     same_with(case);
     same_with(&case.replace(
         "relaxation_time = 0.55",
-        "relaxation_time = 0.55\ncoupling = \"saturated\"",
+        "relaxation_time = 0.55\ncoupling = \"paper\"",
     ));
 }
 

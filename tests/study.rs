@@ -1,12 +1,12 @@
 //! `turbid study` from end to end, as a user types it.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+#[path = "common/child.rs"]
+mod child;
 
-/// Longest time to wait for another process: far beyond what is needed, so that only a hang reaches it.
-const PATIENCE: Duration = Duration::from_secs(120);
+use child::{Guard, poll, rows};
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
 
 const CASE: &str = r#"
 [domain]
@@ -127,38 +127,6 @@ impl Place {
     }
 }
 
-/// Ends a child that a failed test would leave behind.
-struct Guard(Child);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Guard {
-    fn ends_well(&mut self) {
-        let status = poll("the end of the study", || self.0.try_wait().unwrap());
-        assert!(status.success(), "{status}");
-    }
-}
-
-fn poll<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
-        std::thread::sleep(Duration::from_millis(1));
-    }
-}
-
-fn rows(series: &Path) -> usize {
-    fs::read_to_string(series).map_or(0, |text| text.lines().count())
-}
-
 #[test]
 fn a_study_that_is_stopped_goes_on_and_ends_with_the_numbers_of_one_that_was_not() {
     let place = Place::new(STUDY);
@@ -168,9 +136,7 @@ fn a_study_that_is_stopped_goes_on_and_ends_with_the_numbers_of_one_that_was_not
     let mut child = Guard(place.command(&parts).spawn().unwrap());
     let series = place.path("parts/phi0.2_seed1/series.csv");
     poll("rows of the second run", || (rows(&series) >= 6).then_some(()));
-    // SAFETY: `kill` takes two numbers; the process is our child and not yet waited for, so its id is still its own.
-    let sent = unsafe { libc::kill(child.0.id() as libc::pid_t, libc::SIGTERM) };
-    assert_eq!(sent, 0);
+    child.send(libc::SIGTERM);
     child.ends_well();
     assert_eq!(place.result("parts").len(), 1);
     let list = place.well(&["study.toml", "--out", "parts", "--list"]);

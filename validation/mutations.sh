@@ -20,7 +20,7 @@ weight|src/fluid/kernel.rs|scaled(1.0 / 18.0), scaled(1.0 / 36.0)|scaled(1.0 / 1
 quadratic|src/fluid/kernel.rs|c(4.5) * rho, c(3.0) * rho|c(4.0) * rho, c(3.0) * rho
 force_sign|src/fluid/kernel.rs|[u[0] + a[0], u[1] + a[1], u[2] + a[2]]|[u[0] - a[0], u[1] - a[1], u[2] - a[2]]
 solid_sign|src/fluid/kernel.rs|*odd = open * *odd + b * (v + v)|*odd = open * *odd - b * (v + v)
-solid_weight|src/fluid/kernel.rs|let b = solid * t * sum.recip()|let b = solid
+solid_weight|src/fluid/kernel.rs|let b = solid * t * (through + t).recip()|let b = solid
 exchange_sign|src/fluid/kernel.rs|given * (u[axis] - velocity[axis])|given * (velocity[axis] - u[axis])
 viscosity|src/units.rs|dt: (relaxation_time - 0.5) / 3.0|dt: relaxation_time / 3.0
 prefactor|src/contact/law.rs|4.0 / 3.0 * self.modulus * (couple|4.0 / 5.0 * self.modulus * (couple

@@ -43,7 +43,6 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS:
         acceleration: acceleration.map(T::from_f64),
         solids: fluid.solids,
         above_half: T::from_f64(fluid.relaxation_times[0] - 0.5),
-        over_full: T::from_f64(1.0 / (fluid.relaxation_times[0] + 0.5)),
         reflection: T::from_f64(fluid.solids.momentum()),
     };
     for z in 0..nz {

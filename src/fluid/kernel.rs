@@ -21,12 +21,18 @@
 //! Torczynski 1998), with the exact fraction `e` of their volume:
 //!
 //! ```text
-//! f' = f + (1 - b) W_fluid + b W_solid,     b = e t / ((1 - e) + t),   t = tau - 1/2
-//! W_fluid = relaxation, and exact difference to u + a ((1 - e) + t) / (1 + t): rho (1 - e) a in all
+//! f' = f + (1 - b) W_fluid + b W_solid,     b = e t / ((1 - e) + t + l),   t = tau - 1/2
+//! l = 0.01 + 20 t (sum e_k - e),            e = 1 - prod (1 - e_k) of several bodies k
+//! W_fluid = relaxation, and exact difference to u + a (1 - e) / (1 - b): rho (1 - e) a in all
 //! sc1   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u)             sum c W_solid = rho (u_s - u)
 //! sc2   W_solid,i = feq_i(rho, u_s) - f_i + relaxed (f - feq(rho, u))         sum c W_solid = rho (u_s - u)
 //! sc3   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u_s)           sum c W_solid = 2 rho (u_s - u)
 //! ```
+//!
+//! The leak `l` keeps cells within solids from reflecting everything. Without it nothing damps what they hold: waves there
+//! grow by about `u_s^2 / 2` per step, until a sphere that spins on the spot has burst. It lets the fluid into the solid by
+//! another `sqrt(l / 6)`, four hundredths of a cell, and the drag falls by 0.2 to 0.6 per cent. Where bodies overlap it is larger, as if there
+//! were a film between them: cells that reflect weld bodies that slide along each other, ever more firmly on finer grids.
 //!
 //! The solids receive `-b sum c W_solid`, known from the moments alone. What the cells hold within the solids counts as moving
 //! with them: `e rho u_s` stands for `e rho u` in measurements.
@@ -209,9 +215,8 @@ pub(crate) struct Row<T> {
     pub(crate) acceleration: [T; 3],
     /// What solids do.
     pub(crate) solids: SolidCollision,
-    /// `t = tau - 1/2`, and `1 / (1 + t)`.
+    /// `t = tau - 1/2`.
     pub(crate) above_half: T,
-    pub(crate) over_full: T,
     /// Momentum that the operator of the solids takes, over `rho (u_s - u)`.
     pub(crate) reflection: T,
 }
@@ -229,6 +234,10 @@ impl<T: Number> Measured<T> {
         }
     }
 }
+
+/// What keeps cells within a solid from reflecting everything, and what overlaps add to it (sc1 to sc3).
+const LEAK: f64 = 0.01;
+const FILM: f64 = 20.0;
 
 /// Bytes of a cache line.
 const LINE: usize = 64;
@@ -291,10 +300,13 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                     put(&mut solids.incoming[3], deviation - g[0]);
                 } else {
                     let t = R::splat(row.above_half);
-                    let sum = open + t;
-                    let b = solid * t * sum.recip();
+                    let overlap = (at(&solids.fraction_sum) - solid).max(R::splat(T::ZERO));
+                    let c = |x: f64| R::splat(T::from_f64(x));
+                    // `(1 - e) + l`.
+                    let through = open + c(LEAK) + c(FILM) * (t * overlap);
+                    let b = solid * t * (through + t).recip();
                     // Exactly one where there is no solid: such a cell must not feel who shares its register.
-                    let share = one - solid * R::splat(row.over_full);
+                    let share = one - solid * through * (through + open * t).recip();
                     let given = b * rho * R::splat(row.reflection);
                     for axis in 0..3 {
                         let push = share * a[axis];

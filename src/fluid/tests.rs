@@ -291,8 +291,14 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     }
 }
 
-/// What a cell holds after its collision, from the formulae: one population at a time.
-fn collided(g: &[f64; Q], params: &FluidParams, a: [f64; 3], (e, us): (f64, [f64; 3])) -> [f64; Q] {
+/// What a cell holds after its collision, from the formulae: one population at a time. Solids: fraction, its excess over all
+/// bodies, and velocity.
+fn collided(
+    g: &[f64; Q],
+    params: &FluidParams,
+    a: [f64; 3],
+    (e, overlap, us): (f64, f64, [f64; 3]),
+) -> [f64; Q] {
     let tau = params.relaxation_time;
     let tau_odd = match params.collision {
         Collision::Bgk => tau,
@@ -311,7 +317,8 @@ fn collided(g: &[f64; Q], params: &FluidParams, a: [f64; 3], (e, us): (f64, [f64
     let (b, force) = if params.solids == SolidCollision::ExactDifference {
         (0.0, 0.0)
     } else {
-        (e * t / (1.0 - e + t), (1.0 - e + t) / (1.0 + t))
+        let b = e * t / (1.0 - e + t + 0.01 + 20.0 * t * overlap);
+        (b, (1.0 - e) / (1.0 - b))
     };
     let target: [f64; 3] = std::array::from_fn(|k| match params.solids {
         SolidCollision::ExactDifference => (1.0 - e) * (u[k] + a[k]) + e * us[k],
@@ -363,7 +370,9 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
             for &c in &all {
                 let mut row = SolidRow::<f64>::new(cells[0].div_ceil(CHUNK), solids);
                 cubes.fill(c[1], c[2], &mut row);
-                let after = collided(&plain[index(c)], &params, a, row.cell(c[0]));
+                let (e, us) = row.cell(c[0]);
+                let overlap = row.fraction_sum[c[0]] - e;
+                let after = collided(&plain[index(c)], &params, a, (e, overlap, us));
                 for (i, after) in after.into_iter().enumerate() {
                     let to: [usize; 3] = std::array::from_fn(|k| {
                         (c[k] as isize + C[i][k]).rem_euclid(cells[k] as isize) as usize
@@ -397,11 +406,11 @@ fn an_operator_gives_a_solid_cell_the_momentum_that_the_particle_is_told() {
             collision: Collision::Trt { magic: 0.125 },
             ..bgk(0.56, Simd::best())
         };
-        for (e, force) in [(1.0, 0.0), (0.4, 1e-3)] {
-            let after = collided(&g, &params, [force, 0.0, 0.0], (e, us));
+        for (e, overlap, force) in [(1.0, 0.0, 0.0), (0.4, 0.0, 1e-3), (0.8, 0.2, 1e-3)] {
+            let after = collided(&g, &params, [force, 0.0, 0.0], (e, overlap, us));
             let mass: f64 = after.iter().sum();
             assert!((mass - g.iter().sum::<f64>()).abs() < 1e-15);
-            let b = e * 0.06 / (1.0 - e + 0.06);
+            let b = e * 0.06 / (1.0 - e + 0.06 + 0.01 + 1.2 * overlap);
             for a in 0..3 {
                 let fed = if a == 0 { (1.0 - e) * rho * force } else { 0.0 };
                 let expected = fed + b * solids.momentum() * (rho * us[a] - momentum(&g, a));

@@ -1,68 +1,21 @@
 //! Runs that are stopped, asked for a checkpoint, killed, or out of time.
 
+use super::child::{Guard, PATIENCE, poll, rows};
+#[cfg(feature = "mpi")]
+use super::job;
 use super::{CASE, Place, ROWS_ONLY, well};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
-
-/// Longest time to wait for another process: far beyond what is needed, so that only a hang reaches it.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Never comes to its end.
 const ENDLESS: [&str; 2] = ["--set", "run.end.steps=100000000"];
-/// Ends a child that a failed test would leave behind.
-struct Guard(Child);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Guard {
-    fn of(mut command: Command) -> Self {
-        let command = command
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        Self(command.spawn().unwrap())
-    }
-
-    fn send(&self, signal: i32) {
-        // SAFETY: `kill` takes two numbers; the process is our child and not yet waited for, so its id is still its own.
-        let sent = unsafe { libc::kill(self.0.id() as libc::pid_t, signal) };
-        assert_eq!(sent, 0);
-    }
-
-    /// Waits for a good end.
-    fn ends_well(&mut self) {
-        let status = poll("the end of the run", || self.0.try_wait().unwrap());
-        assert!(status.success(), "{status}");
-    }
-}
 
 /// Turbid itself, so that signals reach it.
 fn turbid(place: &Place, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_turbid"));
     command.args(arguments).current_dir(place.folder.path());
     command
-}
-
-/// Asks again and again until there is an answer; another process gives no other sign.
-fn poll<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
-        std::thread::sleep(Duration::from_millis(1));
-    }
-}
-
-fn rows(series: &Path) -> usize {
-    std::fs::read_to_string(series).map_or(0, |text| text.lines().count())
 }
 
 fn wait_for_rows(place: &Place, count: usize) {
@@ -138,14 +91,8 @@ fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_goes_on() {
 fn the_processes_of_a_job_write_a_checkpoint_that_its_launcher_is_asked_for() {
     let place = Place::new(CASE);
     let arguments = [&["run", "case.toml", "--quiet"], &ENDLESS[..], &ROWS_ONLY].concat();
-    let job = place.mpirun(2, &arguments);
-    // Without `timeout`, which would keep the signal.
-    let mut launcher = Command::new("mpirun");
-    launcher
-        .args(job.get_args().skip(3))
-        .current_dir(place.folder.path());
-    launcher.envs(job.get_envs().filter_map(|(name, value)| Some((name, value?))));
-    let mut child = Guard::of(launcher);
+    // Not through `timeout`, which would keep the signal.
+    let mut child = Guard::of(job::launcher(place.folder.path(), 2, &arguments));
     wait_for_rows(&place, 10);
     child.send(libc::SIGUSR1);
     let step = poll("a checkpoint", || place.checkpoints("out").last().copied());
