@@ -5,6 +5,7 @@
 //!   REPORT.md              everything on one page
 //!   figures/NAME.svg       each figure it shows
 //!   figures/NAME.png
+//!   STUDY.csv              what the runs of a study found, if OUT is another directory
 //! ```
 //!
 //! A directory is that of a run (`summary.json`, `series.csv`), of a study (`study.json`), or one that holds several of them one
@@ -19,6 +20,7 @@ mod study;
 use crate::error::{Error, Result};
 use crate::output::picture::{Figure, Format};
 use crate::output::write_bytes;
+use crate::study::result::FILE as RESULT;
 use find::{Kind, Source};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -83,6 +85,11 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
         sections.push(section(source, sources.len() == 1)?);
     }
     prepare(out)?;
+    if out != directory {
+        for (source, section) in sources.iter().zip(&mut sections) {
+            section.blocks.extend(rows(source, out)?);
+        }
+    }
     let alone = sections.len() == 1;
     let mut figures = 0;
     for (source, section) in sources.iter().zip(&sections) {
@@ -116,6 +123,18 @@ fn section(source: &Source, alone: bool) -> Result<Section> {
     }
 }
 
+/// The rows of a study beside a page that is elsewhere, and what the page says of them.
+fn rows(source: &Source, out: &Path) -> Result<Option<Block>> {
+    let from = source.directory.join(RESULT);
+    if source.kind != Kind::Study || !from.is_file() {
+        return Ok(None);
+    }
+    let bytes = fs::read(&from).map_err(|source| Error::io("read", &from, source))?;
+    let name = format!("{}.csv", plain(&source.name));
+    write_bytes(&out.join(&name), &bytes)?;
+    Ok(Some(Block::Text(format!("All runs: [{name}]({name})."))))
+}
+
 fn prepare(out: &Path) -> Result<()> {
     let folder = out.join(FIGURES);
     fs::create_dir_all(&folder).map_err(|source| {
@@ -128,22 +147,24 @@ fn prepare(out: &Path) -> Result<()> {
 
 /// Name of the file of a figure, without its folder.
 fn figure_file(source: &Source, name: &str, alone: bool, format: Format) -> String {
-    let plain = |text: &str| -> String {
-        let keep = |c: char| {
-            if c.is_ascii_alphanumeric() || "-_.".contains(c) {
-                c
-            } else {
-                '_'
-            }
-        };
-        text.chars().map(keep).collect()
-    };
     let before = if alone {
         String::new()
     } else {
         format!("{}_", plain(&source.name))
     };
     format!("{before}{}.{}", plain(name), format.extension())
+}
+
+/// Of a name what a file may be called.
+fn plain(text: &str) -> String {
+    let keep = |c: char| {
+        if c.is_ascii_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '_'
+        }
+    };
+    text.chars().map(keep).collect()
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ mod points;
 pub mod record;
 mod reference;
 mod refuse;
-mod result;
+pub(crate) mod result;
 pub mod state;
 mod table;
 

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::output::write_bytes;
 
 /// Name of the file in the directory of a study.
-const FILE: &str = "result.csv";
+pub(crate) const FILE: &str = "result.csv";
 
 /// Quantities of a run; those that it does not have stay empty.
 const OF_A_RUN: [&str; 17] = [
