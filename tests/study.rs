@@ -5,7 +5,7 @@ mod child;
 
 use child::{Guard, poll, rows};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 const CASE: &str = r#"
