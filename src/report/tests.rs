@@ -118,7 +118,8 @@ fn a_run_without_a_summary_is_drawn_from_its_series_and_what_never_moves_is_left
 fn a_study_has_its_checks_figures_and_tables_on_its_page() {
     let place = tempfile::tempdir().unwrap();
     write_study(place.path(), "A study");
-    fs::write(place.path().join("result.csv"), "run,phi\na,0.1\n").unwrap();
+    let rows = format!("run,phi\n{}", "a,0.1\n".repeat(100));
+    fs::write(place.path().join("result.csv"), &rows).unwrap();
     let out = place.path().join("pages");
     let done = report(place.path(), &out, &[Svg]).unwrap();
     assert_eq!((done.figures, done.checks), (1, [1, 2]));
@@ -141,7 +142,7 @@ fn a_study_has_its_checks_figures_and_tables_on_its_page() {
     assert_eq!(files.len(), 1, "only the format that was asked for");
     let name = format!("{}.csv", place.path().file_name().unwrap().to_str().unwrap());
     assert!(text.contains(&format!("All runs: [{name}]({name}).")), "{text}");
-    assert_eq!(fs::read_to_string(out.join(name)).unwrap(), "run,phi\na,0.1\n");
+    assert_eq!(fs::read_to_string(out.join(name)).unwrap(), rows);
 }
 
 #[test]
