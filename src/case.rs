@@ -108,7 +108,7 @@ impl Setup {
     /// The solid fraction of a cell.
     pub fn fraction(&self) -> Fraction {
         if self.solids.is_saturated() {
-            Fraction::Volume
+            Fraction::VOLUME
         } else {
             Fraction::Ramp(self.solid_ramp_width)
         }

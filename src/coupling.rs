@@ -152,9 +152,11 @@ impl Coupling {
                 body.rigid = rigid_momentum(particle, shape, &body.motion, self.params.units.dx);
             }
         }
-        if self.params.fraction == Fraction::Volume && self.shifts.len() != particles.templates.len() {
+        if let Fraction::Volume(out) = self.params.fraction
+            && self.shifts.len() != particles.templates.len()
+        {
             let dx = self.params.units.dx;
-            let shift = |template: &Template| shift_of(&*template.shape, dx);
+            let shift = |template: &Template| shift_of(&*template.shape, dx, out);
             self.shifts = particles.templates.iter().map(shift).collect();
         }
         self.planes.clear();
@@ -163,7 +165,8 @@ impl Coupling {
             self.first_plane.push(self.planes.len() as u32);
             let to_world = particle.orientation().to_rotation_matrix().into_inner();
             let shape = &*particles.template(particle).shape;
-            FacePlane::collect(shape, &to_world, self.params.units.dx, &mut self.planes);
+            let shift = shift_in(&self.shifts, particle);
+            FacePlane::collect(shape, &to_world, self.params.units.dx, shift, &mut self.planes);
         }
         self.first_plane.push(self.planes.len() as u32);
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
@@ -401,8 +404,13 @@ fn mapper<'a>(
         faces,
         params.units.dx,
         params.fraction,
-        shifts.get(particle.template as usize).copied().unwrap_or(0.0),
+        shift_in(shifts, particle),
     )
+}
+
+/// By how much the surface of a particle is moved in (cells); 0 where there are no shares of volume.
+fn shift_in(shifts: &[f64], particle: &Particle) -> f64 {
+    shifts.get(particle.template as usize).copied().unwrap_or(0.0)
 }
 
 /// A particle in lattice units, relative to its reference cell; cell `n` has its centre at `(n + 1/2) dx`.

@@ -53,7 +53,7 @@ fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fractio
         units,
         solids: match fraction {
             Fraction::Ramp(_) => SolidCollision::ExactDifference,
-            Fraction::Volume => SolidCollision::Sc3,
+            Fraction::Volume(_) => SolidCollision::Sc3,
         },
         fraction,
         gravity: Vec3::zeros(),
@@ -162,7 +162,7 @@ fn the_shares_of_volume_add_up_to_the_volume_of_the_body_on_average_over_poses()
         let (mut sum, mut worst) = (0.0, 0.0_f64);
         for _ in 0..100 {
             let pose = random_pose(&domain, &mut random);
-            let fractions = mapped_as(&shape, domain, pose, Fraction::Volume);
+            let fractions = mapped_as(&shape, domain, pose, Fraction::Volume(0.0));
             assert!(fractions.iter().all(|e| (0.0..=1.0).contains(e)));
             let ratio = fractions.iter().sum::<f64>() * domain.dx.powi(3) / shape.volume();
             sum += ratio;
@@ -184,6 +184,25 @@ fn the_shares_of_volume_add_up_to_the_volume_of_the_body_on_average_over_poses()
 }
 
 #[test]
+fn a_cube_has_the_shares_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let cube: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap());
+    let domain = room(&*cube);
+    let larger: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::repeat(1.0 + 0.2 * domain.dx)).unwrap());
+    for _ in 0..20 {
+        let pose = random_pose(&domain, &mut random);
+        let moved = mapped_as(&cube, domain, pose, Fraction::VOLUME);
+        let exact = mapped_as(&larger, domain, pose, Fraction::Volume(0.0));
+        let off = moved
+            .iter()
+            .zip(&exact)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(off < 1e-6, "{off}");
+    }
+}
+
+#[test]
 fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
     let mut random = ChaCha8Rng::seed_from_u64(6);
     for shape in shapes() {
@@ -192,7 +211,7 @@ fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
         let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
         for _ in 0..3 {
             let pose = random_pose(&domain, &mut random);
-            let fractions = mapped_as(&shape, domain, pose, Fraction::Volume);
+            let fractions = mapped_as(&shape, domain, pose, Fraction::Volume(0.0));
             let turn = pose.orientation().inverse();
             let cut = fractions
                 .iter()

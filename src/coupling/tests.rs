@@ -35,7 +35,7 @@ pub(super) fn coupled(solids: SolidCollision) -> CouplingParams {
         units: UNITS,
         solids,
         fraction: if solids.is_saturated() {
-            Fraction::Volume
+            Fraction::VOLUME
         } else {
             Fraction::Ramp(0.5)
         },

@@ -8,6 +8,7 @@ use super::hull::{self, Hull};
 use super::{Shape, ShapeError, SurfaceMesh, row};
 use crate::math::{Quat, Vec3};
 use nearest::Features;
+use std::collections::BTreeMap;
 
 /// Relative tolerance for corners that were computed: closer ones are one, faces that are flat up to it are one face.
 pub const COMPUTED: f64 = 1e-9;
@@ -161,6 +162,27 @@ impl Polyhedron {
             });
         }
         Ok(Self::assemble(vertices, faces))
+    }
+
+    /// How sharp the edges are, over those of a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at which the normals
+    /// turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
+    pub fn sharpness(&self) -> f64 {
+        let mut across = BTreeMap::new();
+        let (mut area, mut sum) = (0.0, 0.0);
+        for face in &self.faces {
+            let corner = |n: usize| face.corners[n % face.corners.len()];
+            let at = |n: usize| self.vertices[corner(n) as usize];
+            for n in 0..face.corners.len() {
+                let (from, to) = (corner(n), corner(n + 1));
+                area += 0.5 * (at(n) - at(0)).cross(&(at(n + 1) - at(0))).dot(&face.normal);
+                if let Some(other) = across.remove(&(to, from)) {
+                    sum += (at(n + 1) - at(n)).norm() * (1.0 - face.normal.dot(other));
+                } else {
+                    across.insert((from, to), &face.normal);
+                }
+            }
+        }
+        libm::cbrt(self.volume) * sum / (2.0 * area)
     }
 
     /// Fills in what is computed once.

@@ -542,6 +542,28 @@ fn a_cube_is_the_same_as_cuboid_and_as_polyhedron() {
 }
 
 #[test]
+fn edges_are_as_sharp_as_those_of_a_cube_whatever_its_size_and_fade_out_on_the_way_to_a_sphere() {
+    let cube = Polyhedron::cuboid(Vec3::repeat(0.7));
+    assert!((cube.sharpness() - 1.0).abs() < 1e-12);
+    // Edges of a tetrahedron of edge 1: normals turn by acos(-1/3); volume 1 / (6 sqrt 2), area sqrt 3.
+    let corners = [
+        [1.0, 1.0, 1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+    let tetrahedron = Polyhedron::hull(&corners.map(Vec3::from), 1e-9).unwrap().0;
+    let exact = (6.0 * 2.0_f64.sqrt()).cbrt().recip() * 6.0 * (4.0 / 3.0) / (2.0 * 3.0_f64.sqrt());
+    assert!((tetrahedron.sharpness() - exact).abs() < 1e-12);
+    let of = |refinement| {
+        let mesh = Sphere { radius: 2.0 }.surface_mesh(refinement);
+        Polyhedron::hull(&mesh.points, 1e-9).unwrap().0.sharpness()
+    };
+    let [coarse, fine] = [of(2), of(3)];
+    assert!(fine < 0.6 * coarse && coarse < 0.5, "{coarse} {fine}");
+}
+
+#[test]
 fn sizes_that_are_no_sizes_are_refused() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let messages = [

@@ -167,7 +167,7 @@ fn measure(row: &Row) -> Outcome {
         units,
         solids: row.solids,
         fraction: if row.solids.is_saturated() {
-            Fraction::Volume
+            Fraction::VOLUME
         } else {
             Fraction::Ramp(0.5)
         },
