@@ -144,19 +144,31 @@ pub(super) fn add_shares<'a, T: Real>(
             segment.offset[2].into(),
         ];
         let shares = windows.next().expect("one for each window");
-        let exchanged = row.exchanged(segment.x as usize + done);
-        for (sum, [x, y, z, _]) in [&mut *incoming, &mut *outgoing].into_iter().zip(exchanged) {
-            let mut f = [[0.0_f64; CHUNK]; 3];
-            for (f, p) in f.iter_mut().zip([x, y, z]) {
-                let mut force = [T::ZERO; CHUNK];
-                for k in 0..CHUNK {
-                    force[k] = shares[k] * p[k];
-                }
-                *f = masked(&force, count);
-            }
-            sum.add(&levered(&f, n), 1);
-        }
+        let [came, left] = row.exchanged(segment.x as usize + done);
+        add_parts(came, shares, count, n, incoming);
+        add_parts(left, shares, count, n, outgoing);
     }
+}
+
+/// Adds `shares` of what the first `count` cells of a window exchanged, whose first cell has offset `n`.
+#[inline(always)]
+fn add_parts<T: Real>(
+    exchanged: [&[T; CHUNK]; 4],
+    shares: &[T; CHUNK],
+    count: usize,
+    n: [i64; 3],
+    sum: &mut ExchangeSum,
+) {
+    let mut f = [[0.0_f64; CHUNK]; 3];
+    for axis in 0..3 {
+        let p = exchanged[axis];
+        let mut force = [T::ZERO; CHUNK];
+        for k in 0..CHUNK {
+            force[k] = shares[k] * p[k];
+        }
+        f[axis] = masked(&force, count);
+    }
+    sum.add(&levered(&f, n), 1);
 }
 
 /// [`CHUNK`] times all bits, then [`CHUNK`] times none.
@@ -173,7 +185,7 @@ const FIRST: [u64; 2 * CHUNK] = {
 /// Adds the first `count` cells of a window whose first cell has offset `n`.
 #[inline(always)]
 fn add_cells<T: Real>(
-    exchanged: [&[T]; 4],
+    exchanged: [&[T; CHUNK]; 4],
     u: &[[T; CHUNK]; 3],
     count: usize,
     n: [i64; 3],
@@ -181,7 +193,7 @@ fn add_cells<T: Real>(
 ) {
     let mut f = [[0.0_f64; CHUNK]; 3];
     for axis in 0..3 {
-        let (p, m, u) = (&exchanged[axis][..CHUNK], &exchanged[3][..CHUNK], &u[axis]);
+        let (p, m, u) = (exchanged[axis], exchanged[3], &u[axis]);
         let mut force = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
             force[k] = p[k] - u[k] * m[k];

@@ -423,11 +423,22 @@ impl<'a> Mapper<'a> {
             for k in 0..CHUNK {
                 fraction[k] = rise[k] - fall[k];
             }
-            if let (true, Geometry::Sphere(radius)) = (self.by_volume, self.geometry) {
-                self.sphere_shares(&mut fraction, [full.start, full.end, count], [n0, ry, rz], radius);
-            } else {
-                self.ramp(&mut fraction, 0..full.start, [n0, ry, rz]);
-                self.ramp(&mut fraction, full.end..count, [n0, ry, rz]);
+            let surface = Surface {
+                start: full.start,
+                end: full.end,
+                count,
+            };
+            match (self.by_volume, self.geometry) {
+                (true, Geometry::Sphere(radius)) => {
+                    self.sphere_shares(&mut fraction, surface, [n0, ry, rz], radius);
+                }
+                (true, Geometry::Flat(planes)) => {
+                    self.flat_shares(&mut fraction, surface, [n0, ry, rz], planes);
+                }
+                _ => {
+                    self.ramp(&mut fraction, 0..full.start, [n0, ry, rz]);
+                    self.ramp(&mut fraction, full.end..count, [n0, ry, rz]);
+                }
             }
             let mut velocity = [[T::ZERO; CHUNK]; 3];
             for axis in 0..3 {
@@ -443,76 +454,52 @@ impl<'a> Mapper<'a> {
         }
     }
 
-    /// Share of the cell with its centre at a point relative to the centre of the body (cells, world axes).
+    /// Share of the cell with its centre at a point relative to the centre of a smooth body (cells, world axes).
     #[inline(always)]
     fn share(&self, x: f64, y: f64, z: f64) -> f64 {
-        match self.geometry {
-            Geometry::Flat(planes) => {
-                let mut share = 1.0;
-                for (at, plane) in planes.iter().enumerate() {
-                    let height = plane.height(x, plane.rest(y, z));
-                    if height >= plane.reach {
-                        return 0.0;
-                    }
-                    if height > -plane.reach {
-                        let n = plane.normal;
-                        let behind = behind_plane(height, n);
-                        if share >= 1.0 {
-                            share = behind;
-                            continue;
-                        }
-                        // The face before that is most like this one.
-                        let cosine = planes[..at]
-                            .iter()
-                            .filter(|other| other.height(x, other.rest(y, z)) > -other.reach)
-                            .map(|other| {
-                                n[0] * other.normal[0] + n[1] * other.normal[1] + n[2] * other.normal[2]
-                            })
-                            .fold(-1.0, f64::max);
-                        share = behind_both(share, behind, cosine);
-                    }
-                }
-                share
-            }
-            Geometry::Sphere(_) | Geometry::Smooth => {
-                let point = self.to_body * (Vec3::new(x, y, z) * self.dx);
-                let distance = self.shape.signed_distance(point) * self.per_dx;
-                let normal = self.to_body.tr_mul(&self.shape.gradient(point));
-                behind_plane(distance + self.shift, normal.into())
-            }
-        }
+        let point = self.to_body * (Vec3::new(x, y, z) * self.dx);
+        let distance = self.shape.signed_distance(point) * self.per_dx;
+        let normal = self.to_body.tr_mul(&self.shape.gradient(point));
+        behind_plane(distance + self.shift, normal.into())
     }
 
-    /// Shares of the cells `0..start` and `end..count` in a sphere, [`BLOCK`] at a time and without branches: most of what a
-    /// particle on the lattice costs.
+    /// Adds the shares of cells on the surface in a sphere, where there are none yet, [`BLOCK`] at a time and
+    /// without branches: most of what a particle on the lattice costs.
     #[inline(always)]
-    fn sphere_shares<T: Real>(
-        &self,
-        fraction: &mut [T; CHUNK],
-        [start, end, count]: [usize; 3],
-        r: [f64; 3],
-        radius: f64,
-    ) {
+    fn sphere_shares<T: Real>(&self, fraction: &mut [T; CHUNK], surface: Surface, r: [f64; 3], radius: f64) {
         let (square, depth) = (r[1] * r[1] + r[2] * r[2], self.shift - radius * self.per_dx);
         // The normal is the vector from the centre, as long as it is: no division.
         let least = LEAST * (radius * self.per_dx);
         let (my, mz) = (at_least(r[1], least), at_least(r[2], least));
-        let (gap, total) = (end - start, start + (count - end));
-        for first in (0..total).step_by(BLOCK) {
+        let mut shares = [T::ZERO; 3 * CHUNK];
+        for first in (0..surface.cells()).step_by(BLOCK) {
+            let x = surface.places(first, r[0], self.motion.centre[0]);
             let mut share = [0.0_f64; BLOCK];
-            for (k, share) in share.iter_mut().enumerate() {
-                let lane = first + k;
-                let lane = if lane < start { lane } else { lane + gap };
-                let x = (r[0] + lane as f64) - self.motion.centre[0];
-                let length = (x * x + square).sqrt();
+            for k in 0..BLOCK {
+                let length = (x[k] * x[k] + square).sqrt();
                 let length = if length > NEAR { length } else { NEAR };
-                *share = behind((length + depth) * length, [at_least(x, least), my, mz]);
+                share[k] = behind((length + depth) * length, [at_least(x[k], least), my, mz]);
             }
-            for (lane, share) in (first..total).zip(share) {
-                let lane = if lane < start { lane } else { lane + gap };
-                fraction[lane] = T::from_f64(share);
-            }
+            put(&mut shares, first, &share);
         }
+        surface.add(&shares, fraction);
+    }
+
+    /// The same for a body with flat faces.
+    #[inline(always)]
+    fn flat_shares<T: Real>(
+        &self,
+        fraction: &mut [T; CHUNK],
+        surface: Surface,
+        r: [f64; 3],
+        planes: &[FacePlane],
+    ) {
+        let mut shares = [T::ZERO; 3 * CHUNK];
+        for first in (0..surface.cells()).step_by(BLOCK) {
+            let x = surface.places(first, r[0], self.motion.centre[0]);
+            put(&mut shares, first, &behind_all(planes, &x, r[1], r[2]));
+        }
+        surface.add(&shares, fraction);
     }
 
     /// Solid fractions of cells on the surface; `r` is the offset of the first cell in x and the
@@ -532,6 +519,144 @@ impl<'a> Mapper<'a> {
             fraction[k] = T::from_f64(cosine_ramp(distance * self.per_ramp));
         }
     }
+}
+
+/// The cells `0..start` and `end..count` of a window, side by side: those between are wholly solid.
+#[derive(Clone, Copy)]
+struct Surface {
+    start: usize,
+    end: usize,
+    count: usize,
+}
+
+/// What cells on the surface have, side by side, from place [`CHUNK`] on.
+type Shares<T> = [T; 3 * CHUNK];
+
+impl Surface {
+    fn cells(self) -> usize {
+        self.start + (self.count - self.end)
+    }
+
+    /// Places of the cells from `first` on, from the centre of the body, `offset` being that of the first of the window.
+    #[inline(always)]
+    fn places(self, first: usize, offset: f64, centre: f64) -> [f64; BLOCK] {
+        let mut x = [0.0; BLOCK];
+        for (k, x) in x.iter_mut().enumerate() {
+            let lane = first + k;
+            let lane = if lane < self.start {
+                lane
+            } else {
+                lane + (self.end - self.start)
+            };
+            *x = (offset + lane as f64) - centre;
+        }
+        x
+    }
+
+    /// Shares to where the cells are in the window.
+    #[inline(always)]
+    fn add<T: Real>(self, shares: &Shares<T>, fraction: &mut [T; CHUNK]) {
+        let gap = self.end - self.start;
+        let head = &shares[CHUNK..2 * CHUNK];
+        let tail = &shares[CHUNK - gap..2 * CHUNK - gap];
+        // One from a lane on, zero before.
+        let begun = &T::STEP[CHUNK - self.start..2 * CHUNK - self.start];
+        let ended = &T::STEP[CHUNK - self.end..2 * CHUNK - self.end];
+        let over = &T::STEP[CHUNK - self.count..2 * CHUNK - self.count];
+        for k in 0..CHUNK {
+            let (before, after) = (T::ONE - begun[k], ended[k] - over[k]);
+            fraction[k] = fraction[k] + (head[k] * before + tail[k] * after);
+        }
+    }
+}
+
+/// Puts the shares of some cells from the `first` on beside those of others.
+#[inline(always)]
+fn put<T: Real>(shares: &mut Shares<T>, first: usize, some: &[f64; BLOCK]) {
+    let to = &mut shares[CHUNK + first..CHUNK + first + BLOCK];
+    for k in 0..BLOCK {
+        to[k] = T::from_f64(some[k]);
+    }
+}
+
+/// Most faces that cut the same [`BLOCK`] of cells to be looked at together.
+const MEETING: usize = 8;
+
+/// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body).
+///
+/// Where several faces cut a cell each is combined with what the ones before have left, at the cosine to that of them that is
+/// most like it.
+#[inline(always)]
+fn behind_all(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
+    let (mut share, mut outside) = ([1.0_f64; BLOCK], [false; BLOCK]);
+    // Faces before that cut some of the cells, and which.
+    let (mut met, mut count) = ([([0.0; 3], [false; BLOCK]); MEETING], 0);
+    for plane in planes {
+        let rest = plane.rest(y, z);
+        let (mut cut, mut any) = ([false; BLOCK], false);
+        let mut height = [0.0; BLOCK];
+        for k in 0..BLOCK {
+            height[k] = plane.height(x[k], rest);
+            cut[k] = height[k] > -plane.reach;
+            any |= cut[k];
+        }
+        if !any {
+            continue;
+        }
+        let n = plane.normal;
+        let mut cosine = [-1.0_f64; BLOCK];
+        for (other, touched) in &met[..count] {
+            let c = n[0] * other[0] + n[1] * other[1] + n[2] * other[2];
+            for k in 0..BLOCK {
+                cosine[k] = if touched[k] && c > cosine[k] { c } else { cosine[k] };
+            }
+        }
+        for k in 0..BLOCK {
+            let behind = behind_plane(height[k], n);
+            let both = behind_both(share[k], behind, cosine[k]);
+            let next = if share[k] >= 1.0 { behind } else { both };
+            share[k] = if cut[k] { next } else { share[k] };
+            outside[k] |= height[k] >= plane.reach;
+        }
+        if count == MEETING {
+            return behind_one_by_one(planes, x, y, z);
+        }
+        met[count] = (n, cut);
+        count += 1;
+    }
+    for k in 0..BLOCK {
+        share[k] = if outside[k] { 0.0 } else { share[k] };
+    }
+    share
+}
+
+/// The same, cell by cell.
+#[cold]
+fn behind_one_by_one(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
+    x.map(|x| {
+        let mut share = 1.0;
+        for (at, plane) in planes.iter().enumerate() {
+            let height = plane.height(x, plane.rest(y, z));
+            if height >= plane.reach {
+                return 0.0;
+            }
+            if height > -plane.reach {
+                let n = plane.normal;
+                let behind = behind_plane(height, n);
+                if share >= 1.0 {
+                    share = behind;
+                    continue;
+                }
+                let cosine = planes[..at]
+                    .iter()
+                    .filter(|other| other.height(x, other.rest(y, z)) > -other.reach)
+                    .map(|other| n[0] * other.normal[0] + n[1] * other.normal[1] + n[2] * other.normal[2])
+                    .fold(-1.0, f64::max);
+                share = behind_both(share, behind, cosine);
+            }
+        }
+        share
+    })
 }
 
 /// An interval of x.
@@ -566,11 +691,46 @@ fn between(planes: &[FacePlane], y: f64, z: f64, growth: f64) -> Option<(Interva
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shape::{Cuboid, Polyhedron};
 
     #[test]
     fn the_floor_is_the_floor() {
         for x in [-2.0, -1.5, -0.1, 0.0, 0.1, 0.999, 1.0, 7.5] {
             assert_eq!(floor(x), f64::floor(x) as i64);
+        }
+    }
+
+    #[test]
+    fn cells_looked_at_together_have_the_shares_that_each_has_alone() {
+        // Up to three faces meet in a cell of the one, more of the other.
+        let cuboid = Cuboid::new(Vec3::new(4.3, 5.1, 6.2)).unwrap();
+        let round = Sphere { radius: 4.0 }.surface_mesh(1);
+        let hull = Polyhedron::hull(&round.points, 1e-9).unwrap().0;
+        let bodies: [(&dyn Shape, usize); 2] = [(&cuboid, 3), (&hull, 5)];
+        for (shape, most) in bodies {
+            let turn = Quat::from_euler_angles(0.3, -0.7, 1.1).to_rotation_matrix();
+            let mut planes = Vec::new();
+            FacePlane::collect(shape, turn.matrix(), 1.0, -0.1, &mut planes);
+            let (mut cut, mut meeting) = (0, 0);
+            for row in 0..256 {
+                let [y, z] = [row % 16, row / 16].map(|n| f64::from(n) - 7.6);
+                for first in [-8.3, -0.3] {
+                    let x: [f64; BLOCK] = std::array::from_fn(|k| first + k as f64);
+                    let together = behind_all(&planes, &x, y, z);
+                    let alone = behind_one_by_one(&planes, &x, y, z);
+                    assert_eq!(together.map(f64::to_bits), alone.map(f64::to_bits));
+                    cut += together
+                        .iter()
+                        .filter(|share| **share > 0.0 && **share < 1.0)
+                        .count();
+                    for x in x {
+                        let touched =
+                            |plane: &&FacePlane| plane.height(x, plane.rest(y, z)).abs() < plane.reach;
+                        meeting = meeting.max(planes.iter().filter(touched).count());
+                    }
+                }
+            }
+            assert!(cut > 100 && meeting >= most, "{cut} {meeting}");
         }
     }
 

@@ -4,7 +4,7 @@ use super::kernel::{Keep, Measured, Number, Places, Row, sweep_row};
 use super::layout::{Layout, Phase};
 use super::rows::Part;
 use super::simd::Lanes;
-use super::solid::Solids;
+use super::solid::{SolidRow, Solids};
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
@@ -22,15 +22,27 @@ pub trait Real: Number + Pod + Send + Sync {
     );
 }
 
+/// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what one needs of
+/// registers is not at the expense of the other.
+type AskSolids<T, S> = (
+    unsafe fn(&mut S, usize, usize, &mut SolidRow<T>),
+    unsafe fn(&mut S, usize, usize, &SolidRow<T>),
+);
+
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
+///
+/// # Safety
+/// The processor has the instructions that `ask` is compiled for.
 #[inline(always)]
-fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS: bool>(
+unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS: bool>(
     fluid: &mut Fluid<T>,
     part: Part,
     acceleration: [f64; 3],
     solids: &mut S,
     mut flow: Option<&mut Flow>,
+    ask: AskSolids<T, S>,
 ) {
+    let (fill, collect) = ask;
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
@@ -53,13 +65,17 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS:
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
             fluid.solid_row.clear();
-            solids.fill(y, z, &mut fluid.solid_row);
+            // SAFETY: promised by the caller.
+            unsafe { fill(solids, y, z, &mut fluid.solid_row) };
             if let Some(walls) = walls {
                 walls.each(|cells| fluid.solid_row.clear_fractions(cells));
             }
             let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
-            // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
-            let places: Places<T> = indices.map(|place| unsafe { base.add(place) });
+            let mut places: Places<T> = [base; Q];
+            for (place, index) in places.iter_mut().zip(indices) {
+                // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
+                *place = unsafe { base.add(index) };
+            }
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
             let dead = walls.map_or(&[][..], |walls| &walls.dead);
             // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
@@ -82,7 +98,8 @@ fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS:
                 observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
                 flow.solid += i128::from(solid.fraction_total());
             }
-            solids.collect(y, z, solid);
+            // SAFETY: promised by the caller.
+            unsafe { collect(solids, y, z, solid) };
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
                 fluid.walls.bounce_row(entered, populations, y, z);
@@ -151,6 +168,41 @@ pub(super) fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &m
     }
 }
 
+macro_rules! compiled_for {
+    ($t:ty, $lanes:ty, $sweep:ident, $fill:ident, $collect:ident $(, $feature:literal)?) => {
+        $(#[target_feature(enable = $feature)])?
+        #[inline(never)]
+        fn $fill<S: Solids<$t>>(solids: &mut S, y: usize, z: usize, row: &mut SolidRow<$t>) {
+            solids.fill(y, z, row);
+        }
+        $(#[target_feature(enable = $feature)])?
+        #[inline(never)]
+        fn $collect<S: Solids<$t>>(solids: &mut S, y: usize, z: usize, row: &SolidRow<$t>) {
+            solids.collect(y, z, row);
+        }
+        $(#[target_feature(enable = $feature)])?
+        fn $sweep<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
+            fluid: &mut Fluid<$t>,
+            part: Part,
+            acceleration: [f64; 3],
+            solids: &mut S,
+            flow: Option<&mut Flow>,
+        ) {
+            // SAFETY: the same instructions as here.
+            unsafe {
+                sweep_block::<$t, $lanes, S, TRT, WALLS>(
+                    fluid,
+                    part,
+                    acceleration,
+                    solids,
+                    flow,
+                    ($fill::<S>, $collect::<S>),
+                );
+            }
+        }
+    };
+}
+
 macro_rules! real {
     ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
@@ -161,41 +213,25 @@ macro_rules! real {
                 solids: &mut S,
                 flow: Option<&mut Flow>,
             ) {
+                compiled_for!($t, $t, scalar, fill_scalar, collect_scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{$avx2, $avx512, $sse2};
-                    #[target_feature(enable = "avx2")]
-                    fn avx2<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
-                        f: &mut Fluid<$t>,
-                        part: Part,
-                        a: [f64; 3],
-                        s: &mut S,
-                        flow: Option<&mut Flow>,
-                    ) {
-                        sweep_block::<$t, $avx2, S, TRT, WALLS>(f, part, a, s, flow);
-                    }
-                    #[target_feature(enable = "avx512f")]
-                    fn avx512<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
-                        f: &mut Fluid<$t>,
-                        part: Part,
-                        a: [f64; 3],
-                        s: &mut S,
-                        flow: Option<&mut Flow>,
-                    ) {
-                        sweep_block::<$t, $avx512, S, TRT, WALLS>(f, part, a, s, flow);
-                    }
+                    compiled_for!($t, $sse2, sse2, fill_sse2, collect_sse2);
+                    compiled_for!($t, $avx2, avx2, fill_avx2, collect_avx2, "avx2");
+                    compiled_for!($t, $avx512, avx512, fill_avx512, collect_avx512, "avx512f");
                     let (f, a, s) = (fluid, acceleration, solids);
                     return match f.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
                         Simd::Avx512 => unsafe { avx512::<S, TRT, WALLS>(f, part, a, s, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
                         Simd::Avx2 => unsafe { avx2::<S, TRT, WALLS>(f, part, a, s, flow) },
-                        Simd::Sse2 => sweep_block::<$t, $sse2, S, TRT, WALLS>(f, part, a, s, flow),
-                        Simd::Scalar => sweep_block::<$t, $t, S, TRT, WALLS>(f, part, a, s, flow),
+                        Simd::Sse2 => sse2::<S, TRT, WALLS>(f, part, a, s, flow),
+                        Simd::Scalar => scalar::<S, TRT, WALLS>(f, part, a, s, flow),
                     };
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                sweep_block::<$t, $t, S, TRT, WALLS>(fluid, part, acceleration, solids, flow);
+                scalar::<S, TRT, WALLS>(fluid, part, acceleration, solids, flow);
             }
         }
     };

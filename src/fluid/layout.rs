@@ -85,10 +85,15 @@ impl Layout {
     /// Indices at which the cell at `cell` finds `f_i` after streaming, for each `i`.
     #[inline(always)]
     pub(crate) fn places(&self, phase: Phase, cell: usize) -> [usize; Q] {
-        std::array::from_fn(|i| match phase {
-            Phase::Home => i * self.stride + cell,
-            Phase::Away => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),
-        })
+        // A loop: `array::from_fn` is a call for so many.
+        let mut places = [0; Q];
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = match phase {
+                Phase::Home => i * self.stride + cell,
+                Phase::Away => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),
+            };
+        }
+        places
     }
 }
 

@@ -37,6 +37,12 @@ pub struct SolidRow<T> {
     used: Vec<bool>,
 }
 
+/// [`CHUNK`] numbers from `x` on.
+#[inline(always)]
+fn window<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
+    (&mut values[x..x + CHUNK]).try_into().expect("that many")
+}
+
 /// The solids on a block, asked row by row during a sweep.
 pub trait Solids<T> {
     /// Adds all solids to row `(y, z)` of the block, which is empty.
@@ -89,27 +95,33 @@ impl<T: Number> SolidRow<T> {
     pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
         self.used[x / CHUNK] = true;
         self.used[(x + count - 1) / CHUNK] = true;
-        let window = x..x + CHUNK;
-        let permeability = &mut self.permeability[window.clone()];
-        let sum = &mut self.fraction_sum[window.clone()];
+        // Through local arrays: what is read then cannot be what is written, and a window is one register.
+        let sum = window(&mut self.fraction_sum, x);
+        let mut total = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
-            sum[k] = sum[k] + fraction[k];
+            total[k] = sum[k] + fraction[k];
         }
+        *sum = total;
+        let permeability = window(&mut self.permeability, x);
+        let mut open = [T::ZERO; CHUNK];
         if self.collision.is_saturated() {
             for k in 0..CHUNK {
-                let open = T::ONE - sum[k];
-                permeability[k] = if open > T::ZERO { open } else { T::ZERO };
+                let left = T::ONE - total[k];
+                open[k] = if left > T::ZERO { left } else { T::ZERO };
             }
         } else {
             for k in 0..CHUNK {
-                permeability[k] = permeability[k] * (T::ONE - fraction[k]);
+                open[k] = permeability[k] * (T::ONE - fraction[k]);
             }
         }
+        *permeability = open;
         for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
-            let sum = &mut sum[window.clone()];
+            let sum = window(sum, x);
+            let mut total = [T::ZERO; CHUNK];
             for k in 0..CHUNK {
-                sum[k] = sum[k] + fraction[k] * velocity[k];
+                total[k] = sum[k] + fraction[k] * velocity[k];
             }
+            *sum = total;
         }
     }
 
@@ -149,8 +161,11 @@ impl<T: Number> SolidRow<T> {
     /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without solids
     /// hold anything.
     #[inline(always)]
-    pub fn exchanged<'a>(&'a self, x: usize) -> [[&'a [T]; 4]; 2] {
-        let window = |values: &'a [T]| &values[x..x + CHUNK];
+    pub fn exchanged<'a>(&'a self, x: usize) -> [[&'a [T; CHUNK]; 4]; 2] {
+        let window = |values: &'a [T]| {
+            let window: &[T; CHUNK] = values[x..x + CHUNK].try_into().expect("that many");
+            window
+        };
         let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);
         [
             [window(a), window(b), window(c), window(d)],
