@@ -19,6 +19,8 @@ pub(super) const PANEL_TITLE: f32 = 27.0;
 const TITLE: f32 = 32.0;
 const LABEL: f32 = 29.0;
 const NOTE: f32 = 22.0;
+/// Distance of the lines of a name, over its size.
+const NAME_STEP: f32 = 1.3;
 /// Space between the frames of neighbouring panels.
 const BETWEEN: f32 = 58.0;
 /// Space below a frame for the numbers, and for the name of the axis below them.
@@ -36,6 +38,8 @@ pub(super) struct Layout {
     pub(super) panels: Vec<Area>,
     pub(super) x: Axis,
     pub(super) y: Axis,
+    /// Lines of the name of the vertical axis.
+    name: Vec<String>,
     columns: usize,
 }
 
@@ -70,7 +74,8 @@ impl Layout {
         let numbers = (y.ticks.iter())
             .map(|tick| width(&tick.spans(), NUMBER))
             .fold(0.0, f32::max);
-        let left = MARGIN + LABEL + 26.0 + numbers + 20.0;
+        let name = wrapped(&chart.y.label, LABEL, height);
+        let left = MARGIN + (1.0 + NAME_STEP * (name.len().max(1) - 1) as f32) * LABEL + 46.0 + numbers;
         let between = (columns - 1) as f32 * BETWEEN;
         let panel = (page - left - MARGIN - 14.0 - between) / columns as f32;
         let x = horizontal(chart, panel);
@@ -98,6 +103,7 @@ impl Layout {
             panels,
             x,
             y,
+            name,
             columns,
         }
     }
@@ -117,9 +123,17 @@ impl Layout {
         let middle = |a: f32, b: f32| 0.5 * (a + b);
         for (place, &(l, t, r, b)) in self.panels.iter().enumerate() {
             if self.is_leftmost(place) {
-                let name = axis_name(&chart.y.label, self.y.exponent);
-                let at = (MARGIN + 0.8 * LABEL, middle(t, b));
-                drawing.text_upwards(name, LABEL, at, INK);
+                for (i, line) in self.name.iter().enumerate() {
+                    // The unit is at the end of the last.
+                    let last = i + 1 == self.name.len();
+                    let words = if last {
+                        axis_name(line, self.y.exponent)
+                    } else {
+                        spans(line)
+                    };
+                    let at = (MARGIN + (0.8 + NAME_STEP * i as f32) * LABEL, middle(t, b));
+                    drawing.text_upwards(words, LABEL, at, INK);
+                }
             }
             // Below the last panel of every column.
             if place + self.columns >= self.panels.len() {

@@ -196,10 +196,14 @@ fn long_titles_and_notes_break_and_nothing_leaves_the_page() {
     )]]);
     chart.title = "a title of many words ".repeat(12);
     chart.note = "a note of many words ".repeat(30);
+    chart.y.label = "a name of many words ".repeat(6) + "(m/s)";
     let canvas = chart.figure().canvas();
     let pixels = canvas.rgb();
     let width = canvas.width() as usize;
+    let white = |pixels: &[u8]| pixels.iter().all(|channel| *channel == 255);
     for row in pixels.chunks_exact(3 * width) {
-        assert!(row[3 * (width - 8)..].iter().all(|channel| *channel == 255));
+        assert!(white(&row[3 * (width - 8)..]) && white(&row[..3 * 8]));
     }
+    let edge = 8 * 3 * width;
+    assert!(white(&pixels[..edge]) && white(&pixels[pixels.len() - edge..]));
 }
