@@ -48,6 +48,8 @@ struct Row {
     /// Speed of fluid and body in a direction without symmetry (cells per step).
     speed: f64,
     reynolds: f64,
+    /// By how much the faces of a cube are moved out where cells are partially saturated (cells).
+    faces: f64,
 }
 
 /// A random number in (0, 1) of a fixed sequence.
@@ -167,7 +169,7 @@ fn measure(row: &Row) -> Outcome {
         units,
         solids: row.solids,
         fraction: if row.solids.is_saturated() {
-            Fraction::VOLUME
+            Fraction::Volume(row.faces)
         } else {
             Fraction::Ramp(0.5)
         },
@@ -255,6 +257,7 @@ fn main() {
         ("place", "0"),
         ("speed", "0"),
         ("re", "0.02"),
+        ("faces", "0.1"),
     ]
     .into_iter()
     .map(|(k, v)| (k.to_string(), vec![v.to_string()]))
@@ -275,6 +278,8 @@ fn main() {
     let keys = [
         "solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re",
     ];
+    // One for all, and no column.
+    let faces: f64 = lists["faces"].join(",").parse().expect("a number");
     let total: usize = keys.iter().map(|k| lists[*k].len()).product();
     for mut number in 0..total {
         let mut pick: BTreeMap<&str, &str> = BTreeMap::new();
@@ -306,6 +311,7 @@ fn main() {
             place: whole("place"),
             speed: real("speed"),
             reynolds: real("re"),
+            faces,
         };
         let o = measure(&row);
         let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();

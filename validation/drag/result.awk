@@ -17,16 +17,16 @@ $10 < 1 {
         if (!($6 in most) || error + 0 > most[$6]) most[$6] = error + 0
         number[$6]++
         if (size <= ($6 == "cube" ? 4 : 2)) within[$6]++
-        if (way == "moving" && $13 > noise) noise = $13 + 0
+        if (way == "moving" && $13 > noise[$6]) noise[$6] = $13 + 0
         off = $12 > 1 ? $12 - 1 : 1 - $12
-        if (off > unbalanced) unbalanced = off
+        if (off > unbalanced[$6]) unbalanced[$6] = off
     }
 }
 $10 >= 1 {
     error = $11
     sub(/ %$/, "", error)
     fast[++fasts] = sprintf("| %s | %s | %s | %s | %s | %.4f | %.4f | %.2f %% |", $1 == "paper" ? "`paper`" : "`saturated`", $4, $10, $3, $9, 1 + error / 100, $12, 100 * $13)
-    if ($1 == "sc3" && $4 >= 12 && $13 > noise) noise = $13 + 0
+    if ($1 == "sc3" && $4 >= 12 && $13 > noise[$6]) noise[$6] = $13 + 0
 }
 function table(shape, head,    k, t, line) {
     print head " tau 0.53 | 0.55 | 0.65 | 0.8 | 1.0 |"
@@ -54,7 +54,8 @@ END {
     print "|---|---|---|---|---|---|"
     printf "| spheres | %d | %+.2f %% | %+.2f %% | 2 %% | %d |\n", number["sphere"], least["sphere"], most["sphere"], within["sphere"]
     printf "| cubes | %d | %+.2f %% | %+.2f %% | 4 %% | %d |\n\n", number["cube"], least["cube"], most["cube"], within["cube"]
-    printf "Largest noise of the force on a moving body: %.2f %% of its mean (1 %% wanted). Force over momentum fed in: within %.1e of 1.\n\n", 100 * noise, unbalanced
+    printf "Largest noise of the force on a moving sphere: %.2f %% of its mean (1 %% wanted); on a cube: %.2f %%.", 100 * noise["sphere"], 100 * noise["cube"]
+    printf " Force over momentum fed in: within %.1e of 1 (spheres), %.1e (cubes).\n\n", unbalanced["sphere"], unbalanced["cube"]
     print "## Spheres\n"
     table("sphere", "| operators | cells | volume fraction | |")
     print "## Cubes\n"
