@@ -10,10 +10,12 @@
 //! on every rank, for every periodic image, and for a particle moved by whole cells.
 
 mod driving;
+mod faces;
 mod lines;
 mod momentum_exchange;
 mod saved;
 mod solid_fraction;
+mod surface;
 mod volume_fraction;
 mod walls;
 
@@ -26,10 +28,11 @@ use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::Shape;
 use crate::units::Units;
 pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
+use faces::FacePlane;
 use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment, add_shares};
 pub use solid_fraction::Fraction;
-use solid_fraction::{FacePlane, Mapper, RigidMotion, shift_of};
+use solid_fraction::{Mapper, RigidMotion, shift_of};
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.

@@ -21,8 +21,10 @@
 //!
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 
+use super::faces::{FacePlane, between};
 use super::lines::Segment;
-use super::volume_fraction::{LEAST, at_least, behind, behind_both, behind_plane, curved};
+use super::surface::{BLOCK, Surface, put};
+use super::volume_fraction::{LEAST, at_least, behind, behind_plane, curved};
 use crate::domain::{Block, Domain};
 use crate::fluid::{CHUNK, Real, SolidRow};
 use crate::math::{Mat3, Quat, Vec3};
@@ -102,19 +104,6 @@ impl RigidMotion {
     }
 }
 
-/// A face of a body that has only flat ones, as a row of cells sees it: world axes, lengths in cells.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FacePlane {
-    /// Outward unit normal.
-    normal: [f64; 3],
-    /// Distance from the centre of mass.
-    offset: f64,
-    /// `1 / normal[0]`, or 0 where the row runs along the face.
-    slope: f64,
-    /// Largest height above the face at which the centre of a cell may lie that it cuts.
-    reach: f64,
-}
-
 /// By how much the surface of a body is moved in (cells). Smooth bodies, to count as a plane in each cell: by their mean curvature,
 /// taken as the same everywhere. Flat faces are moved out, for their edges: see the head of this module.
 ///
@@ -155,9 +144,6 @@ pub(super) fn shift_of(shape: &dyn Shape, dx: f64, out: f64) -> f64 {
 /// Half the diagonal of a cell.
 const HALF_DIAGONAL: f64 = 0.8660254037844386;
 
-/// Cells on the surface of a sphere that are looked at together: a register of double precision, where they are widest.
-const BLOCK: usize = 8;
-
 /// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
 const NEAR: f64 = 1e-3;
 
@@ -181,43 +167,6 @@ impl Fraction {
             Self::Ramp(width) => 0.5 * width,
             Self::Volume(_) => HALF_DIAGONAL,
         }
-    }
-}
-
-/// Normals whose x part is smaller than this are taken to be at right angles to the rows.
-const ALONG: f64 = 1e-12;
-
-impl FacePlane {
-    /// The faces of `shape`, if all of them are flat, moved in by `shift` (cells), added to `planes`.
-    pub(super) fn collect(shape: &dyn Shape, to_world: &Mat3, dx: f64, shift: f64, planes: &mut Vec<Self>) {
-        let Some(polyhedron) = shape.as_polyhedron() else {
-            return;
-        };
-        planes.extend(polyhedron.faces.iter().map(|face| {
-            let normal: [f64; 3] = (to_world * face.normal).into();
-            Self {
-                normal,
-                offset: face.offset / dx - shift,
-                slope: if normal[0].abs() < ALONG {
-                    0.0
-                } else {
-                    1.0 / normal[0]
-                },
-                reach: 0.5 * (normal[0].abs() + normal[1].abs() + normal[2].abs()),
-            }
-        }));
-    }
-
-    /// Height above the face of a point whose y and z are already in `rest`, see [`rest`](Self::rest).
-    #[inline(always)]
-    fn height(&self, x: f64, rest: f64) -> f64 {
-        self.normal[0] * x - rest
-    }
-
-    /// What the row at `y, z` from the centre leaves for `normal[0] x`.
-    #[inline(always)]
-    fn rest(&self, y: f64, z: f64) -> f64 {
-        self.offset - (self.normal[1] * y + self.normal[2] * z)
     }
 }
 
@@ -471,7 +420,7 @@ impl<'a> Mapper<'a> {
         // The normal is the vector from the centre, as long as it is: no division.
         let least = LEAST * (radius * self.per_dx);
         let (my, mz) = (at_least(r[1], least), at_least(r[2], least));
-        let mut shares = [T::ZERO; 3 * CHUNK];
+        let mut shares = [T::ZERO; 2 * CHUNK];
         for first in (0..surface.cells()).step_by(BLOCK) {
             let x = surface.places(first, r[0], self.motion.centre[0]);
             let mut share = [0.0_f64; BLOCK];
@@ -494,10 +443,10 @@ impl<'a> Mapper<'a> {
         r: [f64; 3],
         planes: &[FacePlane],
     ) {
-        let mut shares = [T::ZERO; 3 * CHUNK];
+        let mut shares = [T::ZERO; 2 * CHUNK];
         for first in (0..surface.cells()).step_by(BLOCK) {
             let x = surface.places(first, r[0], self.motion.centre[0]);
-            put(&mut shares, first, &behind_all(planes, &x, r[1], r[2]));
+            put(&mut shares, first, &FacePlane::shares(planes, &x, r[1], r[2]));
         }
         surface.add(&shares, fraction);
     }
@@ -521,216 +470,14 @@ impl<'a> Mapper<'a> {
     }
 }
 
-/// The cells `0..start` and `end..count` of a window, side by side: those between are wholly solid.
-#[derive(Clone, Copy)]
-struct Surface {
-    start: usize,
-    end: usize,
-    count: usize,
-}
-
-/// What cells on the surface have, side by side, from place [`CHUNK`] on.
-type Shares<T> = [T; 3 * CHUNK];
-
-impl Surface {
-    fn cells(self) -> usize {
-        self.start + (self.count - self.end)
-    }
-
-    /// Places of the cells from `first` on, from the centre of the body, `offset` being that of the first of the window.
-    #[inline(always)]
-    fn places(self, first: usize, offset: f64, centre: f64) -> [f64; BLOCK] {
-        let mut x = [0.0; BLOCK];
-        for (k, x) in x.iter_mut().enumerate() {
-            let lane = first + k;
-            let lane = if lane < self.start {
-                lane
-            } else {
-                lane + (self.end - self.start)
-            };
-            *x = (offset + lane as f64) - centre;
-        }
-        x
-    }
-
-    /// Shares to where the cells are in the window.
-    #[inline(always)]
-    fn add<T: Real>(self, shares: &Shares<T>, fraction: &mut [T; CHUNK]) {
-        let gap = self.end - self.start;
-        let head = &shares[CHUNK..2 * CHUNK];
-        let tail = &shares[CHUNK - gap..2 * CHUNK - gap];
-        // One from a lane on, zero before.
-        let begun = &T::STEP[CHUNK - self.start..2 * CHUNK - self.start];
-        let ended = &T::STEP[CHUNK - self.end..2 * CHUNK - self.end];
-        let over = &T::STEP[CHUNK - self.count..2 * CHUNK - self.count];
-        for k in 0..CHUNK {
-            let (before, after) = (T::ONE - begun[k], ended[k] - over[k]);
-            fraction[k] = fraction[k] + (head[k] * before + tail[k] * after);
-        }
-    }
-}
-
-/// Puts the shares of some cells from the `first` on beside those of others.
-#[inline(always)]
-fn put<T: Real>(shares: &mut Shares<T>, first: usize, some: &[f64; BLOCK]) {
-    let to = &mut shares[CHUNK + first..CHUNK + first + BLOCK];
-    for k in 0..BLOCK {
-        to[k] = T::from_f64(some[k]);
-    }
-}
-
-/// Most faces that cut the same [`BLOCK`] of cells to be looked at together.
-const MEETING: usize = 8;
-
-/// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body).
-///
-/// Where several faces cut a cell each is combined with what the ones before have left, at the cosine to that of them that is
-/// most like it.
-#[inline(always)]
-fn behind_all(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
-    let (mut share, mut outside) = ([1.0_f64; BLOCK], [false; BLOCK]);
-    // Faces before that cut some of the cells, and which.
-    let (mut met, mut count) = ([([0.0; 3], [false; BLOCK]); MEETING], 0);
-    for plane in planes {
-        let rest = plane.rest(y, z);
-        let (mut cut, mut any) = ([false; BLOCK], false);
-        let mut height = [0.0; BLOCK];
-        for k in 0..BLOCK {
-            height[k] = plane.height(x[k], rest);
-            cut[k] = height[k] > -plane.reach;
-            any |= cut[k];
-        }
-        if !any {
-            continue;
-        }
-        let n = plane.normal;
-        let mut cosine = [-1.0_f64; BLOCK];
-        for (other, touched) in &met[..count] {
-            let c = n[0] * other[0] + n[1] * other[1] + n[2] * other[2];
-            for k in 0..BLOCK {
-                cosine[k] = if touched[k] && c > cosine[k] { c } else { cosine[k] };
-            }
-        }
-        for k in 0..BLOCK {
-            let behind = behind_plane(height[k], n);
-            let both = behind_both(share[k], behind, cosine[k]);
-            let next = if share[k] >= 1.0 { behind } else { both };
-            share[k] = if cut[k] { next } else { share[k] };
-            outside[k] |= height[k] >= plane.reach;
-        }
-        if count == MEETING {
-            return behind_one_by_one(planes, x, y, z);
-        }
-        met[count] = (n, cut);
-        count += 1;
-    }
-    for k in 0..BLOCK {
-        share[k] = if outside[k] { 0.0 } else { share[k] };
-    }
-    share
-}
-
-/// The same, cell by cell.
-#[cold]
-fn behind_one_by_one(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
-    x.map(|x| {
-        let mut share = 1.0;
-        for (at, plane) in planes.iter().enumerate() {
-            let height = plane.height(x, plane.rest(y, z));
-            if height >= plane.reach {
-                return 0.0;
-            }
-            if height > -plane.reach {
-                let n = plane.normal;
-                let behind = behind_plane(height, n);
-                if share >= 1.0 {
-                    share = behind;
-                    continue;
-                }
-                let cosine = planes[..at]
-                    .iter()
-                    .filter(|other| other.height(x, other.rest(y, z)) > -other.reach)
-                    .map(|other| n[0] * other.normal[0] + n[1] * other.normal[1] + n[2] * other.normal[2])
-                    .fold(-1.0, f64::max);
-                share = behind_both(share, behind, cosine);
-            }
-        }
-        share
-    })
-}
-
-/// An interval of x.
-type Interval = (f64, f64);
-
-/// Where the row at `y, z` (cells from the centre) runs below all planes moved out by `growth`, and moved in by it.
-#[inline]
-fn between(planes: &[FacePlane], y: f64, z: f64, growth: f64) -> Option<(Interval, Option<Interval>)> {
-    let (mut outer, mut inner) = (
-        (f64::NEG_INFINITY, f64::INFINITY),
-        (f64::NEG_INFINITY, f64::INFINITY),
-    );
-    let mut inside = true;
-    for plane in planes {
-        let rest = plane.rest(y, z);
-        let (x, more) = (rest * plane.slope, growth * plane.slope);
-        if plane.slope > 0.0 {
-            outer.1 = outer.1.min(x + more);
-            inner.1 = inner.1.min(x - more);
-        } else if plane.slope < 0.0 {
-            outer.0 = outer.0.max(x + more);
-            inner.0 = inner.0.max(x - more);
-        } else if rest < -growth {
-            return None;
-        } else if rest < growth {
-            inside = false;
-        }
-    }
-    (outer.0 <= outer.1).then_some((outer, (inside && inner.0 <= inner.1).then_some(inner)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{Cuboid, Polyhedron};
 
     #[test]
     fn the_floor_is_the_floor() {
         for x in [-2.0, -1.5, -0.1, 0.0, 0.1, 0.999, 1.0, 7.5] {
             assert_eq!(floor(x), f64::floor(x) as i64);
-        }
-    }
-
-    #[test]
-    fn cells_looked_at_together_have_the_shares_that_each_has_alone() {
-        // Up to three faces meet in a cell of the one, more of the other.
-        let cuboid = Cuboid::new(Vec3::new(4.3, 5.1, 6.2)).unwrap();
-        let round = Sphere { radius: 4.0 }.surface_mesh(1);
-        let hull = Polyhedron::hull(&round.points, 1e-9).unwrap().0;
-        let bodies: [(&dyn Shape, usize); 2] = [(&cuboid, 3), (&hull, 5)];
-        for (shape, most) in bodies {
-            let turn = Quat::from_euler_angles(0.3, -0.7, 1.1).to_rotation_matrix();
-            let mut planes = Vec::new();
-            FacePlane::collect(shape, turn.matrix(), 1.0, -0.1, &mut planes);
-            let (mut cut, mut meeting) = (0, 0);
-            for row in 0..256 {
-                let [y, z] = [row % 16, row / 16].map(|n| f64::from(n) - 7.6);
-                for first in [-8.3, -0.3] {
-                    let x: [f64; BLOCK] = std::array::from_fn(|k| first + k as f64);
-                    let together = behind_all(&planes, &x, y, z);
-                    let alone = behind_one_by_one(&planes, &x, y, z);
-                    assert_eq!(together.map(f64::to_bits), alone.map(f64::to_bits));
-                    cut += together
-                        .iter()
-                        .filter(|share| **share > 0.0 && **share < 1.0)
-                        .count();
-                    for x in x {
-                        let touched =
-                            |plane: &&FacePlane| plane.height(x, plane.rest(y, z)).abs() < plane.reach;
-                        meeting = meeting.max(planes.iter().filter(touched).count());
-                    }
-                }
-            }
-            assert!(cut > 100 && meeting >= most, "{cut} {meeting}");
         }
     }
 

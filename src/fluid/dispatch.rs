@@ -32,7 +32,8 @@ type AskSolids<T, S> = (
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
 ///
 /// # Safety
-/// The processor has the instructions that `ask` is compiled for.
+/// The function that this is inlined into is compiled for the instructions of `R`, and the processor has those and the ones that
+/// `ask` is compiled for.
 #[inline(always)]
 unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS: bool>(
     fluid: &mut Fluid<T>,
@@ -188,7 +189,7 @@ macro_rules! compiled_for {
             solids: &mut S,
             flow: Option<&mut Flow>,
         ) {
-            // SAFETY: the same instructions as here.
+            // SAFETY: `$lanes` and the two functions need the same instructions as this one.
             unsafe {
                 sweep_block::<$t, $lanes, S, TRT, WALLS>(
                     fluid,

@@ -39,8 +39,14 @@ pub struct SolidRow<T> {
 
 /// [`CHUNK`] numbers from `x` on.
 #[inline(always)]
-fn window<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
-    (&mut values[x..x + CHUNK]).try_into().expect("that many")
+fn window<T>(values: &[T], x: usize) -> &[T; CHUNK] {
+    values[x..].first_chunk().expect("a chunk more than the row")
+}
+
+/// The same, to be written.
+#[inline(always)]
+fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
+    values[x..].first_chunk_mut().expect("a chunk more than the row")
 }
 
 /// The solids on a block, asked row by row during a sweep.
@@ -95,14 +101,14 @@ impl<T: Number> SolidRow<T> {
     pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
         self.used[x / CHUNK] = true;
         self.used[(x + count - 1) / CHUNK] = true;
-        // Through local arrays: what is read then cannot be what is written, and a window is one register.
-        let sum = window(&mut self.fraction_sum, x);
+        // Through local arrays: what is read then cannot be what is written.
+        let sum = window_mut(&mut self.fraction_sum, x);
         let mut total = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
             total[k] = sum[k] + fraction[k];
         }
         *sum = total;
-        let permeability = window(&mut self.permeability, x);
+        let permeability = window_mut(&mut self.permeability, x);
         let mut open = [T::ZERO; CHUNK];
         if self.collision.is_saturated() {
             for k in 0..CHUNK {
@@ -116,7 +122,7 @@ impl<T: Number> SolidRow<T> {
         }
         *permeability = open;
         for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
-            let sum = window(sum, x);
+            let sum = window_mut(sum, x);
             let mut total = [T::ZERO; CHUNK];
             for k in 0..CHUNK {
                 total[k] = sum[k] + fraction[k] * velocity[k];
@@ -161,15 +167,11 @@ impl<T: Number> SolidRow<T> {
     /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without solids
     /// hold anything.
     #[inline(always)]
-    pub fn exchanged<'a>(&'a self, x: usize) -> [[&'a [T; CHUNK]; 4]; 2] {
-        let window = |values: &'a [T]| {
-            let window: &[T; CHUNK] = values[x..x + CHUNK].try_into().expect("that many");
-            window
-        };
+    pub fn exchanged(&self, x: usize) -> [[&[T; CHUNK]; 4]; 2] {
         let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);
         [
-            [window(a), window(b), window(c), window(d)],
-            [window(e), window(f), window(g), window(h)],
+            [window(a, x), window(b, x), window(c, x), window(d, x)],
+            [window(e, x), window(f, x), window(g, x), window(h, x)],
         ]
     }
 

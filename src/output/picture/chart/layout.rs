@@ -8,7 +8,7 @@ use crate::output::picture::colour::{GREY, INK};
 use crate::output::picture::drawing::Drawing;
 use crate::output::picture::markup::{axis_name, spans};
 use crate::output::picture::plot_axis::Axis;
-use crate::output::picture::text::width;
+use crate::output::picture::text::{Span, width};
 
 /// Space at the edges of the page.
 pub(super) const MARGIN: f32 = 36.0;
@@ -39,7 +39,7 @@ pub(super) struct Layout {
     pub(super) x: Axis,
     pub(super) y: Axis,
     /// Lines of the name of the vertical axis.
-    name: Vec<String>,
+    name: Vec<Vec<Span<'static>>>,
     columns: usize,
 }
 
@@ -74,8 +74,8 @@ impl Layout {
         let numbers = (y.ticks.iter())
             .map(|tick| width(&tick.spans(), NUMBER))
             .fold(0.0, f32::max);
-        let name = wrapped(&chart.y.label, LABEL, height);
-        let left = MARGIN + (1.0 + NAME_STEP * (name.len().max(1) - 1) as f32) * LABEL + 46.0 + numbers;
+        let name = name_lines(&chart.y.label, y.exponent, height);
+        let left = MARGIN + (1.0 + NAME_STEP * (name.len() - 1) as f32) * LABEL + 46.0 + numbers;
         let between = (columns - 1) as f32 * BETWEEN;
         let panel = (page - left - MARGIN - 14.0 - between) / columns as f32;
         let x = horizontal(chart, panel);
@@ -124,15 +124,8 @@ impl Layout {
         for (place, &(l, t, r, b)) in self.panels.iter().enumerate() {
             if self.is_leftmost(place) {
                 for (i, line) in self.name.iter().enumerate() {
-                    // The unit is at the end of the last.
-                    let last = i + 1 == self.name.len();
-                    let words = if last {
-                        axis_name(line, self.y.exponent)
-                    } else {
-                        spans(line)
-                    };
                     let at = (MARGIN + (0.8 + NAME_STEP * i as f32) * LABEL, middle(t, b));
-                    drawing.text_upwards(words, LABEL, at, INK);
+                    drawing.text_upwards(line.clone(), LABEL, at, INK);
                 }
             }
             // Below the last panel of every column.
@@ -213,6 +206,27 @@ fn vertical(chart: &Chart, pixels: f32) -> Axis {
         values.push(0.0);
     }
     Axis::with_steps(&values, chart.y.logarithmic, false, f64::from(pixels / 75.0))
+}
+
+/// Lines of the name of an axis, at least one: words break between lines, the unit stays whole at the end of the last.
+pub(super) fn name_lines(label: &str, exponent: i32, space: f32) -> Vec<Vec<Span<'static>>> {
+    let unit = match label.rfind(" (") {
+        Some(at) if label.ends_with(')') => at,
+        _ => label.len(),
+    };
+    let (words, unit) = label.split_at(unit);
+    let mut lines = wrapped(words, LABEL, space);
+    let last = lines.pop().unwrap_or_default();
+    let mut lines: Vec<_> = lines.iter().map(|line| spans(line)).collect();
+    let whole = axis_name(&format!("{last}{unit}"), exponent);
+    match last.rsplit_once(' ') {
+        Some((before, word)) if width(&whole, LABEL) > space => {
+            lines.push(spans(before));
+            lines.push(axis_name(&format!("{word}{unit}"), exponent));
+        }
+        _ => lines.push(whole),
+    }
+    lines
 }
 
 /// Lines of a text, broken between words.

@@ -1,8 +1,10 @@
 //! Claims about what is seen on a chart.
 
+use super::layout::name_lines;
 use super::looks::Look;
 use super::*;
 use crate::output::picture::canvas::Canvas;
+use crate::output::picture::text::{Span, width};
 
 fn point(x: f64, y: f64) -> ChartPoint {
     ChartPoint { x, y, error: None }
@@ -185,6 +187,27 @@ fn whatever_the_data_are_there_is_a_chart_and_its_svg_is_well_formed() {
         }
     }
     chart(vec![]).figure().canvas();
+}
+
+#[test]
+fn a_long_name_of_an_axis_breaks_between_words_and_keeps_its_unit_and_power_of_ten_together() {
+    let text = |spans: &Vec<Span>| spans.iter().map(|span| span.parts().0).collect::<String>();
+    let lines = |label: &str, exponent| -> Vec<String> {
+        let lines = name_lines(label, exponent, 400.0);
+        assert!(lines.iter().all(|line| width(line, 29.0) <= 400.0), "{label}");
+        lines.iter().map(text).collect()
+    };
+    assert_eq!(lines("momentum (kg m/s)", 0), ["momentum (kg m/s)"]);
+    assert_eq!(
+        lines("momentum of all particles together (kg m/s)", -9),
+        ["momentum of all particles", "together (10\u{2212}9 kg m/s)"]
+    );
+    assert_eq!(
+        lines("velocity of the particles (um)", 0),
+        ["velocity of the", "particles (\u{b5}m)"]
+    );
+    assert_eq!(lines("quotient of velocities (-)", 0), ["quotient of velocities"]);
+    assert_eq!(lines("", -3), [" (10\u{2212}3)"]);
 }
 
 #[test]
