@@ -13,7 +13,7 @@ pub(super) const CASE: Case = Case {
     name: "drafting",
     question: "drafting, kissing and tumbling of two spheres that settle one behind the other",
     source: "Fortes, Joseph and Lundgren (1987), doi:10.1017/S0022112087001046",
-    parts: &[Part::wide(90.0, pair)],
+    parts: &[Part::wide(9.0, pair)],
     missing: None,
 };
 

@@ -16,8 +16,8 @@ pub(super) const CASE: Case = Case {
     question: "settling velocity of a suspension, volume fraction 0.2, Archimedes number 1000, both force balances",
     source: "Marquardt, Hafen and Krause (2024), doi:10.1016/j.cpc.2024.109321, Table 1",
     parts: &[
-        Part::wide(150.0, |trial| settle(trial, "fluid_only")),
-        Part::wide(150.0, |trial| settle(trial, "mixture")),
+        Part::wide(38.0, |trial| settle(trial, "fluid_only")),
+        Part::wide(38.0, |trial| settle(trial, "mixture")),
     ],
     missing: None,
 };

@@ -15,9 +15,9 @@ pub(super) const CASE: Case = Case {
     question: "mean drag on a fixed random array of spheres in slow flow, volume fractions 0.1 to 0.3",
     source: "van der Hoef, Beetstra and Kuipers (2005), doi:10.1017/S0022112004003295",
     parts: &[
-        Part::full(140.0, |trial| drag(trial, 0.1)),
-        Part::full(110.0, |trial| drag(trial, 0.2)),
-        Part::full(90.0, |trial| drag(trial, 0.3)),
+        Part::full(40.0, |trial| drag(trial, 0.1)),
+        Part::full(30.0, |trial| drag(trial, 0.2)),
+        Part::full(25.0, |trial| drag(trial, 0.3)),
     ],
     missing: None,
 };

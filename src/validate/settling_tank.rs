@@ -15,17 +15,17 @@ pub(super) const CASE: Case = Case {
     question: "velocity and path of a sphere that settles in a closed tank of oil",
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
-        Part::quick(6.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 0.05), 1)),
-        Part::wide(400.0, |trial| {
+        Part::quick(2.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 0.05), 1)),
+        Part::wide(68.0, |trial| {
             fall(trial, &Oil::new("E1", 15, 0.8, 0.04), trial.threads)
         }),
-        Part::wide(200.0, |trial| {
+        Part::wide(34.0, |trial| {
             fall(trial, &Oil::new("E2", 15, 0.8, 0.03), trial.threads)
         }),
-        Part::wide(150.0, |trial| {
+        Part::wide(26.0, |trial| {
             fall(trial, &Oil::new("E3", 15, 0.65, 0.03), trial.threads)
         }),
-        Part::wide(150.0, |trial| {
+        Part::wide(26.0, |trial| {
             fall(trial, &Oil::new("E4", 15, 0.55, 0.03), trial.threads)
         }),
     ],

@@ -19,7 +19,7 @@ pub(super) const CASE: Case = Case {
     name: "shear",
     question: "spin of a sphere, and Jeffery orbit of a 2:1 spheroid, in simple shear",
     source: "Jeffery (1922), doi:10.1098/rspa.1922.0078",
-    parts: &[Part::quick(40.0, sphere), Part::quick(70.0, spheroid)],
+    parts: &[Part::quick(11.0, sphere), Part::quick(20.0, spheroid)],
     missing: None,
 };
 

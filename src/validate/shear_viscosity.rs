@@ -14,7 +14,7 @@ pub(super) const CASE: Case = Case {
     name: "shear_viscosity",
     question: "viscosity of a sheared suspension of spheres, volume fractions 0.05 to 0.2",
     source: "Eilers (1941), doi:10.1007/BF01503023",
-    parts: &[Part::wide(300.0, suspensions)],
+    parts: &[Part::wide(60.0, suspensions)],
     missing: None,
 };
 
