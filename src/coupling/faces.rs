@@ -9,13 +9,13 @@ use crate::shape::Shape;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FacePlane {
     /// Outward unit normal.
-    pub(super) normal: [f64; 3],
+    normal: [f64; 3],
     /// Distance from the centre of mass.
     offset: f64,
     /// `1 / normal[0]`, or 0 where the row runs along the face.
     slope: f64,
     /// Largest height above the face at which the centre of a cell may lie that it cuts.
-    pub(super) reach: f64,
+    reach: f64,
 }
 
 /// Normals whose x part is smaller than this are taken to be at right angles to the rows.
@@ -151,6 +151,7 @@ fn alone(planes: &[FacePlane], x: f64, y: f64, z: f64) -> f64 {
                 share = behind;
                 continue;
             }
+            // The face before that is most like this one.
             let cosine = planes[..at]
                 .iter()
                 .filter(|other| other.height(x, other.rest(y, z)) > -other.reach)
@@ -163,7 +164,7 @@ fn alone(planes: &[FacePlane], x: f64, y: f64, z: f64) -> f64 {
 }
 
 /// An interval of x.
-pub(super) type Interval = (f64, f64);
+type Interval = (f64, f64);
 
 /// Where the row at `y, z` (cells from the centre) runs below all planes moved out by `growth`, and moved in by it.
 #[inline]

@@ -151,6 +151,8 @@ pub(super) fn add_shares<'a, T: Real>(
 }
 
 /// Adds `shares` of what the first `count` cells of a window exchanged, whose first cell has offset `n`.
+///
+/// As [`add_cells`], axis by axis: with the forces of all axes handed to a function for both, collecting takes twice as long.
 #[inline(always)]
 fn add_parts<T: Real>(
     exchanged: [&[T; CHUNK]; 4],
