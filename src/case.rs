@@ -72,6 +72,8 @@ pub struct Setup {
     pub solid_ramp_width: f64,
     /// Geometries and materials.
     pub templates: Arc<[Template]>,
+    /// The `[[particles]]` section that each template is of, counted from 0.
+    pub sections: Vec<usize>,
     /// From the axes of the body to those in which the case gives its shape, for each template.
     pub frames: Vec<Quat>,
     /// Initial state of all particles, ascending ids.
@@ -161,6 +163,8 @@ pub struct OutputPlan {
     pub fields_every: u64,
     /// Steps between particle files.
     pub particles_every: u64,
+    /// Steps between files of the surfaces of particles.
+    pub surfaces_every: u64,
     /// Steps between files of contacts.
     pub contacts_every: u64,
     /// Steps between pictures.

@@ -71,6 +71,8 @@ pub struct Coupling {
     swept_particles: Vec<Particle>,
     /// Number of those that were owned here.
     swept_owned: usize,
+    /// Of the owned ones of them.
+    swept_loads: Vec<Load>,
     /// Whether what the particles held a step before is known: there was a sweep, or all was at rest.
     begun: bool,
     /// Scratch of [`map`](Self::map).
@@ -126,6 +128,7 @@ impl Coupling {
             swept_lines: Lines::default(),
             swept_particles: Vec::new(),
             swept_owned: 0,
+            swept_loads: Vec::new(),
             begun: false,
             added: Vec::new(),
         }
@@ -338,8 +341,9 @@ impl Coupling {
                     torque: torque * units.torque(),
                 }
             });
-        let loads = loads.collect();
+        let loads: Vec<Load> = loads.collect();
         self.note_swept(particles);
+        self.swept_loads.clone_from(&loads);
         loads
     }
 

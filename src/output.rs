@@ -2,7 +2,7 @@
 //!
 //! Everything here takes plain data in SI units and knows nothing of how it was computed. A run calls, in this
 //! order, [`directory::create`] before anything is computed and [`directory::clear`] when the run begins; [`SeriesWriter`], [`ParticleSeries`],
-//! [`write_fields`], [`write_particles`], [`write_contacts`], [`write_force_chains`] (each followed by
+//! [`write_fields`], [`ParticlePoints::write`], [`ParticleSurfaces::write`], [`write_contacts`], [`write_force_chains`] (each followed by
 //! [`Collection::add`]), [`write_walls`], and [`picture::write_slice`] or [`picture::write_side_view`] on the way, with
 //! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end. Where ranks are processes, the files for
 //! VTK are written in [`pieces`], and the functions `write_..._index` follow before the collection.
@@ -19,6 +19,7 @@ mod overlay;
 pub mod particle_series;
 pub mod picture;
 pub mod pieces;
+pub mod points;
 mod polydata;
 pub mod progress;
 pub mod pvd;
@@ -26,8 +27,8 @@ pub mod series;
 mod series_table;
 pub mod statistics;
 pub mod summary;
+pub mod surfaces;
 pub mod vti;
-pub mod vtp;
 pub mod walls;
 
 pub(crate) use atomic::write_bytes;
@@ -37,12 +38,13 @@ pub use contacts::{
 pub use directory::OutputFiles;
 pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
+pub use points::{ForceAndTorque, ParticlePoints};
 pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use series_table::{SeriesColumn, SeriesTable};
 pub use statistics::{Estimate, Settled, estimate_mean, settled};
 pub use summary::{ReferenceScales, ShapeSummary, Summary, WallSummary};
+pub use surfaces::ParticleSurfaces;
 pub use vti::{FieldSnapshot, write_fields, write_fields_index};
-pub use vtp::{ParticleSurfaces, write_particles};
 pub use walls::write_walls;

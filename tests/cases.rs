@@ -129,7 +129,7 @@ fn every_case_is_after_some_steps_in_the_state_it_promises() {
         output.directory = directory.path().to_path_buf();
         output.series_every = expected.after_steps;
         (output.fields_every, output.particles_every, output.picture_every) = (0, 0, 0);
-        output.contacts_every = 0;
+        (output.contacts_every, output.surfaces_every) = (0, 0);
         let options = RunOptions {
             quiet: true,
             ..RunOptions::default()

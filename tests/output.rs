@@ -13,13 +13,15 @@ use turbid::output::picture::{
     Clock, Plane, Scene, SettlingPlot, write_settling, write_side_view, write_slice,
 };
 use turbid::output::{
-    Collection, Contact, FieldSnapshot, OutputFiles, Partner, SeriesRow, SeriesWriter, directory,
-    estimate_mean, write_contacts, write_fields, write_force_chains, write_particles, write_walls,
+    Collection, Contact, FieldSnapshot, OutputFiles, ParticlePoints, ParticleSurfaces, Partner, SeriesRow,
+    SeriesWriter, directory, estimate_mean, write_contacts, write_fields, write_force_chains, write_walls,
 };
 use turbid::particle::{Particle, Template};
 use turbid::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
 use turbid::simulation::RunOptions;
 use turbid::wall::{Motion, Surface, Wall};
+use vtkio::Vtk;
+use vtkio::model::{Attribute, DataSet, Piece};
 
 const DIAMETER: f64 = 1.5e-3;
 const STOKES_VELOCITY: f64 = 0.32;
@@ -54,6 +56,34 @@ fn particles(frame: u64) -> Vec<Particle> {
         }
     }
     particles
+}
+
+/// The two files of particles of a step, and their collections.
+struct ParticleFiles {
+    points: ParticlePoints,
+    surfaces: ParticleSurfaces,
+    collections: [Collection; 2],
+}
+
+impl ParticleFiles {
+    fn new(files: &OutputFiles, templates: &[Template], particles: &[Particle]) -> Self {
+        let sections: Vec<usize> = (0..templates.len()).collect();
+        let frames = vec![Quat::identity(); templates.len()];
+        Self {
+            points: ParticlePoints::new(templates, &sections, &frames),
+            surfaces: ParticleSurfaces::new(templates, &sections, particles),
+            collections: [files.particles_collection(), files.surfaces_collection()].map(Collection::new),
+        }
+    }
+
+    fn write(&mut self, files: &OutputFiles, domain: &Domain, step: u64, time: f64, particles: &[Particle]) {
+        let paths = [files.particles(step), files.surfaces(step)];
+        (self.points.write(&paths[0], domain, particles, None)).unwrap();
+        (self.surfaces.write(&paths[1], domain, particles)).unwrap();
+        for (collection, path) in self.collections.iter_mut().zip(&paths) {
+            collection.add(time, path).unwrap();
+        }
+    }
 }
 
 /// Rigid motion in spheres, decaying around them.
@@ -109,7 +139,7 @@ fn write_run(root: &Path) {
     let files = OutputFiles::new(root);
     let mut series = SeriesWriter::create(&files.series()).unwrap();
     let mut all_fields = Collection::new(files.fields_collection());
-    let mut all_particles = Collection::new(files.particles_collection());
+    let mut particle_files = ParticleFiles::new(&files, &templates, &particles(0));
     for frame in 0..FRAMES {
         let (step, time) = (100 * frame, 1.3e-3 * frame as f64);
         let particles = particles(frame);
@@ -127,8 +157,7 @@ fn write_run(root: &Path) {
         };
         write_fields(&files.fields(step), &snapshot).unwrap();
         all_fields.add(time, &files.fields(step)).unwrap();
-        write_particles(&files.particles(step), &DOMAIN, &templates, &particles).unwrap();
-        all_particles.add(time, &files.particles(step)).unwrap();
+        particle_files.write(&files, &DOMAIN, step, time, &particles);
 
         let count = particles.len() as f64;
         let speeds = || particles.iter().map(|p| p.velocity().norm());
@@ -215,12 +244,14 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
         "particles.pvd",
         "series.csv",
         "settling_velocity.png",
+        "surfaces.pvd",
     ]
     .map(String::from)
     .into();
     for step in ["0000000000", "0000000100", "0000000200"] {
         expected.push(format!("fields/fields_{step}.vti"));
         expected.push(format!("particles/particles_{step}.vtp"));
+        expected.push(format!("surfaces/surfaces_{step}.vtp"));
         expected.push(format!("pictures/velocity_{step}.png"));
     }
     expected.sort();
@@ -368,18 +399,17 @@ fn write_tank(root: &Path) {
     let (templates, walls) = (mixture(), tank_walls());
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
-    let mut all_particles = Collection::new(files.particles_collection());
     let mut all_contacts = Collection::new(files.contacts_collection());
     let mut all_chains = Collection::new(files.force_chains_collection());
     let particles = pile(&templates);
+    let mut particle_files = ParticleFiles::new(&files, &templates, &particles);
     let touching = contacts(&particles);
     assert!(touching.len() > 20 && touching.iter().any(|c| matches!(c.second, Partner::Wall(_))));
     write_walls(&files.walls(), &TANK, &walls).unwrap();
     // Nothing touches in the first frame.
     for (step, contacts) in [(0, &[][..]), (100, &touching)] {
         let time = 1e-5 * step as f64;
-        write_particles(&files.particles(step), &TANK, &templates, &particles).unwrap();
-        all_particles.add(time, &files.particles(step)).unwrap();
+        particle_files.write(&files, &TANK, step, time, &particles);
         write_contacts(&files.contacts(step), contacts).unwrap();
         all_contacts.add(time, &files.contacts(step)).unwrap();
         write_force_chains(&files.force_chains(step), &TANK, &particles, contacts).unwrap();
@@ -416,7 +446,12 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
     let root = kept.as_deref().unwrap_or(temporary.path());
     write_tank(root);
     let files = OutputFiles::new(root);
-    let numbered = [files.contacts(100), files.force_chains(100), files.particles(100)];
+    let numbered = [
+        files.contacts(100),
+        files.force_chains(100),
+        files.particles(100),
+        files.surfaces(100),
+    ];
     for path in [files.walls(), files.picture(0), files.picture(100)]
         .iter()
         .chain(&numbered)
@@ -429,10 +464,8 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
     }
 }
 
-/// A sphere that falls onto a floor: the smallest case, changed to what it is to show.
-fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::Value {
-    let case = root.join("falling.toml");
-    let text = r"
+/// The smallest case: a sphere that falls.
+const FALLING: &str = r"
         [domain]
         size = { diameters = [4, 4, 6] }
         [fluid]
@@ -451,8 +484,12 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
         series_every = { steps = 1 }
         particles_every = { steps = 20 }
         picture_every = { steps = 40 }
-    ";
-    std::fs::write(&case, text).unwrap();
+";
+
+/// A sphere that falls onto a floor: the smallest case, changed to what it is to show.
+fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::Value {
+    let case = root.join("falling.toml");
+    std::fs::write(&case, FALLING).unwrap();
     let mut setup = turbid::case::load(&case, &[]).unwrap();
     setup.output.directory = root.join("out");
     change(&mut setup);
@@ -535,6 +572,62 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     assert_eq!((path.len(), path[0]), (41, 0.6e-3));
     let energy = column(&files.series(), "gravitational_energy");
     assert!((energy[0] / (-weight * 0.6e-3) - 1.0).abs() < 1e-12);
+}
+
+/// A vector of the only particle of a file.
+fn vector(path: &Path, name: &str) -> Vec3 {
+    let DataSet::PolyData { pieces, .. } = Vtk::import(path).unwrap().data else {
+        panic!("no polygons")
+    };
+    let Some(Piece::Inline(piece)) = pieces.into_iter().next() else {
+        panic!("no piece")
+    };
+    let find = |attribute: &Attribute| match attribute {
+        Attribute::DataArray(array) if array.name == name => array.data.cast_into::<f64>(),
+        _ => None,
+    };
+    Vec3::from_row_slice(&piece.data.point.iter().find_map(find).unwrap())
+}
+
+#[test]
+fn the_forces_in_the_file_of_particles_and_the_weight_are_what_a_particle_is_accelerated_by() {
+    let root = tempfile::tempdir().unwrap();
+    falling_sphere(root.path(), |setup| setup.output.particles_every = 39);
+    let files = OutputFiles::new(root.path().join("out"));
+    assert_eq!(vector(&files.particles(0), "hydrodynamic_force"), Vec3::zeros());
+    let [before, after] = [39, 40].map(|step| files.particles(step));
+    let mass = 2000.0 * std::f64::consts::PI / 6.0 * 1e-9;
+    let times = column(&files.series(), "t (s)");
+    let change = (vector(&after, "velocity") - vector(&before, "velocity")) / (times[40] - times[39]);
+    let force = vector(&after, "hydrodynamic_force") + mass * Vec3::new(0.0, 0.0, -9.80665);
+    assert_eq!(vector(&after, "contact_force"), Vec3::zeros());
+    assert!(
+        force.z < 0.0 && (mass * change - force).norm() < 1e-9 * force.norm(),
+        "{change} {force}"
+    );
+}
+
+#[test]
+fn surfaces_are_written_by_default_for_few_particles_and_else_if_asked_for() {
+    for (count, options, every) in [
+        (312, vec![], 20),
+        (313, vec![], 0),
+        (313, vec!["output.surfaces_every={ steps = 40 }"], 40),
+        (1, vec!["output.surfaces_every=never"], 0),
+        (1, vec!["output.particles_every=never"], 0),
+    ] {
+        let root = tempfile::tempdir().unwrap();
+        let case = root.path().join("case.toml");
+        std::fs::write(&case, FALLING).unwrap();
+        let places: Vec<String> = (0..count)
+            .map(|i| format!("[{}e-3, {}e-3, {}e-3]", i % 7 + 1, i / 7 % 7 + 1, i / 49 + 1))
+            .collect();
+        let list = format!("particles.0.list=[{}]", places.join(", "));
+        let size = "domain.size={ diameters = [8, 8, 8] }".to_owned();
+        let options = options.into_iter().map(str::to_owned).chain([list, size]);
+        let setup = turbid::case::load(&case, &options.collect::<Vec<_>>()).unwrap();
+        assert_eq!(setup.output.surfaces_every, every, "{count}");
+    }
 }
 
 #[test]

@@ -105,8 +105,8 @@ fn three_threads_leave_the_very_files_of_one() {
     let one = files(&on_threads(folder.path(), "1", "one"));
     let three = files(&on_threads(folder.path(), "3", "three"));
     assert!(one.keys().eq(three.keys()), "{one:?} {three:?}");
-    // Fields, particles, contacts, force chains; pictures; and what there is once.
-    assert_eq!(one.len(), 4 * STEPS.len() + 1 + 9, "{one:?}");
+    // Fields, particles, surfaces, contacts, force chains; pictures; and what there is once.
+    assert_eq!(one.len(), 5 * STEPS.len() + 1 + 10, "{one:?}");
     for (name, path) in one.iter().filter(|(name, _)| *name != "summary.json") {
         assert!(
             std::fs::read(path).unwrap() == std::fs::read(&three[name]).unwrap(),
@@ -263,7 +263,7 @@ mod processes {
         cells
     }
 
-    /// Compares the output of so many processes with that of one thread; cells of the particle and contact files at the end.
+    /// Compares the output of so many processes with that of one thread; cells of the files of surfaces and contacts at the end.
     fn compare(folder: &Path, processes: usize, expected: &Path) -> [usize; 2] {
         let output = run(folder, processes, &[]);
         assert!(output.status.success(), "{}", words(&output));
@@ -279,8 +279,9 @@ mod processes {
             );
             assert!(!many.fields(step).exists());
             let numbered = [
-                OutputFiles::particles,
+                OutputFiles::surfaces,
                 OutputFiles::contacts,
+                OutputFiles::particles,
                 OutputFiles::force_chains,
             ];
             for (kind, of) in numbered.into_iter().enumerate() {
@@ -308,7 +309,7 @@ mod processes {
             }
         }
         let pieces = names.keys().filter(|name| name.contains("_p0000")).count();
-        assert_eq!(pieces, 4 * STEPS.len() * processes);
+        assert_eq!(pieces, 5 * STEPS.len() * processes);
         sizes
     }
 

@@ -149,6 +149,8 @@ impl Place {
             "series.csv",
             "settling_velocity.png",
             "summary.json",
+            "surfaces",
+            "surfaces.pvd",
         ];
         assert_eq!(left, promised);
     }

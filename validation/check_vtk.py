@@ -6,7 +6,8 @@
 
 Checks: arrays, components and sizes; all values finite; solid fraction within 0..1, solid where the particles of
 the same step are, and of their volume; particle speeds and mean velocity equal to the row of series.csv with the
-same step; contacts have unit normals, forces, partners that are particles or walls, and points near both; force chains lead
+same step; surfaces of particles as large and turned as `size` and `orientation` of their points say, which draw the same
+glyphs; contacts have unit normals, forces, partners that are particles or walls, and points near both; force chains lead
 from particles to contacts; an index (.pvti, .pvtp) names all pieces of its folder and no others; walls are polygons inside of
 the box that they bound; files and times of a .pvd agree with the files themselves and with series.csv (through pyvista's
 reader too if it is installed and knows the files: not .pvtp). Prints a table; exit status 1 if anything is wrong.
@@ -22,6 +23,8 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import (vtkXMLImageDataReader, vtkXMLPImageDataReader, vtkXMLPolyDataReader,
                                  vtkXMLPPolyDataReader)
+from vtkmodules.vtkFiltersSources import vtkCubeSource
+from vtkmodules.vtkRenderingCore import vtkGlyph3DMapper
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 
 try:
@@ -30,8 +33,10 @@ except ImportError:
     pyvista = None
 
 FIELDS = {"velocity": 3, "pressure": 1, "solid_fraction": 1}
-PARTICLES = {"id": 1, "template": 1, "equivalent_diameter": 1, "speed": 1, "velocity": 3, "angular_velocity": 3,
-             "contact_force": 3}
+SURFACES = {"id": 1, "kind": 1, "equivalent_diameter": 1, "speed": 1, "velocity": 3, "angular_velocity": 3,
+            "contact_force": 3}
+POINTS = {**SURFACES, "size": 3, "orientation": 4, "contact_torque": 3}
+FLUID_ON_POINTS = {"hydrodynamic_force": 3, "hydrodynamic_torque": 3}
 CONTACTS = {"first": 1, "second": 1, "normal": 3, "force": 3, "force_magnitude": 1, "depth": 1, "volume": 1}
 CHAINS = {"id": 1, "force_magnitude": 1}
 READERS = {".vti": vtkXMLImageDataReader, ".pvti": vtkXMLPImageDataReader, ".vtp": vtkXMLPolyDataReader,
@@ -130,21 +135,99 @@ def check_fields(path, series):
     return (image, values, time), summary
 
 
-def check_particles(path, series):
-    """Bodies of a particle file as (mean point, velocity, angular velocity, volume), and a summary."""
-    surface = read(path)
-    points = surface.GetNumberOfPoints()
-    values = arrays(path, surface.GetPointData(), points, PARTICLES)
+def check_points(path, series):
+    """Bodies of a file of points as (centre, velocity, angular velocity, volume), and a summary."""
+    data = read(path)
+    points = data.GetNumberOfPoints()
+    wet = data.GetPointData().HasArray("hydrodynamic_force")
+    expected = {**POINTS, **(FLUID_ON_POINTS if wet else {})}
+    values = arrays(path, data.GetPointData(), points, expected)
+    check(data.GetNumberOfVerts() == points, path, f"{data.GetNumberOfVerts()} vertices for {points} particles")
     if points == 0:
         return [], "0 particles"
-    if set(values) != set(PARTICLES):
+    if set(values) != set(expected):
         return None, "unreadable"
+    places = points_of(data)
+    check(data.GetPoints().GetData().GetDataTypeAsString() == "double", path, "points are not in double precision")
+    check(np.isfinite(places).all(), path, "points are not finite")
+    check(len(np.unique(values["id"])) == points, path, "a particle is there twice")
+    check(is_index(path) or (np.diff(values["id"].astype(np.int64)) > 0).all(), path, "particles are not in order")
+    check(np.allclose(np.linalg.norm(values["orientation"], axis=1), 1, atol=1e-9), path, "orientations are not of unit length")
+    volumes = np.pi / 6 * values["equivalent_diameter"] ** 3
+    filled = volumes / values["size"].prod(axis=1)
+    check((filled > 0).all() and (filled < 1 + 1e-9).all(), path, "a body is larger than its box")
+    speed = np.linalg.norm(values["velocity"], axis=1)
+    check(np.allclose(speed, values["speed"], rtol=1e-12, atol=0), path, "speed is not |velocity|")
+    row = series.get(step_of(path))
+    compared = compare_motion(path, row, values["velocity"], speed)
+    glyphs = check_glyphs(path, data, values)
+    bodies = list(zip(places, values["velocity"], values["angular_velocity"], volumes))
+    kinds = len(np.unique(values["kind"]))
+    return bodies, f"{points} particles of {kinds} kinds, speed <= {speed.max():.4g} m/s ({compared}){glyphs}"
+
+
+def check_glyphs(path, data, values):
+    """Holds the boxes that ParaView's 3D Glyphs make of `size` and `orientation` against the surfaces of the same step."""
+    beside = sibling(path, path.parent.parent / "surfaces", "particles_", "surfaces_")
+    if beside is None:
+        return ""
+    cube = vtkCubeSource()
+    cube.Update()
+    mapper = vtkGlyph3DMapper()
+    mapper.SetInputData(data)
+    mapper.SetSourceData(cube.GetOutput())
+    mapper.SetScaleModeToScaleByVectorComponents()
+    mapper.SetScaleArray("size")
+    mapper.SetOrientationModeToQuaternion()
+    mapper.SetOrientationArray("orientation")
+    drawn = np.array(mapper.GetBounds()).reshape(3, 2)
+    surface = read(beside)
+    ids, corners = vtk_to_numpy(surface.GetPointData().GetArray("id")), points_of(surface)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    largest = np.linalg.norm(values["size"], axis=1).max()
+    check((np.abs(drawn[:, 0] - low) < largest).all() and (np.abs(drawn[:, 1] - high) < largest).all(), path,
+          f"glyphs fill {drawn.tolist()}, surfaces {low} to {high}")
+    places = points_of(data)
+    for number, centre, size, (w, *v) in zip(values["id"], places, values["size"], values["orientation"]):
+        arms, v = corners[ids == number] - centre, -np.array(v)
+        turned = arms + 2 * np.cross(v, np.cross(v, arms) + w * arms)
+        ratio = (turned.max(axis=0) - turned.min(axis=0)) / size
+        if not check((ratio > 0.9).all() and (ratio < 1 + SINGLE).all(), path,
+                     f"the surface of particle {number} fills {ratio} of its size"):
+            break
+    return ", surfaces as glyphs"
+
+
+def compare_motion(path, row, velocity, speed):
+    """Speeds and mean velocity as in a row of series.csv."""
+    if row is None:
+        return "no such step in series.csv"
+    tolerance = SINGLE * speed.max() + 1e-300
+    check(abs(speed.max() - row["max_particle_speed"]) <= tolerance, path,
+          f"largest speed {speed.max()} but series.csv says {row['max_particle_speed']}")
+    check(abs(speed.mean() - row["mean_particle_speed"]) <= tolerance, path,
+          f"mean speed {speed.mean()} but series.csv says {row['mean_particle_speed']}")
+    for i, axis in enumerate("xyz"):
+        expected = row[f"mean_particle_velocity_{axis}"]
+        check(abs(velocity[:, i].mean() - expected) <= tolerance, path,
+              f"mean velocity {axis} {velocity[:, i].mean()} but series.csv says {expected}")
+    return "as in series.csv"
+
+
+def check_surfaces(path, series):
+    surface = read(path)
+    points = surface.GetNumberOfPoints()
+    values = arrays(path, surface.GetPointData(), points, SURFACES)
+    if points == 0:
+        return "0 particles"
+    if set(values) != set(SURFACES):
+        return "unreadable"
     places = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
     check(np.isfinite(places).all(), path, "points are not finite")
     triangles = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     check(len(triangles) == surface.GetNumberOfPolys(), path, "not only triangles")
     ids, first, owner = np.unique(values["id"], return_index=True, return_inverse=True)
-    for name in PARTICLES:
+    for name in SURFACES:
         check((values[name] == values[name][first][owner]).all(), path, f"{name} varies on one particle")
     check((owner[triangles] == owner[triangles[:, :1]]).all(), path, "a triangle joins two particles")
     velocity = values["velocity"][first].astype(float)
@@ -162,22 +245,10 @@ def check_particles(path, series):
     if normals is not None:
         normals = vtk_to_numpy(normals)
         check(np.allclose(np.linalg.norm(normals, axis=1), 1, atol=SINGLE), path, "normals are not of unit length")
-    row = series.get(step_of(path))
-    if row is not None:
-        tolerance = SINGLE * speed.max() + 1e-300
-        check(abs(speed.max() - row["max_particle_speed"]) <= tolerance, path,
-              f"largest speed {speed.max()} but series.csv says {row['max_particle_speed']}")
-        check(abs(speed.mean() - row["mean_particle_speed"]) <= tolerance, path,
-              f"mean speed {speed.mean()} but series.csv says {row['mean_particle_speed']}")
-        for i, axis in enumerate("xyz"):
-            expected = row[f"mean_particle_velocity_{axis}"]
-            check(abs(velocity[:, i].mean() - expected) <= tolerance, path,
-                  f"mean velocity {axis} {velocity[:, i].mean()} but series.csv says {expected}")
-    bodies = list(zip(centres, velocity, values["angular_velocity"][first].astype(float), volumes))
     smooth = "" if normals is None else "smooth, "
-    compared = "as in series.csv" if row is not None else "no such step in series.csv"
-    kinds = len(np.unique(values["template"]))
-    return bodies, f"{len(ids)} particles of {kinds} kinds, {smooth}speed <= {speed.max():.4g} m/s ({compared})"
+    compared = compare_motion(path, series.get(step_of(path)), velocity, speed)
+    kinds = len(np.unique(values["kind"]))
+    return f"{len(ids)} surfaces of {kinds} kinds, {smooth}speed <= {speed.max():.4g} m/s ({compared})"
 
 
 def points_of(data):
@@ -194,20 +265,15 @@ def sibling(path, folder, prefix, other):
 
 
 def particles_beside(path, prefix):
-    """Ids, mean points and circumradii of the particle file of the same step, or nothing."""
+    """Ids, centres and half diagonals of the particle file of the same step, or nothing."""
     path = sibling(path, path.parent.parent / "particles", prefix, "particles_")
     if path is None:
         return None
-    surface = read(path)
-    if surface.GetNumberOfPoints() == 0:
+    data = read(path)
+    if data.GetNumberOfPoints() == 0:
         return {}
-    places, ids = points_of(surface), vtk_to_numpy(surface.GetPointData().GetArray("id"))
-    found = {}
-    for number in np.unique(ids):
-        own = places[ids == number]
-        centre = own.mean(axis=0)
-        found[int(number)] = (centre, np.linalg.norm(own - centre, axis=1).max())
-    return found
+    ids, sizes = (vtk_to_numpy(data.GetPointData().GetArray(name)) for name in ("id", "size"))
+    return {int(i): (centre, np.linalg.norm(size) / 2) for i, centre, size in zip(ids, points_of(data), sizes)}
 
 
 def check_contacts(path, series):
@@ -283,9 +349,9 @@ def check_together(path, fields, bodies):
     dx = image.GetSpacing()[0]
     cells = np.array(image.GetDimensions()) - 1
     size = cells * dx
-    # Inscribed polyhedra are up to a few per cent smaller than the bodies, ramps on a coarse grid a little larger.
+    # Ramps on a coarse grid are a little larger than the bodies.
     ratio = values["solid_fraction"].sum(dtype=float) * dx**3 / sum(body[3] for body in bodies)
-    check(0.85 < ratio < 1.25, path, f"solid volume is {ratio:.3f} times that of the surfaces")
+    check(0.85 < ratio < 1.25, path, f"solid volume is {ratio:.3f} times that of the particles")
     solid = values["solid_fraction"].reshape(cells[::-1])
     index = [np.floor(np.mod(body[0], size) / dx).astype(int) % cells for body in bodies]
     missing = sum(solid[tuple(i[::-1])] < 1 for i in index)
@@ -295,7 +361,7 @@ def check_together(path, fields, bodies):
     there = np.array([velocity[tuple(i[::-1])] for i in index])
     # Only told: a centre lies up to half a cell from the centre of its cell, and coupling is not exact.
     slip = np.abs(there - own).max() / max(np.abs(own).max(), 1e-300)
-    return f"solid volume / surfaces' volume {ratio:.4f}, |u - u_particle| <= {slip:.2g} of the fastest at centres"
+    return f"solid volume / particles' volume {ratio:.4f}, |u - u_particle| <= {slip:.2g} of the fastest at centres"
 
 
 def check_collection(path, times, series):
@@ -334,7 +400,7 @@ def main(directory):
             continue
         times[path.resolve()] = result[2]
         particles = sibling(path, directory / "particles", "fields_", "particles_")
-        bodies = check_particles(particles, {})[0] if particles is not None else None
+        bodies = check_points(particles, {})[0] if particles is not None else None
         if bodies is not None:
             table.append((path, check_together(path, result, bodies)))
     for path in files(directory, ".vtp"):
@@ -344,8 +410,10 @@ def main(directory):
             table.append((path, check_contacts(path, series)))
         elif path.name.startswith("force_chains_"):
             table.append((path, check_chains(path)))
+        elif path.name.startswith("particles_"):
+            table.append((path, check_points(path, series)[1]))
         else:
-            table.append((path, check_particles(path, series)[1]))
+            table.append((path, check_surfaces(path, series)))
     for path in sorted(directory.rglob("*.pvd")):
         table.append((path, check_collection(path, times, series)))
     check(table, directory, "no files for VTK here")

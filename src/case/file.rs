@@ -254,8 +254,11 @@ pub struct OutputSection {
     pub series_every: Option<Located<Every>>,
     /// Fields (.vti): velocity, pressure, solid fraction. Default: 5 over the run.
     pub fields_every: Option<Located<Every>>,
-    /// Particles (.vtp). Default: 50 over the run.
+    /// Particles as points (.vtp): position, orientation, motion, forces, in double precision. Default: 50 over the run.
     pub particles_every: Option<Located<Every>>,
+    /// Surfaces of all particles as triangles (.vtp), 11 kB per sphere. Default: as often as particles, but "never" where
+    /// they have more than 100000 triangles: 312 spheres or 8333 cubes.
+    pub surfaces_every: Option<Located<Every>>,
     /// Contacts (.vtp). Default: as often as particles.
     pub contacts_every: Option<Located<Every>>,
     /// Pictures (.png). Default: 10 over the run.

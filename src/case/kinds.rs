@@ -69,6 +69,12 @@ pub(super) struct Kinds {
 }
 
 impl Kinds {
+    /// The section of each template.
+    pub(super) fn section_of_each(&self) -> Vec<usize> {
+        let of = |(section, kind): (usize, &Kind)| std::iter::repeat_n(section, kind.shares.len());
+        self.sections.iter().enumerate().flat_map(of).collect()
+    }
+
     /// [`Kind::rotation`] of each template.
     pub(super) fn frames(&self) -> Vec<Quat> {
         let of = |kind: &Kind| std::iter::repeat_n(kind.rotation, kind.shares.len());

@@ -6,6 +6,7 @@ use super::source::Source;
 use super::{OutputPlan, Setup};
 use crate::error::Result;
 use crate::fluid::Simd;
+use crate::particle::{FEW_TRIANGLES, Template, surface_triangles};
 use std::path::{Path, PathBuf};
 
 /// What the sections `[run]` and `[output]` say, in steps.
@@ -18,15 +19,15 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// That of a case with this name.
-    pub(super) fn new(source: &Source, case: &Case, clock: Clock, name: &str) -> Result<Self> {
+    /// That of a case with this name; `few` says whether its particles are [few](are_few).
+    pub(super) fn new(source: &Source, case: &Case, clock: Clock, name: &str, few: bool) -> Result<Self> {
         let end_step = source.steps("run.end", &case.run.end, clock)?;
         Ok(Self {
             simd: simd(source, case)?,
             end_step,
             average_from_step: average_from(source, case, clock, end_step)?,
             threads: case.run.threads,
-            output: output(source, case, clock, end_step, name)?,
+            output: output(source, case, clock, end_step, name, few)?,
         })
     }
 
@@ -41,13 +42,14 @@ impl Schedule {
     }
 
     /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
-    fn spacings(&self) -> [(&'static str, u64); 6] {
+    fn spacings(&self) -> [(&'static str, u64); 7] {
         let plan = &self.output;
         [
             ("run.average_from", self.average_from_step),
             ("output.series_every", plan.series_every),
             ("output.fields_every", plan.fields_every),
             ("output.particles_every", plan.particles_every),
+            ("output.surfaces_every", plan.surfaces_every),
             ("output.contacts_every", plan.contacts_every),
             ("output.picture_every", plan.picture_every),
         ]
@@ -61,20 +63,21 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
         time_step: setup.units.dt,
         stokes_time: setup.scales.stokes_time,
     };
+    let particles = setup.particles.iter().map(|p| (p.template as usize, 1));
+    let few = are_few(&setup.templates, particles);
     let resolve = |options: &[String]| -> Result<(Schedule, String)> {
         let source = Source::new(title(&setup.name), saved.to_string(), options);
         source.refuse_changes_of_the_case()?;
         let (case, text) = source.parse::<Case>()?;
-        Ok((Schedule::new(&source, &case, clock, &setup.name)?, text))
+        Ok((Schedule::new(&source, &case, clock, &setup.name, few)?, text))
     };
     let before = Schedule::of(setup);
     let (mut schedule, mut text) = resolve(options)?;
-    // Contacts are written as often as particles if nothing else is said.
+    // Contacts and surfaces are written as often as particles if nothing else is said.
     let named = |key: &str| {
-        let also = if key == "output.contacts_every" {
-            "output.particles_every"
-        } else {
-            key
+        let also = match key {
+            "output.contacts_every" | "output.surfaces_every" => "output.particles_every",
+            key => key,
         };
         options
             .iter()
@@ -95,6 +98,11 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     setup.text = text;
     setup.follow(schedule);
     Ok(())
+}
+
+/// Whether the surfaces of particles, given as numbers of particles by template, are so small that they are written by default.
+pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (usize, usize)>) -> bool {
+    surface_triangles(templates, counts) <= FEW_TRIANGLES
 }
 
 /// Whether an option sets this key or one below it.
@@ -177,7 +185,14 @@ fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Re
     Ok(step)
 }
 
-fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str) -> Result<OutputPlan> {
+fn output(
+    source: &Source,
+    case: &Case,
+    clock: Clock,
+    end_step: u64,
+    name: &str,
+    few: bool,
+) -> Result<OutputPlan> {
     let output = &case.output;
     let directory = match &output.directory {
         Some(directory) if directory.value.trim().is_empty() => {
@@ -212,6 +227,11 @@ fn output(source: &Source, case: &Case, clock: Clock, end_step: u64, name: &str)
         series_every: every("series_every", &output.series_every, 1000)?,
         fields_every: every("fields_every", &output.fields_every, 5)?,
         particles_every,
+        surfaces_every: match &output.surfaces_every {
+            Some(_) => every("surfaces_every", &output.surfaces_every, 50)?,
+            None if few => particles_every,
+            None => 0,
+        },
         contacts_every: match &output.contacts_every {
             Some(_) => every("contacts_every", &output.contacts_every, 50)?,
             None => particles_every,

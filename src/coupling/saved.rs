@@ -3,6 +3,7 @@
 
 use super::Coupling;
 use super::momentum_exchange::ExchangeSum;
+use crate::dem::Load;
 use crate::particle::{Particle, ParticleStore};
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
@@ -13,17 +14,26 @@ use std::collections::BTreeMap;
 struct Swept {
     particle: Particle,
     departed: ExchangeSum,
+    /// Force (N) and torque (N m) of the fluid, from the owner.
+    load: [[f64; 3]; 2],
 }
 
 impl Coupling {
+    /// Force and torque of the fluid on the particles that this rank owned in the last step, by their ids.
+    pub fn last_loads(&self) -> impl Iterator<Item = (u64, Load)> {
+        let owned = self.swept_particles.iter().map(|particle| particle.id);
+        owned.zip(self.swept_loads.iter().copied())
+    }
+
     /// This rank's part of what is needed to go on: all parts together tell of every particle that a sweep has seen.
     pub fn save(&self) -> Vec<u8> {
         let swept: Vec<Swept> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
             // Of a particle that is owned elsewhere only what left its cells here.
             .filter(|(i, (_, body))| *i < self.swept_owned || body.departed != ExchangeSum::default())
-            .map(|(_, (particle, body))| Swept {
+            .map(|(i, (particle, body))| Swept {
                 particle: *particle,
                 departed: body.departed,
+                load: (self.swept_loads.get(i)).map_or([[0.0; 3]; 2], |l| [l.force.into(), l.torque.into()]),
             })
             .collect();
         bytemuck::cast_slice(&swept).to_vec()
@@ -47,7 +57,17 @@ impl Coupling {
             for part in bytemuck::pod_collect_to_vec::<u8, Swept>(bytes) {
                 swept
                     .entry(part.particle.id)
-                    .and_modify(|all| all.departed.add(&part.departed, 1))
+                    .and_modify(|all| {
+                        all.departed.add(&part.departed, 1);
+                        for (sum, own) in all
+                            .load
+                            .as_flattened_mut()
+                            .iter_mut()
+                            .zip(part.load.as_flattened())
+                        {
+                            *sum += own;
+                        }
+                    })
                     .or_insert(part);
             }
         }
@@ -72,6 +92,13 @@ impl Coupling {
         for (particle, body) in then.owned().iter().zip(&mut self.bodies) {
             body.departed = swept[&particle.id].departed;
         }
+        let loads = then.owned().iter().map(|particle| swept[&particle.id].load);
+        self.swept_loads = loads
+            .map(|[force, torque]| Load {
+                force: force.into(),
+                torque: torque.into(),
+            })
+            .collect();
         self.note_swept(&then);
         self.begun |= !swept.is_empty();
         Ok(())

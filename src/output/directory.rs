@@ -5,6 +5,7 @@
 //!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  liggghts.log
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
+//!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
 //!   contacts.pvd      contacts/contacts_0000001000.vtp ...
 //!   force_chains.pvd  force_chains/force_chains_0000001000.vtp ...
 //!   pictures/velocity_0000001000.png ...
@@ -38,7 +39,7 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory.
-const TOP: [&str; 9] = [
+const TOP: [&str; 10] = [
     "summary.json",
     "series.csv",
     "settling_velocity.png",
@@ -48,16 +49,18 @@ const TOP: [&str; 9] = [
     "force_chains.pvd",
     "walls.vtp",
     "particle_series.csv",
+    "surfaces.pvd",
 ];
 /// What an external engine says.
 const LOG: &str = "liggghts.log";
 /// Directory, prefix and extension of the numbered files.
 const FIELDS: (&str, &str, &str) = ("fields", "fields_", ".vti");
 const PARTICLES: (&str, &str, &str) = ("particles", "particles_", ".vtp");
+const SURFACES: (&str, &str, &str) = ("surfaces", "surfaces_", ".vtp");
 const CONTACTS: (&str, &str, &str) = ("contacts", "contacts_", ".vtp");
 const FORCE_CHAINS: (&str, &str, &str) = ("force_chains", "force_chains_", ".vtp");
 const PICTURES: (&str, &str, &str) = ("pictures", "velocity_", ".png");
-const FOLDERS: [(&str, &str, &str); 5] = [FIELDS, PARTICLES, CONTACTS, FORCE_CHAINS, PICTURES];
+const FOLDERS: [(&str, &str, &str); 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
 
 impl OutputFiles {
     /// The files of a run whose output goes to `directory`.
@@ -97,6 +100,11 @@ impl OutputFiles {
         self.directory.join(TOP[4])
     }
 
+    /// The collection of all files of surfaces.
+    pub fn surfaces_collection(&self) -> PathBuf {
+        self.directory.join(TOP[9])
+    }
+
     /// The collection of all contact files.
     pub fn contacts_collection(&self) -> PathBuf {
         self.directory.join(TOP[5])
@@ -127,7 +135,12 @@ impl OutputFiles {
         self.numbered(FIELDS, step)
     }
 
-    /// The particle surfaces at `step`.
+    /// The surfaces of the particles at `step`.
+    pub fn surfaces(&self, step: u64) -> PathBuf {
+        self.numbered(SURFACES, step)
+    }
+
+    /// The particles at `step`, a point each.
     pub fn particles(&self, step: u64) -> PathBuf {
         self.numbered(PARTICLES, step)
     }
@@ -361,6 +374,8 @@ mod tests {
             files.particles_collection(),
             files.fields(3),
             files.particles(12_345_678_901),
+            files.surfaces_collection(),
+            files.surfaces(12),
             files.picture(0),
             files.particle_series(),
             files.contacts_collection(),
@@ -412,7 +427,7 @@ mod tests {
             "an empty folder"
         );
         let left = fs::read_dir(&directory).unwrap().count();
-        assert_eq!(left, 8, "six folders, two foreign files, no probe");
+        assert_eq!(left, 9, "seven folders, two foreign files, no probe");
         let left: Vec<_> = fs::read_dir(files.checkpoints())
             .unwrap()
             .map(|e| e.unwrap().file_name())

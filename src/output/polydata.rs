@@ -12,18 +12,41 @@ use vtkio::model::{
 };
 use vtkio::{IOBuffer, Vtk, xml::Compressor};
 
-/// Polygonal data in the making; every array has its values for all points, in their order.
+/// Polygonal data in the making; every array has its values for all points, in their order. Points, vectors and scalars that are
+/// not integers have the precision `T`.
 #[derive(Debug, Default)]
-pub(super) struct PolyData {
-    points: Vec<f32>,
+pub(super) struct PolyData<T = f32> {
+    points: Vec<T>,
     vertices: Cells,
     lines: Cells,
     polygons: Cells,
     arrays: Vec<DataArray>,
 }
 
-/// Types of points and vectors, and of all scalars that are not integers.
-const REAL: &str = "Float32";
+/// Precision of a file: `f32` to look at, `f64` to go on from.
+pub(super) trait Number: Copy {
+    /// VTK's name.
+    const NAME: &'static str;
+
+    /// The nearest number of this precision.
+    fn of(number: f64) -> Self;
+}
+
+impl Number for f32 {
+    const NAME: &'static str = "Float32";
+
+    fn of(number: f64) -> Self {
+        number as Self
+    }
+}
+
+impl Number for f64 {
+    const NAME: &'static str = "Float64";
+
+    fn of(number: f64) -> Self {
+        number
+    }
+}
 
 /// Cells of one kind: the points of all, and where each ends among them.
 #[derive(Debug, Default)]
@@ -47,10 +70,13 @@ impl Cells {
     }
 }
 
-impl PolyData {
+impl<T: Number> PolyData<T>
+where
+    IOBuffer: From<Vec<T>>,
+{
     /// Adds a point (m) and returns its number.
     pub(super) fn point(&mut self, at: Vec3) -> u64 {
-        self.points.extend(at.iter().map(|&x| x as f32));
+        self.points.extend(at.iter().map(|&x| T::of(x)));
         (self.points.len() / 3 - 1) as u64
     }
 
@@ -71,27 +97,34 @@ impl PolyData {
 
     /// Numbers of all points.
     pub(super) fn scalars(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
-        let values: Vec<f32> = values.into_iter().map(|x| x as f32).collect();
-        self.arrays.push(DataArray::scalars(name, 1).with_data(values));
+        self.tuples(name, values.into_iter().map(|x| [x]));
+    }
+
+    /// Tuples of numbers of all points that are no vectors.
+    pub(super) fn tuples<const N: usize>(&mut self, name: &str, values: impl IntoIterator<Item = [f64; N]>) {
+        let values: Vec<T> = values.into_iter().flatten().map(T::of).collect();
+        self.arrays
+            .push(DataArray::scalars(name, N as u32).with_data(values));
     }
 
     /// Whole numbers of all points, of any type of VTK.
-    pub(super) fn integers<T>(&mut self, name: &str, values: Vec<T>)
+    pub(super) fn integers<I>(&mut self, name: &str, values: Vec<I>)
     where
-        IOBuffer: From<Vec<T>>,
+        IOBuffer: From<Vec<I>>,
     {
         self.arrays.push(DataArray::scalars(name, 1).with_data(values));
     }
 
     /// Vectors of all points.
     pub(super) fn vectors(&mut self, name: &str, values: impl IntoIterator<Item = Vec3>) {
-        self.arrays.push(DataArray::vectors(name).with_data(flat(values)));
+        self.arrays
+            .push(DataArray::vectors(name).with_data(flat::<T>(values)));
     }
 
     /// Normals of all points: what looks at them takes the surface for smooth.
     pub(super) fn normals(&mut self, values: impl IntoIterator<Item = Vec3>) {
         self.arrays
-            .push(DataArray::normals("Normals").with_data(flat(values)));
+            .push(DataArray::normals("Normals").with_data(flat::<T>(values)));
     }
 
     /// Writes the index of a `file` of so many pieces, which all have the arrays of this; the path of the index.
@@ -110,7 +143,7 @@ impl PolyData {
             declared += &pieces::array(type_name(&array.data), &array.name, components);
         }
         let active: Vec<String> = (active.iter().map(|(kind, name)| format!("{kind}=\"{name}\""))).collect();
-        let points = pieces::array(REAL, "Points", 3);
+        let points = pieces::array(T::NAME, "Points", 3);
         pieces::write_index(
             file,
             "PPolyData",
@@ -127,7 +160,7 @@ impl PolyData {
     pub(super) fn write(self, path: &Path) -> Result<()> {
         let empty = self.points.is_empty();
         let piece = PolyDataPiece {
-            points: IOBuffer::F32(self.points),
+            points: IOBuffer::from(self.points),
             verts: self.vertices.topology(),
             lines: self.lines.topology(),
             polys: self.polygons.topology(),
@@ -165,20 +198,20 @@ impl PolyData {
 /// VTK's name of the type of an array.
 fn type_name(data: &IOBuffer) -> &'static str {
     match data.scalar_type() {
-        ScalarType::F64 => "Float64",
+        ScalarType::F64 => f64::NAME,
         ScalarType::I64 => "Int64",
         ScalarType::U64 => "UInt64",
         ScalarType::I32 => "Int32",
         ScalarType::U32 => "UInt32",
-        ScalarType::F32 => REAL,
+        ScalarType::F32 => f32::NAME,
         other => unreachable!("no file of ours has arrays of {other:?}"),
     }
 }
 
-fn flat(values: impl IntoIterator<Item = Vec3>) -> Vec<f32> {
+fn flat<T: Number>(values: impl IntoIterator<Item = Vec3>) -> Vec<T> {
     values
         .into_iter()
-        .flat_map(|value| <[f64; 3]>::from(value).map(|x| x as f32))
+        .flat_map(|value| <[f64; 3]>::from(value).map(T::of))
         .collect()
 }
 

@@ -18,7 +18,7 @@ use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::Real;
 use crate::output::picture::Plane;
-use crate::output::{OutputFiles, PATHS, ParticleSurfaces, SeriesRow, Summary};
+use crate::output::{OutputFiles, PATHS, ParticlePoints, ParticleSurfaces, SeriesRow, Summary};
 use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
 use share::Share;
@@ -33,12 +33,11 @@ pub(super) struct Observer<'a> {
     decomposition: &'a Decomposition,
     start: Instant,
     /// Steps between samples and files, by [`SAMPLES`] and the rest; 0 is never.
-    every: [u64; 5],
+    every: [u64; KINDS],
     /// Steps at which they were taken last.
-    done: [Option<u64>; 5],
+    done: [Option<u64>; KINDS],
     files: OutputFiles,
-    /// What the files of particles show.
-    surfaces: ParticleSurfaces,
+    looks: Looks,
     /// Whether every rank writes its own pieces of files.
     pieces: bool,
     /// Largest id of the particles whose paths are written.
@@ -47,10 +46,16 @@ pub(super) struct Observer<'a> {
     writer: Option<Writer<'a>>,
 }
 
+/// What the files of particles show of them.
+struct Looks {
+    points: ParticlePoints,
+    surfaces: ParticleSurfaces,
+}
+
 /// What a run has written, as far as one needs to know it to go on.
 #[derive(Serialize, Deserialize)]
 pub(super) struct ObserverState {
-    done: [Option<u64>; 5],
+    done: [Option<u64>; KINDS],
     writer: WriterState,
 }
 
@@ -75,12 +80,14 @@ pub(super) fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
 }
 
 /// Which things are due, by the constants below.
-type Due = [bool; 5];
+type Due = [bool; KINDS];
+const KINDS: usize = 6;
 const SAMPLES: usize = 0;
 const FIELDS: usize = 1;
 const PARTICLES: usize = 2;
 const PICTURES: usize = 3;
 const CONTACTS: usize = 4;
+const SURFACES: usize = 5;
 
 /// Samples over a run whose rows nobody asked for: averages need them.
 const DEFAULT_SAMPLES: u64 = 1000;
@@ -118,10 +125,14 @@ impl<'a> Observer<'a> {
                 plan.particles_every,
                 plan.picture_every,
                 plan.contacts_every,
+                plan.surfaces_every,
             ],
-            done: [None; 5],
+            done: [None; KINDS],
             files: OutputFiles::new(&plan.directory),
-            surfaces: ParticleSurfaces::new(&setup.templates, &setup.particles),
+            looks: Looks {
+                points: ParticlePoints::new(&setup.templates, &setup.sections, &setup.frames),
+                surfaces: ParticleSurfaces::new(&setup.templates, &setup.sections, &setup.particles),
+            },
             pieces: comm.ranks_per_process() < comm.size(),
             last_path: last_path(&setup.particles),
             writer: (comm.rank() == 0).then(|| Writer::new(setup, quiet)),
@@ -188,7 +199,7 @@ impl<'a> Observer<'a> {
             let shows = i != PICTURES || step > 0 || self.setup.dry;
             every > 0 && (last || step.is_multiple_of(every)) && self.done[i] != Some(step) && shows
         });
-        if due == [false; 5] {
+        if due == [false; KINDS] {
             return Ok(());
         }
         simulation.share_failure()?;
@@ -219,15 +230,19 @@ impl<'a> Observer<'a> {
             Some(writer) => writer.write_rows(&frame),
             None => Ok(()),
         };
-        outcome = outcome.and_then(|()| share.write(self.setup, &self.files, &self.surfaces, frame.step));
-        if self.pieces && [FIELDS, PARTICLES, CONTACTS].into_iter().any(|i| due[i]) {
+        outcome = outcome.and_then(|()| share.write(self.setup, &self.files, &self.looks, frame.step));
+        if self.pieces
+            && [FIELDS, PARTICLES, SURFACES, CONTACTS]
+                .into_iter()
+                .any(|i| due[i])
+        {
             // No index before all pieces are there.
             agree(&simulation.comm, outcome.err())?;
             outcome = Ok(());
         }
         if let (Ok(()), Some(writer)) = (&outcome, &mut self.writer) {
             let pieces = self.pieces.then_some(self.decomposition);
-            outcome = writer.finish_frame(&frame, due, pieces, &self.surfaces);
+            outcome = writer.finish_frame(&frame, due, pieces, &self.looks);
         }
         agree(&simulation.comm, outcome.err())
     }

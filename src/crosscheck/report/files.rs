@@ -16,7 +16,7 @@ use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::output::picture::{Curve, CurveStyle};
-use crate::output::{Collection, vtp, write_bytes};
+use crate::output::{Collection, surfaces, write_bytes};
 use crate::particle::{Particle, Template};
 use crate::shape::Sphere;
 use std::fs;
@@ -201,7 +201,7 @@ fn write_moment(path: &Path, moment: &Moment, engine: usize) -> Result<()> {
         dx: 1.0,
         periodic: [false; 3],
     };
-    vtp::write_motion(path, &open, &templates, &particles)
+    surfaces::write_motion(path, &open, &templates, &particles)
 }
 
 /// Position, velocity, angular velocity and radius of a sphere as a [`Moment`] has them.

@@ -1,14 +1,16 @@
 //! What this rank has, and what goes from all ranks to rank 0.
 
+use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::domain::{Block, Decomposition};
 use crate::fluid::{CellState, Real};
+use crate::math::Vec3;
 use crate::output::picture::Plane;
-use crate::output::{Contact, Partner};
+use crate::output::{Contact, ForceAndTorque, Partner};
 use crate::particle::Particle;
 use crate::simulation::{Simulation, Wet};
 use crate::units::Units;
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 
 /// Fields of a block or of the box, SI units.
 #[derive(Default)]
@@ -87,21 +89,69 @@ pub(super) fn partners<T: Real>(simulation: &Simulation<T>, own: &[ContactState]
     }
     missing.sort_unstable();
     missing.dedup();
-    let asked = comm.all_gather(bytemuck::cast_slice(&missing).to_vec());
+    known.extend(ask(comm, &missing, store.owned(), |particle| particle.id));
+    known.sort_unstable_by_key(|particle| particle.id);
+    known
+}
+
+/// Those of the `own` values of all ranks whose ids are `missing` here, which are in ascending order. Collective.
+fn ask<V: Pod>(comm: &Comm, missing: &[u64], own: &[V], id: impl Fn(&V) -> u64) -> Vec<V> {
+    let asked = comm.all_gather(bytemuck::cast_slice(missing).to_vec());
     let mut asked: Vec<u64> = (asked.iter())
         .flat_map(|ids| bytemuck::pod_collect_to_vec::<u8, u64>(ids))
         .collect();
     asked.sort_unstable();
-    let answers: Vec<Particle> = (store.owned().iter())
-        .filter(|particle| asked.binary_search(&particle.id).is_ok())
-        .copied()
-        .collect();
-    for answer in comm.all_gather(bytemuck::cast_slice(&answers).to_vec()) {
-        let found = bytemuck::pod_collect_to_vec::<u8, Particle>(&answer);
-        known.extend(found.iter().filter(|p| missing.binary_search(&p.id).is_ok()));
+    let wanted = |ids: &[u64], value: &V| ids.binary_search(&id(value)).is_ok();
+    let answers: Vec<V> = own.iter().filter(|v| wanted(&asked, v)).copied().collect();
+    let answers = comm.all_gather(bytemuck::cast_slice(&answers).to_vec());
+    let found = answers
+        .iter()
+        .flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, V>(bytes));
+    found.filter(|value| wanted(missing, value)).collect()
+}
+
+/// What the fluid did to a particle in the last step.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Loaded {
+    id: u64,
+    force: [f64; 3],
+    torque: [f64; 3],
+}
+
+/// Force and torque of the fluid on each of `particles`, ascending by id, in the step that led here; nothing in a dry run, zeros
+/// at the start. With `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
+pub(super) fn loads<T: Real>(
+    simulation: &Simulation<T>,
+    particles: &[Particle],
+    everywhere: bool,
+) -> Option<Vec<ForceAndTorque>> {
+    let Wet { coupling, .. } = simulation.wet.as_ref()?;
+    if simulation.step == 0 {
+        return Some(vec![[Vec3::zeros(); 2]; particles.len()]);
     }
-    known.sort_unstable_by_key(|particle| particle.id);
-    known
+    let own: Vec<Loaded> = (coupling.last_loads())
+        .map(|(id, load)| Loaded {
+            id,
+            force: load.force.into(),
+            torque: load.torque.into(),
+        })
+        .collect();
+    let mut known = if everywhere {
+        // Particles may have come from another rank in that step.
+        let has = |id: &u64| own.binary_search_by_key(id, |load| load.id).is_ok();
+        let missing: Vec<u64> = particles.iter().map(|p| p.id).filter(|id| !has(id)).collect();
+        let came = ask(&simulation.comm, &missing, &own, |load| load.id);
+        [own, came].concat()
+    } else {
+        gathered(simulation, own)
+    };
+    known.sort_unstable_by_key(|load| load.id);
+    let of = |particle: &Particle| match known.binary_search_by_key(&particle.id, |load| load.id) {
+        Ok(at) => [known[at].force.into(), known[at].torque.into()],
+        Err(_) => [Vec3::zeros(); 2],
+    };
+    Some(particles.iter().map(of).collect())
 }
 
 /// What all ranks have, by rank, on rank 0; nothing elsewhere. Collective.

@@ -2,14 +2,14 @@
 //! block where they are processes.
 
 use super::gather::{self, Fields};
-use super::{CONTACTS, Due, FIELDS, PARTICLES};
+use super::{CONTACTS, Due, FIELDS, Looks, PARTICLES, SURFACES};
 use crate::case::Setup;
 use crate::dem::ContactState;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::Real;
 use crate::output::{
-    Contact, FieldSnapshot, OutputFiles, ParticleSurfaces, pieces, write_contacts, write_fields,
+    Contact, FieldSnapshot, ForceAndTorque, OutputFiles, pieces, write_contacts, write_fields,
     write_force_chains,
 };
 use crate::particle::Particle;
@@ -21,8 +21,10 @@ pub(super) struct Share {
     /// Whose piece this is; nothing if it is the whole.
     rank: Option<usize>,
     fields: Option<(Block, Fields)>,
-    /// Those that are drawn, ascending by id.
-    particles: Option<Vec<Particle>>,
+    /// Those that are written as points, ascending by id, and what the fluid does to them.
+    points: Option<(Vec<Particle>, Option<Vec<ForceAndTorque>>)>,
+    /// Those whose surfaces are written, ascending by id.
+    surfaces: Option<Vec<Particle>>,
     /// Ascending by the ids of the pair, and particles, ascending by id, that hold both of each pair.
     contacts: Option<(Vec<Contact>, Vec<Particle>)>,
 }
@@ -42,18 +44,23 @@ impl Share {
         };
         let fields = due[FIELDS].then(|| (block, gather::fields(simulation, decomposition)));
         let contacts = due[CONTACTS].then(|| gather::contacts(simulation, touches));
-        let particles = if due[PARTICLES] || due[CONTACTS] {
+        let particles = if due[PARTICLES] || due[SURFACES] || due[CONTACTS] {
             gather::particles(simulation, |_| true)
         } else {
             Vec::new()
         };
+        let points = due[PARTICLES].then(|| {
+            let loads = gather::loads(simulation, &particles, false);
+            (particles.clone(), loads)
+        });
         Self {
             rank: None,
             fields: fields.filter(|_| first),
             contacts: contacts
                 .filter(|_| first)
                 .map(|contacts| (contacts, particles.clone())),
-            particles: (due[PARTICLES] && first).then_some(particles),
+            points: points.filter(|_| first),
+            surfaces: (due[SURFACES] && first).then_some(particles),
         }
     }
 
@@ -73,19 +80,17 @@ impl Share {
         Self {
             rank: Some(rank),
             fields: due[FIELDS].then(|| (block, gather::own_fields(simulation, block))),
-            particles: due[PARTICLES].then(|| simulation.dem.particles().owned().to_vec()),
+            points: due[PARTICLES].then(|| {
+                let own = simulation.dem.particles().owned();
+                (own.to_vec(), gather::loads(simulation, own, true))
+            }),
+            surfaces: due[SURFACES].then(|| simulation.dem.particles().owned().to_vec()),
             contacts,
         }
     }
 
     /// Writes the files.
-    pub(super) fn write(
-        &self,
-        setup: &Setup,
-        files: &OutputFiles,
-        surfaces: &ParticleSurfaces,
-        step: u64,
-    ) -> Result<()> {
+    pub(super) fn write(&self, setup: &Setup, files: &OutputFiles, looks: &Looks, step: u64) -> Result<()> {
         let domain = &setup.domain;
         if let Some((block, fields)) = &self.fields {
             let snapshot = FieldSnapshot {
@@ -98,8 +103,13 @@ impl Share {
             };
             write_fields(&self.path(&files.fields(step)), &snapshot)?;
         }
-        if let Some(particles) = &self.particles {
-            surfaces.write(&self.path(&files.particles(step)), domain, particles)?;
+        if let Some((particles, loads)) = &self.points {
+            let path = self.path(&files.particles(step));
+            looks.points.write(&path, domain, particles, loads.as_deref())?;
+        }
+        if let Some(particles) = &self.surfaces {
+            let path = self.path(&files.surfaces(step));
+            looks.surfaces.write(&path, domain, particles)?;
         }
         if let Some((contacts, particles)) = &self.contacts {
             write_contacts(&self.path(&files.contacts(step)), contacts)?;

@@ -2,7 +2,7 @@
 
 use super::row::{settles_for_ever, settling_direction, stokes_time};
 use super::summary::{self, Outcome};
-use super::{CONTACTS, Due, FIELDS, Frame, PARTICLES, PICTURES, Picture};
+use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, Picture, SURFACES};
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
@@ -10,9 +10,8 @@ use crate::fluid::Real;
 use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
 use crate::output::progress::Workload;
 use crate::output::{
-    Collection, OutputFiles, ParticleSeries, ParticleSurfaces, PathsState, Progress, SeriesWriter, Summary,
-    directory, estimate_mean, settled, write_contacts_index, write_fields_index, write_force_chains_index,
-    write_walls,
+    Collection, OutputFiles, ParticleSeries, PathsState, Progress, SeriesWriter, Summary, directory,
+    estimate_mean, settled, write_contacts_index, write_fields_index, write_force_chains_index, write_walls,
 };
 use crate::simulation::Simulation;
 use crate::simulation::references::references;
@@ -29,6 +28,7 @@ pub(super) struct Writer<'a> {
     series: Option<(SeriesWriter, ParticleSeries)>,
     fields: Collection,
     particles: Collection,
+    surfaces: Collection,
     contacts: Collection,
     force_chains: Collection,
     walls_written: bool,
@@ -45,6 +45,7 @@ pub(in crate::simulation) struct WriterState {
     series: Option<(u64, PathsState)>,
     fields: Vec<(f64, String)>,
     particles: Vec<(f64, String)>,
+    surfaces: Vec<(f64, String)>,
     contacts: Vec<(f64, String)>,
     force_chains: Vec<(f64, String)>,
     walls_written: bool,
@@ -77,7 +78,7 @@ impl<'a> Writer<'a> {
         setup: &'a Setup,
         quiet: bool,
         step: u64,
-        done: &[Option<u64>; 5],
+        done: &[Option<u64>; KINDS],
         state: WriterState,
     ) -> Result<Self> {
         let writer = Self::starting_at(step, setup, quiet);
@@ -93,6 +94,7 @@ impl<'a> Writer<'a> {
         let kept: Vec<PathBuf> = [
             written(FIELDS, files.fields(step)),
             written(PARTICLES, files.particles(step)),
+            written(SURFACES, files.surfaces(step)),
             written(CONTACTS, files.contacts(step)),
             written(CONTACTS, files.force_chains(step)),
             written(PICTURES, files.picture(step)),
@@ -109,6 +111,7 @@ impl<'a> Writer<'a> {
             series,
             fields: Collection::resume(files.fields_collection(), state.fields)?,
             particles: Collection::resume(files.particles_collection(), state.particles)?,
+            surfaces: Collection::resume(files.surfaces_collection(), state.surfaces)?,
             contacts: Collection::resume(files.contacts_collection(), state.contacts)?,
             force_chains: Collection::resume(files.force_chains_collection(), state.force_chains)?,
             walls_written: state.walls_written,
@@ -130,6 +133,7 @@ impl<'a> Writer<'a> {
             series,
             fields: self.fields.entries().to_vec(),
             particles: self.particles.entries().to_vec(),
+            surfaces: self.surfaces.entries().to_vec(),
             contacts: self.contacts.entries().to_vec(),
             force_chains: self.force_chains.entries().to_vec(),
             walls_written: self.walls_written,
@@ -156,6 +160,7 @@ impl<'a> Writer<'a> {
             series: None,
             fields: Collection::new(files.fields_collection()),
             particles: Collection::new(files.particles_collection()),
+            surfaces: Collection::new(files.surfaces_collection()),
             contacts: Collection::new(files.contacts_collection()),
             force_chains: Collection::new(files.force_chains_collection()),
             walls_written: false,
@@ -174,7 +179,7 @@ impl<'a> Writer<'a> {
         frame: &Frame,
         due: Due,
         pieces: Option<&Decomposition>,
-        surfaces: &ParticleSurfaces,
+        looks: &Looks,
     ) -> Result<()> {
         let (setup, step) = (self.setup, frame.step);
         let domain = &setup.domain;
@@ -193,9 +198,17 @@ impl<'a> Writer<'a> {
         }
         if due[PARTICLES] {
             let path = listed(self.files.particles(step), &|file, cut| {
-                surfaces.write_index(file, domain, cut.ranks())
+                looks.points.write_index(file, domain, !setup.dry, cut.ranks())
             })?;
             self.particles.add(time, &path)?;
+        }
+        if due[SURFACES] {
+            let path = listed(self.files.surfaces(step), &|file, cut| {
+                looks.surfaces.write_index(file, domain, cut.ranks())
+            })?;
+            self.surfaces.add(time, &path)?;
+        }
+        if due[PARTICLES] || due[SURFACES] {
             if !self.walls_written && !setup.walls.is_empty() {
                 write_walls(&self.files.walls(), domain, &setup.walls)?;
                 self.walls_written = true;

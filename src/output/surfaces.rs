@@ -2,9 +2,9 @@
 //!
 //! Every particle is drawn once, at its wrapped position: one that crosses a periodic face sticks out of the box
 //! and its images are not drawn, so that counting connected surfaces counts particles. All data are point data,
-//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `template` (which kind of
-//! particle, counted from 0 in the order of the case), `equivalent_diameter` (m), `velocity` (m/s), `speed` (m/s),
-//! `angular_velocity` (1/s), `contact_force` (N). If all particles are smooth, exact `Normals` make the coarse
+//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `kind` (section of the case,
+//! counted from 0), `equivalent_diameter` (m), `velocity` (m/s), `speed` (m/s), `angular_velocity` (1/s),
+//! `contact_force` (N). If all particles are smooth, exact `Normals` make the coarse
 //! meshes look round; if one kind has edges there are none, so that edges look sharp. Time is in the `.pvd`: vtkio
 //! cannot write it here.
 
@@ -12,35 +12,26 @@ use super::polydata::PolyData;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::particle::{Particle, Template};
+use crate::particle::{FEW_TRIANGLES, FINE_SURFACE, Particle, Template, surface_triangles};
 use crate::shape::{Shape, SurfaceMesh};
 use std::path::{Path, PathBuf};
 
-/// Most triangles in one file for which the finer of two refinements is still taken.
-const TRIANGLE_BUDGET: usize = 200_000;
 /// A surface has an edge where its normal turns by more than 30 degrees this close to a corner of a triangle, as part of
 /// the way to its middle.
 const CORNER: f64 = 1e-3;
 const EDGE_COSINE: f64 = 0.866;
 
-/// Writes the surfaces of `particles`, which are all there are, with their velocities and forces.
-pub fn write_particles(
-    path: &Path,
-    domain: &Domain,
-    templates: &[Template],
-    particles: &[Particle],
-) -> Result<()> {
-    ParticleSurfaces::new(templates, particles).write(path, domain, particles)
-}
-
-/// As [`write_particles`], without the forces: for records of the motion alone.
+/// Writes the surfaces of `particles`, which are all there are, with their velocities; each template is a kind of its own. For
+/// records of the motion alone.
 pub fn write_motion(
     path: &Path,
     domain: &Domain,
     templates: &[Template],
     particles: &[Particle],
 ) -> Result<()> {
-    (ParticleSurfaces::new(templates, particles).data(domain, particles, false)).write(path)
+    let sections: Vec<usize> = (0..templates.len()).collect();
+    let surfaces = ParticleSurfaces::new(templates, &sections, particles);
+    surfaces.data(domain, particles, false).write(path)
 }
 
 /// The surfaces of all kinds of particles of a run.
@@ -52,21 +43,20 @@ pub struct ParticleSurfaces {
     normals: Option<Vec<Vec<Vec3>>>,
     /// By template (m).
     diameters: Vec<f64>,
+    /// By template.
+    sections: Vec<usize>,
 }
 
 impl ParticleSurfaces {
-    /// As fine as their number allows: `all` are the particles of all ranks.
-    pub fn new(templates: &[Template], all: &[Particle]) -> Self {
-        let at = |refinement| -> Vec<SurfaceMesh> {
-            (templates.iter())
-                .map(|t| t.shape.surface_mesh(refinement))
-                .collect()
-        };
-        let fine = at(2);
-        let triangles: usize = (all.iter())
-            .map(|p| fine[p.template as usize].triangles.len())
-            .sum();
-        let meshes = if triangles <= TRIANGLE_BUDGET { fine } else { at(1) };
+    /// As fine as their number allows: `all` are the particles of all ranks, `sections` the sections of the case that the
+    /// templates are of.
+    pub fn new(templates: &[Template], sections: &[usize], all: &[Particle]) -> Self {
+        let one_each = all.iter().map(|p| (p.template as usize, 1));
+        let few = surface_triangles(templates, one_each) <= FEW_TRIANGLES;
+        let refinement = if few { FINE_SURFACE } else { FINE_SURFACE - 1 };
+        let meshes: Vec<SurfaceMesh> = (templates.iter())
+            .map(|t| t.shape.surface_mesh(refinement))
+            .collect();
         let with_shapes = || templates.iter().zip(&meshes);
         let smooth = with_shapes().all(|(t, mesh)| is_smooth(&*t.shape, mesh));
         let normals = smooth.then(|| {
@@ -76,6 +66,7 @@ impl ParticleSurfaces {
         });
         Self {
             diameters: templates.iter().map(|t| t.shape.equivalent_diameter()).collect(),
+            sections: sections.to_vec(),
             normals,
             meshes,
         }
@@ -109,8 +100,8 @@ impl ParticleSurfaces {
         data.scalars("speed", each(particles, &count, |p| p.velocity().norm()));
         data.integers("id", each(particles, &count, |p| p.id).collect());
         data.integers(
-            "template",
-            each(particles, &count, |p| p.template as u32).collect(),
+            "kind",
+            each(particles, &count, |p| self.sections[p.template as usize] as u32).collect(),
         );
         data.scalars(
             "equivalent_diameter",
@@ -184,10 +175,20 @@ mod tests {
         }]
     }
 
+    fn write_surfaces(
+        path: &Path,
+        domain: &Domain,
+        templates: &[Template],
+        particles: &[Particle],
+    ) -> Result<()> {
+        let sections: Vec<usize> = (0..templates.len()).collect();
+        ParticleSurfaces::new(templates, &sections, particles).write(path, domain, particles)
+    }
+
     #[test]
     fn surfaces_lie_on_the_particles_and_carry_their_numbers() {
         let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("particles.vtp");
+        let path = directory.path().join("surfaces.vtp");
         let particles: Vec<Particle> = (0..3_u32)
             .map(|i| {
                 let k = f64::from(i);
@@ -199,7 +200,7 @@ mod tests {
                 particle
             })
             .collect();
-        write_particles(&path, &BOX, &templates(), &particles).unwrap();
+        write_surfaces(&path, &BOX, &templates(), &particles).unwrap();
 
         let piece = read(&path);
         let points: Vec<f64> = piece.points.cast_into().unwrap();
@@ -217,7 +218,7 @@ mod tests {
             let normal = Vec3::from_row_slice(&normals[3 * i..3 * i + 3]);
             assert!((normal - arm / 0.25).norm() < 1e-5);
         }
-        assert_eq!(array(&piece, "template"), vec![0.0; ids.len()]);
+        assert_eq!(array(&piece, "kind"), vec![0.0; ids.len()]);
         assert!(
             array(&piece, "equivalent_diameter")
                 .iter()
@@ -229,7 +230,7 @@ mod tests {
     #[test]
     fn bodies_with_edges_are_turned_and_have_no_normals() {
         let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("particles.vtp");
+        let path = directory.path().join("surfaces.vtp");
         let edges = Vec3::new(0.1, 0.2, 0.3);
         let mut templates = templates();
         templates.push(Template {
@@ -242,14 +243,14 @@ mod tests {
             &Vec3::y_axis(),
             std::f64::consts::FRAC_PI_2,
         ));
-        write_particles(&path, &BOX, &templates, &[particle]).unwrap();
+        write_surfaces(&path, &BOX, &templates, &[particle]).unwrap();
         let piece = read(&path);
         let points: Vec<f64> = piece.points.cast_into().unwrap();
         for point in points.chunks(3) {
             let arm = (Vec3::from_row_slice(point) - Vec3::repeat(0.5)).abs();
             assert!((arm - Vec3::new(0.15, 0.1, 0.05)).norm() < 1e-6, "{arm}");
         }
-        assert!(array(&piece, "template").iter().all(|&t| (t - 1.0).abs() < 1e-9));
+        assert!(array(&piece, "kind").iter().all(|&t| (t - 1.0).abs() < 1e-9));
         let named =
             |attribute: &Attribute| matches!(attribute, Attribute::DataArray(a) if a.name == "Normals");
         assert!(!piece.data.point.iter().any(named));
@@ -277,8 +278,8 @@ mod tests {
     #[test]
     fn no_particles_make_a_readable_empty_file() {
         let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("particles.vtp");
-        write_particles(&path, &BOX, &[], &[]).unwrap();
+        let path = directory.path().join("surfaces.vtp");
+        write_surfaces(&path, &BOX, &[], &[]).unwrap();
         assert_eq!(read(&path).num_points(), 0);
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(
@@ -290,7 +291,7 @@ mod tests {
     #[test]
     fn thousands_of_particles_stay_small() {
         let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("particles.vtp");
+        let path = directory.path().join("surfaces.vtp");
         let particles: Vec<Particle> = (0..2000_u32)
             .map(|i| {
                 let k = f64::from(i);
@@ -300,7 +301,7 @@ mod tests {
                 particle
             })
             .collect();
-        write_particles(&path, &BOX, &templates(), &particles).unwrap();
+        write_surfaces(&path, &BOX, &templates(), &particles).unwrap();
         let bytes = std::fs::metadata(&path).unwrap().len();
         assert!(bytes < 5_000 * 2000, "{bytes} bytes for 2000 spheres");
     }

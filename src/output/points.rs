@@ -1,0 +1,222 @@
+//! Particles as points (`.vtp`): a vertex each, at its wrapped position, in double precision, so that a run can begin from them.
+//!
+//! Arrays: `id`, `kind` (section of the case, counted from 0), `equivalent_diameter` (m), `size` (m: edges of the box that holds
+//! the shape as the case gives it), `orientation` (unit quaternion `w, x, y, z` that turns the shape as the case gives it),
+//! `velocity` and `speed` (m/s), `angular_velocity` (1/s), `contact_force` (N), `contact_torque` (N m), and in a fluid
+//! `hydrodynamic_force` (N, buoyancy included) and `hydrodynamic_torque` (N m), which led here in the last step. Glyphs of unit
+//! size, scaled by `size` and turned by `orientation` (the order of `ParaView`'s 3D Glyphs), show the particles.
+
+use super::polydata::PolyData;
+use crate::domain::Domain;
+use crate::error::Result;
+use crate::math::{Quat, Vec3};
+use crate::particle::{Particle, Template};
+use std::path::{Path, PathBuf};
+
+/// Force (N) and torque (N m) on a particle.
+pub type ForceAndTorque = [Vec3; 2];
+
+/// The kinds of particles of a run, for its files of points.
+#[derive(Clone, Debug)]
+pub struct ParticlePoints {
+    /// By template.
+    kinds: Vec<Kind>,
+}
+
+#[derive(Clone, Debug)]
+struct Kind {
+    section: usize,
+    /// From the axes of the body to those in which the case gives the shape.
+    frame: Quat,
+    diameter: f64,
+    size: Vec3,
+}
+
+impl ParticlePoints {
+    /// `sections` are the sections of the case that the templates are of, `frames` lead from the axes of their bodies to those
+    /// in which the case gives the shape.
+    pub fn new(templates: &[Template], sections: &[usize], frames: &[Quat]) -> Self {
+        let kinds = templates.iter().zip(sections).zip(frames);
+        Self {
+            kinds: kinds
+                .map(|((template, &section), &frame)| {
+                    let (low, high) = template.shape.bounds(&frame);
+                    Kind {
+                        section,
+                        frame,
+                        diameter: template.shape.equivalent_diameter(),
+                        size: high - low,
+                    }
+                })
+                .collect(),
+        }
+    }
+
+    /// Writes `particles`, with what the fluid does to each if there is one.
+    pub fn write(
+        &self,
+        path: &Path,
+        domain: &Domain,
+        particles: &[Particle],
+        hydrodynamic: Option<&[ForceAndTorque]>,
+    ) -> Result<()> {
+        self.data(domain, particles, hydrodynamic).write(path)
+    }
+
+    /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index. `wet` says
+    /// whether there is a fluid.
+    pub fn write_index(&self, file: &Path, domain: &Domain, wet: bool, pieces: usize) -> Result<PathBuf> {
+        let nothing: &[ForceAndTorque] = &[];
+        self.data(domain, &[], wet.then_some(nothing))
+            .write_index(file, pieces)
+    }
+
+    fn data(
+        &self,
+        domain: &Domain,
+        particles: &[Particle],
+        hydrodynamic: Option<&[ForceAndTorque]>,
+    ) -> PolyData<f64> {
+        let of = |particle: &Particle| &self.kinds[particle.template as usize];
+        let all = || particles.iter();
+        let mut data = PolyData::default();
+        for particle in particles {
+            let point = data.point(domain.wrap(particle.position()));
+            data.vertex(point);
+        }
+        data.scalars("speed", all().map(|p| p.velocity().norm()));
+        data.integers("id", all().map(|p| p.id).collect());
+        data.integers("kind", all().map(|p| of(p).section as u32).collect());
+        data.scalars("equivalent_diameter", all().map(|p| of(p).diameter));
+        data.tuples(
+            "orientation",
+            all().map(|p| {
+                let [i, j, k, w]: [f64; 4] = p.orientation_given(&of(p).frame).coords.into();
+                [w, i, j, k]
+            }),
+        );
+        data.vectors("velocity", all().map(Particle::velocity));
+        data.vectors("size", all().map(|p| of(p).size));
+        data.vectors("angular_velocity", all().map(Particle::angular_velocity));
+        data.vectors("contact_force", all().map(|p| p.contact_force.into()));
+        data.vectors("contact_torque", all().map(|p| p.contact_torque.into()));
+        if let Some(loads) = hydrodynamic {
+            assert_eq!(
+                loads.len(),
+                particles.len(),
+                "one force and torque for each particle"
+            );
+            data.vectors("hydrodynamic_force", loads.iter().map(|[force, _]| *force));
+            data.vectors("hydrodynamic_torque", loads.iter().map(|[_, torque]| *torque));
+        }
+        data
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::polydata::{array, read};
+    use super::*;
+    use crate::shape::{Cuboid, Sphere};
+    use std::sync::Arc;
+
+    const BOX: Domain = Domain {
+        periodic: [true; 3],
+        cells: [10, 10, 20],
+        dx: 0.1,
+    };
+
+    fn points() -> ParticlePoints {
+        let template = |shape| Template {
+            shape,
+            material: 0,
+            density: 2.0,
+        };
+        let edges = Vec3::new(0.1, 0.2, 0.3);
+        // A quarter turn about x leads from the axes of the body to those of the case.
+        let frame = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
+        ParticlePoints::new(
+            &[
+                template(Arc::new(Sphere { radius: 0.25 })),
+                template(Arc::new(Cuboid::new(edges).unwrap())),
+            ],
+            &[0, 3],
+            &[Quat::identity(), frame],
+        )
+    }
+
+    fn particles() -> Vec<Particle> {
+        (0..5_u32)
+            .map(|i| {
+                let k = f64::from(i) + 1.0 / 3.0;
+                let position = Vec3::new(0.1 * k, 0.07 * k, 0.3 * k);
+                let mut particle = Particle::at(u64::from(7 + i), (i % 2) as usize, position);
+                particle.velocity = [0.3 * k, 0.0, -0.4 * k];
+                particle.angular_velocity = [k, 2.0, 3.0];
+                particle.contact_force = [0.0, -1.5, k];
+                particle.contact_torque = [0.1, k, -k];
+                particle.set_orientation(&Quat::from_euler_angles(0.1 * k, 0.2, 0.3));
+                particle
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_number_of_a_particle_is_in_the_file_to_the_last_bit() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particles.vtp");
+        let particles = particles();
+        let loads: Vec<ForceAndTorque> = (particles.iter())
+            .map(|p| [p.position() * 3.0, p.position() / 3.0])
+            .collect();
+        points().write(&path, &BOX, &particles, Some(&loads)).unwrap();
+        let piece = read(&path);
+        let at: Vec<f64> = piece.points.cast_into().unwrap();
+        assert_eq!(piece.verts.as_ref().unwrap().num_cells(), 5);
+        for (i, particle) in particles.iter().enumerate() {
+            let three =
+                |name: &str| -> [f64; 3] { array(&piece, name)[3 * i..3 * i + 3].try_into().unwrap() };
+            assert_eq!(at[3 * i..3 * i + 3], particle.position);
+            assert_eq!(three("velocity"), particle.velocity);
+            assert_eq!(three("angular_velocity"), particle.angular_velocity);
+            assert_eq!(three("contact_force"), particle.contact_force);
+            assert_eq!(three("contact_torque"), particle.contact_torque);
+            assert_eq!(Vec3::from(three("hydrodynamic_force")), loads[i][0]);
+            assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i][1]);
+            assert_eq!(array(&piece, "id")[i] as u64, particle.id);
+            assert_eq!(array(&piece, "kind")[i] as usize, [0, 3][i % 2]);
+        }
+    }
+
+    #[test]
+    fn size_and_orientation_are_of_the_shape_as_the_case_gives_it() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particles.vtp");
+        let particles = particles();
+        points().write(&path, &BOX, &particles, None).unwrap();
+        let piece = read(&path);
+        let (size, orientation) = (array(&piece, "size"), array(&piece, "orientation"));
+        let cuboid = Vec3::from_row_slice(&size[3..6]);
+        assert!((cuboid - Vec3::new(0.1, 0.3, 0.2)).norm() < 1e-12, "{cuboid}");
+        assert!(size[..3].iter().all(|edge| (edge - 0.5).abs() < 1e-12));
+        // The glyph of the cuboid ends where its body does.
+        let [w, x, y, z] = orientation[4..8] else { panic!() };
+        let turn = Quat::new_normalize(crate::math::nalgebra::Quaternion::new(w, x, y, z));
+        let along = turn * Vec3::new(0.0, 0.15, 0.0);
+        let body = particles[1].orientation() * Vec3::new(0.0, 0.0, 0.15);
+        assert!((along - body).norm() < 1e-12 || (along + body).norm() < 1e-12);
+        let bytes = std::fs::metadata(&path).unwrap().len();
+        assert!(bytes < 8000, "{bytes}");
+    }
+
+    #[test]
+    fn thousands_of_particles_stay_small() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particles.vtp");
+        let many: Vec<Particle> = (0..400).flat_map(|_| particles()).collect();
+        let loads = vec![[Vec3::new(1.0, 2.0, 3.0); 2]; many.len()];
+        points().write(&path, &BOX, &many, Some(&loads)).unwrap();
+        let bytes = std::fs::metadata(&path).unwrap().len();
+        assert!(bytes < 350 * 2000, "{bytes} bytes for 2000 particles");
+    }
+}
