@@ -247,7 +247,8 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
 
 /// Reads the case with its changes and prints its warnings.
 fn load(path: &Path, changes: &Changes) -> Result<Setup> {
-    let mut setup = case::load(path, &changes.set)?;
+    let read = || case::load(path, &changes.set);
+    let mut setup = terminal::waiting("reading the case and placing its particles", read)?;
     setup.threads = changes.threads.unwrap_or(setup.threads);
     for warning in &setup.warnings {
         warn(warning);

@@ -30,6 +30,8 @@ pub(super) struct Placer<'a> {
     /// Volume of the box that is in no wall (m^3).
     pub(super) free_volume: f64,
     pub(super) files: &'a Files<'a>,
+    /// By how much surfaces are grown for contacts (m); 0 without contacts.
+    pub(super) enlargement: f64,
 }
 
 /// Numbers of particles by template.
@@ -46,7 +48,7 @@ struct Placed {
 
 impl Placer<'_> {
     /// All particles, ascending ids; those at random, unless `places`, are only counted.
-    pub(super) fn place(&self, places: bool) -> Result<(Vec<Particle>, Counts)> {
+    pub(super) fn place(&self, places: bool, warnings: &mut Vec<String>) -> Result<(Vec<Particle>, Counts)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, section) in self.case.particles.iter().enumerate() {
@@ -96,7 +98,7 @@ impl Placer<'_> {
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
         let mut counted = Vec::new();
         if places {
-            self.pack(&random, &mut particles)?;
+            self.pack(&random, &mut particles, warnings)?;
         } else {
             counted.extend(random.iter().flat_map(|&(index, count)| self.allot(index, count)));
         }

@@ -91,9 +91,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     };
     let contact = materials.contact(source, &case, enlargement)?;
     let engine = engine(source, &case)?;
-    let reach = (templates.iter())
+    // As the engine grows them: corners stay sharp.
+    let reaches: Vec<f64> = (templates.iter())
         .map(|template| Contour::new(template.shape.clone(), enlargement).reach())
-        .fold(0.0, f64::max);
+        .collect();
+    let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(source, &case, &domain, &materials, reach)?;
     refuse_walls(source, &case, &engine, &walls)?;
     let gravity = gravity(source, &case)?;
@@ -139,10 +141,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         walls: &walls,
         free_volume: free_volume(&domain, &walls),
         files: &files,
+        enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
-    let (particles, random) = placer.place(places)?;
+    let (particles, random) = placer.place(places, &mut warnings)?;
     if contact.is_some() {
-        refuse_double_contacts(source, &case, &domain, templates, &particles, enlargement)?;
+        refuse_double_contacts(source, &case, &domain, &reaches, &particles)?;
     }
     let volume = |template: usize| templates[template].shape.volume();
     let placed: f64 = particles.iter().map(|p| volume(p.template as usize)).sum();

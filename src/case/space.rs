@@ -5,10 +5,9 @@ use super::file::{Case, LatticeSection};
 use super::forms::Size;
 use super::kinds::Kinds;
 use super::source::Source;
-use crate::contact::Contour;
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::particle::{Particle, Template};
+use crate::particle::Particle;
 
 /// More cells than any machine of today holds.
 const MAX_CELLS: f64 = 1e12;
@@ -151,23 +150,15 @@ fn warn_of_what_is_too_thin(
 
 /// Refuses a box in which a pair could touch through two images: the nearest one is all the engine looks at.
 ///
-/// `enlargement` (m) is by how much every surface is grown for contacts.
+/// `reaches` (m) are those of the templates, grown for contacts.
 pub(super) fn refuse_double_contacts(
     source: &Source,
     case: &Case,
     domain: &Domain,
-    templates: &[Template],
+    reaches: &[f64],
     particles: &[Particle],
-    enlargement: f64,
 ) -> Result<()> {
-    // As the engine grows them: corners stay sharp.
-    let reaches_by_template: Vec<f64> = (templates.iter())
-        .map(|t| Contour::new(t.shape.clone(), enlargement).reach())
-        .collect();
-    let mut reaches: Vec<f64> = particles
-        .iter()
-        .map(|p| reaches_by_template[p.template as usize])
-        .collect();
+    let mut reaches: Vec<f64> = particles.iter().map(|p| reaches[p.template as usize]).collect();
     reaches.sort_unstable_by(f64::total_cmp);
     let [.., second, largest] = reaches[..] else {
         return Ok(());

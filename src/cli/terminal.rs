@@ -3,8 +3,16 @@
 
 use crate::comm;
 use crate::error::Error;
-use std::io::{self, Write};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+/// After this long, what is being waited for is shown, and this often.
+const MOMENT: Duration = Duration::from_secs(1);
+const TICK: Duration = Duration::from_millis(100);
 
 /// Whether this process speaks for all.
 pub(super) fn speaks() -> bool {
@@ -47,6 +55,32 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
     }
     let _ = error.print();
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
+/// Does `work`, with a sign of life on a terminal if it takes more than a moment.
+pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
+    if !speaks() || !io::stderr().is_terminal() {
+        return work();
+    }
+    let (done, ended) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        let spinner = move || {
+            let bar = ProgressBar::new_spinner();
+            bar.set_style(ProgressStyle::with_template("{spinner} {msg} {elapsed}").expect("a constant"));
+            bar.set_message(what);
+            while ended.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                if bar.elapsed() > MOMENT {
+                    bar.tick();
+                }
+            }
+            bar.finish_and_clear();
+        };
+        // Where there is no thread to be had for it, there is no sign of life.
+        let _ = thread::Builder::new().spawn_scoped(scope, spinner);
+        let result = work();
+        drop(done);
+        result
+    })
 }
 
 /// Rows of name, value and remark, aligned.

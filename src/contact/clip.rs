@@ -140,6 +140,8 @@ pub(super) struct Clipper {
     live: Vec<u32>,
     /// Height of every corner above the plane of the cut (m).
     heights: Vec<f64>,
+    /// Half-edges that a cut ends, with their twins.
+    trimmed: Vec<(u32, u32)>,
     /// Bits: half-edges that the integration has been to.
     seen: Vec<u8>,
     /// Faces that are left, those in several pieces several times.
@@ -270,19 +272,21 @@ impl Clipper {
             return Cut::Emptied;
         }
         let gone = |heights: &[f64], v: u32| heights[v as usize] > slack;
-        for n in 0..self.live.len() {
-            let v = self.live[n];
-            if gone(&self.heights, v) {
-                continue;
-            }
-            for k in 0..3 {
-                let there = self.corners[v as usize].twin[k];
-                // New corners, which lie beyond the old, are not above the plane.
-                if there >> 2 < old && gone(&self.heights, there >> 2) {
-                    self.split(v, k, there, face);
-                }
-            }
+        // Half-edges of corners that stay to corners that go, found from the side that has fewer: most planes trim little.
+        let mut trimmed = std::mem::take(&mut self.trimmed);
+        trimmed.clear();
+        for &u in self.live.iter().filter(|&&u| gone(&self.heights, u)) {
+            let back = self.corners[u as usize].twin.into_iter().enumerate();
+            trimmed.extend(
+                back.filter(|&(_, there)| !gone(&self.heights, there >> 2))
+                    .map(|(k, there)| (there, 4 * u + k as u32)),
+            );
         }
+        trimmed.sort_unstable();
+        for &(half_edge, there) in &trimmed {
+            self.split(half_edge >> 2, (half_edge & 3) as usize, there, face);
+        }
+        self.trimmed = trimmed;
         let mut live = std::mem::take(&mut self.live);
         live.retain(|&v| !gone(&self.heights, v));
         live.extend(old..self.corners.len() as u32);

@@ -7,6 +7,7 @@
 use super::clip::{Clipper, Cut, Graph, Plane};
 use crate::math::Vec3;
 use crate::shape::Polyhedron;
+use std::collections::BTreeSet;
 
 /// How far a corner may move out, in enlargements.
 const SHARPEST: f64 = 8.0;
@@ -82,34 +83,8 @@ impl Solid {
         }
         let mut graph = clipper.graph();
         let planes = graph.renumber(&planes);
-        let mut vertices: Vec<Vec3> = Vec::new();
-        for position in graph.positions() {
-            if vertices
-                .iter()
-                .all(|v| (v - position).norm() > SAME * circumradius)
-            {
-                vertices.push(position);
-            }
-        }
-        let (mut edges, mut starts) = (Vec::new(), vec![0]);
-        for (number, plane) in planes.iter().enumerate() {
-            for (_, from, to) in graph.edges().filter(|(face, ..)| *face as usize == number) {
-                let length = (to - from).norm();
-                if length > SAME * circumradius {
-                    let along = (to - from) / length;
-                    let normal = along.cross(&plane.normal);
-                    edges.push(Edge {
-                        across: Plane {
-                            normal,
-                            offset: normal.dot(&from),
-                        },
-                        along,
-                        ends: [along.dot(&from), along.dot(&to)],
-                    });
-                }
-            }
-            starts.push(edges.len());
-        }
+        let vertices = distinct(graph.positions(), SAME * circumradius);
+        let (edges, starts) = edges_by_face(&graph, &planes, SAME * circumradius);
         Self {
             edges,
             starts,
@@ -150,5 +125,102 @@ impl Solid {
         self.vertices
             .iter()
             .fold(f64::INFINITY, |low, v| low.min(direction.dot(v)))
+    }
+}
+
+/// The first of all positions that are closer to each other than `tolerance` (m).
+fn distinct(positions: impl Iterator<Item = Vec3>, tolerance: f64) -> Vec<Vec3> {
+    let mut vertices: Vec<Vec3> = Vec::new();
+    // By x, as an integer with the same order.
+    let mut by_x = BTreeSet::new();
+    let key = |x: f64| {
+        let bits = x.to_bits() as i64;
+        bits ^ (((bits >> 63) as u64) >> 1) as i64
+    };
+    for position in positions {
+        let near = (key(position.x - tolerance), 0)..=(key(position.x + tolerance), usize::MAX);
+        let is_new = by_x
+            .range(near)
+            .all(|&(_, n): &(i64, usize)| (vertices[n] - position).norm() > tolerance);
+        if is_new {
+            by_x.insert((key(position.x), vertices.len()));
+            vertices.push(position);
+        }
+    }
+    vertices
+}
+
+/// Edges longer than `tolerance` (m), face after face, and the index of the first of each face, and their number.
+fn edges_by_face(graph: &Graph, planes: &[Plane], tolerance: f64) -> (Vec<Edge>, Vec<usize>) {
+    let mut of_face: Vec<Vec<Edge>> = vec![Vec::new(); planes.len()];
+    for (face, from, to) in graph.edges() {
+        let length = (to - from).norm();
+        if length > tolerance {
+            let along = (to - from) / length;
+            let normal = along.cross(&planes[face as usize].normal);
+            of_face[face as usize].push(Edge {
+                across: Plane {
+                    normal,
+                    offset: normal.dot(&from),
+                },
+                along,
+                ends: [along.dot(&from), along.dot(&to)],
+            });
+        }
+    }
+    let mut starts = vec![0];
+    starts.extend(of_face.iter().scan(0, |sum, edges| {
+        *sum += edges.len();
+        Some(*sum)
+    }));
+    (of_face.concat(), starts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn corners_are_kept_once_as_by_comparing_all_with_all(
+            points in prop::collection::vec(prop::array::uniform3(-4_i8..4), 1..60),
+            noise in prop::collection::vec(prop::array::uniform3(-1.0..1.0), 60),
+        ) {
+            let tolerance = 1e-3;
+            let positions: Vec<Vec3> = (points.iter().zip(&noise))
+                .map(|(p, n)| Vec3::from(p.map(f64::from)) + Vec3::from(*n) * tolerance)
+                .collect();
+            let mut expected: Vec<Vec3> = Vec::new();
+            for p in &positions {
+                if expected.iter().all(|v| (v - p).norm() > tolerance) {
+                    expected.push(*p);
+                }
+            }
+            prop_assert_eq!(distinct(positions.into_iter(), tolerance), expected);
+        }
+    }
+
+    #[test]
+    fn edges_of_a_face_are_those_of_the_graph_that_have_it_on_their_left() {
+        let planes: Vec<Plane> = (0..200)
+            .map(|n| {
+                let (height, turn) = (f64::from(n) / 99.5 - 1.0, 2.4 * f64::from(n));
+                let radius = (1.0 - height * height).max(0.0).sqrt();
+                let normal = Vec3::new(radius * turn.cos(), radius * turn.sin(), height).normalize();
+                Plane { normal, offset: 1.0 }
+            })
+            .collect();
+        let solid = Solid::from_planes(planes, 1.5, 0.01);
+        assert!(solid.planes.len() > 150, "{}", solid.planes.len());
+        for face in 0..solid.planes.len() {
+            let of_graph: Vec<f64> = (solid.graph.edges())
+                .filter(|(left, from, to)| *left as usize == face && (to - from).norm() > SAME * 1.5)
+                .map(|(_, from, to)| ((to - from) / (to - from).norm()).dot(&from))
+                .collect();
+            let listed: Vec<f64> = solid.edges(face).iter().map(|edge| edge.ends[0]).collect();
+            assert!(listed.len() >= 3);
+            assert_eq!(listed, of_graph);
+        }
     }
 }

@@ -15,9 +15,12 @@ impl Bins {
     /// Empty, for `count` positions whose neighbours are within `widest` (m).
     pub(super) fn new(domain: &Domain, widest: f64, count: usize) -> Self {
         let size = domain.size();
-        // No more bins than particles in all, else a large dilute box would be mostly empty bins.
-        let most = 1 + libm::cbrt(count as f64) as usize;
-        let counts: [usize; 3] = std::array::from_fn(|i| ((size[i] / widest) as usize).clamp(1, most));
+        let mut counts: [usize; 3] = std::array::from_fn(|i| ((size[i] / widest) as usize).max(1));
+        // At most two bins per particle, else a large dilute box would be mostly empty bins.
+        while counts.iter().map(|&n| n as f64).product::<f64>() > (2 * count.max(1)) as f64 {
+            let longest = (1..3).fold(0, |best, i| if counts[i] > counts[best] { i } else { best });
+            counts[longest] = counts[longest].div_ceil(2);
+        }
         Self {
             size,
             counts,
@@ -94,6 +97,26 @@ pub fn close_pairs(domain: &Domain, positions: &[Vec3], reaches: &[f64]) -> Vec<
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn in_a_long_box_a_position_has_no_more_near_it_than_in_a_cube() {
+        let nearby = |cells: [usize; 3]| {
+            let domain = Domain {
+                periodic: [true; 3],
+                cells,
+                dx: 1.0,
+            };
+            let mut bins = Bins::new(&domain, 1.0, domain.cell_count());
+            for n in 0..domain.cell_count() {
+                let [x, y, _] = cells;
+                let cell = [n % x, n / x % y, n / (x * y)];
+                bins.add(n, &Vec3::from(cell.map(|i| i as f64 + 0.5)));
+            }
+            bins.around(&Vec3::repeat(2.5)).map(<[usize]>::len).sum::<usize>()
+        };
+        assert_eq!(nearby([20, 20, 20]), 27);
+        assert_eq!(nearby([4, 4, 500]), 27);
+    }
 
     proptest! {
         #[test]

@@ -23,6 +23,9 @@ struct Found {
 impl Placer<'_> {
     /// Refuses particles that overlap each other.
     pub(super) fn refuse_overlaps(&self, placed: &[Placed]) -> Result<()> {
+        if placed.is_empty() {
+            return Ok(());
+        }
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
         let radius = |i: usize| self.template(&placed[i].particle).shape.circumradius();
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
@@ -93,6 +96,9 @@ impl Placer<'_> {
 
     /// Refuses particles that overlap a wall.
     pub(super) fn refuse_overlaps_with_walls(&self, placed: &[Placed]) -> Result<()> {
+        if placed.is_empty() {
+            return Ok(());
+        }
         let contours = self.contours();
         let mut first = None;
         let (mut list, mut count) = (String::new(), 0);

@@ -10,6 +10,10 @@ use crate::packing::relax::{Pose, random_orientations, relax};
 use crate::packing::{self, Ball};
 use crate::particle::Particle;
 use crate::wall::Surface;
+use std::ops::Range;
+
+/// Default gaps in units of those at which surfaces that are grown for contacts just touch.
+const CLEAR: f64 = 1.001;
 
 impl Placer<'_> {
     /// Number of random particles of a kind, refused if there is no room for them.
@@ -44,17 +48,79 @@ impl Placer<'_> {
         Ok(count.value as usize)
     }
 
-    /// Adds the random particles, at a distance from all others.
-    pub(super) fn pack(&self, random: &[(usize, usize)], particles: &mut Vec<Particle>) -> Result<()> {
+    /// Adds the random particles, at a distance from all others: by default one at which none begins in contact. Where there
+    /// is no room for that, or the case asks for less, it is said in `warnings`.
+    pub(super) fn pack(
+        &self,
+        random: &[(usize, usize)],
+        particles: &mut Vec<Particle>,
+        warnings: &mut Vec<String>,
+    ) -> Result<()> {
         let Some(&(first, _)) = random.first() else {
             return Ok(());
         };
-        let templates = &self.kinds.templates;
-        // Of the spheres of the same volume.
-        let radius = |template: usize| match templates[template].shape.as_sphere() {
-            Some(radius) => radius,
-            None => 0.5 * templates[template].shape.equivalent_diameter(),
+        let clear = CLEAR * 2.0 * self.enlargement;
+        for &(index, _) in random {
+            let gap = self.case.particles[index].value.minimum_gap.as_ref();
+            if let Some(gap) = gap.filter(|gap| gap.value < clear / CLEAR) {
+                warnings.push(self.begins_in_contact(index, &gap.span, gap.value, clear));
+            }
+        }
+        let Err(refused) = self.pack_with(first, random, particles, clear) else {
+            return Ok(());
         };
+        let by_default = random.iter().map(|&(index, _)| index);
+        let Some(index) = by_default
+            .filter(|&index| self.case.particles[index].value.minimum_gap.is_none())
+            .find(|_| clear > 0.0)
+        else {
+            return Err(refused);
+        };
+        self.pack_with(first, random, particles, 0.0)?;
+        let kind = &self.case.particles[index];
+        let gap = 2.0
+            * self.kinds.sections[index]
+                .templates()
+                .map(|t| self.radius(t))
+                .fold(0.0, f64::max)
+            * packing::DEFAULT_GAP;
+        warnings.push(self.begins_in_contact(index, &kind.span, gap, clear));
+        Ok(())
+    }
+
+    /// Radius (m) of the sphere of the same volume.
+    fn radius(&self, template: usize) -> f64 {
+        let shape = &self.kinds.templates[template].shape;
+        shape
+            .as_sphere()
+            .unwrap_or_else(|| 0.5 * shape.equivalent_diameter())
+    }
+
+    fn begins_in_contact(&self, index: usize, span: &Range<usize>, gap: f64, clear: f64) -> String {
+        self.source.warning(
+            span,
+            &format!(
+                "random particles begin in contact: `particles.{index}` keeps gaps of {gap:.3e} m, but surfaces are grown by \
+                 {:.3e} m for contacts",
+                self.enlargement
+            ),
+            "neighbours push each other apart from the start",
+            &format!(
+                "for a start at rest take fewer particles or more cells per diameter, and `minimum_gap` of {clear:.3e} m or \
+                 none"
+            ),
+        )
+    }
+
+    /// As [`pack`](Self::pack), with default gaps of at least `clear` (m).
+    fn pack_with(
+        &self,
+        first: usize,
+        random: &[(usize, usize)],
+        particles: &mut Vec<Particle>,
+        clear: f64,
+    ) -> Result<()> {
+        let templates = &self.kinds.templates;
         let mut gaps = vec![0.0; templates.len()];
         let mut drawn = Vec::new();
         let mut seed = 0_u64;
@@ -64,7 +130,7 @@ impl Placer<'_> {
             for template in self.kinds.sections[index].templates() {
                 gaps[template] = match &kind.minimum_gap {
                     Some(gap) => self.source.non_negative(&key, gap, "gaps are in metres")?,
-                    None => 2.0 * radius(template) * packing::DEFAULT_GAP,
+                    None => (2.0 * self.radius(template) * packing::DEFAULT_GAP).max(clear),
                 };
             }
             for (template, count) in self.allot(index, count) {
@@ -76,7 +142,7 @@ impl Placer<'_> {
                 .wrapping_add(kind.seed.as_ref().map_or(1, |s| s.value));
         }
         let ball = |template: usize| Ball {
-            radius: radius(template),
+            radius: self.radius(template),
             half_gap: 0.5 * gaps[template],
         };
         let fixed: Vec<(Vec3, Ball)> = particles

@@ -403,3 +403,53 @@ fn an_outline_has_the_numbers_of_the_case_without_its_random_particles() {
     let fraction = super::outline(&path, &huge).unwrap().scales.volume_fraction;
     assert!((fraction - 0.1).abs() < 1e-8, "{fraction}");
 }
+
+/// Smallest distance between the surfaces of spheres (m).
+fn smallest_gap(setup: &Setup) -> f64 {
+    let radius = setup.templates[0].shape.as_sphere().unwrap();
+    let mut least = f64::INFINITY;
+    for (i, a) in setup.particles.iter().enumerate() {
+        for b in &setup.particles[..i] {
+            let offset = setup.domain.nearest_image(a.position() - b.position());
+            least = least.min(offset.norm() - 2.0 * radius);
+        }
+    }
+    least
+}
+
+#[test]
+fn random_particles_do_not_begin_in_contact_on_any_grid() {
+    for cells in [5, 8, 12, 18] {
+        let cells = format!("lattice.cells_per_diameter={cells}");
+        let dense = setup(&[&cells, "particles.0.volume_fraction=0.3"]);
+        let grown = 2.0 * dense.contact.as_ref().unwrap().enlargement;
+        assert!(dense.particles.len() > 60);
+        assert!(
+            smallest_gap(&dense) > grown,
+            "{} of {grown}",
+            smallest_gap(&dense)
+        );
+        assert!(dense.warnings.is_empty(), "{:?}", dense.warnings);
+    }
+}
+
+#[test]
+fn random_particles_that_begin_in_contact_are_said() {
+    let asked = setup(&["particles.0.minimum_gap=1e-5"]);
+    assert!(
+        asked.warnings[0].contains("begin in contact"),
+        "{:?}",
+        asked.warnings
+    );
+    // There is no room for gaps of a third of a diameter at this volume fraction.
+    let crowded = setup(&["particles.0.volume_fraction=0.3", "contact.enlargement=1.5"]);
+    let grown = 2.0 * crowded.contact.as_ref().unwrap().enlargement;
+    assert!(smallest_gap(&crowded) < grown);
+    assert!(
+        crowded.warnings[0].contains("begin in contact"),
+        "{:?}",
+        crowded.warnings
+    );
+    let none = setup(&["particles.0.minimum_gap=1e-5", "contact.enabled=false"]);
+    assert!(none.warnings.is_empty(), "{:?}", none.warnings);
+}

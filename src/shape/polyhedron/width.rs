@@ -23,11 +23,15 @@ pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
     }
     let edges = edges(vertices, faces);
     for (n, first) in edges.iter().enumerate() {
-        for second in &edges[..n] {
+        // Most pairs fail this, the cheaper test.
+        for second in edges[..n]
+            .iter()
+            .filter(|second| mirrored_arcs_cross(first, second))
+        {
             let normal = first.along.cross(&second.along);
             // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face tells their width.
             let scale = first.along.norm_squared() * second.along.norm_squared();
-            if normal.norm_squared() > PARALLEL * PARALLEL * scale && mirrored_arcs_cross(first, second) {
+            if normal.norm_squared() > PARALLEL * PARALLEL * scale {
                 width = width.min((first.start - second.start).dot(&normal).abs() / normal.norm());
             }
         }
@@ -72,7 +76,10 @@ fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
     let [a, b] = first.normals;
     let [c, d] = second.normals;
     let (c_side, d_side) = (c.dot(&first.across), d.dot(&first.across));
+    if c_side * d_side >= 0.0 {
+        return false;
+    }
     let (a_side, b_side) = (a.dot(&second.across), b.dot(&second.across));
     // The last one tells the arc itself from its mirror image.
-    c_side * d_side < 0.0 && a_side * b_side < 0.0 && c_side * b_side < 0.0
+    a_side * b_side < 0.0 && c_side * b_side < 0.0
 }
