@@ -43,7 +43,7 @@ enum Command {
     Check(CheckArguments),
     /// Measure the speed of a case without writing anything.
     Bench(BenchArguments),
-    /// Write the initial positions of a case to a file that `file = "..."` reads back.
+    /// Write the particles of a case at the start, or of a run at the end, to a file that `file = "..."` reads back.
     Pack(PackArguments),
     /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
     Crosscheck(crosscheck::CrosscheckArguments),
@@ -156,8 +156,17 @@ struct BenchArguments {
 
 #[derive(Debug, Args)]
 struct PackArguments {
+    /// Case file (TOML), whose initial positions are written.
+    #[arg(required_unless_present = "from")]
+    case: Option<PathBuf>,
     #[command(flatten)]
-    case: CaseArguments,
+    changes: Changes,
+    /// Output directory of a run, whose particles are written as it has left them, with their velocities.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["case", "set", "threads"])]
+    from: Option<PathBuf>,
+    /// Step of the run, of those whose particles are in a file, instead of the last one.
+    #[arg(long, value_name = "N", requires = "from")]
+    step: Option<u64>,
     /// File to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,

@@ -1,5 +1,6 @@
 //! Where the particles of a case are at the start.
 
+mod listed;
 mod overlaps;
 mod random;
 
@@ -12,10 +13,9 @@ use super::located::Located;
 use super::source::Source;
 use super::walls::PlacedWall;
 use crate::domain::Domain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
-use crate::packing::positions;
 use crate::particle::{Particle, Template};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -44,6 +44,8 @@ struct Placed {
     span: Range<usize>,
     /// `name:line` in a positions file.
     line: Option<String>,
+    /// Whether it is of the state of a run, where contacts overlap.
+    in_motion: bool,
 }
 
 impl Placer<'_> {
@@ -74,7 +76,10 @@ impl Placer<'_> {
                 continue;
             }
             for (name, span) in [
-                ("sizes", kind.sizes.as_ref().map(|v| &v.span)),
+                (
+                    "sizes",
+                    kind.sizes.as_ref().filter(|_| choice != 2).map(|v| &v.span),
+                ),
                 ("seed", kind.seed.as_ref().map(|v| &v.span)),
                 ("minimum_gap", kind.minimum_gap.as_ref().map(|v| &v.span)),
             ] {
@@ -110,33 +115,6 @@ impl Placer<'_> {
         &self.kinds.templates[particle.template as usize]
     }
 
-    fn read(&self, index: usize, file: &Located<String>, placed: &mut Vec<Placed>) -> Result<()> {
-        let name = self.files.path(&file.value).display().to_string();
-        let text = self
-            .files
-            .contents(&file.value, |path| std::fs::read(path).map_err(|e| e.to_string()))
-            .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_string()))
-            .map_err(|what| {
-                let title = format!("cannot read the positions file {name}: {what}");
-                let remedy = "the path is relative to the case file";
-                self.source.error(&file.span, &title, "this file", remedy)
-            })?;
-        for placement in positions::parse(&text, &name).map_err(Error::Input)? {
-            let line = format!("{name}:{}", placement.line);
-            let position = self.inside(&line, &file.span, placement.position)?;
-            let kind = &self.kinds.sections[index];
-            let mut particle = Particle::at(placement.id.unwrap_or(0), kind.first, position);
-            particle.set_orientation(&kind.turned(&placement.orientation));
-            placed.push(Placed {
-                particle,
-                has_id: placement.id.is_some(),
-                span: file.span.clone(),
-                line: Some(line),
-            });
-        }
-        Ok(())
-    }
-
     fn entry(&self, index: usize, key: &str, entry: &Located<Entry>) -> Result<Placed> {
         let still: Triple = [at(&entry.span, 0.0), at(&entry.span, 0.0), at(&entry.span, 0.0)];
         let moving = match &entry.value {
@@ -158,25 +136,41 @@ impl Placer<'_> {
             numbers(&moving.position)?.into(),
         )?;
         let kind = &self.kinds.sections[index];
-        let mut particle = Particle::at(0, kind.first, position);
         let given = match &moving.orientation {
             Some(section) => self.orientation(&format!("{key}.orientation"), section)?,
             None => Quat::identity(),
         };
-        let orientation = kind.turned(&given);
-        particle.set_orientation(&orientation);
-        particle.velocity = numbers(&moving.velocity)?;
-        particle.angular_velocity = numbers(&moving.angular_velocity)?;
-        // L = R I R^T w, with the moments of inertia about the axes of the body.
-        let in_body = orientation.inverse_transform_vector(&particle.angular_velocity());
-        let momentum = self.template(&particle).inertia().component_mul(&in_body);
-        particle.angular_momentum = orientation.transform_vector(&momentum).into();
+        let pose = (position, kind.turned(&given));
+        let motion = [
+            numbers(&moving.velocity)?.into(),
+            numbers(&moving.angular_velocity)?.into(),
+        ];
         Ok(Placed {
-            particle,
+            particle: self.particle(0, kind.first, pose, motion),
             has_id: false,
             span: entry.span.clone(),
             line: None,
+            in_motion: false,
         })
+    }
+
+    /// A particle at a position with an orientation of its body, a velocity (m/s) and an angular velocity (1/s).
+    fn particle(
+        &self,
+        id: u64,
+        template: usize,
+        (position, orientation): (Vec3, Quat),
+        motion: [Vec3; 2],
+    ) -> Particle {
+        let mut particle = Particle::at(id, template, position);
+        particle.set_orientation(&orientation);
+        let [velocity, angular_velocity] = motion;
+        (particle.velocity, particle.angular_velocity) = (velocity.into(), angular_velocity.into());
+        // L = R I R^T w, with the moments of inertia about the axes of the body.
+        let in_body = orientation.inverse_transform_vector(&angular_velocity);
+        let momentum = self.template(&particle).inertia().component_mul(&in_body);
+        particle.angular_momentum = orientation.transform_vector(&momentum).into();
+        particle
     }
 
     /// An orientation from an axis and an angle, or from a quaternion.

@@ -3,28 +3,77 @@
 use super::terminal::say;
 use super::{PackArguments, load};
 use crate::error::{Error, Result};
-use crate::output::write_bytes;
-use crate::packing::positions;
+use crate::output::points::PointRecord;
+use crate::output::{OutputFiles, points, write_bytes};
+use crate::packing::positions::{self, Row};
+use std::path::Path;
 
 pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
-    let setup = load(&arguments.case.case, &arguments.case.changes)?;
+    let (rows, what) = match (&arguments.case, &arguments.from) {
+        (Some(case), _) => {
+            let setup = load(case, &arguments.changes)?;
+            let rows = setup.particles.iter().map(|particle| {
+                let template = particle.template as usize;
+                Row {
+                    id: particle.id,
+                    kind: setup.sections[template],
+                    diameter: setup.templates[template].shape.equivalent_diameter(),
+                    position: particle.position(),
+                    orientation: particle.orientation_given(&setup.frames[template]),
+                    velocity: particle.velocity(),
+                    angular_velocity: particle.angular_velocity(),
+                }
+            });
+            let fraction = setup.scales.volume_fraction;
+            (rows.collect(), format!("volume fraction {fraction:.6}"))
+        }
+        (None, Some(directory)) => of_a_run(directory, arguments.step)?,
+        (None, None) => unreachable!("the command line asks for one of them"),
+    };
     let out = &arguments.out;
-    let mut kinds: Vec<u64> = setup.particles.iter().map(|p| p.template).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    if kinds.len() > 1 {
-        return Err(Error::Input(format!(
-            "{}: the particles are of {} shapes or sizes, but a positions file holds those of one [[particles]] section, all \
-             alike; pack them one by one, e.g. with --set particles.1.count=0",
-            arguments.case.case.display(),
-            kinds.len()
-        )));
-    }
-    write_bytes(out, positions::format(&setup.particles, &setup.frames).as_bytes())?;
-    let (count, fraction) = (setup.particles.len(), setup.scales.volume_fraction);
+    let count = rows.len();
+    write_bytes(out, positions::format(rows).as_bytes())?;
     say(&format!(
-        "{count} particles, volume fraction {fraction:.6}, written to {}",
+        "{count} particles, {what}, written to {}",
         out.display()
     ));
     Ok(())
+}
+
+/// The particles that a run has left at a step, the last one if none is asked for, and which step that is.
+fn of_a_run(directory: &Path, step: Option<u64>) -> Result<(Vec<Row>, String)> {
+    let files = OutputFiles::new(directory);
+    let steps = files.steps_of_particles()?;
+    let Some(&last) = steps.last() else {
+        return Err(Error::Input(format!(
+            "{} holds no files of particles (particles/particles_*.vtp); --from names the output directory of a run whose \
+             output.particles_every is not \"never\"",
+            directory.display()
+        )));
+    };
+    let step = step.unwrap_or(last);
+    if !steps.contains(&step) {
+        let near = steps.iter().min_by_key(|known| known.abs_diff(step));
+        return Err(Error::Input(format!(
+            "{} holds no particles of step {step}; it has those of {} steps from {} to {last}, the nearest of them {}",
+            directory.display(),
+            steps.len(),
+            steps[0],
+            near.unwrap_or(&last)
+        )));
+    }
+    let records = points::read(&files.particles(step))?;
+    let row = |record: PointRecord| Row {
+        id: record.id,
+        kind: record.kind as usize,
+        diameter: record.diameter,
+        position: record.position,
+        orientation: record.orientation,
+        velocity: record.velocity,
+        angular_velocity: record.angular_velocity,
+    };
+    let fastest = |rows: &[Row]| rows.iter().map(|row| row.velocity.norm()).fold(0.0, f64::max);
+    let rows: Vec<Row> = records.into_iter().map(row).collect();
+    let what = format!("those of step {step}, the fastest at {:.3e} m/s", fastest(&rows));
+    Ok((rows, what))
 }

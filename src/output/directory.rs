@@ -145,6 +145,31 @@ impl OutputFiles {
         self.numbered(PARTICLES, step)
     }
 
+    /// The steps of which there are files of particles, ascending.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if the folder of the run cannot be read.
+    pub fn steps_of_particles(&self) -> Result<Vec<u64>> {
+        let (folder, prefix, extension) = PARTICLES;
+        let folder = self.directory.join(folder);
+        let entries = match fs::read_dir(&folder) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries.map_err(|source| Error::io("read", &folder, source))?,
+        };
+        let index = extension.replacen('.', ".p", 1);
+        let step = |name: &str| {
+            let frame = name
+                .strip_suffix(extension)
+                .or_else(|| name.strip_suffix(&index))?;
+            frame.strip_prefix(prefix)?.parse().ok()
+        };
+        let mut steps: Vec<u64> = (entries.filter_map(std::result::Result::ok))
+            .filter_map(|entry| step(entry.file_name().to_str()?))
+            .collect();
+        steps.sort_unstable();
+        Ok(steps)
+    }
+
     /// The contacts at `step`.
     pub fn contacts(&self, step: u64) -> PathBuf {
         self.numbered(CONTACTS, step)

@@ -6,12 +6,17 @@
 //! `hydrodynamic_force` (N, buoyancy included) and `hydrodynamic_torque` (N m), which led here in the last step. Glyphs of unit
 //! size, scaled by `size` and turned by `orientation` (the order of `ParaView`'s 3D Glyphs), show the particles.
 
+use super::pieces;
 use super::polydata::PolyData;
 use crate::domain::Domain;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
+use std::fs;
 use std::path::{Path, PathBuf};
+use vtkio::Vtk;
+use vtkio::model::{Attribute, DataSet, Piece};
 
 /// Force (N) and torque (N m) on a particle.
 pub type ForceAndTorque = [Vec3; 2];
@@ -113,6 +118,101 @@ impl ParticlePoints {
     }
 }
 
+/// A particle as a file of points has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointRecord {
+    /// Unique number.
+    pub id: u64,
+    /// Section of the case, counted from 0.
+    pub kind: u64,
+    /// Diameter of the sphere of equal volume (m).
+    pub diameter: f64,
+    /// Centre (m).
+    pub position: Vec3,
+    /// Orientation of the shape as the case gives it.
+    pub orientation: Quat,
+    /// Velocity (m/s).
+    pub velocity: Vec3,
+    /// Angular velocity (1/s).
+    pub angular_velocity: Vec3,
+}
+
+/// The particles in a file, or in its [pieces](super::pieces::piece) if it is in pieces, ascending by id.
+///
+/// # Errors
+/// [`Error::Io`] if a file cannot be read, [`Error::Input`] if it does not hold particles as points.
+pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
+    let index = pieces::index(file);
+    let parts: Vec<PathBuf> = if index.exists() {
+        let text = fs::read_to_string(&index).map_err(|e| Error::io("read", &index, e))?;
+        let count = text.matches("<Piece ").count();
+        (0..count).map(|rank| pieces::piece(file, rank)).collect()
+    } else {
+        vec![file.to_path_buf()]
+    };
+    let mut all = Vec::new();
+    for part in parts {
+        let bytes = fs::read(&part).map_err(|e| Error::io("read", &part, e))?;
+        let records = records(&bytes).map_err(|what| {
+            let shown = part.display();
+            Error::Input(format!(
+                "{shown}: {what}; files of particles that this version of turbid has written hold all of them as points"
+            ))
+        })?;
+        all.extend(records);
+    }
+    all.sort_unstable_by_key(|record| record.id);
+    Ok(all)
+}
+
+/// The particles in the bytes of a file, or what is wrong with it.
+fn records(bytes: &[u8]) -> std::result::Result<Vec<PointRecord>, String> {
+    let vtk = Vtk::parse_xml(bytes).map_err(|error| format!("not a file of VTK: {error}"))?;
+    let DataSet::PolyData { pieces, .. } = vtk.data else {
+        return Err("no polygonal data".to_owned());
+    };
+    let mut all = Vec::new();
+    for piece in pieces {
+        let Piece::Inline(piece) = piece else {
+            return Err("a piece is elsewhere".to_owned());
+        };
+        let array = |name: &str, components: usize| {
+            let of = |attribute: &Attribute| match attribute {
+                Attribute::DataArray(array) if array.name == name => array.data.cast_into::<f64>(),
+                _ => None,
+            };
+            (piece.data.point.iter().find_map(of))
+                .filter(|values| values.len() == components * piece.num_points())
+                .ok_or_else(|| format!("no array `{name}` of {components} numbers per particle"))
+        };
+        let positions: Vec<f64> = piece.points.cast_into().ok_or("no points")?;
+        let (ids, kinds, diameters) = (
+            array("id", 1)?,
+            array("kind", 1)?,
+            array("equivalent_diameter", 1)?,
+        );
+        let (turns, velocities, spins) = (
+            array("orientation", 4)?,
+            array("velocity", 3)?,
+            array("angular_velocity", 3)?,
+        );
+        let three = |values: &[f64], i: usize| Vec3::from_row_slice(&values[3 * i..3 * i + 3]);
+        all.extend((0..ids.len()).map(|i| {
+            let [w, x, y, z] = std::array::from_fn(|k| turns[4 * i + k]);
+            PointRecord {
+                id: ids[i] as u64,
+                kind: kinds[i] as u64,
+                diameter: diameters[i],
+                position: three(&positions, i),
+                orientation: Quat::new_unchecked(Quaternion::new(w, x, y, z)),
+                velocity: three(&velocities, i),
+                angular_velocity: three(&spins, i),
+            }
+        }));
+    }
+    Ok(all)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::polydata::{array, read};
@@ -170,6 +270,24 @@ mod tests {
             .map(|p| [p.position() * 3.0, p.position() / 3.0])
             .collect();
         points().write(&path, &BOX, &particles, Some(&loads)).unwrap();
+        for (record, particle) in super::read(&path).unwrap().iter().zip(&particles) {
+            assert_eq!(
+                (
+                    record.id,
+                    record.position,
+                    record.velocity,
+                    record.angular_velocity
+                ),
+                (
+                    particle.id,
+                    particle.position(),
+                    particle.velocity(),
+                    particle.angular_velocity()
+                )
+            );
+            let frame = &points().kinds[particle.template as usize].frame;
+            assert_eq!(record.orientation, particle.orientation_given(frame));
+        }
         let piece = read(&path);
         let at: Vec<f64> = piece.points.cast_into().unwrap();
         assert_eq!(piece.verts.as_ref().unwrap().num_cells(), 5);
@@ -213,10 +331,27 @@ mod tests {
     fn thousands_of_particles_stay_small() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particles.vtp");
-        let many: Vec<Particle> = (0..400).flat_map(|_| particles()).collect();
-        let loads = vec![[Vec3::new(1.0, 2.0, 3.0); 2]; many.len()];
+        let mut seed = 1.0_f64;
+        let mut number = || {
+            seed = (seed * 91.7 + 0.123).fract();
+            seed
+        };
+        let many: Vec<Particle> = (0..2000)
+            .map(|id| {
+                let mut three = || [number(), number(), number()];
+                let mut particle = Particle::at(id, 0, three().into());
+                (particle.velocity, particle.angular_velocity) = (three(), three());
+                (particle.contact_force, particle.contact_torque) = (three(), three());
+                let [a, b, c] = three();
+                particle.set_orientation(&Quat::from_euler_angles(a, b, c));
+                particle
+            })
+            .collect();
+        let loads: Vec<ForceAndTorque> = (many.iter())
+            .map(|p| [p.position() / 3.0, p.velocity() / 7.0])
+            .collect();
         points().write(&path, &BOX, &many, Some(&loads)).unwrap();
         let bytes = std::fs::metadata(&path).unwrap().len();
-        assert!(bytes < 350 * 2000, "{bytes} bytes for 2000 particles");
+        assert!(bytes < 400 * 2000, "{bytes} bytes for 2000 particles");
     }
 }

@@ -1,21 +1,45 @@
-//! Files of positions: `x;y;z;rx;ry;rz;id` (metres, degrees), or CSV with a header.
+//! Files of positions: `x;y;z;rx;ry;rz;id` (metres, degrees), or CSV with a header that names its columns.
 //!
-//! Angles are those of the published data sets: `R = Rz(rz) Ry(ry) Rx(rx)` maps the body frame to the world frame.
+//! Angles are those of the published data sets: `R = Rz(rz) Ry(ry) Rx(rx)` maps the body frame to the world frame. With a header
+//! there may also be `kind` (which `[[particles]]` section, counted from 0), `diameter` (m, of the sphere of equal volume), the
+//! unit quaternion `qx, qy, qz, qw` in place of angles, velocity `vx, vy, vz` (m/s) and angular velocity `wx, wy, wz` (1/s). That
+//! is how [`format`] writes the particles of a run: reading gives back the same bits.
 
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
-use crate::particle::Particle;
 use std::fmt::Write;
 
-/// Columns of a file without a header.
-const COLUMNS: [&str; 7] = ["x", "y", "z", "rx", "ry", "rz", "id"];
+/// All columns; the first seven are those of a file without a header.
+const COLUMNS: [&str; 19] = [
+    "x", "y", "z", "rx", "ry", "rz", "id", "kind", "diameter", "qx", "qy", "qz", "qw", "vx", "vy", "vz",
+    "wx", "wy", "wz",
+];
+const HEADERLESS: usize = 7;
+const ID: usize = 6;
+const KIND: usize = 7;
+const DIAMETER: usize = 8;
+const QUATERNION: std::ops::Range<usize> = 9..13;
+const MOTION: std::ops::Range<usize> = 13..19;
 const EXPECTED: &str = "expected lines of x;y;z;rx;ry;rz;id (metres, degrees), or CSV whose header names x, y, z and \
-                        optionally rx, ry, rz, id";
+                        optionally rx, ry, rz or qx, qy, qz, qw, id, kind, diameter, vx, vy, vz, wx, wy, wz";
+/// Header of what [`format`] writes.
+const WRITTEN: &str = "x;y;z;qx;qy;qz;qw;id;kind;diameter;vx;vy;vz;wx;wy;wz";
 
 /// Numbers of particles stay below this, so that programs that read them as floating point keep them apart.
 const MAX_ID: u64 = 1 << 53;
 
-/// Sine of the angle about y above which those about x and z can no longer be told apart.
-const LOCKED: f64 = 1.0 - 1e-12;
+/// How far the square of the length of a quaternion may be from 1 where it was written with few digits.
+const FEW_DIGITS: f64 = 1e-5;
+/// As far as this it may be by the rounding of a computer, and is left alone.
+const ROUNDING: f64 = 1e-12;
+
+/// A value and where it stands in its line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell<T> {
+    /// The value.
+    pub value: T,
+    /// Column of its first character, from 1.
+    pub column: usize,
+}
 
 /// One line of a positions file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +52,31 @@ pub struct Placement {
     pub orientation: Quat,
     /// Unique number, if the file has them.
     pub id: Option<u64>,
+    /// Section of the case that it belongs to, if the file says so.
+    pub kind: Option<Cell<u64>>,
+    /// Diameter of the sphere of equal volume (m), if the file has them.
+    pub diameter: Option<Cell<f64>>,
+    /// Velocity (m/s) and angular velocity (1/s), if the file has them: then it is the state of a run.
+    pub motion: Option<[Vec3; 2]>,
+}
+
+/// A particle as [`format`] writes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Unique number.
+    pub id: u64,
+    /// Section of the case, counted from 0.
+    pub kind: usize,
+    /// Diameter of the sphere of equal volume (m).
+    pub diameter: f64,
+    /// Centre (m).
+    pub position: Vec3,
+    /// Orientation of the shape as the case gives it.
+    pub orientation: Quat,
+    /// Velocity (m/s).
+    pub velocity: Vec3,
+    /// Angular velocity (1/s).
+    pub angular_velocity: Vec3,
 }
 
 /// Reads a positions file; the error says `name:line:column`, what is there and what was expected.
@@ -48,7 +97,7 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
                 columns = Some(header(&fields).map_err(|e| format!("{name}:{number}: {e}; {EXPECTED}"))?);
                 continue;
             }
-            None => columns.insert((0..COLUMNS.len()).collect()),
+            None => columns.insert((0..HEADERLESS).collect()),
         };
         if fields.len() != known.len() {
             let (found, wanted) = (fields.len(), known.len());
@@ -56,35 +105,58 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
                 "{name}:{number}: {found} fields instead of {wanted}; {EXPECTED}"
             ));
         }
-        let mut values = [0.0; 7];
-        let mut id = None;
+        let mut values = [0.0; COLUMNS.len()];
+        let (mut id, mut kind, mut diameter) = (None, None, None);
         let mut column = 1;
         for (field, &which) in fields.iter().zip(known) {
             let trimmed = field.trim();
             let bad = |wanted: &str| {
                 let key = COLUMNS[which];
-                Err(format!(
-                    "{name}:{number}:{column}: `{key}` is `{trimmed}`, expected {wanted}; {EXPECTED}"
-                ))
+                format!("{name}:{number}:{column}: `{key}` is `{trimmed}`, expected {wanted}; {EXPECTED}")
             };
-            if COLUMNS[which] == "id" {
-                match trimmed.parse() {
-                    Ok(n) if n < MAX_ID => id = Some(n),
-                    _ => return bad("a whole number from 0 to 2^53"),
+            let whole = || match trimmed.parse::<u64>() {
+                Ok(n) if n < MAX_ID => Ok(n),
+                _ => Err(bad("a whole number from 0 to 2^53")),
+            };
+            let finite = || match trimmed.parse::<f64>() {
+                Ok(x) if x.is_finite() => Ok(x),
+                _ => Err(bad("a finite number")),
+            };
+            match which {
+                ID => id = Some(whole()?),
+                KIND => {
+                    kind = Some(Cell {
+                        value: whole()?,
+                        column,
+                    })
                 }
-            } else {
-                match trimmed.parse::<f64>() {
-                    Ok(x) if x.is_finite() => values[which] = x,
-                    _ => return bad("a finite number"),
+                DIAMETER => {
+                    let value = finite()?;
+                    diameter = Some(Cell { value, column });
                 }
+                _ => values[which] = finite()?,
             }
             column += field.chars().count() + 1;
         }
+        let three = |first: usize| Vec3::from_row_slice(&values[first..first + 3]);
+        let orientation = if known.contains(&QUATERNION.start) {
+            let [x, y, z, w] = values[QUATERNION] else {
+                unreachable!("four columns")
+            };
+            from_quaternion(Quaternion::new(w, x, y, z))
+                .map_err(|e| format!("{name}:{number}: the quaternion qx, qy, qz, qw {e}"))?
+        } else {
+            from_angles(three(3).into())
+        };
         placements.push(Placement {
             line: number,
-            position: Vec3::new(values[0], values[1], values[2]),
-            orientation: from_angles([values[3], values[4], values[5]]),
+            position: three(0),
+            orientation,
             id,
+            kind,
+            diameter,
+            motion: (known.iter().any(|which| MOTION.contains(which)))
+                .then(|| [three(MOTION.start), three(MOTION.start + 3)]),
         });
     }
     if placements.is_empty() {
@@ -106,34 +178,54 @@ fn header(fields: &[&str]) -> Result<Vec<usize>, String> {
             None => return Err(format!("unknown column `{name}`")),
         }
     }
-    match (0..3).find(|c| !columns.contains(c)) {
+    let given = |column: &usize| columns.contains(column);
+    if QUATERNION.clone().any(|c| given(&c)) {
+        if let Some(missing) = QUATERNION.clone().find(|c| !given(c)) {
+            return Err(format!(
+                "a quaternion needs all of qx, qy, qz, qw, and there is no column `{}`",
+                COLUMNS[missing]
+            ));
+        }
+        if let Some(angle) = (3..6).find(given) {
+            return Err(format!(
+                "an orientation is given twice, by a quaternion and by `{}`",
+                COLUMNS[angle]
+            ));
+        }
+    }
+    match (0..3).find(|c| !given(c)) {
         Some(missing) => Err(format!("no column `{}`", COLUMNS[missing])),
         None => Ok(columns),
     }
 }
 
-/// The lines of a positions file; positions are written so that reading gives back the same bits.
-///
-/// `frames` are, for each template, the rotations from the axes of the body to those in which its shape was given: the
-/// angles in a file belong to the latter.
-pub fn format(particles: &[Particle], frames: &[Quat]) -> String {
-    let mut text = String::new();
-    for particle in particles {
-        let [x, y, z] = particle.position;
-        let [rx, ry, rz] = angles(&given(particle, frames));
-        let id = particle.id;
-        writeln!(text, "{x:?};{y:?};{z:?};{rx:?};{ry:?};{rz:?};{id}").expect("a string can always grow");
+/// A file of positions; all numbers are written so that reading gives back the same bits.
+pub fn format(rows: impl IntoIterator<Item = Row>) -> String {
+    let mut text = format!("{WRITTEN}\n");
+    for row in rows {
+        let [x, y, z]: [f64; 3] = row.position.into();
+        let [qx, qy, qz, qw]: [f64; 4] = row.orientation.coords.into();
+        let [vx, vy, vz]: [f64; 3] = row.velocity.into();
+        let [wx, wy, wz]: [f64; 3] = row.angular_velocity.into();
+        let Row {
+            id, kind, diameter, ..
+        } = row;
+        writeln!(
+            text,
+            "{x:?};{y:?};{z:?};{qx:?};{qy:?};{qz:?};{qw:?};{id};{kind};{diameter:?};{vx:?};{vy:?};{vz:?};{wx:?};{wy:?};{wz:?}"
+        )
+        .expect("a string can always grow");
     }
     text
 }
 
-/// Orientation of the shape as it was given.
-fn given(particle: &Particle, frames: &[Quat]) -> Quat {
-    let frame = &frames[particle.template as usize];
-    if *frame == Quat::identity() {
-        particle.orientation()
-    } else {
-        particle.orientation() * frame.inverse()
+/// Orientation from a quaternion of unit length up to rounding.
+fn from_quaternion(given: Quaternion<f64>) -> Result<Quat, String> {
+    let off = (given.norm_squared() - 1.0).abs();
+    match off {
+        _ if off <= ROUNDING => Ok(Quat::new_unchecked(given)),
+        _ if off <= FEW_DIGITS => Ok(Quat::new_normalize(given)),
+        _ => Err(format!("has the length {}, but must have 1", given.norm())),
     }
 }
 
@@ -148,55 +240,46 @@ fn from_angles(degrees: [f64; 3]) -> Quat {
     Quat::new_normalize(about(2) * about(1) * about(0))
 }
 
-/// Angles about x, then y, then z (degrees) of an orientation.
-fn angles(orientation: &Quat) -> [f64; 3] {
-    let (i, j, k, w) = (orientation.i, orientation.j, orientation.k, orientation.w);
-    let sine = 2.0 * (w * j - k * i);
-    if sine.abs() > LOCKED {
-        // Turns about x and z are the same then: all of them is about z.
-        let rz = 2.0 * libm::atan2(k - sine.signum() * i, w + sine.signum() * j);
-        return [0.0, sine.signum() * 90.0, rz.to_degrees()];
-    }
-    let rx = libm::atan2(2.0 * (w * i + j * k), 1.0 - 2.0 * (i * i + j * j));
-    let ry = libm::asin(sine);
-    let rz = libm::atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k));
-    [rx, ry, rz].map(f64::to_degrees)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn three(at: f64) -> Vec3 {
+        Vec3::new(at, -at / 3.0, 1e-9 * at)
+    }
+
     proptest! {
         #[test]
-        fn positions_come_back_to_the_last_bit(p in prop::array::uniform3(0.0..1.0_f64), id in 0..MAX_ID) {
-            let particle = Particle::at(id, 0, p.into());
-            let back = parse(&format(&[particle], &[Quat::identity()]), "p").unwrap();
-            prop_assert_eq!(back.len(), 1);
-            prop_assert_eq!(back[0].position, particle.position());
-            prop_assert_eq!(back[0].id, Some(id));
-            prop_assert_eq!(back[0].orientation, Quat::identity());
-        }
-
-        #[test]
-        fn angles_and_orientations_round_trip(
-            rx in -179.0..179.0, ry in -89.0..89.0, rz in -179.0..179.0,
+        fn all_numbers_come_back_to_the_last_bit(
+            p in prop::array::uniform3(0.0..1.0_f64), id in 0..MAX_ID, kind in 0..9_usize, a in prop::array::uniform3(-180.0..180.0),
         ) {
-            let back = angles(&from_angles([rx, ry, rz]));
-            for (a, b) in back.iter().zip([rx, ry, rz]) {
-                prop_assert!((a - b).abs() < 1e-9);
-            }
+            let row = Row {
+                id,
+                kind,
+                diameter: p[0],
+                position: p.into(),
+                orientation: from_angles(a),
+                velocity: three(p[1]),
+                angular_velocity: three(p[2]),
+            };
+            let back = parse(&format([row]), "p").unwrap();
+            prop_assert_eq!(back.len(), 1);
+            prop_assert_eq!(back[0].position, row.position);
+            prop_assert_eq!(back[0].id, Some(id));
+            prop_assert_eq!(back[0].orientation, row.orientation);
+            prop_assert_eq!(back[0].kind.unwrap().value, kind as u64);
+            prop_assert_eq!(back[0].diameter.unwrap().value, row.diameter);
+            prop_assert_eq!(back[0].motion, Some([row.velocity, row.angular_velocity]));
         }
     }
 
     #[test]
-    fn bodies_that_stand_upright_keep_their_orientation() {
-        for degrees in [[30.0, 90.0, 50.0], [-70.0, -90.0, 20.0], [10.0, 89.99, -120.0]] {
-            let orientation = from_angles(degrees);
-            let back = from_angles(angles(&orientation));
-            assert!(back.angle_to(&orientation) < 1e-5, "{degrees:?}");
-        }
+    fn a_quaternion_of_few_digits_is_made_one_of_unit_length() {
+        let read = parse("x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0.707107,0.707107", "p").unwrap();
+        assert!((read[0].orientation.norm() - 1.0).abs() < 1e-15);
+        assert!((read[0].orientation * Vec3::x() - Vec3::y()).norm() < 1e-12);
+        assert_eq!((read[0].motion, read[0].kind), (None, None));
     }
 
     #[test]
@@ -228,6 +311,13 @@ mod tests {
             ("x,y,radius\n1,2,3", "p:1: unknown column `radius`"),
             ("x,x,y,z\n1,2,3,4", "p:1: column `x` appears twice"),
             ("0;nan;0;0;0;0;1", "p:1:3: `y` is `nan`"),
+            ("x,y,z,kind\n0,0,0,-1", "p:2:7: `kind` is `-1`"),
+            ("x,y,z,diameter\n0,0,0,big", "p:2:7: `diameter` is `big`"),
+            (
+                "x,y,z,qx,qy,qz\n0,0,0,0,0,0",
+                "p:1: a quaternion needs all of qx, qy, qz, qw, and there is no column `qw`",
+            ),
+            ("x,y,z,rz,qx,qy,qz,qw\n0", "p:1: an orientation is given twice"),
             ("", "p: holds no particles"),
         ] {
             let error = parse(text, "p").unwrap_err();

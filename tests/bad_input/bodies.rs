@@ -506,6 +506,7 @@ fn packed_bodies_come_back_where_and_as_they_were_turned() {
         let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
         let number = |field: &str| field.parse().unwrap();
         text.lines()
+            .skip(1)
             .map(|line| line.split(';').map(number).collect())
             .collect()
     };
@@ -513,12 +514,9 @@ fn packed_bodies_come_back_where_and_as_they_were_turned() {
     assert!(once.len() > 20 && once.len() == again.len());
     for (a, b) in once.iter().zip(&again) {
         assert_eq!(a[..3], b[..3]);
-        for i in 3..6 {
+        for i in 3..7 {
             assert!((a[i] - b[i]).abs() < 1e-9, "{a:?} {b:?}");
         }
     }
-    assert!(once.iter().any(|line| line[3].abs() > 1.0), "turned at random");
-    let two_sizes = "particles.0.sizes=[{ scale = 1, share = 1 }, { scale = 0.9, share = 1 }]";
-    let arguments = ["pack", "case.toml", "--out", "c.txt", "--set", two_sizes];
-    refused(folder.path(), &arguments, &["of 2 shapes or sizes"]);
+    assert!(once.iter().any(|line| line[3].abs() > 0.1), "turned at random");
 }

@@ -20,11 +20,13 @@ pub struct ParticleSection {
     pub volume_fraction: Option<Located<f64>>,
     /// Number of particles: random positions and orientations.
     pub count: Option<Located<u64>>,
-    /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header.
+    /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header. A column
+    /// `kind` says which section, counted from 0, a line belongs to, and each of them names the file; a column `diameter`
+    /// (m) which of the `sizes`; `vx` to `wz` are velocities (m/s, 1/s), with which contacts may overlap.
     pub file: Option<Located<String>>,
     /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
     pub list: Option<Vec<Located<Entry>>>,
-    /// Sizes of random particles as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
+    /// Sizes of random particles, or of those in a file with a column `diameter`, as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
     /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
     pub sizes: Option<Located<Sizes>>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.

@@ -13,6 +13,13 @@ use std::fmt::Write;
 const NAMED: usize = 3;
 /// Depth of an overlap in parts of the particle: touching is allowed, and rounding must not make it an overlap.
 const ROUNDING: f64 = 1e-9;
+/// The same for particles of the state of a run, whose contacts overlap.
+const CONTACT: f64 = 0.1;
+
+/// Depth in parts of the particle up to which an overlap is none.
+fn allowed(of_a_run: bool) -> f64 {
+    if of_a_run { CONTACT } else { ROUNDING }
+}
 
 /// Overlapping particles, by their places in the list, and what they do.
 struct Found {
@@ -37,7 +44,11 @@ impl Placer<'_> {
             let offset = self.domain.nearest_image(positions[b] - positions[a]);
             let [first, second] = [a, b].map(|i| body(&contours, &placed[i].particle));
             let spheres = [&first, &second].map(|body| body.contour.shape.as_sphere());
+            let most = allowed(placed[a].in_motion && placed[b].in_motion) * radius(a).min(radius(b));
             let what = if let [Some(_), Some(_)] = spheres {
+                if radius(a) + radius(b) - offset.norm() <= most {
+                    continue;
+                }
                 format!(
                     "centres {:.6e} m apart{}, surfaces touch at {:.6e} m",
                     offset.norm(),
@@ -48,7 +59,7 @@ impl Placer<'_> {
                 let Some(overlap) = measure(Geometry::Exact, &first, &second, offset) else {
                     continue;
                 };
-                if overlap.depth <= ROUNDING * radius(a).min(radius(b)) {
+                if overlap.depth <= most {
                     continue;
                 }
                 format!(
@@ -105,7 +116,10 @@ impl Placer<'_> {
         for (i, p) in placed.iter().enumerate() {
             let body = body(&contours, &p.particle);
             for wall in self.walls {
-                let Some(depth) = depth_in(&wall.wall.surface, &body, p.particle.position()) else {
+                let most = allowed(p.in_motion) * body.contour.shape.circumradius();
+                let Some(depth) =
+                    depth_in(&wall.wall.surface, &body, p.particle.position()).filter(|depth| *depth > most)
+                else {
                     continue;
                 };
                 count += 1;
@@ -182,5 +196,5 @@ fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
         Surface::Cylinder { .. } if clearance <= 0.0 => radius - clearance,
         Surface::Cylinder { .. } => measure_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
     };
-    (depth > ROUNDING * radius).then_some(depth)
+    (depth > 0.0).then_some(depth)
 }
