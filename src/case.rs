@@ -169,6 +169,10 @@ pub struct OutputPlan {
     pub contacts_every: u64,
     /// Steps between pictures.
     pub picture_every: u64,
+    /// The axis across which the slice of a picture lies, and the coordinate along it (m), if the case says so.
+    pub picture_plane: Option<(usize, Option<f64>)>,
+    /// Speed at the upper end of the colours of pictures (m/s), if the case says so.
+    pub picture_range: Option<f64>,
     /// Steps between checkpoints.
     pub checkpoint_every: u64,
 }

@@ -115,9 +115,9 @@ fn fields(particles: &[Particle]) -> (Vec<[f32; 3]>, Vec<f32>, Vec<f32>) {
 }
 
 /// The velocity of the plane of a picture, out of that of all cells.
-fn slice(scene: &Scene, velocity: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let plane = Plane::new(&scene.domain, scene.gravity);
-    let (Block { lo, hi }, [nx, ny, _]) = (plane.cells(), scene.domain.cells);
+fn slice(scene: &Scene, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let plane = &scene.plane;
+    let (Block { lo, hi }, [nx, ny, _]) = (plane.cells(), cells);
     let mut slice = vec![[0.0; 3]; plane.values()];
     for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
         for x in lo[0]..hi[0] {
@@ -179,14 +179,13 @@ fn write_run(root: &Path) {
                 time,
                 stokes_time: Some(DIAMETER / STOKES_VELOCITY),
             },
-            domain: DOMAIN,
+            plane: Plane::new(&DOMAIN, -Vec3::z()),
             templates: &templates,
             particles: &particles,
             walls: &[],
-            gravity: Vec3::new(0.0, 0.0, -9.81),
             largest_speed: None,
         };
-        let slice = slice(&scene, &velocity);
+        let slice = slice(&scene, DOMAIN.cells, &velocity);
         write_slice(&files.picture(step), &scene, &slice).unwrap();
     }
 
@@ -428,15 +427,14 @@ fn write_tank(root: &Path) {
             time: 1e-3,
             stokes_time: None,
         },
-        domain: TANK,
+        plane: Plane::new(&TANK, -Vec3::z()),
         templates: &templates,
         particles: &particles,
         walls: &walls,
-        gravity: Vec3::new(0.0, 0.0, -9.81),
         largest_speed: None,
     };
     write_side_view(&files.picture(0), &scene).unwrap();
-    write_slice(&files.picture(100), &scene, &slice(&scene, &velocity)).unwrap();
+    write_slice(&files.picture(100), &scene, &slice(&scene, TANK.cells, &velocity)).unwrap();
 }
 
 #[test]

@@ -263,8 +263,37 @@ pub struct OutputSection {
     pub contacts_every: Option<Located<Every>>,
     /// Pictures (.png). Default: 10 over the run.
     pub picture_every: Option<Located<Every>>,
+    /// Where the slice of a picture lies. Default: through the middle of the box, along gravity and if it can along x. In a dry
+    /// run the normal is the line of sight.
+    pub picture_plane: Option<Located<PicturePlane>>,
+    /// Speed at the upper end of the colours of all pictures (m/s), rounded up. Default: the largest of u*, the fastest wall,
+    /// the fastest particle at the start and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in
+    /// none of these, the fastest of the first picture.
+    pub picture_range: Option<Located<f64>>,
     /// Checkpoints, from which `turbid resume` goes on; the last two are kept. Default "never".
     pub checkpoint_every: Option<Located<Every>>,
+}
+
+/// The plane of a slice.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PicturePlane {
+    /// The axis across which it lies: "x", "y" or "z".
+    pub normal: Axis,
+    /// Coordinate along that axis (m). Default: the middle of the box.
+    pub position: Option<Located<f64>>,
+}
+
+/// An axis of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
 }
 
 /// The JSON schema of the case file, for editors.

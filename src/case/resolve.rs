@@ -11,7 +11,7 @@ use super::materials::Materials;
 use super::physics::{self, collision, gravity, time_step, viscosity};
 use super::placement::Placer;
 use super::scales::Reference;
-use super::schedule::{Schedule, are_few, names, reschedule, title};
+use super::schedule::{Known, Schedule, are_few, names, reschedule, title};
 use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
@@ -163,14 +163,19 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         stokes_time: scales.stokes_time,
     };
     let placed = particles.iter().map(|p| (p.template as usize, 1));
-    let few = are_few(templates, placed.chain(random));
+    let known = Known {
+        name,
+        clock,
+        size: domain.size(),
+        few: are_few(templates, placed.chain(random)),
+    };
     let Schedule {
         simd,
         end_step,
         average_from_step,
         threads,
         output,
-    } = Schedule::new(source, &case, clock, name, few)?;
+    } = Schedule::new(source, &case, &known)?;
     let acceleration = &case.driving.body_acceleration;
     let walls: Vec<Wall> = walls.into_iter().map(|placed| placed.wall).collect();
     Ok(Setup {

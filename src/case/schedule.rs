@@ -6,6 +6,7 @@ use super::source::Source;
 use super::{OutputPlan, Setup};
 use crate::error::Result;
 use crate::fluid::Simd;
+use crate::math::Vec3;
 use crate::particle::{FEW_TRIANGLES, Template, surface_triangles};
 use std::path::{Path, PathBuf};
 
@@ -18,16 +19,27 @@ pub(super) struct Schedule {
     pub(super) output: OutputPlan,
 }
 
+/// What a schedule needs to know of a case.
+pub(super) struct Known<'a> {
+    pub(super) name: &'a str,
+    pub(super) clock: Clock,
+    /// Edges of the box (m).
+    pub(super) size: Vec3,
+    /// Whether the surfaces of the particles are so small that they are written by default.
+    pub(super) few: bool,
+}
+
 impl Schedule {
-    /// That of a case with this name; `few` says whether its particles are [few](are_few).
-    pub(super) fn new(source: &Source, case: &Case, clock: Clock, name: &str, few: bool) -> Result<Self> {
+    /// That of a case of which this much is known already.
+    pub(super) fn new(source: &Source, case: &Case, known: &Known) -> Result<Self> {
+        let clock = known.clock;
         let end_step = source.steps("run.end", &case.run.end, clock)?;
         Ok(Self {
             simd: simd(source, case)?,
             end_step,
             average_from_step: average_from(source, case, clock, end_step)?,
             threads: case.run.threads,
-            output: output(source, case, clock, end_step, name, few)?,
+            output: output(source, case, known, end_step)?,
         })
     }
 
@@ -59,17 +71,22 @@ impl Schedule {
 /// Changes the schedule of a case as `options` ask, who name keys of `[run]` and `[output]` only. What has its default by the
 /// length of the run keeps the number of steps it has, and stands in the text from now on.
 pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> Result<()> {
-    let clock = Clock {
-        time_step: setup.units.dt,
-        stokes_time: setup.scales.stokes_time,
-    };
     let particles = setup.particles.iter().map(|p| (p.template as usize, 1));
-    let few = are_few(&setup.templates, particles);
+    let name = setup.name.clone();
+    let known = Known {
+        name: &name,
+        clock: Clock {
+            time_step: setup.units.dt,
+            stokes_time: setup.scales.stokes_time,
+        },
+        size: setup.domain.size(),
+        few: are_few(&setup.templates, particles),
+    };
     let resolve = |options: &[String]| -> Result<(Schedule, String)> {
-        let source = Source::new(title(&setup.name), saved.to_string(), options);
+        let source = Source::new(title(known.name), saved.to_string(), options);
         source.refuse_changes_of_the_case()?;
         let (case, text) = source.parse::<Case>()?;
-        Ok((Schedule::new(&source, &case, clock, &setup.name, few)?, text))
+        Ok((Schedule::new(&source, &case, &known)?, text))
     };
     let before = Schedule::of(setup);
     let (mut schedule, mut text) = resolve(options)?;
@@ -185,14 +202,13 @@ fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Re
     Ok(step)
 }
 
-fn output(
-    source: &Source,
-    case: &Case,
-    clock: Clock,
-    end_step: u64,
-    name: &str,
-    few: bool,
-) -> Result<OutputPlan> {
+fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<OutputPlan> {
+    let &Known {
+        name,
+        clock,
+        size,
+        few,
+    } = known;
     let output = &case.output;
     let directory = match &output.directory {
         Some(directory) if directory.value.trim().is_empty() => {
@@ -237,11 +253,38 @@ fn output(
             None => particles_every,
         },
         picture_every: every("picture_every", &output.picture_every, 10)?,
+        picture_plane: picture_plane(source, case, size)?,
+        picture_range: match &output.picture_range {
+            Some(speed) => Some(source.positive("output.picture_range", speed, "a speed in m/s")?),
+            None => None,
+        },
         checkpoint_every: match &output.checkpoint_every {
             Some(_) => every("checkpoint_every", &output.checkpoint_every, 1)?,
             None => 0,
         },
     })
+}
+
+/// Axis and coordinate of the plane of pictures.
+fn picture_plane(source: &Source, case: &Case, size: Vec3) -> Result<Option<(usize, Option<f64>)>> {
+    let Some(plane) = &case.output.picture_plane else {
+        return Ok(None);
+    };
+    let axis = plane.value.normal as usize;
+    let Some(position) = &plane.value.position else {
+        return Ok(Some((axis, None)));
+    };
+    let key = "output.picture_plane.position";
+    if case.dry.is_some() {
+        let title =
+            format!("`{key}` has no meaning in a dry run, whose pictures show all particles from the side");
+        return Err(source.error(&position.span, &title, "there is no slice", "remove it"));
+    }
+    let length = size[axis];
+    let within = |x: f64| (0.0..=length).contains(&x);
+    let wanted = format!("from 0 to {length}, the length of the box");
+    source.satisfies(key, position, within, &wanted, "in metres")?;
+    Ok(Some((axis, Some(position.value))))
 }
 
 /// The instruction set asked for, if this processor has it.

@@ -56,8 +56,10 @@ pub(super) fn mlups_per_thread(precision: Precision) -> f64 {
 pub(super) fn in_bytes(bytes: f64) -> String {
     if bytes >= 1e9 {
         format!("{:.1} GB", bytes / 1e9)
-    } else {
+    } else if bytes >= 1e6 {
         format!("{:.0} MB", (bytes / 1e6).ceil())
+    } else {
+        format!("{:.0} kB", (bytes / 1e3).ceil())
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a run will be like: derived numbers, cost, and what lies outside the usual range.
 
 mod bodies;
+mod output;
 pub(super) mod ranks;
 
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
@@ -98,8 +99,9 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.extend(engine_row(setup));
     rows.extend(contact_rows(setup));
     if !setup.dry {
-        rows.extend(cost_rows(setup));
+        rows.push(cost_row(setup));
     }
+    rows.extend(output::rows(setup));
     rows
 }
 
@@ -235,8 +237,8 @@ fn fluid_rows(setup: &Setup) -> Vec<Row> {
     rows
 }
 
-/// Time and disk space.
-fn cost_rows(setup: &Setup) -> Vec<Row> {
+/// Time.
+fn cost_row(setup: &Setup) -> Row {
     let cells = setup.domain.cell_count();
     let threads = threads(setup.threads);
     let rate = mlups_per_thread(setup.precision) * threads.min(cores()) as f64;
@@ -245,27 +247,11 @@ fn cost_rows(setup: &Setup) -> Vec<Row> {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
     };
-    // Those due, the first state included, and the last state.
-    let every = setup.output.fields_every;
-    let fields = setup
-        .end_step
-        .checked_div(every)
-        .map_or(0, |n| n + 1 + u64::from(!setup.end_step.is_multiple_of(every)));
-    vec![
-        row(
-            "estimated time",
-            in_time(seconds),
-            &format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it"),
-        ),
-        row(
-            "field output",
-            in_bytes((fields * cells as u64 * 20) as f64),
-            &format!(
-                "{fields} files before compression, in {}",
-                setup.output.directory.display()
-            ),
-        ),
-    ]
+    row(
+        "estimated time",
+        in_time(seconds),
+        &format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it"),
+    )
 }
 
 fn contact_rows(setup: &Setup) -> Vec<Row> {

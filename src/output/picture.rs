@@ -26,7 +26,7 @@ pub use bars::Bars;
 pub use chart::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
 pub use drawing::{Figure, Format};
 pub use overlay::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
-pub use plane::Plane;
+pub use plane::{Cut, Plane};
 pub use plot::{SettlingPlot, settling_figure, write_settling};
 pub use scene::{Clock, Scene};
 pub use side_view::write_side_view;

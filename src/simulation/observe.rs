@@ -5,6 +5,7 @@
 //! piece by piece by all of them where they are processes ([`share`]). A failure to write on one rank ends the run on every rank.
 
 mod gather;
+mod pictures;
 mod row;
 mod share;
 mod summary;
@@ -17,7 +18,6 @@ use crate::dem::ContactState;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::Real;
-use crate::output::picture::Plane;
 use crate::output::{OutputFiles, PATHS, ParticlePoints, ParticleSurfaces, SeriesRow, Summary};
 use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
@@ -275,7 +275,7 @@ impl<'a> Observer<'a> {
                 particles: gather::particles(simulation, |_| true),
             };
         }
-        let plane = Plane::new(&setup.domain, setup.gravity);
+        let plane = pictures::plane(setup);
         let radius = |p: &Particle| setup.templates[p.template as usize].shape.circumradius();
         Picture {
             velocity: Some(gather::slice(simulation, self.decomposition, &plane)),

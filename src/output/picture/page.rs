@@ -115,7 +115,7 @@ pub(super) fn page(
 
 /// Thick lines outside of the faces that are not periodic.
 fn draw_closed_faces(canvas: &mut Canvas, scene: &Scene, plane: &Plane, (l, t, r, b): (f32, f32, f32, f32)) {
-    let periodic = scene.domain.periodic;
+    let periodic = scene.plane.domain.periodic;
     if !periodic[plane.across] {
         for (from, to) in [(l - CLOSED, l), (r, r + CLOSED)] {
             canvas.rectangle((from, t, to, b), WALL, 1.0);

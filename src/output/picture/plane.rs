@@ -3,9 +3,10 @@
 use crate::domain::{Block, Domain};
 use crate::math::Vec3;
 
-/// The plane of a slice, through the middle of the box: which axes run across and up, and what it cuts.
+/// The plane of a slice, across an axis of the box: which axes run across and up, and what it cuts.
 ///
-/// It holds the direction of gravity, upwards in the picture, and if it can the x axis: the x-z plane for gravity along z.
+/// Unless a [`Cut`] says otherwise it goes through the middle of the box and holds the direction of gravity, upwards in the
+/// picture, and if it can the x axis: the x-z plane for gravity along z.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane {
     pub(super) domain: Domain,
@@ -16,6 +17,17 @@ pub struct Plane {
     pub(super) flipped: bool,
     /// Width and height (m).
     pub(super) size: (f64, f64),
+    /// Coordinate along the normal (cells).
+    place: f64,
+}
+
+/// Where a slice is instead of where it is by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// The axis that it is across: 0, 1 or 2.
+    pub normal: usize,
+    /// Coordinate along that axis (m); else the middle of the box.
+    pub position: Option<f64>,
 }
 
 impl Plane {
@@ -23,7 +35,31 @@ impl Plane {
     pub fn new(domain: &Domain, gravity: Vec3) -> Self {
         let up = if gravity.norm() > 0.0 { gravity.iamax() } else { 2 };
         let across = usize::from(up == 0);
-        let normal = 3 - up - across;
+        Self::across(domain, gravity, up, 3 - up - across)
+    }
+
+    /// The plane of a cut, or that by default.
+    pub fn of(domain: &Domain, gravity: Vec3, cut: Option<Cut>) -> Self {
+        let default = Self::new(domain, gravity);
+        let Some(Cut { normal, position }) = cut else {
+            return default;
+        };
+        // Seen along gravity, the later of the other axes points up.
+        let up = if default.up == normal {
+            2 - usize::from(normal == 2)
+        } else {
+            default.up
+        };
+        let mut plane = Self::across(domain, gravity, up, normal);
+        if let Some(position) = position {
+            plane.place = position / domain.dx;
+        }
+        plane
+    }
+
+    /// Through the middle of the box.
+    fn across(domain: &Domain, gravity: Vec3, up: usize, normal: usize) -> Self {
+        let across = 3 - up - normal;
         let size = domain.size();
         Self {
             domain: *domain,
@@ -32,6 +68,7 @@ impl Plane {
             normal,
             flipped: gravity[up] > 0.0,
             size: (size[across], size[up]),
+            place: 0.5 * domain.cells[normal] as f64,
         }
     }
 
@@ -40,9 +77,9 @@ impl Plane {
         if self.flipped { up } else { self.size.1 - up }
     }
 
-    /// Coordinate along the normal of the slice: the middle of the box (m).
+    /// Coordinate along the normal of the slice (m).
     pub(super) fn height(&self) -> f64 {
-        0.5 * self.domain.size()[self.normal]
+        self.place * self.domain.dx
     }
 
     /// Unit vectors to the right, upwards in the picture, and towards who looks at it.
@@ -58,12 +95,24 @@ impl Plane {
         Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
     }
 
-    /// The cells at the plane: one layer, or the two that it lies between if their number is even.
+    /// The layers of cells whose middles the plane lies between, the same one twice if it is in the middle of it or beyond the
+    /// last; and how far it is from the first to the second, 0 to 1.
+    fn layers(&self) -> (usize, usize, f64) {
+        let last = self.domain.cells[self.normal] - 1;
+        let place = (self.place - 0.5).clamp(0.0, last as f64);
+        let first = place as usize;
+        let part = place - first as f64;
+        (first, if part > 0.0 { first + 1 } else { first }, part)
+    }
+
+    /// The cells at the plane: one layer, or the two that it lies between.
     pub fn cells(&self) -> Block {
-        let n = self.domain.cells;
-        let mut cells = Block { lo: [0; 3], hi: n };
-        cells.lo[self.normal] = (n[self.normal] - 1) / 2;
-        cells.hi[self.normal] = n[self.normal] / 2 + 1;
+        let mut cells = Block {
+            lo: [0; 3],
+            hi: self.domain.cells,
+        };
+        let (first, second, _) = self.layers();
+        (cells.lo[self.normal], cells.hi[self.normal]) = (first, second + 1);
         cells
     }
 
@@ -79,11 +128,12 @@ impl Plane {
             self.values(),
             "one velocity per place of the plane"
         );
-        let weight = if n[self.normal].is_multiple_of(2) {
-            0.5
+        let (first, _, part) = self.layers();
+        let weight = if cell[self.normal] == first {
+            1.0 - part
         } else {
-            1.0
-        };
+            part
+        } as f32;
         let at = &mut velocity[cell[self.across] + n[self.across] * cell[self.up]];
         for (sum, u) in at.iter_mut().zip(u) {
             *sum += weight * u;
@@ -191,6 +241,43 @@ mod tests {
             }
             let mean = |place: u16| [f32::from(place % 20), expected, f32::from(place / 20)];
             assert_eq!(velocity, (0..800).map(mean).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_plane_may_be_across_any_axis_and_anywhere_in_the_box() {
+        for (normal, axes) in [(0, (1, 2)), (1, (0, 2)), (2, (0, 1))] {
+            // Gravity along z does not lie in the last one.
+            let plane = Plane::of(
+                &BOX,
+                -Vec3::z(),
+                Some(Cut {
+                    normal,
+                    position: None,
+                }),
+            );
+            assert_eq!((plane.across, plane.up, plane.normal), (axes.0, axes.1, normal));
+        }
+        for (position, layers, expected) in [
+            (0.55, 5..6, 5.0),
+            (0.575, 5..7, 5.25),
+            (0.0, 0..1, 0.0),
+            (1.1, 10..11, 10.0),
+        ] {
+            let cut = Cut {
+                normal: 1,
+                position: Some(position),
+            };
+            let plane = Plane::of(&BOX, -Vec3::z(), Some(cut));
+            let Block { lo, hi } = plane.cells();
+            assert_eq!(lo[1]..hi[1], layers, "{position}");
+            let mut velocity = vec![[0.0; 3]; plane.values()];
+            for y in lo[1]..hi[1] {
+                plane.add(&mut velocity, [0, y, 0], [y as f32, 0.0, 0.0]);
+            }
+            assert!((velocity[0][0] - expected).abs() < 1e-5, "{position}");
+            assert!((plane.point(0.0, 0.0).y - position).abs() < 1e-12);
+            assert!(plane.cuts(Vec3::new(0.0, position, 0.0), 1e-9));
         }
     }
 

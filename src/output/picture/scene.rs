@@ -1,7 +1,7 @@
 //! What a picture of the box shows besides the fluid.
 
+use super::plane::Plane;
 use super::text::{Span, above, italic, roman};
-use crate::domain::Domain;
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
 use crate::wall::Wall;
@@ -13,16 +13,14 @@ pub struct Scene<'a> {
     pub case: &'a str,
     /// Time, for the title and for where moving walls are.
     pub clock: Clock,
-    /// Box and cells.
-    pub domain: Domain,
+    /// What is cut, or seen along the normal of; with the box and its cells.
+    pub plane: Plane,
     /// Geometries and materials.
     pub templates: &'a [Template],
     /// All particles.
     pub particles: &'a [Particle],
     /// All walls.
     pub walls: &'a [Wall],
-    /// Gravity; its largest component points down in the picture. If zero, z points up.
-    pub gravity: Vec3,
     /// Speed at the upper end of the colours (m/s); `None` takes the largest there is to see. Give the same one to all
     /// pictures of a film.
     pub largest_speed: Option<f64>,
@@ -59,9 +57,9 @@ impl Clock {
 impl Scene<'_> {
     /// Images of a wrapped position that can be seen within `reach` of the box, along the periodic ones of `axes`.
     pub(super) fn images(&self, position: Vec3, reach: f64, axes: &[usize]) -> Vec<Vec3> {
-        let size = self.domain.size();
-        let mut images = vec![self.domain.wrap(position)];
-        for &axis in axes.iter().filter(|&&axis| self.domain.periodic[axis]) {
+        let size = self.plane.domain.size();
+        let mut images = vec![self.plane.domain.wrap(position)];
+        for &axis in axes.iter().filter(|&&axis| self.plane.domain.periodic[axis]) {
             for image in std::mem::take(&mut images) {
                 images.extend([-1.0, 0.0, 1.0].map(|turn| image + Vec3::ith(axis, turn * size[axis])));
             }

@@ -33,7 +33,7 @@ pub fn write_side_view(path: &Path, scene: &Scene) -> Result<()> {
 }
 
 fn draw(scene: &Scene) -> Canvas {
-    let plane = Plane::new(&scene.domain, scene.gravity);
+    let plane = scene.plane;
     let Panel { pixels, scale } = Panel::of(&plane);
     let fastest = || (scene.particles.iter()).fold(0.0, |most: f64, p| most.max(p.velocity().norm()));
     let speeds = SpeedScale::up_to(scene.largest_speed.unwrap_or_else(fastest));
@@ -176,6 +176,11 @@ mod tests {
             particle.velocity = [0.0, 0.0, speed];
             particle
         };
+        let open = Domain {
+            periodic: [false; 3],
+            cells: [10; 3],
+            dx: 0.1,
+        };
         // Seen along y with x to the right and z upwards: small y is near.
         for (near, far) in [(1.0, 0.0), (0.0, 1.0)] {
             let particles = [moving(0.9, far), moving(0.2, near)];
@@ -185,15 +190,10 @@ mod tests {
                     time: 0.0,
                     stokes_time: None,
                 },
-                domain: Domain {
-                    periodic: [false; 3],
-                    cells: [10; 3],
-                    dx: 0.1,
-                },
+                plane: Plane::new(&open, -Vec3::z()),
                 templates: &templates,
                 particles: &particles,
                 walls: &[],
-                gravity: -Vec3::z(),
                 largest_speed: Some(1.0),
             });
             let (x, y) = (canvas.width() / 2, canvas.height() / 2);

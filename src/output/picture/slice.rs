@@ -1,4 +1,4 @@
-//! A slice through the middle of the box: velocity magnitude in colour, particles as outlines, walls in grey.
+//! A slice through the box: velocity magnitude in colour, particles as outlines, walls in grey.
 
 use super::canvas::{Canvas, Pencil};
 use super::colour::{WALL, viridis};
@@ -17,7 +17,7 @@ use std::path::Path;
 /// Cuts smaller than this many pixels look like dirt and are left out.
 const SMALLEST_OUTLINE: f32 = 5.0;
 
-/// Draws the [`Plane`] of the box and gravity. Lengths are in diameters of the first kind of particle, in metres without
+/// Draws the [`Plane`] of a scene. Lengths are in diameters of the first kind of particle, in metres without
 /// particles.
 ///
 /// `velocity` (m/s) is that of the plane, as [`Plane::add`] makes it. Of the particles those are enough that the plane
@@ -30,7 +30,7 @@ pub fn write_slice(path: &Path, scene: &Scene, velocity: &[[f32; 3]]) -> Result<
 }
 
 fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> Canvas {
-    let plane = Plane::new(&scene.domain, scene.gravity);
+    let plane = scene.plane;
     let Panel { pixels, scale } = Panel::of(&plane);
     let field = plane.speeds(velocity, pixels);
     let largest = scene
@@ -146,11 +146,10 @@ mod tests {
         let scene = Scene {
             case: "a rather long name of a case",
             clock: CLOCK,
-            domain: BOX,
+            plane: Plane::new(&BOX, gravity),
             templates: &templates(),
             particles,
             walls,
-            gravity,
             largest_speed: Some(1.0),
         };
         draw(&scene, &velocity())
@@ -234,11 +233,10 @@ mod tests {
             let scene = Scene {
                 case: "rest",
                 clock: CLOCK,
-                domain,
+                plane: Plane::new(&domain, Vec3::zeros()),
                 templates: &[],
                 particles: &[],
                 walls: &[],
-                gravity: Vec3::zeros(),
                 largest_speed: None,
             };
             let places = Plane::new(&domain, Vec3::zeros()).values();

@@ -2,12 +2,12 @@
 
 use super::row::{settles_for_ever, settling_direction, stokes_time};
 use super::summary::{self, Outcome};
-use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, Picture, SURFACES};
+use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, SURFACES, pictures};
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::Real;
-use crate::output::picture::{Clock, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
+use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::progress::Workload;
 use crate::output::{
     Collection, OutputFiles, ParticleSeries, PathsState, Progress, SeriesWriter, Summary, directory,
@@ -32,6 +32,8 @@ pub(super) struct Writer<'a> {
     contacts: Collection,
     force_chains: Collection,
     walls_written: bool,
+    /// Speed at the upper end of the colours of all pictures (m/s), once there is one.
+    picture_range: Option<f64>,
     t_star: Vec<f64>,
     settling: Vec<f64>,
     steps: Vec<u64>,
@@ -49,6 +51,7 @@ pub(in crate::simulation) struct WriterState {
     contacts: Vec<(f64, String)>,
     force_chains: Vec<(f64, String)>,
     walls_written: bool,
+    picture_range: Option<f64>,
     t_star: Vec<f64>,
     settling: Vec<f64>,
     steps: Vec<u64>,
@@ -115,6 +118,7 @@ impl<'a> Writer<'a> {
             contacts: Collection::resume(files.contacts_collection(), state.contacts)?,
             force_chains: Collection::resume(files.force_chains_collection(), state.force_chains)?,
             walls_written: state.walls_written,
+            picture_range: setup.output.picture_range.or(state.picture_range),
             t_star: state.t_star,
             settling: state.settling,
             steps: state.steps,
@@ -137,6 +141,7 @@ impl<'a> Writer<'a> {
             contacts: self.contacts.entries().to_vec(),
             force_chains: self.force_chains.entries().to_vec(),
             walls_written: self.walls_written,
+            picture_range: self.picture_range,
             t_star: self.t_star.clone(),
             settling: self.settling.clone(),
             steps: self.steps.clone(),
@@ -164,6 +169,7 @@ impl<'a> Writer<'a> {
             contacts: Collection::new(files.contacts_collection()),
             force_chains: Collection::new(files.force_chains_collection()),
             walls_written: false,
+            picture_range: None,
             files,
             t_star: Vec::new(),
             settling: Vec::new(),
@@ -225,30 +231,11 @@ impl<'a> Writer<'a> {
             self.force_chains.add(time, &path)?;
         }
         if let Some(picture) = &frame.picture {
-            self.write_picture(&self.files.picture(step), time, picture)?;
+            let range = self.picture_range.or_else(|| pictures::range(setup, picture));
+            pictures::write(setup, &self.files.picture(step), time, picture, range)?;
+            self.picture_range = range;
         }
         Ok(())
-    }
-
-    fn write_picture(&self, path: &Path, time: f64, picture: &Picture) -> Result<()> {
-        let setup = self.setup;
-        let scene = Scene {
-            case: &setup.name,
-            clock: Clock {
-                time,
-                stokes_time: stokes_time(setup),
-            },
-            domain: setup.domain,
-            templates: &setup.templates,
-            particles: &picture.particles,
-            walls: &setup.walls,
-            gravity: setup.gravity,
-            largest_speed: None,
-        };
-        match &picture.velocity {
-            Some(velocity) => write_slice(path, &scene, velocity),
-            None => write_side_view(path, &scene),
-        }
     }
 
     /// Writes the row and the paths, if a sample was due, and takes note of it.
