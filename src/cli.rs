@@ -1,5 +1,6 @@
 //! The command line: what may be typed, and the one place that prints errors and chooses the exit code.
 
+mod allocator;
 mod bench;
 mod check;
 mod crosscheck;
@@ -19,6 +20,7 @@ mod walltime;
 use crate::case::{self, Setup};
 use crate::comm;
 use crate::error::{Error, Result};
+pub use allocator::Guarded;
 use clap::{Args, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

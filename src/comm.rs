@@ -9,10 +9,12 @@ mod mpi;
 mod threads;
 mod traffic;
 
+use crate::error::{Error, Result};
+use crate::memory;
 use bytemuck::Pod;
 #[cfg(feature = "mpi")]
 pub use mpi::{MpiComm, abort};
-pub use threads::{ThreadComm, on_threads};
+pub use threads::{ThreadComm, on_threads, try_on_threads};
 use traffic::Counters;
 pub use traffic::{Tally, Traffic};
 
@@ -192,6 +194,16 @@ impl Comm {
         ranks[0] > 0
     }
 
+    /// What came of something that every rank does for itself: the result if all have succeeded; else the error of this rank,
+    /// or [`Error::OtherRank`]. Collective.
+    ///
+    /// # Errors
+    /// On every rank, if one of them has failed.
+    pub fn agree<R>(&self, result: Result<R>) -> Result<R> {
+        let any = self.any(result.is_err());
+        result.and_then(|result| if any { Err(Error::OtherRank) } else { Ok(result) })
+    }
+
     /// Everybody's bytes, by rank.
     pub fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
         self.collective(bytes.len(), || match self {
@@ -232,15 +244,24 @@ impl Comm {
     }
 
     /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its own peer.
-    pub fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Box<dyn Halo<T>> {
+    ///
+    /// # Errors
+    /// [`Error::Memory`] on a rank that has no room for the buffers; then no rank may [start](Halo::start) the pattern.
+    pub fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Result<Box<dyn Halo<T>>> {
         assert_eq!(peers.len(), lengths.len());
         match self {
-            Self::Solo => Box::new(SoloHalo::<T>::new(lengths)),
+            Self::Solo => Ok(Box::new(SoloHalo::<T>::new(lengths)?)),
             Self::Threads(comm) => comm.halo(peers, lengths),
             #[cfg(feature = "mpi")]
             Self::Mpi(comm) => comm.halo(peers, lengths),
         }
     }
+}
+
+/// Zeroed buffers of these lengths.
+fn buffers<T: Pod>(lengths: &[usize]) -> Result<Vec<Vec<T>>> {
+    let zeroed = |&length: &usize| memory::zeroed(length, "the messages between neighbouring blocks");
+    lengths.iter().map(zeroed).collect()
 }
 
 /// What a start of a pattern sends to others: number of messages and bytes in them.
@@ -260,13 +281,12 @@ struct SoloHalo<T> {
 }
 
 impl<T: Pod> SoloHalo<T> {
-    fn new(lengths: &[usize]) -> Self {
-        let buffers: Vec<Vec<T>> = lengths.iter().map(|&n| vec![T::zeroed(); n]).collect();
-        Self {
-            outgoing: buffers.clone(),
-            incoming: buffers,
+    fn new(lengths: &[usize]) -> Result<Self> {
+        Ok(Self {
+            outgoing: buffers(lengths)?,
+            incoming: buffers(lengths)?,
             under_way: false,
-        }
+        })
     }
 }
 
@@ -341,8 +361,8 @@ mod tests {
             .map(|&p| 3 + 40_000 * usize::from(p + rank == 1) + p + rank)
             .collect();
         let (mut a, mut b) = (
-            comm.halo::<f32>(&everybody, &lengths),
-            comm.halo::<f64>(&everybody, &lengths),
+            comm.halo::<f32>(&everybody, &lengths).unwrap(),
+            comm.halo::<f64>(&everybody, &lengths).unwrap(),
         );
         for round in 0..100_u16 {
             for &peer in &everybody {
@@ -380,7 +400,7 @@ mod tests {
             }
         }
         // A pattern that is given up on its way leaves others alone.
-        let mut given_up = comm.halo::<f32>(&everybody, &lengths);
+        let mut given_up = comm.halo::<f32>(&everybody, &lengths).unwrap();
         given_up.start();
         given_up.progress();
         drop(given_up);
@@ -394,7 +414,7 @@ mod tests {
         let all: Vec<usize> = (0..size).collect();
         let others: Vec<usize> = (0..size).filter(|&p| p != rank).collect();
         let before = comm.traffic();
-        let mut pattern = comm.halo::<f64>(&all, &vec![10; size]);
+        let mut pattern = comm.halo::<f64>(&all, &vec![10; size]).unwrap();
         assert_eq!(comm.traffic() - before, Traffic::default());
         pattern.exchange();
         pattern.exchange();
@@ -425,7 +445,7 @@ mod tests {
     fn the_time_of_waiting_for_a_late_rank_is_counted_on_2_ranks() {
         let begun = AtomicBool::new(false);
         let waited = on_threads(2, |comm| {
-            let mut pattern = comm.halo::<f32>(&[1 - comm.rank()], &[4]);
+            let mut pattern = comm.halo::<f32>(&[1 - comm.rank()], &[4]).unwrap();
             if comm.rank() == 0 {
                 begun.store(true, Ordering::Release);
             } else {

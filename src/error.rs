@@ -23,6 +23,17 @@ pub enum Error {
     /// The input asks for something impossible; the text names file, line, key, value and remedy.
     #[error("{0}")]
     Input(String),
+    /// There is not enough memory for a large array.
+    #[error(
+        "cannot allocate {amount} for {what}; take a smaller box or fewer cells per diameter, or raise the limit on the \
+         memory of the process (ulimit -v, the control group, the request of the job)"
+    )]
+    Memory {
+        /// How much, in words.
+        amount: String,
+        /// What for, with an article.
+        what: String,
+    },
     /// The engine cannot represent what the case asks for.
     #[error("the {engine} engine does not support {what}")]
     Unsupported {

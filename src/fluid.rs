@@ -19,7 +19,9 @@ mod walls;
 
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition, Domain};
+use crate::error::Result;
 use crate::lattice::{C, Q, shifted_equilibrium};
+use crate::memory;
 use buffer::Buffer;
 pub use dispatch::Real;
 use halo::FluidHalo;
@@ -155,12 +157,15 @@ pub struct Fluid<T: Real> {
 
 impl<T: Real> Fluid<T> {
     /// Fluid at rest with density 1 on the block of this rank, between walls that move already. Collective.
+    ///
+    /// # Errors
+    /// On every rank, if one of them has not the memory.
     pub fn new(
         decomposition: &Decomposition,
         comm: &Comm,
         params: &FluidParams,
         boundary: &Boundary,
-    ) -> Self {
+    ) -> Result<Self> {
         let FluidParams {
             relaxation_time: tau,
             collision,
@@ -169,20 +174,32 @@ impl<T: Real> Fluid<T> {
         } = *params;
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
-        let layout = Layout::new(block.size(), size_of::<T>());
         let order = RowOrder::new(decomposition, comm.rank());
+        let arrays = (|| {
+            let what = format!("the populations of a block of {:?} cells", block.size());
+            let bytes = block.size().map(|n| n as f64).iter().product::<f64>() * Self::SAVED_BYTES as f64;
+            let layout = Layout::new(block.size(), size_of::<T>());
+            let layout = layout.ok_or_else(|| memory::refused(bytes, &what))?;
+            Ok((
+                Buffer::zeroed(layout.len(), &what)?,
+                FluidHalo::new(&layout, decomposition, comm)?,
+                Walls::new(&layout, order, domain, block, boundary)?,
+                layout,
+            ))
+        })();
+        let (populations, halo, walls, layout) = comm.agree(arrays)?;
         let row = layout.chunks_per_row() * CHUNK;
         let mut fluid = Self {
             block,
-            populations: Buffer::zeroed(layout.len()),
+            populations,
             phase: Phase::Home,
             solid_row: SolidRow::new(layout.chunks_per_row(), solids),
-            halo: FluidHalo::new(&layout, decomposition, comm),
+            halo,
             order,
             measured: Measured {
                 momentum: std::array::from_fn(|_| vec![T::ZERO; row]),
             },
-            walls: Walls::new(&layout, order, domain, block, boundary),
+            walls,
             relaxation_times: match collision {
                 Collision::Bgk => [tau; 2],
                 Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
@@ -195,7 +212,7 @@ impl<T: Real> Fluid<T> {
             layout,
         };
         fluid.walls.begin(&fluid.layout, &mut fluid.populations);
-        fluid
+        Ok(fluid)
     }
 
     /// The block of cells.

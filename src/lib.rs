@@ -14,7 +14,7 @@
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
 //! space     domain            comm
-//! words     math   units   error   timing
+//! words     math   units   error   memory   timing
 //! ```
 
 pub mod case;
@@ -31,6 +31,7 @@ pub mod error;
 pub mod fluid;
 pub mod lattice;
 pub mod math;
+pub mod memory;
 pub mod output;
 pub mod packing;
 pub mod particle;

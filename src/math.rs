@@ -14,6 +14,8 @@ pub type Quat = nalgebra::UnitQuaternion<f64>;
 
 /// Binary digits after the point of a [`to_fixed`] number.
 pub const FIXED_POINT_BITS: u32 = 42;
+/// Numbers below this have a [`to_fixed`] number.
+pub const FIXED_POINT_LIMIT: f64 = (1_u64 << (51 - FIXED_POINT_BITS)) as f64;
 const FIXED_ONE: f64 = (1_u64 << FIXED_POINT_BITS) as f64;
 /// `1.5 * 2^52 / 2^FIXED_POINT_BITS`: adding it leaves the rounded fixed-point number in the mantissa.
 const FIXED_MAGIC: f64 = 1.5 * (1_u64 << (52 - FIXED_POINT_BITS)) as f64;

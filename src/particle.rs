@@ -43,6 +43,9 @@ pub fn surface_triangles(templates: &[Template], counts: impl IntoIterator<Item 
         .fold(0, usize::saturating_add)
 }
 
+/// How far the length of an orientation may be off one.
+const UNIT: f64 = 1e-6;
+
 /// State of one particle, SI units, world frame. Plain data, so that it travels and is hashed as bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -113,6 +116,32 @@ impl Particle {
     /// Sets the orientation.
     pub fn set_orientation(&mut self, orientation: &Quat) {
         self.orientation = orientation.coords.into();
+    }
+
+    /// What of a particle that was read cannot be the state of one in a box of this size (m), if anything is.
+    pub fn flaw(&self, size: Vec3) -> Option<String> {
+        let fields: [(&str, &[f64]); 7] = [
+            ("position", &self.position),
+            ("orientation", &self.orientation),
+            ("velocity", &self.velocity),
+            ("angular velocity", &self.angular_velocity),
+            ("angular momentum", &self.angular_momentum),
+            ("contact force", &self.contact_force),
+            ("contact torque", &self.contact_torque),
+        ];
+        let is_finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
+        if let Some((name, _)) = fields.iter().find(|(_, numbers)| !is_finite(numbers)) {
+            return Some(format!("the {name} of particle {} is not finite", self.id));
+        }
+        let length = self.orientation().quaternion().norm();
+        if (length - 1.0).abs() > UNIT {
+            return Some(format!(
+                "the orientation of particle {} has the length {length}",
+                self.id
+            ));
+        }
+        let outside = (0..3).any(|i| !(0.0..=size[i]).contains(&self.position[i]));
+        outside.then(|| format!("the position of particle {} is not in the box", self.id))
     }
 
     /// Whether every number of the state is finite.

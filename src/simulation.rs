@@ -64,7 +64,10 @@ struct Wet<T: Real> {
 
 impl<T: Real> Wet<T> {
     /// Fluid at rest round the particles of a case. Collective.
-    fn new(setup: &Setup, decomposition: &Decomposition, comm: &Comm) -> Self {
+    ///
+    /// # Errors
+    /// On every rank, if one of them has not the memory.
+    fn new(setup: &Setup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
         let (units, templates) = (setup.units, &setup.templates);
         let coupling = CouplingParams {
             units,
@@ -94,7 +97,7 @@ impl<T: Real> Wet<T> {
             motions: walls.motions(),
             wall_of: &|cell| walls.wall_of(cell),
         };
-        let fluid = Fluid::new(decomposition, comm, &params, &boundary);
+        let fluid = Fluid::new(decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
         let driving = DrivingParams {
@@ -113,12 +116,12 @@ impl<T: Real> Wet<T> {
             },
             body_acceleration: setup.body_acceleration,
         };
-        Self {
+        Ok(Self {
             cells: cells[0] as f64,
             fluid,
             coupling: Coupling::new(coupling, decomposition, comm.rank(), reach).in_fluid_at_rest(),
             driving: Driving::new(driving),
-        }
+        })
     }
 }
 
@@ -139,19 +142,23 @@ impl<T: Real> Simulation<T> {
         log: Option<&Path>,
     ) -> Result<Self> {
         let dem = engine::engine(setup, decomposition, &comm, log)?;
-        Ok(Self::with_engine(setup, decomposition, comm, dem))
+        Self::with_engine(setup, decomposition, comm, dem)
     }
 
     /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if a rank has not enough of it, [`Error::OtherRank`] on the others.
     pub fn with_engine(
         setup: &Setup,
         decomposition: &Decomposition,
         comm: Comm,
         dem: Box<dyn DemEngine>,
-    ) -> Self {
-        Self {
+    ) -> Result<Self> {
+        let wet = (!setup.dry).then(|| Wet::new(setup, decomposition, &comm));
+        Ok(Self {
             units: setup.units,
-            wet: (!setup.dry).then(|| Wet::new(setup, decomposition, &comm)),
+            wet: wet.transpose()?,
             dem,
             comm: Rc::new(comm),
             timings: Timings::default(),
@@ -159,7 +166,7 @@ impl<T: Real> Simulation<T> {
             walls: setup.walls.len(),
             failure: None,
             wishes: Wishes::default(),
-        }
+        })
     }
 
     /// Advances fluid and particles by one time step. Collective.

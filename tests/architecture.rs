@@ -11,7 +11,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck simulation case output packing fluid dem contact comm error",
+        "validate report study crosscheck simulation case output packing fluid dem contact comm memory error",
     ),
     (
         "validate",
@@ -25,7 +25,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "simulation",
-        "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing error",
+        "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing memory error",
     ),
     (
         "case",
@@ -33,12 +33,12 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     ("output", "checkpoint particle shape wall domain math error"),
     ("packing", "contact particle shape wall domain math"),
-    ("checkpoint", "domain comm error"),
+    ("checkpoint", "domain comm memory error"),
     (
         "coupling",
         "fluid dem particle shape wall lattice domain comm units math",
     ),
-    ("fluid", "lattice domain comm math"),
+    ("fluid", "lattice domain comm math memory error"),
     ("dem", "contact particle shape wall domain comm math error"),
     ("contact", "shape wall domain math"),
     ("particle", "shape math"),
@@ -46,10 +46,11 @@ const MAY_USE: &[(&str, &str)] = &[
     ("wall", "math"),
     ("lattice", ""),
     ("domain", "math"),
-    ("comm", ""),
+    ("comm", "memory error"),
     ("units", ""),
     ("math", ""),
     ("timing", ""),
+    ("memory", "error"),
     ("error", ""),
 ];
 

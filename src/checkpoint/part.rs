@@ -10,6 +10,8 @@
 
 use super::{Head, Part};
 use crate::domain::Block;
+use crate::memory;
+
 use bytemuck::{Pod, Zeroable};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
@@ -104,7 +106,12 @@ impl PartHead {
         if head.magic != MAGIC {
             return Err(format!("it is of version {}, not {}", head.magic[7], MAGIC[7]));
         }
-        let fits = (0..3).all(|i| head.lo[i] < head.hi[i] && head.hi[i] <= head.cells[i]);
+        let fits = (0..3).all(|i| head.lo[i] < head.hi[i] && head.hi[i] <= head.cells[i])
+            && head
+                .cells
+                .iter()
+                .try_fold(1_usize, |all, &n| all.checked_mul(n as usize))
+                .is_some();
         if (head.rank, head.ranks) != (rank as u64, ranks as u64) || !fits {
             return Err("it is another part than its name says".into());
         }
@@ -160,7 +167,8 @@ impl PartHead {
     pub(super) fn read_section(&self, file: &mut File, section: usize) -> Result<Vec<u8>, String> {
         let name = SECTION_NAMES[section];
         let Section { length, checksum } = self.sections[section];
-        let mut bytes = vec![0; length as usize];
+        // The file is as long as its head says, but a sparse file of any length takes no disk.
+        let mut bytes = memory::zeroed(length as usize, &format!("the {name}")).map_err(|e| e.to_string())?;
         let start = self.section_start(section).unwrap_or(u64::MAX);
         read_at(file, start, &mut bytes).map_err(|e| format!("its {name} cannot be read: {e}"))?;
         if xxh3_64(&bytes) != checksum {
@@ -173,6 +181,9 @@ impl PartHead {
     pub(super) fn read_plane(&self, file: &mut File, z: usize, bytes: &mut Vec<u8>) -> Result<(), String> {
         let (start, length) = (self.plane_start(z as u64), self.plane_length());
         let (start, length) = start.zip(length).expect("checked with the length of the file");
+        let room = ((length + SEAL) as usize).saturating_sub(bytes.len());
+        memory::trying(|| bytes.try_reserve_exact(room))
+            .map_err(|_| memory::refused(length as f64, &format!("plane z = {z}")).to_string())?;
         bytes.resize((length + SEAL) as usize, 0);
         read_at(file, start, bytes).map_err(|e| format!("plane z = {z} cannot be read: {e}"))?;
         let seal = bytes.split_off(length as usize);

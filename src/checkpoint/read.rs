@@ -21,7 +21,7 @@ pub struct Checkpoint {
 }
 
 /// What is wrong, without the name of the checkpoint.
-type Damage<T> = std::result::Result<T, String>;
+pub(crate) type Damage<T> = std::result::Result<T, String>;
 
 impl Checkpoint {
     /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in common.
@@ -56,7 +56,7 @@ impl Checkpoint {
             return Err("manifest.toml names another number of parts than there were ranks".into());
         }
         let mut parts = Vec::with_capacity(ranks);
-        let mut covered = 0;
+        let mut covered = 0_usize;
         for (rank, entry) in manifest.parts.iter().enumerate() {
             let of_part = |what: String| format!("part {rank}: {what}");
             let path = directory.join(&entry.file);
@@ -70,7 +70,7 @@ impl Checkpoint {
             if !head.is_of(step, cells, bytes_per_cell) || head.file_length() != Some(length) {
                 return Err(of_part("it is of another checkpoint".to_string()));
             }
-            covered += head.block().cell_count();
+            covered = head.block().cell_count().saturating_add(covered);
             parts.push((path, head));
         }
         if covered != cells.iter().product::<usize>() {
@@ -136,14 +136,14 @@ impl Checkpoint {
     /// `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x. Nothing in a dry run.
     ///
     /// # Errors
-    /// [`Error::Input`] with the part and plane that is damaged, or if some cells are in no part. What was visited until then
-    /// was sound.
-    pub fn planes(&self, block: Block, visit: impl FnMut(Block, &[u8])) -> Result<()> {
+    /// [`Error::Input`] with the part and plane that is damaged, or that `visit` finds something wrong with; or if some cells are
+    /// in no part. What was visited until then was sound.
+    pub fn planes(&self, block: Block, visit: impl FnMut(Block, &[u8]) -> Damage<()>) -> Result<()> {
         self.read_planes(block, visit)
             .map_err(|what| damaged(&self.directory, &what))
     }
 
-    fn read_planes(&self, block: Block, mut visit: impl FnMut(Block, &[u8])) -> Damage<()> {
+    fn read_planes(&self, block: Block, mut visit: impl FnMut(Block, &[u8]) -> Damage<()>) -> Damage<()> {
         if self.head.bytes_per_cell == 0 {
             return Ok(());
         }
@@ -165,7 +165,7 @@ impl Checkpoint {
                 let mut piece = common;
                 (piece.lo[2], piece.hi[2]) = (z, z + 1);
                 cut(&plane, &stored, &piece, self.head.bytes_per_cell, &mut bytes);
-                visit(piece, &bytes);
+                visit(piece, &bytes).map_err(|what| of_part(format!("plane z = {z}: {what}")))?;
             }
         }
         let covered: usize = met.iter().map(Block::cell_count).sum();

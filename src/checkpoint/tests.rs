@@ -139,6 +139,7 @@ fn read_as(checkpoint: &Checkpoint, block: Block) -> Result<()> {
             }
         }
         assert!(cells.next().is_none());
+        Ok(())
     })?;
     assert_eq!(seen.len(), block.cell_count());
     Ok(())

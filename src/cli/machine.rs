@@ -1,6 +1,7 @@
 //! What this machine has.
 
 use crate::fluid::Precision;
+pub(super) use crate::memory::in_bytes;
 
 /// Memory (bytes): all of it, if the system says so.
 pub(super) fn memory() -> Option<f64> {
@@ -52,17 +53,6 @@ pub(super) fn mlups_per_thread(precision: Precision) -> f64 {
     }
 }
 
-/// Bytes in words.
-pub(super) fn in_bytes(bytes: f64) -> String {
-    if bytes >= 1e9 {
-        format!("{:.1} GB", bytes / 1e9)
-    } else if bytes >= 1e6 {
-        format!("{:.0} MB", (bytes / 1e6).ceil())
-    } else {
-        format!("{:.0} kB", (bytes / 1e3).ceil())
-    }
-}
-
 /// Seconds in words.
 pub(super) fn in_time(seconds: f64) -> String {
     match seconds {
@@ -84,7 +74,5 @@ mod tests {
         assert_eq!(in_time(600.0), "10 min");
         assert_eq!(in_time(9000.0), "2.5 h");
         assert_eq!(in_time(864_000.0), "10.0 days");
-        assert_eq!(in_bytes(0.3e6), "1 MB");
-        assert_eq!(in_bytes(2.5e9), "2.5 GB");
     }
 }

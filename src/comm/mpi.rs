@@ -8,14 +8,16 @@
 //! A rank that panics aborts all: otherwise the others would wait for it for ever.
 
 use super::traffic::Counters;
-use super::{Halo, UNDER_WAY, sent};
+use super::{Halo, UNDER_WAY, buffers, sent};
+use crate::error::Result;
 use ::mpi::environment::Threading;
 use ::mpi::ffi;
 use bytemuck::Pod;
 use std::cell::Cell;
 use std::os::raw::{c_int, c_void};
 use std::process;
-use std::ptr;
+use std::ptr::{self, NonNull};
+use std::slice;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Once};
 
@@ -362,9 +364,10 @@ impl MpiComm {
         }
     }
 
-    pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Box<dyn Halo<T>> {
+    pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Result<Box<dyn Halo<T>>> {
         self.plans.set(self.plans.get() + 1);
-        Box::new(MpiHalo::<T>::new(self, self.plans.get(), peers, lengths))
+        let halo = MpiHalo::<T>::new(self, self.plans.get(), peers, lengths)?;
+        Ok(Box::new(halo))
     }
 }
 
@@ -449,10 +452,57 @@ fn wait_all(requests: &mut [ffi::MPI_Request]) {
     });
 }
 
-/// Persistent requests. The buffers are boxed, so that they stay where MPI knows them to be.
+/// Memory that MPI reads and writes through the address it was once given: a reference to it lives only between transfers, and
+/// derives from that address, so that none is made void by what MPI does.
+struct Shared<T> {
+    start: NonNull<T>,
+    len: usize,
+}
+
+impl<T> Shared<T> {
+    fn new(buffer: Vec<T>) -> Self {
+        let buffer = Box::leak(buffer.into_boxed_slice());
+        Self {
+            len: buffer.len(),
+            start: NonNull::from(buffer).cast(),
+        }
+    }
+
+    fn address(&self) -> *mut c_void {
+        self.start.as_ptr().cast()
+    }
+
+    /// The numbers.
+    ///
+    /// # Safety
+    /// MPI has no transfer to here under way, as long as the slice lives.
+    unsafe fn get(&self) -> &[T] {
+        // SAFETY: a buffer of this length begins there, and by the contract nobody writes to it.
+        unsafe { slice::from_raw_parts(self.start.as_ptr(), self.len) }
+    }
+
+    /// As [`get`](Self::get), to write.
+    ///
+    /// # Safety
+    /// MPI has no transfer from or to here under way, as long as the slice lives.
+    unsafe fn get_mut(&mut self) -> &mut [T] {
+        // SAFETY: a buffer of this length begins there, the borrow is unique, and by the contract MPI does not use it.
+        unsafe { slice::from_raw_parts_mut(self.start.as_ptr(), self.len) }
+    }
+}
+
+impl<T> Drop for Shared<T> {
+    fn drop(&mut self) {
+        let buffer = ptr::slice_from_raw_parts_mut(self.start.as_ptr(), self.len);
+        // SAFETY: leaked by `new`, once, with this length.
+        drop(unsafe { Box::from_raw(buffer) });
+    }
+}
+
+/// Persistent requests, and the buffers that they name. The requests end first: see `drop`.
 struct MpiHalo<T> {
-    outgoing: Vec<Box<[T]>>,
-    incoming: Vec<Box<[T]>>,
+    outgoing: Vec<Shared<T>>,
+    incoming: Vec<Shared<T>>,
     requests: Vec<ffi::MPI_Request>,
     /// Messages to others, and bytes in them.
     sent: [usize; 2],
@@ -467,23 +517,21 @@ struct MpiHalo<T> {
 unsafe impl<T: Send> Send for MpiHalo<T> {}
 
 impl<T: Pod> MpiHalo<T> {
-    fn new(comm: &MpiComm, plan: c_int, peers: &[usize], lengths: &[usize]) -> Self {
-        let buffers = || -> Vec<Box<[T]>> {
-            lengths
-                .iter()
-                .map(|&length| vec![T::zeroed(); length].into_boxed_slice())
-                .collect()
+    fn new(comm: &MpiComm, plan: c_int, peers: &[usize], lengths: &[usize]) -> Result<Self> {
+        let shared = || -> Result<Vec<Shared<T>>> {
+            let buffers = buffers(lengths)?.into_iter();
+            Ok(buffers.map(Shared::new).collect())
         };
-        let (mut outgoing, mut incoming) = (buffers(), buffers());
+        let (outgoing, incoming) = (shared()?, shared()?);
         // SAFETY: a null request is a value that the library gives.
         let mut requests = vec![unsafe { ffi::RSMPI_REQUEST_NULL }; 2 * peers.len()];
         let (receives, sends) = requests.split_at_mut(peers.len());
         for (link, &peer) in peers.iter().enumerate() {
             let bytes = count(lengths[link] * size_of::<T>());
-            // SAFETY: the buffers are boxed and live as long as the requests, which are freed before them.
+            // SAFETY: the buffers stay where they are and live as long as the requests, which are freed before them.
             unsafe {
                 done(ffi::MPI_Recv_init(
-                    incoming[link].as_mut_ptr().cast(),
+                    incoming[link].address(),
                     bytes,
                     ffi::RSMPI_UINT8_T,
                     count(peer),
@@ -492,7 +540,7 @@ impl<T: Pod> MpiHalo<T> {
                     &raw mut receives[link],
                 ));
                 done(ffi::MPI_Send_init(
-                    outgoing[link].as_mut_ptr().cast_const().cast(),
+                    outgoing[link].address().cast_const(),
                     bytes,
                     ffi::RSMPI_UINT8_T,
                     count(peer),
@@ -502,7 +550,7 @@ impl<T: Pod> MpiHalo<T> {
                 ));
             }
         }
-        Self {
+        Ok(Self {
             outgoing,
             incoming,
             requests,
@@ -510,14 +558,15 @@ impl<T: Pod> MpiHalo<T> {
             counters: comm.counters.clone(),
             under_way: false,
             _turn: comm.turn.clone(),
-        }
+        })
     }
 }
 
 impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
     fn send(&mut self, link: usize) -> &mut [T] {
         assert!(!self.under_way, "{UNDER_WAY}");
-        &mut self.outgoing[link]
+        // SAFETY: nothing is under way, and `start`, which ends the borrow, lets MPI begin.
+        unsafe { self.outgoing[link].get_mut() }
     }
 
     fn start(&mut self) {
@@ -558,7 +607,8 @@ impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
 
     fn received(&self, link: usize) -> &[T] {
         assert!(!self.under_way, "{UNDER_WAY}");
-        &self.incoming[link]
+        // SAFETY: nothing is under way, and `start`, which ends the borrow, lets MPI begin.
+        unsafe { self.incoming[link].get() }
     }
 }
 

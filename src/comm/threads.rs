@@ -1,13 +1,16 @@
 //! Ranks that are threads of one process: messages change hands by swapping buffers.
 
 use super::traffic::Counters;
-use super::{Comm, Halo, UNDER_WAY, sent};
+use super::{Comm, Halo, UNDER_WAY, buffers, sent};
+use crate::error::{Error, Result};
 use bytemuck::Pod;
 use std::any::Any;
 use std::collections::{HashMap, VecDeque};
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::Builder;
 use std::time::Duration;
 
 /// Polls before a waiting rank starts to yield, and yields before it sleeps: a wake-up from sleep costs some 30 us.
@@ -220,25 +223,25 @@ impl ThreadComm {
             .collect()
     }
 
-    pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Box<dyn Halo<T>> {
+    pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Result<Box<dyn Halo<T>>> {
         let plan = self.plans.fetch_add(1, Ordering::Relaxed) + 1;
         let links = peers
             .iter()
-            .zip(lengths)
-            .map(|(&peer, &length)| Link {
-                outgoing: vec![T::zeroed(); length],
-                incoming: vec![T::zeroed(); length],
+            .zip(buffers(lengths)?.into_iter().zip(buffers(lengths)?))
+            .map(|(&peer, (outgoing, incoming))| Link {
+                outgoing,
+                incoming,
                 out: self.mailbox(plan, self.rank, peer),
                 back: self.mailbox(plan, peer, self.rank),
             })
             .collect();
-        Box::new(ThreadHalo {
+        Ok(Box::new(ThreadHalo {
             links,
             shared: self.shared.clone(),
             sent: sent::<T>(self.rank, peers, lengths),
             counters: self.counters.clone(),
             under_way: false,
-        })
+        }))
     }
 }
 
@@ -292,11 +295,31 @@ impl<T: Pod + Send> Halo<T> for ThreadHalo<T> {
     }
 }
 
+/// As [`try_on_threads`], where so many threads can be had.
+///
+/// # Panics
+/// If not; and as there.
+pub fn on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Vec<R> {
+    try_on_threads(ranks, body).unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// Runs `body` on `ranks` threads, one rank each, and returns their results by rank.
+///
+/// # Errors
+/// [`Error::Input`] if not all threads can be had; then none has begun.
 ///
 /// # Panics
 /// With the first rank's panic that is not merely "another rank failed".
-pub fn on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Vec<R> {
+pub fn try_on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Result<Vec<R>> {
+    start(ranks, |_| Builder::new(), body)
+}
+
+/// The same, each thread as `thread` would have it.
+fn start<R: Send>(
+    ranks: usize,
+    thread: impl Fn(usize) -> Builder,
+    body: impl Fn(Comm) -> R + Sync,
+) -> Result<Vec<R>> {
     let shared = Arc::new(Shared {
         size: ranks,
         failed: AtomicBool::new(false),
@@ -321,13 +344,23 @@ pub fn on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Vec
         }
         result
     };
+    // Told when all threads are there, or when one is not to be had.
+    let complete: &OnceLock<bool> = &OnceLock::new();
     let results: Vec<_> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..ranks).map(|rank| scope.spawn(move || run(rank))).collect();
-        threads
-            .into_iter()
-            .map(|thread| thread.join().expect("panics are caught inside"))
-            .collect()
-    });
+        let threads: Result<Vec<_>> = (0..ranks)
+            .map(|rank| {
+                let begin = move || complete.wait().then(|| run(rank));
+                let refused = |error| no_thread((rank, ranks), &error);
+                thread(rank).spawn_scoped(scope, begin).map_err(refused)
+            })
+            .collect();
+        complete.set(threads.is_ok()).expect("told once");
+        let results = threads?.into_iter().map(|thread| {
+            let result = thread.join().expect("panics are caught inside");
+            result.expect("all threads are there")
+        });
+        Ok::<_, Error>(results.collect())
+    })?;
     let (mut good, mut bad) = (Vec::new(), Vec::new());
     for result in results {
         match result {
@@ -350,5 +383,36 @@ pub fn on_threads<R: Send>(ranks: usize, body: impl Fn(Comm) -> R + Sync) -> Vec
     {
         resume_unwind(bad.swap_remove(first));
     }
-    good
+    Ok(good)
+}
+
+/// The error for thread `rank` of `ranks`.
+fn no_thread((rank, ranks): (usize, usize), error: &io::Error) -> Error {
+    Error::Input(format!(
+        "cannot start thread {} of {ranks}: {error}; use --threads {}, or raise the limits on processes and memory (ulimit \
+         -u, ulimit -v, pids of the control group)",
+        rank + 1,
+        rank.max(1)
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_the_nth_thread_cannot_be_had_no_rank_begins_and_the_number_to_use_is_named() {
+        for (n, remedy) in [(0, "--threads 1,"), (1, "--threads 1,"), (3, "--threads 3,")] {
+            // No address space has room for such a stack, so the system itself refuses.
+            let thread = |rank| match rank {
+                _ if rank == n => Builder::new().stack_size(1 << 60),
+                _ => Builder::new(),
+            };
+            let error = start(5, thread, |_| panic!("a rank has begun")).unwrap_err();
+            let text = error.to_string();
+            let start = format!("cannot start thread {} of 5: ", n + 1);
+            assert!(text.starts_with(&start) && text.contains(remedy), "{text}");
+            assert_eq!(error.exit_code(), 2);
+        }
+    }
 }

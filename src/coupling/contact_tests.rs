@@ -32,7 +32,7 @@ fn turning(
         relaxation_time,
         ..fluid_for(solids)
     };
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none());
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     fluid.set_equilibrium(|_| (1.0, [0.0; 3]));
     let units = Units {
         dx: 1.0,

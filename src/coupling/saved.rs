@@ -4,9 +4,10 @@
 use super::Coupling;
 use super::momentum_exchange::ExchangeSum;
 use crate::dem::Load;
+use crate::math::FIXED_POINT_LIMIT;
 use crate::particle::{Particle, ParticleStore};
 use bytemuck::{Pod, Zeroable};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A particle as it was in the last sweep, and what left those of its cells that are in the block.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -39,6 +40,26 @@ impl Coupling {
         bytemuck::cast_slice(&swept).to_vec()
     }
 
+    /// What of a saved particle cannot have been swept, if anything is.
+    fn flaw(&self, store: &ParticleStore, particle: &Particle) -> Option<String> {
+        let id = particle.id;
+        let Some(template) = store.templates.get(particle.template as usize) else {
+            return Some(format!(
+                "particle {id} is of the kind {}, which is none",
+                particle.template
+            ));
+        };
+        let units = &self.params.units;
+        let rim = particle.angular_velocity().norm() * template.shape.circumradius();
+        let fastest = particle.velocity().norm().max(rim) / units.velocity();
+        let too_fast = || {
+            (fastest >= FIXED_POINT_LIMIT).then(|| {
+                format!("the velocity or angular velocity of particle {id} is {fastest:.3e} cells per step")
+            })
+        };
+        particle.flaw(self.decomposition.domain.size()).or_else(too_fast)
+    }
+
     /// Goes on where the ranks of an earlier run, of which there may have been more or fewer, stood when they
     /// [saved](Self::save) `parts`, one for each of them; `particles` are those the engine has now.
     ///
@@ -54,7 +75,18 @@ impl Coupling {
                     bytes.len()
                 ));
             }
+            let mut ids = BTreeSet::new();
             for part in bytemuck::pod_collect_to_vec::<u8, Swept>(bytes) {
+                let twice = (!ids.insert(part.particle.id))
+                    .then(|| format!("particle {} is in it twice", part.particle.id));
+                let load = || {
+                    let is_finite = part.load.iter().flatten().all(|x| x.is_finite());
+                    (!is_finite).then(|| format!("the load on particle {} is not finite", part.particle.id))
+                };
+                let flaw = twice.or_else(|| self.flaw(particles, &part.particle));
+                if let Some(flaw) = flaw.or_else(load) {
+                    return Err(format!("part {} of the coupling: {flaw}", n + 1));
+                }
                 swept
                     .entry(part.particle.id)
                     .and_modify(|all| {
@@ -70,6 +102,13 @@ impl Coupling {
                     })
                     .or_insert(part);
             }
+        }
+        if let Some(flaw) = particles
+            .particles
+            .iter()
+            .find_map(|particle| self.flaw(particles, particle))
+        {
+            return Err(flaw);
         }
         // Before the first sweep there are none.
         let known = |particle: &Particle| swept.get(&particle.id);

@@ -110,7 +110,8 @@ fn loads_after<T: Real>(
     .unwrap();
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &Boundary::none());
+        let mut fluid =
+            Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &Boundary::none()).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), radius);
         fluid.set_equilibrium(&flow);
         let mut loads = Vec::new();
@@ -179,7 +180,8 @@ fn a_sphere_thrown_into_fluid_at_rest_feels_added_mass_and_history_but_not_the_f
     let decomposition = Decomposition::new(domain, 1).unwrap();
     for solids in COUPLINGS {
         let store = store(&decomposition, 0, &[sphere], radius);
-        let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none());
+        let mut fluid =
+            Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none()).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, 0, radius).in_fluid_at_rest();
         let mut impulse = 0.0;
         for _ in 0..STEPS {
@@ -284,7 +286,8 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
         .map(|(i, &x)| Particle::at(i as u64, 0, x))
         .collect();
     let store = store(&decomposition, 0, &particles, 0.6);
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none());
+    let mut fluid =
+        Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none()).unwrap();
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     coupling.map(&store);
     let flow = fluid.sweep([0.0; 3], &mut coupling.solids(&store), true).unwrap();
@@ -336,7 +339,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
         dx: UNITS.dx,
     };
     let decomposition = Decomposition::new(domain, 1).unwrap();
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none());
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none()).unwrap();
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
     let mut sphere = Particle::at(0, 0, Vec3::new(0.3, 2.4, 3.4));
     (sphere.velocity, sphere.angular_velocity) = ([0.5, 0.3, 0.4], angular_velocity);
@@ -415,7 +418,8 @@ fn left_over(solids: SolidCollision) -> [f64; 2] {
         dx: UNITS.dx,
     };
     let decomposition = Decomposition::new(domain, 1).unwrap();
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none());
+    let mut fluid =
+        Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none()).unwrap();
     let mut coupling = Coupling::new(coupled(solids), &decomposition, 0, 0.6);
     fluid.set_equilibrium(|[x, y, _]| {
         let wave = (0.26 * x as f64).sin() * (0.31 * y as f64).cos();

@@ -62,7 +62,7 @@ fn run<T: Real>(
             wall_of: &|cell| walls.wall_of(cell),
         };
         let store = store(&decomposition, comm.rank(), particles, 0.6);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary);
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         fluid.set_equilibrium(|_| (density, [0.0; 3]));
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);
         let mut loads = Vec::new();

@@ -15,8 +15,8 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Begins every part; the last byte is the version.
 const MAGIC: [u8; 8] = *b"turbidE\x01";
 
-/// How far the length of an orientation may be off one.
-const UNIT: f64 = 1e-6;
+/// More sub-steps, and contacts, than a run can have.
+const MOST: u64 = 1 << 53;
 
 /// The state of one rank, or of all together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -163,10 +163,13 @@ impl Saved {
                 "the saved state of the {engine} engine cannot be used: {what}"
             ))
         };
+        let of = |n: usize| format!("part {} of {}", n + 1, parts.len());
+        let parts = (parts.iter().enumerate())
+            .map(|(n, bytes)| Self::read(engine, bytes).map_err(|what| refuse(format!("{} {what}", of(n)))))
+            .collect::<Result<Vec<Self>>>()?;
+        case.is_of(&parts).map_err(refuse)?;
         let mut all = Self::default();
-        for (n, bytes) in parts.iter().enumerate() {
-            let part = Self::read(engine, bytes)
-                .map_err(|what| refuse(format!("part {} of {} {what}", n + 1, parts.len())))?;
+        for (n, part) in parts.into_iter().enumerate() {
             if n > 0 && part.substep != all.substep {
                 return Err(refuse(format!(
                     "part 1 was saved after {} sub-steps, but part {} after {}",
@@ -175,6 +178,8 @@ impl Saved {
                     part.substep
                 )));
             }
+            case.is_sound(&part)
+                .map_err(|what| refuse(format!("{}: {what}", of(n))))?;
             all.substep = part.substep;
             all.particles.extend(part.particles);
             all.loads.extend(part.loads);
@@ -186,7 +191,6 @@ impl Saved {
             }
         }
         all.states.sort_by_key(|state| (state.first, state.second));
-        case.holds(&all).map_err(refuse)?;
         Ok(all)
     }
 }
@@ -203,9 +207,10 @@ pub(super) struct Case {
 }
 
 impl Case {
-    /// Whether `all` can be the state of this case, or why not.
-    fn holds(&self, all: &Saved) -> std::result::Result<(), String> {
-        let mut census: Vec<[u64; 2]> = (all.particles.iter()).map(|p| [p.id, p.template]).collect();
+    /// Whether all `parts` together can be the state of this case, or why not.
+    fn is_of(&self, parts: &[Saved]) -> std::result::Result<(), String> {
+        let particles = parts.iter().flat_map(|part| &part.particles);
+        let mut census: Vec<[u64; 2]> = particles.map(|p| [p.id, p.template]).collect();
         census.sort_unstable();
         if let Some(twice) = census.windows(2).find(|pair| pair[0][0] == pair[1][0]) {
             return Err(format!("particle {} is in it twice", twice[0][0]));
@@ -217,16 +222,36 @@ impl Case {
                 self.census.len()
             ));
         }
-        for (particle, load) in all.particles.iter().zip(&all.loads) {
-            self.is_sound(particle, load)?;
+        let records = parts.iter().flat_map(|part| &part.records);
+        let mut keys: Vec<(u64, u64)> = records.map(Record::key).collect();
+        keys.sort_unstable();
+        if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(format!(
+                "the contact of {} with {} is in it twice",
+                twice[0].0, twice[0].1
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether an engine can go on with the numbers of a part, or why not.
+    fn is_sound(&self, part: &Saved) -> std::result::Result<(), String> {
+        let size = self.domain.size();
+        if let Some(flaw) = part.particles.iter().find_map(|particle| particle.flaw(size)) {
+            return Err(flaw);
+        }
+        let finite = |vectors: &[Vec3]| vectors.iter().flatten().all(|x| x.is_finite());
+        for (particle, load) in part.particles.iter().zip(&part.loads) {
+            if !finite(&[load.force, load.torque]) {
+                return Err(format!("the load on particle {} is not finite", particle.id));
+            }
         }
         let known = |id: u64| self.census.binary_search_by_key(&id, |[id, _]| *id).is_ok();
-        let mut keys: Vec<(u64, u64)> = all.records.iter().map(Record::key).collect();
-        keys.sort_unstable();
-        for &(first, second) in &keys {
+        let states = part.states.iter().map(|state| (state.first, state.second));
+        for (first, second) in part.records.iter().map(Record::key).chain(states) {
             let partner = match ContactState::wall_of(second) {
                 Some(wall) => wall < self.walls,
-                None => first < second && known(second),
+                None => first != second && known(second),
             };
             if !(known(first) && partner) {
                 return Err(format!(
@@ -234,44 +259,30 @@ impl Case {
                 ));
             }
         }
-        if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(format!(
-                "the contact of {} with {} is in it twice",
-                twice[0].0, twice[0].1
-            ));
+        for Record {
+            first,
+            second,
+            damping,
+            age,
+        } in &part.records
+        {
+            if !damping.is_finite() || *age > MOST || first >= second {
+                return Err(format!(
+                    "the order, the damping or the age of the contact of {first} with {second} is that of none"
+                ));
+            }
         }
-        match all.records.iter().find(|record| !record.damping.is_finite()) {
-            Some(record) => Err(format!(
-                "the damping of the contact of {} with {} is not finite",
-                record.first, record.second
-            )),
-            None => Ok(()),
+        for state in &part.states {
+            let vectors = [state.point, state.normal, state.force].map(Vec3::from);
+            if !finite(&vectors) || !finite(&[Vec3::new(state.depth, state.volume, 0.0)]) {
+                let (first, second) = (state.first, state.second);
+                return Err(format!(
+                    "the contact of {first} with {second} has a number that is not finite"
+                ));
+            }
         }
-    }
-
-    /// Whether an engine can go on with a particle, or why not.
-    fn is_sound(&self, particle: &Particle, load: &Load) -> std::result::Result<(), String> {
-        let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
-        let extra = [particle.contact_force, particle.contact_torque]
-            .as_flattened()
-            .to_vec();
-        let loads = [load.force, load.torque].iter().all(|v| finite(v.as_slice()));
-        if !(particle.is_finite() && finite(&particle.orientation) && finite(&extra) && loads) {
-            return Err(format!(
-                "particle {} has a number that is not finite",
-                particle.id
-            ));
-        }
-        let length = particle.orientation().quaternion().norm();
-        if (length - 1.0).abs() > UNIT {
-            return Err(format!(
-                "the orientation of particle {} has the length {length}",
-                particle.id
-            ));
-        }
-        let (at, size): (Vec3, Vec3) = (particle.position(), self.domain.size());
-        if (0..3).any(|i| at[i] < 0.0 || at[i] > size[i]) {
-            return Err(format!("particle {} is not in the box", particle.id));
+        if part.substep.max(part.begun) > MOST {
+            return Err("the number of sub-steps or of contacts is that of no run".into());
         }
         Ok(())
     }
@@ -330,7 +341,7 @@ mod tests {
                 particles: vec![particle(5, 1)],
                 loads: vec![load],
                 records: vec![record(5, ContactState::of_wall(1))],
-                states: vec![state(3, 4)],
+                states: vec![state(3, 5)],
                 own: Vec::new(),
             },
         ]
@@ -436,17 +447,32 @@ mod tests {
 
     #[test]
     fn numbers_an_engine_could_not_go_on_with_are_named_with_their_particle() {
-        let not_finite = "particle 9 has a number that is not finite";
-        assert!(after(|part| part.particles[1].velocity[2] = f64::NAN).contains(not_finite));
-        assert!(after(|part| part.particles[1].contact_torque[0] = f64::INFINITY).contains(not_finite));
-        assert!(after(|part| part.loads[1].torque.y = f64::NAN).contains(not_finite));
+        let of_9 = |name: &str| format!("part 1 of 2: the {name} particle 9 is not finite");
+        assert!(after(|part| part.particles[1].velocity[2] = f64::NAN).contains(&of_9("velocity of")));
+        assert!(
+            after(|part| part.particles[1].contact_torque[0] = f64::INFINITY)
+                .contains(&of_9("contact torque of"))
+        );
+        assert!(after(|part| part.loads[1].torque.y = f64::NAN).contains(&of_9("load on")));
         assert!(after(|part| part.particles[0].orientation = [0.0; 4]).contains("orientation of particle 3"));
-        assert!(after(|part| part.particles[0].position[2] = 4.1).contains("particle 3 is not in the box"));
-        assert!(after(|part| part.particles[0].position[0] = -1e-9).contains("particle 3 is not in the box"));
+        assert!(
+            after(|part| part.particles[0].position[2] = 4.1)
+                .contains("the position of particle 3 is not in the box")
+        );
+        assert!(
+            after(|part| part.particles[0].position[0] = -1e-9)
+                .contains("the position of particle 3 is not in the box")
+        );
         assert!(after(|part| part.records[0].second = 4).contains("contact of 3 with 4"));
         assert!(after(|part| part.records[0].second = 3).contains("contact of 3 with 3"));
         assert!(after(|part| part.records[0].second = ContactState::of_wall(2)).contains("not both there"));
         assert!(after(|part| part.records.push(part.records[0])).contains("3 with 9 is in it twice"));
         assert!(after(|part| part.records[0].damping = f64::NAN).contains("damping"));
+        assert!(after(|part| part.records[0].age = u64::MAX).contains("age of the contact of 3 with 9"));
+        assert!(after(|part| part.states[0].second = 4).contains("contact of 3 with 4"));
+        assert!(
+            after(|part| part.states[0].normal[1] = f64::NAN).contains("contact of 3 with 9 has a number")
+        );
+        assert!(after(|part| part.begun = u64::MAX).contains("that of no run"));
     }
 }

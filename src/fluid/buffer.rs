@@ -1,7 +1,9 @@
 //! Memory for the populations: huge pages where the system gives them.
 
+use crate::error::Result;
+use crate::memory;
 use bytemuck::Pod;
-use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
+use std::alloc::{Layout, alloc, dealloc};
 use std::ops::{Deref, DerefMut};
 use std::ptr::NonNull;
 
@@ -18,13 +20,16 @@ pub(crate) struct Buffer<T> {
 unsafe impl<T: Send> Send for Buffer<T> {}
 
 impl<T: Pod> Buffer<T> {
-    /// `len` zeros.
-    pub(crate) fn zeroed(len: usize) -> Self {
-        let layout = layout::<T>(len);
+    /// `len` zeros; `what` they are for stands in the message, with an article.
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) if there is no room for them.
+    pub(crate) fn zeroed(len: usize, what: &str) -> Result<Self> {
+        let bytes = len as f64 * size_of::<T>() as f64;
+        let refused = || memory::refused(bytes, what);
+        let layout = layout::<T>(len).ok_or_else(refused)?;
         // SAFETY: the layout has a size that is not zero.
-        let Some(start) = NonNull::new(unsafe { alloc(layout) }) else {
-            handle_alloc_error(layout)
-        };
+        let start = memory::trying(|| NonNull::new(unsafe { alloc(layout) })).ok_or_else(refused)?;
         // SAFETY: the range was just allocated; the advice does not change its contents. Before the first touch, or
         // small pages would already be there. A refusal only costs speed.
         #[cfg(target_os = "linux")]
@@ -33,10 +38,10 @@ impl<T: Pod> Buffer<T> {
         }
         // SAFETY: the range was just allocated with this size.
         unsafe { start.as_ptr().write_bytes(0, layout.size()) };
-        Self {
+        Ok(Self {
             start: start.cast(),
             len,
-        }
+        })
     }
 
     /// The start of the memory, from which every slice of it derives.
@@ -45,12 +50,12 @@ impl<T: Pod> Buffer<T> {
     }
 }
 
-/// How `len` numbers are allocated and freed.
-fn layout<T>(len: usize) -> Layout {
-    let bytes = (len.max(1) * size_of::<T>()).next_multiple_of(4096);
+/// How `len` numbers are allocated and freed; nothing for more than an address space holds.
+fn layout<T>(len: usize) -> Option<Layout> {
+    let bytes = (len.max(1).checked_mul(size_of::<T>())?).checked_next_multiple_of(4096)?;
     // Small boxes (tests, many ranks) need no huge page.
     let align = if bytes >= HUGE_PAGE { HUGE_PAGE } else { 4096 };
-    Layout::from_size_align(bytes, align).expect("a size below 2^63")
+    Layout::from_size_align(bytes, align).ok()
 }
 
 impl<T> Deref for Buffer<T> {
@@ -70,7 +75,25 @@ impl<T> DerefMut for Buffer<T> {
 
 impl<T> Drop for Buffer<T> {
     fn drop(&mut self) {
-        // SAFETY: allocated by `zeroed` with this very layout.
-        unsafe { dealloc(self.start.as_ptr().cast(), layout::<T>(self.len)) };
+        if let Some(layout) = layout::<T>(self.len) {
+            // SAFETY: allocated by `zeroed` with this very layout.
+            unsafe { dealloc(self.start.as_ptr().cast(), layout) };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_populations_than_an_address_space_holds_are_an_error_with_their_amount() {
+        for len in [1 << 57, (1 << 60) - 1, 1 << 61, usize::MAX] {
+            let text = Buffer::<f64>::zeroed(len, "the populations")
+                .err()
+                .unwrap()
+                .to_string();
+            assert!(text.contains(" GB for the populations; take"), "{text}");
+        }
     }
 }

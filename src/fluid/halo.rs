@@ -8,6 +8,7 @@
 use super::layout::{Layout, Phase};
 use crate::comm::{Comm, Halo};
 use crate::domain::Decomposition;
+use crate::error::Result;
 use crate::lattice::{C, Q};
 use bytemuck::Pod;
 use std::collections::BTreeMap;
@@ -86,17 +87,17 @@ struct Pattern<T> {
 
 impl<T: Pod + Send> Pattern<T> {
     /// Collective.
-    fn new(messages: Vec<(usize, Message)>, comm: &Comm) -> Self {
+    fn new(messages: Vec<(usize, Message)>, comm: &Comm) -> Result<Self> {
         let (peers, messages): (Vec<usize>, Vec<Message>) = messages.into_iter().unzip();
         let lengths: Vec<usize> = messages
             .iter()
             .map(|m| m.fill_from.iter().map(|run| run.count).sum())
             .collect();
-        Self {
+        Ok(Self {
             messages,
-            halo: comm.halo(&peers, &lengths),
+            halo: comm.halo(&peers, &lengths)?,
             under_way: false,
-        }
+        })
     }
 
     /// Packs and sends, unless that has been done since the last [`finish`](Self::finish).
@@ -159,18 +160,18 @@ pub(crate) struct FluidHalo<T> {
 
 impl<T: Pod + Send> FluidHalo<T> {
     /// Collective.
-    pub(crate) fn new(layout: &Layout, decomposition: &Decomposition, comm: &Comm) -> Self {
+    pub(crate) fn new(layout: &Layout, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
         let rank = comm.rank();
         let mut messages = Message::all(layout, decomposition, rank);
         let own = messages.remove(&rank).unwrap_or_default();
         let (late, early) = messages
             .into_iter()
             .partition(|(peer, _)| is_late(decomposition, rank, *peer));
-        Self {
+        Ok(Self {
             own,
-            early: Pattern::new(early, comm),
-            late: Pattern::new(late, comm),
-        }
+            early: Pattern::new(early, comm)?,
+            late: Pattern::new(late, comm)?,
+        })
     }
 
     /// Sends what the rows that are swept first have, which is all of it for some neighbours.
@@ -316,7 +317,7 @@ mod tests {
                 (0..cut.ranks()).flat_map(|rank| [Phase::Home, Phase::Away].map(|phase| (rank, phase)))
             {
                 let [nx, ny, nz] = cut.block(rank).size();
-                let layout = Layout::new([nx, ny, nz], 4);
+                let layout = Layout::new([nx, ny, nz], 4).unwrap();
                 let order = RowOrder::new(&cut, rank);
                 // What a sweep from this phase writes, by the row that writes it.
                 let mut writer = HashMap::new();
@@ -360,7 +361,7 @@ mod tests {
         for grid in [[1, 1, 1], [1, 1, 2], [2, 1, 1], [2, 3, 2]] {
             let cut = cut([17, 13, 14], [true, false, true], grid);
             let all: Vec<_> = (0..cut.ranks())
-                .map(|rank| Message::all(&Layout::new(cut.block(rank).size(), 4), &cut, rank))
+                .map(|rank| Message::all(&Layout::new(cut.block(rank).size(), 4).unwrap(), &cut, rank))
                 .collect();
             for (rank, messages) in all.iter().enumerate() {
                 for (&peer, message) in messages {
@@ -386,8 +387,8 @@ mod tests {
         ] {
             let cut = cut(cells, [true; 3], grid);
             on_threads(cut.ranks(), |comm| {
-                let layout = Layout::new(cut.block(comm.rank()).size(), 4);
-                let mut halo = FluidHalo::<f32>::new(&layout, &cut, &comm);
+                let layout = Layout::new(cut.block(comm.rank()).size(), 4).unwrap();
+                let mut halo = FluidHalo::<f32>::new(&layout, &cut, &comm).unwrap();
                 let mut populations = vec![0.0; layout.len()];
                 for entered in [Phase::Away, Phase::Home] {
                     let before = comm.traffic().halo;

@@ -39,15 +39,19 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Layout of a block of `size` cells for numbers of `bytes` bytes.
-    pub(crate) fn new(size: [usize; 3], bytes: usize) -> Self {
-        let pitch = size[0].next_multiple_of(CHUNK) + CHUNK;
-        let rows = (size[1] + 2) * (size[2] + 2);
+    /// Layout of a block of `size` cells for numbers of `bytes` bytes; nothing if an address cannot count them.
+    pub(crate) fn new(size: [usize; 3], bytes: usize) -> Option<Self> {
+        let pitch = size[0].checked_next_multiple_of(CHUNK)?.checked_add(CHUNK)?;
+        let rows = size[1].checked_add(2)?.checked_mul(size[2].checked_add(2)?)?;
         // A stride of 5 cache lines modulo the page puts the 19 arrays into different sets of the caches; a power of
         // two would put all into one.
         let (page, shift) = (4096 / bytes, 320 / bytes);
-        let stride = (2 * CHUNK + rows * pitch).next_multiple_of(page) + shift;
-        Self { size, pitch, stride }
+        let numbers = rows.checked_mul(pitch)?.checked_add(2 * CHUNK)?;
+        let stride = numbers.checked_next_multiple_of(page)?.checked_add(shift)?;
+        // Places are added to as signed numbers.
+        let fits = |len: usize| isize::try_from(len.checked_mul(bytes)?).ok();
+        stride.checked_mul(Q).and_then(fits)?;
+        Some(Self { size, pitch, stride })
     }
 
     /// Numbers in all.
@@ -104,7 +108,7 @@ mod tests {
 
     #[test]
     fn every_place_belongs_to_exactly_one_cell_in_both_phases() {
-        let layout = Layout::new([5, 4, 3], 4);
+        let layout = Layout::new([5, 4, 3], 4).unwrap();
         for phase in [Phase::Home, Phase::Away] {
             let mut seen = HashSet::new();
             for z in 0..3 {
@@ -121,8 +125,23 @@ mod tests {
     }
 
     #[test]
+    fn a_block_whose_populations_an_address_cannot_count_has_no_layout() {
+        // Each overflows another product or sum; the last only the bytes of all populations.
+        for size in [
+            [usize::MAX, 4, 4],
+            [4, usize::MAX, 4],
+            [4, 1 << 33, 1 << 33],
+            [1 << 30, 1 << 20, 1 << 20],
+            [1 << 20, 1 << 19, 1 << 18],
+        ] {
+            assert!(Layout::new(size, 8).is_none(), "{size:?}");
+        }
+        assert!(Layout::new([1 << 14, 1 << 14, 1 << 14], 8).is_some());
+    }
+
+    #[test]
     fn the_coordinates_of_a_place_lead_back_to_it() {
-        let layout = Layout::new([21, 4, 3], 8);
+        let layout = Layout::new([21, 4, 3], 8).unwrap();
         for cell in [[0, 0, 0], [20, 0, 1], [7, 3, 2]] {
             let [x, y, z] = cell.map(|c: usize| c as isize);
             assert_eq!(layout.coordinates(layout.cell(x, y, z)), cell);

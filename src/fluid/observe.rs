@@ -2,7 +2,9 @@
 
 use super::buffer::Buffer;
 use super::{Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
+use crate::comm::Comm;
 use crate::domain::Block;
+use crate::error::Result;
 use crate::lattice::{C, Q};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -131,21 +133,26 @@ impl<T: Real> Fluid<T> {
 
 /// Streaming bandwidth of this thread (bytes per second, read and write counted): scales an array far larger than the
 /// caches in place, the traffic pattern of a sweep; the best of `repeats` after one warm-up.
-pub fn stream_bandwidth(repeats: u32, mut barrier: impl FnMut()) -> f64 {
+/// All ranks at once, each for itself. Collective.
+///
+/// # Errors
+/// On every rank, if one of them has no room for the array.
+pub fn stream_bandwidth(repeats: u32, comm: &Comm) -> Result<f64> {
     const LEN: usize = 16 << 20;
-    let mut data = Buffer::<f64>::zeroed(LEN);
+    let array = Buffer::<f64>::zeroed(LEN, "the array that the bandwidth is measured with");
+    let mut data = comm.agree(array)?;
     let mut best = 0.0_f64;
     for repeat in 0..=repeats {
-        barrier();
+        comm.barrier();
         let start = std::time::Instant::now();
         for x in data.iter_mut() {
             *x = *x * 1.000_1 + 1.0;
         }
         std::hint::black_box(&mut data);
-        barrier();
+        comm.barrier();
         if repeat > 0 {
             best = best.max(2.0 * (LEN * size_of::<f64>()) as f64 / start.elapsed().as_secs_f64());
         }
     }
-    best
+    Ok(best)
 }

@@ -8,6 +8,7 @@ use super::dispatch::wrap_row_x;
 use super::{Fluid, Phase, Real};
 use crate::domain::Block;
 use crate::lattice::{Q, opposite};
+use crate::math::FIXED_POINT_LIMIT;
 
 impl<T: Real> Fluid<T> {
     /// Bytes of a saved cell: one number for each direction, in the order of the lattice.
@@ -43,24 +44,34 @@ impl<T: Real> Fluid<T> {
 
     /// Takes the bytes of saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has written
     /// them. When all cells of the block are taken, [`resume`](Self::resume) makes the fluid whole.
-    pub fn restore(&mut self, cells: Block, bytes: &[u8]) {
+    ///
+    /// # Errors
+    /// The cell with a population that is not finite or too large for the sums of a sweep.
+    pub fn restore(&mut self, cells: Block, bytes: &[u8]) -> Result<(), String> {
         self.phase = Phase::Away;
         let mut saved = bytes.chunks_exact(Self::SAVED_BYTES);
         let lo = self.block.lo;
         for z in cells.lo[2]..cells.hi[2] {
             for y in cells.lo[1]..cells.hi[1] {
                 for x in cells.lo[0]..cells.hi[0] {
-                    let [x, y, z] = [x - lo[0], y - lo[1], z - lo[2]];
-                    let cell = self.layout.cell(x as isize, y as isize, z as isize);
+                    let [i, j, k] = [x - lo[0], y - lo[1], z - lo[2]];
+                    let cell = self.layout.cell(i as isize, j as isize, k as isize);
                     let left = saved.next().expect("bytes of all cells");
                     for (i, g) in left.chunks_exact(size_of::<T>()).enumerate() {
-                        let place = self.left(cell, i);
-                        self.populations[place] = bytemuck::pod_read_unaligned(g);
+                        let (place, population) = (self.left(cell, i), bytemuck::pod_read_unaligned::<T>(g));
+                        let size = population.into().abs();
+                        if size.is_nan() || size >= FIXED_POINT_LIMIT {
+                            return Err(format!(
+                                "the population {i} of the cell ({x}, {y}, {z}) is that of no fluid"
+                            ));
+                        }
+                        self.populations[place] = population;
                     }
                 }
             }
         }
         assert!(saved.next().is_none(), "bytes of these cells only");
+        Ok(())
     }
 
     /// Goes on from the cells that have been [restored](Self::restore): what follows a sweep. Collective.
@@ -142,7 +153,7 @@ mod tests {
             motions,
             wall_of: &|cell| wall_of(domain, cell),
         };
-        Fluid::new(&cut, comm, &PARAMS, &boundary)
+        Fluid::new(&cut, comm, &PARAMS, &boundary).unwrap()
     }
 
     fn advance(fluid: &mut Fluid<f32>, steps: usize) {
@@ -215,7 +226,7 @@ mod tests {
                     let (cell, bytes) = ([x, y, z], cells.next().unwrap());
                     if (0..3).all(|a| (mine.lo[a]..mine.hi[a]).contains(&cell[a])) {
                         let hi = cell.map(|n| n + 1);
-                        fluid.restore(Block { lo: cell, hi }, bytes);
+                        fluid.restore(Block { lo: cell, hi }, bytes).unwrap();
                     }
                 }
             }

@@ -32,7 +32,7 @@ fn solo_with<T: Real>(cells: [usize; 3], params: &FluidParams) -> Fluid<T> {
         1,
     )
     .unwrap();
-    Fluid::new(&decomposition, &Comm::Solo, params, &Boundary::none())
+    Fluid::new(&decomposition, &Comm::Solo, params, &Boundary::none()).unwrap()
 }
 
 fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
@@ -249,7 +249,7 @@ fn hash_after<T: Real>(
             },
             ..bgk(0.56, simd)
         };
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &Boundary::none());
+        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(disturbed);
         for _ in 0..steps {
             let mut cubes = Cubes {
@@ -485,7 +485,7 @@ fn the_fault_that_is_told_is_the_first_in_the_box_though_rows_next_to_others_are
         let decomposition = Decomposition::with_grid(domain, grid);
         let faults = on_threads(4, |comm| {
             let params = bgk(0.6, Simd::best());
-            let mut fluid = Fluid::<f32>::new(&decomposition, &comm, &params, &Boundary::none());
+            let mut fluid = Fluid::<f32>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
             fluid.set_equilibrium(|c| {
                 let bad = c == first || c == later;
                 (1.0, if bad { [0.0, 0.45, 0.0] } else { [0.0; 3] })

@@ -27,8 +27,10 @@ use super::layout::{Layout, Phase};
 use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
+use crate::error::Result;
 use crate::lattice::{C, Q, W, opposite};
 use crate::math::to_fixed;
+use crate::memory;
 use std::ops::Range;
 
 /// Steady rigid motion of a wall, lattice units.
@@ -171,11 +173,12 @@ struct Map {
 }
 
 impl Map {
-    fn new(domain: &Domain, block: Block, boundary: &Boundary) -> Self {
+    fn new(domain: &Domain, block: Block, boundary: &Boundary) -> Result<Self> {
         assert!(boundary.motions.len() < NO_WALL.into());
         let size = block.size();
         let cells = domain.cells.map(|n| n as i64);
-        let mut walls = Vec::with_capacity(size.iter().map(|n| n + 2).product());
+        let cells_with_ghosts = size.iter().map(|n| n + 2).product();
+        let mut walls = memory::with_capacity(cells_with_ghosts, "the map of the walls")?;
         let [xs, ys, zs]: [_; 3] = std::array::from_fn(|a| block.lo[a] as i64 - 1..block.hi[a] as i64 + 1);
         for z in zs {
             for y in ys.clone() {
@@ -196,7 +199,7 @@ impl Map {
             }
         }
         let lo = block.lo;
-        Self { size, lo, walls }
+        Ok(Self { size, lo, walls })
     }
 
     /// The wall of a cell of the block or a ghost.
@@ -223,7 +226,7 @@ impl<T: Real> Walls<T> {
         domain: &Domain,
         block: Block,
         boundary: &Boundary,
-    ) -> Self {
+    ) -> Result<Self> {
         let size = layout.size;
         let mut walls = Self {
             motions: boundary.motions.to_vec(),
@@ -242,9 +245,9 @@ impl<T: Real> Walls<T> {
         };
         if boundary.motions.is_empty() {
             assert_eq!(domain.periodic, [true; 3], "closed faces are walls");
-            return walls;
+            return Ok(walls);
         }
-        let map = Map::new(domain, block, boundary);
+        let map = Map::new(domain, block, boundary)?;
         let closed = [
             !domain.periodic[0] && block.lo[0] == 0,
             !domain.periodic[0] && block.hi[0] == domain.cells[0],
@@ -252,7 +255,7 @@ impl<T: Real> Walls<T> {
         walls.find_ends(&map, closed);
         walls.find_runs(layout, &map, closed);
         walls.find_cells(&map);
-        walls
+        Ok(walls)
     }
 
     fn find_ends(&mut self, map: &Map, closed: [bool; 2]) {

@@ -80,7 +80,7 @@ fn bench_rank<T: Real>(
     let cells = setup.domain.cell_count();
     let (mut mlups, mut bandwidth, mut traffic) = (Vec::new(), Vec::new(), Traffic::default());
     for _ in 0..SAMPLES {
-        let own = stream_bandwidth(1, || simulation.comm.barrier());
+        let own = stream_bandwidth(1, &simulation.comm)?;
         let mut total = [own as i64];
         simulation.comm.sum(&mut total);
         bandwidth.push(total[0] as f64 / 1e9);

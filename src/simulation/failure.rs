@@ -128,7 +128,8 @@ mod tests {
                 steps: 0,
                 error,
             };
-            let mut simulation = Simulation::<f32>::with_engine(&setup, &cut, comm, Box::new(engine));
+            let mut simulation =
+                Simulation::<f32>::with_engine(&setup, &cut, comm, Box::new(engine)).unwrap();
             for _ in 0..=FAILS_AT {
                 simulation.step().unwrap();
             }

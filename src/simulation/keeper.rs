@@ -169,7 +169,10 @@ impl<'a> Keeper<'a> {
         let (shared, skipped) =
             checkpoint::newest_sound(&self.folder, &comm, |saved| self.restore(simulation, saved))?;
         self.last = Some(simulation.step);
-        self.write_seconds = shared.write_seconds;
+        // Of a file: it may hold any number.
+        self.write_seconds = shared
+            .write_seconds
+            .filter(|seconds| (0.0..1e9).contains(seconds));
         let (done, end) = (simulation.step, self.setup.end_step);
         if end < done {
             return Err(Error::Agreed {

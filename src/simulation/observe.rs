@@ -71,12 +71,7 @@ impl ObserverState {
 
 /// The failure of this rank, or that another one has failed. Collective.
 pub(super) fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
-    let any = comm.any(failed.is_some());
-    match failed {
-        Some(error) => Err(error),
-        None if any => Err(Error::OtherRank),
-        None => Ok(()),
-    }
+    comm.agree(failed.map_or(Ok(()), Err))
 }
 
 /// Which things are due, by the constants below.
@@ -230,7 +225,9 @@ impl<'a> Observer<'a> {
             Some(writer) => writer.write_rows(&frame),
             None => Ok(()),
         };
-        outcome = outcome.and_then(|()| share.write(self.setup, &self.files, &self.looks, frame.step));
+        outcome = outcome
+            .and(share)
+            .and_then(|share| share.write(self.setup, &self.files, &self.looks, frame.step));
         if self.pieces
             && [FIELDS, PARTICLES, SURFACES, CONTACTS]
                 .into_iter()

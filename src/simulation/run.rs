@@ -7,7 +7,7 @@ use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::Setup;
 #[cfg(feature = "mpi")]
 use crate::comm::MpiComm;
-use crate::comm::{self, Comm, on_threads};
+use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Precision, Real};
@@ -87,7 +87,7 @@ pub(super) fn on_ranks<R: Send>(
         let twin = Comm::Mpi(comm.twin());
         return agree(&twin, body(Comm::Mpi(comm)));
     }
-    let mut results = on_threads(decomposition.ranks(), body);
+    let mut results = try_on_threads(decomposition.ranks(), body)?;
     match results
         .iter()
         .position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank)))

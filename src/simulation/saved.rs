@@ -5,6 +5,8 @@ use crate::coupling::MeanFlow;
 use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::fluid::{Fluid, Real};
+use crate::math::FIXED_POINT_LIMIT;
+use crate::units::Units;
 
 /// One rank's part of the state, but for the populations.
 pub(super) struct SavedState {
@@ -15,6 +17,9 @@ pub(super) struct SavedState {
     /// The last measurement of the flow, the same on every rank.
     pub(super) mean: MeanFlow,
 }
+
+/// Takes the saved populations of some cells, or says what is wrong with them.
+pub(super) type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), String> + 'a;
 
 impl<T: Real> Simulation<T> {
     /// Bytes of a saved cell; none in a dry run.
@@ -56,7 +61,7 @@ impl<T: Real> Simulation<T> {
         mean: MeanFlow,
         engines: &[Vec<u8>],
         couplings: &[Vec<u8>],
-        planes: impl FnOnce(Block, &mut dyn FnMut(Block, &[u8])) -> Result<()>,
+        planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
     ) -> Result<()> {
         let mut outcome = self.dem.restore(&self.comm, engines);
         if let Some(Wet {
@@ -71,13 +76,26 @@ impl<T: Real> Simulation<T> {
             let known = coupling
                 .restore(self.dem.particles(), couplings)
                 .map_err(Error::Input);
+            let measured = is_sound(&mean, &self.units);
             driving.observe(mean);
-            outcome = outcome.and(read).and(known);
+            outcome = outcome.and(read).and(known).and(measured);
         }
         self.step = step;
         self.failure = None;
         outcome
     }
+}
+
+/// Whether a run can go on with a measurement of the flow that was read.
+fn is_sound(mean: &MeanFlow, units: &Units) -> Result<()> {
+    let [u, v, w] = (mean.velocity / units.velocity()).into();
+    let numbers = [u, v, w, mean.solid_fraction, mean.max_lattice_speed];
+    if numbers.iter().all(|x| x.abs() < FIXED_POINT_LIMIT) && mean.kinetic_energy.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "the mean velocity, solid fraction or energy of the flow in the common state is that of no run: {mean:?}"
+    )))
 }
 
 #[cfg(test)]

@@ -208,14 +208,19 @@ fn forget(path: &Path) -> Result<()> {
 }
 
 /// Asks a run for a checkpoint from time to time.
-fn with_checkpoints<R>(options: &RunOptions, work: impl FnOnce() -> R) -> R {
+fn with_checkpoints<R>(options: &RunOptions, work: impl FnOnce() -> Result<R>) -> Result<R> {
     let (end, ended) = channel::<()>();
     std::thread::scope(|scope| {
-        scope.spawn(move || {
+        let ask = move || {
             while ended.recv_timeout(CHECKPOINT_INTERVAL) == Err(RecvTimeoutError::Timeout) {
                 options.checkpoint.store(true, Ordering::Relaxed);
             }
-        });
+        };
+        std::thread::Builder::new().spawn_scoped(scope, ask).map_err(|error| {
+            Error::Input(format!(
+                "cannot start the thread that asks for checkpoints: {error}; raise the limit on processes (ulimit -u)"
+            ))
+        })?;
         let result = work();
         drop(end);
         result

@@ -47,17 +47,17 @@ impl Experiment {
         decomposition: &Decomposition,
         comm: Comm,
         engine: Box<dyn DemEngine>,
-    ) -> Self {
-        match setup.precision {
+    ) -> Result<Self> {
+        Ok(match setup.precision {
             Precision::F32 => {
-                let simulation = Simulation::with_engine(setup, decomposition, comm, engine);
+                let simulation = Simulation::with_engine(setup, decomposition, comm, engine)?;
                 Self::Single(Box::new(simulation))
             }
             Precision::F64 => {
-                let simulation = Simulation::with_engine(setup, decomposition, comm, engine);
+                let simulation = Simulation::with_engine(setup, decomposition, comm, engine)?;
                 Self::Double(Box::new(simulation))
             }
-        }
+        })
     }
 
     /// Advances by some steps. Collective.

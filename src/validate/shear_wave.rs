@@ -24,7 +24,7 @@ const AMPLITUDE: f64 = 0.01;
 const TOLERANCE: f64 = 5e-3;
 
 /// The fluid of a case without its particles, at rest.
-pub(super) fn fluid<T: Real>(setup: &Setup) -> Fluid<T> {
+pub(super) fn fluid<T: Real>(setup: &Setup) -> Result<Fluid<T>> {
     let params = FluidParams {
         relaxation_time: setup.relaxation_time,
         collision: setup.collision,
@@ -45,10 +45,10 @@ pub(super) fn step<T: Real>(fluid: &mut Fluid<T>) {
 }
 
 /// Amplitude (cells per step) of the wave after every step.
-fn decay<T: Real>(setup: &Setup) -> Vec<f64> {
+fn decay<T: Real>(setup: &Setup) -> Result<Vec<f64>> {
     let length = setup.domain.cells[2];
     let wave = |z: usize| (TAU * (z as f64 + 0.5) / length as f64).sin();
-    let mut fluid = fluid::<T>(setup);
+    let mut fluid = fluid::<T>(setup)?;
     fluid.set_equilibrium(|[_, _, z]| (1.0, [AMPLITUDE * wave(z), 0.0, 0.0]));
     let amplitude = |fluid: &Fluid<T>| {
         let sum: f64 = (0..length).map(|z| fluid.moments([1, 2, z]).1[0] * wave(z)).sum();
@@ -59,7 +59,7 @@ fn decay<T: Real>(setup: &Setup) -> Vec<f64> {
         step(&mut fluid);
         amplitudes.push(amplitude(&fluid));
     }
-    amplitudes
+    Ok(amplitudes)
 }
 
 fn waves(trial: &Trial) -> Result<Findings> {
@@ -79,8 +79,8 @@ fn waves(trial: &Trial) -> Result<Findings> {
         ];
         let setup = trial.setup(TEXT, CASE.name, &own)?;
         let amplitudes = match setup.precision {
-            Precision::F32 => decay::<f32>(&setup),
-            Precision::F64 => decay::<f64>(&setup),
+            Precision::F32 => decay::<f32>(&setup)?,
+            Precision::F64 => decay::<f64>(&setup)?,
         };
         // The first tenth belongs to the start from equilibrium.
         let (first, last) = (amplitudes.len() / 10, amplitudes.len() - 1);

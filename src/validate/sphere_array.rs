@@ -120,7 +120,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
 
     let decomposition = whole(&setup);
     let (engine, load) = Held::new(&setup, &decomposition);
-    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine);
+    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine)?;
     let mut velocity = 0.0;
     loop {
         run.steps(interval)?;

@@ -3,7 +3,7 @@
 use super::{Case, Findings, Level, Part, Trial};
 use crate::error::{Error, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -117,15 +117,21 @@ pub fn run(
     }
     narrow.sort_by(|a, b| b.2.seconds.total_cmp(&a.2.seconds));
     let (next, (sender, receiver)) = (AtomicUsize::new(0), mpsc::channel());
+    let work = |sender: Sender<_>| {
+        while let Some((index, place, part)) = narrow.get(next.fetch_add(1, Ordering::Relaxed)) {
+            // Nobody listens any more only if the other end has panicked.
+            let _ = sender.send((*index, *place, timed(part, trial)));
+        }
+    };
     thread::scope(|scope| {
-        for _ in 0..trial.threads.clamp(1, narrow.len().max(1)) {
-            let (sender, next, narrow) = (sender.clone(), &next, &narrow);
-            scope.spawn(move || {
-                while let Some((index, place, part)) = narrow.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    // Nobody listens any more only if the other end has panicked.
-                    let _ = sender.send((*index, *place, timed(part, trial)));
-                }
-            });
+        // As many as can be had; the last one is this thread, which otherwise only listens.
+        let started = (0..trial.threads.clamp(1, narrow.len().max(1))).take_while(|_| {
+            let (sender, work) = (sender.clone(), &work);
+            let thread = thread::Builder::new().spawn_scoped(scope, move || work(sender));
+            thread.is_ok()
+        });
+        if started.count() == 0 {
+            work(sender.clone());
         }
         drop(sender);
         for (index, place, found) in receiver {

@@ -25,7 +25,7 @@ const ERROR: f64 = 2e-3;
 const ORDER: f64 = 0.2;
 
 /// Root of the mean square error of the velocity at the time of half decay, over the amplitude there.
-fn error(setup: &Setup) -> f64 {
+fn error(setup: &Setup) -> Result<f64> {
     let length = setup.domain.cells[0];
     let speed = SPEED * 32.0 / length as f64;
     // SI: a wrong conversion of the viscosity or of time is seen.
@@ -39,7 +39,7 @@ fn error(setup: &Setup) -> f64 {
         let velocity = [u * a.cos() * b.sin(), -u * a.sin() * b.cos(), 0.0];
         (velocity, -0.75 * u * u * ((2.0 * a).cos() + (2.0 * b).cos()))
     };
-    let mut fluid = fluid::<f64>(setup);
+    let mut fluid = fluid::<f64>(setup)?;
     fluid.set_equilibrium(|[x, y, _]| {
         let (velocity, density) = flow(x, y, 0.0);
         (1.0 + density, velocity)
@@ -56,7 +56,7 @@ fn error(setup: &Setup) -> f64 {
             (0..3).map(|a| (here[a] - exact[a]).powi(2)).sum::<f64>()
         })
         .sum();
-    (square / (length * length) as f64).sqrt() / (0.5 * speed)
+    Ok((square / (length * length) as f64).sqrt() / (0.5 * speed))
 }
 
 fn vortex(trial: &Trial) -> Result<Findings> {
@@ -67,7 +67,7 @@ fn vortex(trial: &Trial) -> Result<Findings> {
             format!("domain.size=[6.4e-3, 6.4e-3, {:e}]", 4.0 * cell),
             format!("particles.0.shape.sphere.diameter={:e}", 2.0 * cell),
         ];
-        errors.push(error(&trial.setup(TEXT, CASE.name, &own)?));
+        errors.push(error(&trial.setup(TEXT, CASE.name, &own)?)?);
     }
     let mut found = Findings::default();
     for n in 1..LENGTHS.len() {

@@ -11,7 +11,7 @@ use super::Trial;
 use super::experiment::{Experiment, Held};
 use crate::case::Setup;
 use crate::checkpoint;
-use crate::comm::{Comm, on_threads};
+use crate::comm::{Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::{directory, write_bytes};
@@ -130,7 +130,7 @@ impl Watch<'_> {
     {
         let ranks = Decomposition::max_ranks(self.setup.domain, self.threads.max(1));
         let decomposition = Decomposition::new(self.setup.domain, ranks).expect("so many have room");
-        let all = on_threads(ranks, |comm| {
+        let all = try_on_threads(ranks, |comm| {
             let mut run = self.begin(&decomposition, comm)?;
             let mut keeper = Keeper::new(self, &decomposition, checkpoints);
             let mut rows = keeper.take_up(&mut run)?;
@@ -142,7 +142,7 @@ impl Watch<'_> {
                 keeper.keep(&mut run, &rows)?;
             }
             Ok(rows)
-        });
+        })?;
         let all: Result<Vec<Vec<R>>> = all.into_iter().collect();
         Ok(all?.into_iter().flatten().collect())
     }
@@ -150,7 +150,7 @@ impl Watch<'_> {
     fn begin(&self, decomposition: &Decomposition, comm: Comm) -> Result<Experiment> {
         if self.held {
             let (engine, _) = Held::new(self.setup, decomposition);
-            return Ok(Experiment::with_engine(self.setup, decomposition, comm, engine));
+            return Experiment::with_engine(self.setup, decomposition, comm, engine);
         }
         Experiment::new(self.setup, decomposition, comm)
     }

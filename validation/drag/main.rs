@@ -162,7 +162,7 @@ fn measure(row: &Row) -> Outcome {
         solids: row.solids,
         simd: Simd::best(),
     };
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none());
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     let start = drift + along * speed;
     fluid.set_equilibrium(|_| (1.0, start.into()));
     let coupled = CouplingParams {

@@ -2,7 +2,7 @@
 
 use super::native_params;
 use crate::case::Setup;
-use crate::comm::{Comm, on_threads};
+use crate::comm::{Comm, try_on_threads};
 use crate::dem::{ContactState, ContactSummary, DemEngine, Load, Native};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
@@ -87,9 +87,9 @@ pub(super) fn record(setup: &Setup, steps: u64) -> Result<Recording> {
     let ranks = if decomposition.ranks() == 1 {
         vec![record_rank(setup, steps, &decomposition, Comm::Solo)]
     } else {
-        on_threads(decomposition.ranks(), |comm| {
+        try_on_threads(decomposition.ranks(), |comm| {
             record_rank(setup, steps, &decomposition, comm)
-        })
+        })?
     };
     let (mut tapes, mut last, mut failure) = (Tape::new(), Vec::new(), None);
     for rank in ranks {
@@ -142,7 +142,7 @@ fn record_rank(
         step: 0,
         tape: Arc::clone(&tape),
     };
-    let mut run = Simulation::<f64>::with_engine(setup, decomposition, comm, Box::new(recorder));
+    let mut run = Simulation::<f64>::with_engine(setup, decomposition, comm, Box::new(recorder))?;
     for _ in 0..steps {
         run.step()?;
     }

@@ -86,9 +86,12 @@ impl<'a> Saved<'a> {
         let (restart, rest) = rest.split_at_checked(u64::from_le_bytes(*length) as usize)?;
         let (step, rest) = rest.split_first_chunk::<8>()?;
         let (loads, states) = rest.split_at_checked(count * size_of::<Push>())?;
-        (states.len() == count * size_of::<State>()).then(|| Self {
+        // All numbers but those of LIGGGHTS's own file, which it checks itself.
+        let numbers = bytemuck::pod_collect_to_vec::<u8, f64>(&[&step[..], loads, states].concat());
+        let is_sound = numbers[0] >= 0.0 && numbers.iter().all(|x| x.is_finite());
+        (is_sound && states.len() == count * size_of::<State>()).then(|| Self {
             restart,
-            step: f64::from_le_bytes(*step),
+            step: numbers[0],
             loads: bytemuck::pod_collect_to_vec(loads),
             states: bytemuck::pod_collect_to_vec(states),
         })

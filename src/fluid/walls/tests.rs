@@ -29,7 +29,7 @@ pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams 
 /// Fluid on one rank.
 pub(super) fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<T> {
     let decomposition = Decomposition::new(domain, 1).unwrap();
-    Fluid::new(&decomposition, &Comm::Solo, params, boundary)
+    Fluid::new(&decomposition, &Comm::Solo, params, boundary).unwrap()
 }
 
 pub(super) fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
@@ -126,7 +126,7 @@ impl Tangle {
                 motions: &self.motions,
                 wall_of: &|cell| self.wall_of(cell),
             };
-            let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary);
+            let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary).unwrap();
             fluid.set_equilibrium(disturbed);
             let mut solid = Cube { block: fluid.block() };
             for _ in 0..steps {

@@ -47,7 +47,7 @@ impl Network {
 fn exchange(comm: &Comm, numbers: usize) -> f64 {
     let partner = Some(comm.rank() ^ 1).filter(|&partner| partner < comm.size());
     let peers: Vec<usize> = partner.into_iter().collect();
-    let mut pattern = comm.halo::<f64>(&peers, &vec![numbers; peers.len()]);
+    let mut pattern = (comm.halo::<f64>(&peers, &vec![numbers; peers.len()])).expect("room for one message");
     let (source, mut target) = (vec![1.0; numbers], vec![0.0; numbers]);
     best(comm, || {
         for link in 0..peers.len() {

@@ -3,14 +3,19 @@
 use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::domain::{Block, Decomposition};
+use crate::error::Result;
 use crate::fluid::{CellState, Real};
 use crate::math::Vec3;
+use crate::memory;
 use crate::output::picture::Plane;
 use crate::output::{Contact, ForceAndTorque, Partner};
 use crate::particle::Particle;
 use crate::simulation::{Simulation, Wet};
 use crate::units::Units;
 use bytemuck::{Pod, Zeroable};
+
+/// How messages call the arrays of a file of fields.
+const FIELDS: &str = "a file of fields";
 
 /// Fields of a block or of the box, SI units.
 #[derive(Default)]
@@ -22,12 +27,12 @@ pub(super) struct Fields {
 
 impl Fields {
     /// At rest.
-    fn zeros(cells: usize) -> Self {
-        Self {
-            velocity: vec![[0.0; 3]; cells],
-            pressure: vec![0.0; cells],
-            solid_fraction: vec![0.0; cells],
-        }
+    fn zeros(cells: usize) -> Result<Self> {
+        Ok(Self {
+            velocity: memory::zeroed(cells, FIELDS)?,
+            pressure: memory::zeroed(cells, FIELDS)?,
+            solid_fraction: memory::zeroed(cells, FIELDS)?,
+        })
     }
 
     fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
@@ -166,37 +171,50 @@ fn gathered<T: Real, V: Pod>(simulation: &Simulation<T>, own: Vec<V>) -> Vec<V> 
 }
 
 /// Fields of the block of this rank, with the particles where they are now; nothing in a dry run.
-pub(super) fn own_fields<T: Real>(simulation: &mut Simulation<T>, block: Block) -> Fields {
-    let mut fields = Fields::zeros(block.cell_count());
-    for (at, state) in cell_values(simulation, block, field_values)
-        .into_iter()
-        .enumerate()
-    {
-        fields.set(at, state);
-    }
-    fields
+///
+/// # Errors
+/// [`Error::Memory`](crate::Error::Memory) on this rank.
+pub(super) fn own_fields<T: Real>(simulation: &mut Simulation<T>, block: Block) -> Result<Fields> {
+    let (mut fields, mut at) = (Fields::zeros(block.cell_count())?, 0);
+    each_cell(simulation, block, field_values, |values| {
+        fields.set(at, values);
+        at += 1;
+    });
+    Ok(fields)
 }
 
 /// Fields of the whole box on rank 0, as [`own_fields`]; nothing elsewhere. Collective.
-pub(super) fn fields<T: Real>(simulation: &mut Simulation<T>, decomposition: &Decomposition) -> Fields {
-    let own = cell_values(
-        simulation,
-        decomposition.block(simulation.comm.rank()),
-        field_values,
-    );
-    let blocks = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
-    drop(own);
-    if blocks.is_empty() {
-        return Fields::default();
-    }
-    let mut all = Fields::zeros(decomposition.domain.cell_count());
+///
+/// # Errors
+/// On every rank, if one of them has not the memory.
+pub(super) fn fields<T: Real>(
+    simulation: &mut Simulation<T>,
+    decomposition: &Decomposition,
+) -> Result<Fields> {
+    let comm = simulation.comm.clone();
+    let block = decomposition.block(comm.rank());
+    let room = || {
+        let all = match comm.rank() {
+            0 => Fields::zeros(decomposition.domain.cell_count())?,
+            _ => Fields::default(),
+        };
+        Ok((
+            all,
+            memory::with_capacity(block.cell_count() * size_of::<[f32; 5]>(), FIELDS)?,
+        ))
+    };
+    let (mut all, mut own): (_, Vec<u8>) = comm.agree(room())?;
+    each_cell(simulation, block, field_values, |values| {
+        own.extend_from_slice(bytemuck::bytes_of(&values));
+    });
+    let blocks = comm.gather(own);
     let [gx, gy, _] = decomposition.domain.cells;
     for (rank, bytes) in blocks.into_iter().enumerate() {
         each_value(decomposition.block(rank), &bytes, |[x, y, z], values| {
             all.set(x + gx * (y + gy * z), values);
         });
     }
-    all
+    Ok(all)
 }
 
 /// The velocity (m/s) of the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and in dry runs. Only
@@ -207,8 +225,11 @@ pub(super) fn slice<T: Real>(
     plane: &Plane,
 ) -> Vec<[f32; 3]> {
     let part = |rank: usize| common(plane.cells(), decomposition.block(rank));
-    let own = cell_values(simulation, part(simulation.comm.rank()), velocity);
-    let parts = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
+    let mut own = Vec::new();
+    each_cell(simulation, part(simulation.comm.rank()), velocity, |u| {
+        own.extend_from_slice(bytemuck::bytes_of(&u));
+    });
+    let parts = simulation.comm.gather(own);
     if parts.is_empty() {
         return Vec::new();
     }
@@ -229,26 +250,25 @@ fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
     [u, v, w, pressure, state.solid_fraction as f32]
 }
 
-/// A value for each of `cells`, which are of the block of this rank, x fastest; none in a dry run.
-fn cell_values<T: Real, V>(
+/// Calls `visit` with a value of each of `cells`, which are of the block of this rank, x fastest; not at all in a dry run.
+fn each_cell<T: Real, V>(
     simulation: &mut Simulation<T>,
     cells: Block,
     value: impl Fn(&Units, &CellState) -> V,
-) -> Vec<V> {
+    mut visit: impl FnMut(V),
+) {
     let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
     let Simulation { units, wet, dem, .. } = simulation;
     let Some(Wet { fluid, coupling, .. }) = wet else {
-        return Vec::new();
+        return;
     };
-    let mut values = Vec::with_capacity(cells.cell_count());
     if cells.cell_count() > 0 {
         coupling.map(dem.particles());
         let mut solids = coupling.solids(dem.particles());
         fluid.each_cell(cells, lattice, &mut solids, |state| {
-            values.push(value(units, &state));
+            visit(value(units, &state));
         });
     }
-    values
 }
 
 /// Calls `visit` with the cells of a block and their values, x fastest.

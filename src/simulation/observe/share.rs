@@ -31,18 +31,22 @@ pub(super) struct Share {
 
 impl Share {
     /// All of it on rank 0, nothing elsewhere; `touches` are the contacts this rank is responsible for. Collective.
+    ///
+    /// # Errors
+    /// On every rank, if one of them has not the memory.
     pub(super) fn whole<T: Real>(
         simulation: &mut Simulation<T>,
         decomposition: &Decomposition,
         due: Due,
         touches: &[ContactState],
-    ) -> Self {
+    ) -> Result<Self> {
         let first = simulation.comm.rank() == 0;
         let block = Block {
             lo: [0; 3],
             hi: decomposition.domain.cells,
         };
-        let fields = due[FIELDS].then(|| (block, gather::fields(simulation, decomposition)));
+        let fields = due[FIELDS].then(|| gather::fields(simulation, decomposition));
+        let fields = fields.transpose()?.map(|fields| (block, fields));
         let contacts = due[CONTACTS].then(|| gather::contacts(simulation, touches));
         let particles = if due[PARTICLES] || due[SURFACES] || due[CONTACTS] {
             gather::particles(simulation, |_| true)
@@ -53,7 +57,7 @@ impl Share {
             let loads = gather::loads(simulation, &particles, false);
             (particles.clone(), loads)
         });
-        Self {
+        Ok(Self {
             rank: None,
             fields: fields.filter(|_| first),
             contacts: contacts
@@ -61,32 +65,38 @@ impl Share {
                 .map(|contacts| (contacts, particles.clone())),
             points: points.filter(|_| first),
             surfaces: (due[SURFACES] && first).then_some(particles),
-        }
+        })
     }
 
     /// What belongs to this rank: the cells of its block, its particles, the contacts it is responsible for. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) on this rank.
     pub(super) fn piece<T: Real>(
         simulation: &mut Simulation<T>,
         decomposition: &Decomposition,
         due: Due,
         touches: &[ContactState],
-    ) -> Self {
+    ) -> Result<Self> {
         let rank = simulation.comm.rank();
         let block = decomposition.block(rank);
         let contacts = due[CONTACTS].then(|| {
             let contacts = touches.iter().map(gather::contact).collect();
             (contacts, gather::partners(simulation, touches))
         });
-        Self {
+        let points = due[PARTICLES].then(|| {
+            let own = simulation.dem.particles().owned();
+            (own.to_vec(), gather::loads(simulation, own, true))
+        });
+        // Last, as it is no matter of the others whether this rank has room for them.
+        let fields = due[FIELDS].then(|| gather::own_fields(simulation, block));
+        Ok(Self {
             rank: Some(rank),
-            fields: due[FIELDS].then(|| (block, gather::own_fields(simulation, block))),
-            points: due[PARTICLES].then(|| {
-                let own = simulation.dem.particles().owned();
-                (own.to_vec(), gather::loads(simulation, own, true))
-            }),
+            fields: fields.transpose()?.map(|fields| (block, fields)),
+            points,
             surfaces: due[SURFACES].then(|| simulation.dem.particles().owned().to_vec()),
             contacts,
-        }
+        })
     }
 
     /// Writes the files.

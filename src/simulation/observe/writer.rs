@@ -5,7 +5,7 @@ use super::summary::{self, Outcome};
 use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, SURFACES, pictures};
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fluid::Real;
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::progress::Workload;
@@ -62,6 +62,11 @@ impl WriterState {
     /// Whether the tables hold the rows that they held then.
     pub(in crate::simulation) fn fits(&self, setup: &Setup) -> Result<()> {
         let files = OutputFiles::new(&setup.output.directory);
+        let samples = self.settling.len();
+        if [self.t_star.len(), self.steps.len()] != [samples; 2] || !self.max_mach.is_finite() {
+            let what = "the samples for the averages in the common state are not whole";
+            return Err(Error::Input(what.to_string()));
+        }
         match &self.series {
             None => Ok(()),
             Some((length, paths)) => SeriesWriter::holds(&files.series(), *length)

@@ -90,7 +90,7 @@ fn take_up<T: Real>(simulation: &mut Simulation<T>, step: u64, left: &[&Left]) -
                         lo: [lo[0], y, z],
                         hi: [hi[0], y + 1, z + 1],
                     };
-                    visit(cells, bytes);
+                    visit(cells, bytes).map_err(Error::Input)?;
                 }
             }
         }
@@ -203,4 +203,64 @@ fn the_state_of_other_particles_is_refused() {
     let mut simulation = Simulation::<f32>::new(&other, &cut, crate::comm::Comm::Solo).unwrap();
     let refused = take_up(&mut simulation, 3, &[&left]).unwrap_err();
     assert!(refused.to_string().contains("35 particles"), "{refused}");
+}
+
+#[test]
+fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them() {
+    let setup = setup(CASE);
+    let cut = Decomposition::new(setup.domain, 1).unwrap();
+    let mut simulation = Simulation::<f32>::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
+    advance(&mut simulation, 3);
+    let sound = leave(&simulation, cut.block(0));
+    let mut refused = |spoil: &dyn Fn(&mut Left), words: &[&str]| {
+        let mut left = Left {
+            block: sound.block,
+            planes: sound.planes.clone(),
+            state: SavedState {
+                engine: sound.state.engine.clone(),
+                coupling: sound.state.coupling.clone(),
+                ..sound.state
+            },
+        };
+        spoil(&mut left);
+        let error = take_up(&mut simulation, 3, &[&left]).unwrap_err();
+        let text = error.to_string();
+        assert!(
+            words.iter().all(|word| text.contains(word)),
+            "{words:?} in {text}"
+        );
+        assert_eq!(error.exit_code(), 2);
+    };
+    // Where the first particle of the coupling has its numbers.
+    let number = |at: usize, x: f64| {
+        move |left: &mut Left| left.state.coupling[at..at + 8].copy_from_slice(&x.to_ne_bytes())
+    };
+    let part = "part 1 of the coupling: ";
+    refused(
+        &number(16, f64::NAN),
+        &[part, "position of particle 0 is not finite"],
+    );
+    refused(
+        &number(32, 1e3),
+        &[part, "position of particle 0 is not in the box"],
+    );
+    refused(&number(40, 0.1), &[part, "orientation of particle 0"]);
+    refused(
+        &number(72, 1e300),
+        &[part, "velocity or angular velocity of particle 0"],
+    );
+    refused(&number(8, 99.0), &[part, "which is none"]);
+    refused(
+        &|left| left.state.coupling.extend_from_within(..),
+        &[part, "particle 0 is in it twice"],
+    );
+    for population in [f32::NAN, f32::INFINITY, 600.0] {
+        refused(
+            &|left| left.planes[2][4..8].copy_from_slice(&population.to_ne_bytes()),
+            &["the population 1 of the cell (0, 0, 2)"],
+        );
+    }
+    refused(&|left| left.state.mean.velocity.x = 1e9, &["mean velocity"]);
+    refused(&|left| left.state.mean.kinetic_energy = f64::NAN, &["energy"]);
+    take_up(&mut simulation, 3, &[&sound]).unwrap();
 }
