@@ -1,5 +1,5 @@
 #!/bin/sh
-# Everything that must hold: format, lints, documentation, and every test, with all features and without. Installs what it
+# Everything that must hold: format, lints, dependencies, documentation, and every test, with all features and without. Installs what it
 # misses.
 set -eu
 cd "$(dirname "$0")"
@@ -21,6 +21,7 @@ stage() {
 
 stage format cargo fmt --all --check
 stage lints cargo clippy --locked --workspace --all-targets --all-features --quiet -- -D warnings
+stage dependencies ./scripts/dependencies.sh
 stage documentation env RUSTDOCFLAGS="-D warnings" \
     cargo doc --locked --workspace --no-deps --all-features --document-private-items --quiet
 # Without features only their absence differs: that it compiles cleanly, and that it is said.
