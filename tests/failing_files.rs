@@ -1,0 +1,232 @@
+//! Runs in which one file operation fails, whichever it is: the program says so and ends, or does without, and what it leaves is
+//! whole and can be gone on from.
+
+#![cfg(target_os = "linux")]
+
+#[path = "failing_files/interpose.rs"]
+mod interpose;
+
+use interpose::count_and_fail;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use turbid::case;
+use turbid::error::{Error, Result};
+use turbid::simulation::{self, RunOptions};
+
+/// Spheres near contact in a small box, and every kind of output but pictures, which take the longest to draw.
+const CASE: &str = r#"
+[domain]
+size = { diameters = [2.4, 2.4, 2.4] }
+
+[fluid]
+density = 1000.0
+archimedes = 1000
+
+[lattice]
+cells_per_diameter = 5
+relaxation_time = 0.55
+
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 3300.0
+file = "places.csv"
+
+[run]
+end = { steps = 3 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 1 }
+fields_every = { steps = 3 }
+particles_every = { steps = 3 }
+picture_every = "never"
+checkpoint_every = { steps = 1 }
+"#;
+const PLACES: &str = "x,y,z\n0.75e-3,0.75e-3,0.75e-3\n2.25e-3,2.25e-3,2.25e-3\n";
+
+/// A folder with the case, and its output directory.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
+        std::fs::write(folder.path().join("places.csv"), PLACES).unwrap();
+        Self(folder)
+    }
+
+    fn out(&self) -> PathBuf {
+        self.0.path().join("out")
+    }
+
+    /// As `turbid run case.toml` on so many threads, up to a step.
+    fn run(&self, threads: usize, end: u64) -> Result<()> {
+        let out = self.out();
+        let out = out.to_str().unwrap();
+        let changes = [
+            format!("run.end.steps={end}"),
+            format!("output.directory={out:?}"),
+        ];
+        let mut setup = case::load(&self.0.path().join("case.toml"), &changes)?;
+        setup.threads = threads;
+        simulation::run(&setup, &quiet()).map(|_| ())
+    }
+
+    /// As `turbid resume out`.
+    fn resume(&self, threads: usize) -> Result<()> {
+        let end = ["run.end.steps=3".to_string()];
+        let setup = simulation::saved_setup(&self.out(), &end, Some(threads))?;
+        simulation::resume(&setup, &quiet()).map(|_| ())
+    }
+
+    fn checkpoints(&self) -> usize {
+        let folder = self.out().join(turbid::checkpoint::FOLDER);
+        turbid::checkpoint::list(&folder).unwrap().len()
+    }
+
+    /// All files of the output, but those that depend on the machine.
+    fn files(&self) -> Files {
+        let mut files = BTreeMap::new();
+        let mut open = vec![self.out()];
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(folder).into_iter().flatten() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    let bytes = std::fs::read(&path).unwrap();
+                    files.insert(path.strip_prefix(self.out()).unwrap().to_path_buf(), bytes);
+                }
+            }
+        }
+        files
+    }
+
+    /// The numbers that tell two states apart.
+    fn state(&self) -> String {
+        let text = std::fs::read_to_string(self.out().join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(summary["steps"], 3);
+        summary["state_hash"].to_string()
+    }
+}
+
+fn quiet() -> RunOptions {
+    RunOptions {
+        quiet: true,
+        ..RunOptions::default()
+    }
+}
+
+/// Files of which each run has other bytes (times, ranks) though they are whole.
+fn varies(name: &Path) -> bool {
+    name == Path::new("summary.json") || name.starts_with(turbid::checkpoint::FOLDER)
+}
+
+type Files = BTreeMap<PathBuf, Vec<u8>>;
+
+/// Holds what a run that has failed leaves against what was there before and what the undisturbed one leaves.
+fn nothing_is_half_written(place: &Place, before: &Files, whole: &Files, when: &str) {
+    for (name, bytes) in place.files() {
+        // What could not be removed, or was not touched yet.
+        if name.to_string_lossy().contains(".turbid-probe") || before.get(&name) == Some(&bytes) {
+            continue;
+        }
+        let shown = name.to_string_lossy();
+        assert!(!shown.contains(".tmp"), "{when}: {shown} is left");
+        // An old checkpoint of which something could not be removed no longer has a final name.
+        let removing = ["unlink", "rmdir"].iter().any(|word| when.contains(word));
+        assert!(removing || !shown.contains(".partial"), "{when}: {shown} is left");
+        if varies(&name) {
+            continue;
+        }
+        let wanted = whole
+            .get(&name)
+            .unwrap_or_else(|| panic!("{when}: {shown} is new"));
+        let sound = match name.extension().and_then(|e| e.to_str()) {
+            // Rows are added to it, and readers leave out a torn last one.
+            Some("csv") => wanted.starts_with(&bytes),
+            // Lists of the frames up to now.
+            Some("pvd") => bytes.trim_ascii_end().ends_with(b"</VTKFile>"),
+            _ => *wanted == bytes,
+        };
+        assert!(sound, "{when}: {shown} is not whole");
+    }
+}
+
+/// Lets one operation after another fail, every so many, in what `disturbed` does in the place that `prepare` makes; then goes on
+/// undisturbed.
+fn sweep(
+    prepare: impl Fn() -> Place,
+    disturbed: impl Fn(&Place) -> Result<()>,
+    threads: usize,
+    every: usize,
+) {
+    let reference = prepare();
+    let (done, operations) = count_and_fail(None, || disturbed(&reference));
+    done.unwrap();
+    let (state, whole) = (reference.state(), reference.files());
+    let mut failures = 0;
+    for n in (0..operations.len()).step_by(every) {
+        let place = prepare();
+        let before = place.files();
+        let (done, seen) = count_and_fail(Some(n), || disturbed(&place));
+        let when = format!("operation {n}, {}", seen.get(n).map_or("none", String::as_str));
+        match done {
+            Ok(()) => assert_eq!(place.state(), state, "{when}"),
+            Err(error) => {
+                assert_eq!(error.exit_code(), 2, "{when}: {error}");
+                assert!(
+                    matches!(error, Error::Io { .. } | Error::Agreed { .. } | Error::Input(_)),
+                    "{when}: {error:?}"
+                );
+                failures += 1;
+            }
+        }
+        nothing_is_half_written(&place, &before, &whole, &when);
+        if place.checkpoints() == 0 {
+            let error = place.resume(threads).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{when}: {error}");
+        } else {
+            place
+                .resume(threads)
+                .unwrap_or_else(|error| panic!("{when}: {error}"));
+            assert_eq!(place.state(), state, "{when}");
+            let left = place.files();
+            for (name, bytes) in whole.iter().filter(|(name, _)| !varies(name)) {
+                assert!(
+                    left.get(name) == Some(bytes),
+                    "{when}: {} differs",
+                    name.display()
+                );
+            }
+        }
+    }
+    println!("{failures} of {} operations matter", operations.len());
+    assert!(
+        operations.len() > 60 && 2 * every * failures > operations.len(),
+        "{failures} of {} operations matter",
+        operations.len()
+    );
+}
+
+#[test]
+fn whichever_file_operation_of_a_run_fails_it_ends_with_2_and_its_checkpoints_go_on_to_the_bit() {
+    sweep(Place::new, |place| place.run(1, 3), 1, 1);
+}
+
+#[test]
+fn whichever_file_operation_of_a_run_on_two_threads_fails_both_end() {
+    sweep(Place::new, |place| place.run(2, 3), 2, 5);
+}
+
+#[test]
+fn whichever_file_operation_of_a_resumed_run_fails_the_checkpoint_it_came_from_still_goes_on() {
+    let prepare = || {
+        let place = Place::new();
+        place.run(1, 2).unwrap();
+        place
+    };
+    sweep(prepare, |place| place.resume(1), 1, 1);
+}
