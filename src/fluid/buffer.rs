@@ -32,7 +32,7 @@ impl<T: Pod> Buffer<T> {
         let start = memory::trying(|| NonNull::new(unsafe { alloc(layout) })).ok_or_else(refused)?;
         // SAFETY: the range was just allocated; the advice does not change its contents. Before the first touch, or
         // small pages would already be there. A refusal only costs speed.
-        #[cfg(target_os = "linux")]
+        #[cfg(all(target_os = "linux", not(miri)))]
         unsafe {
             libc::madvise(start.as_ptr().cast(), layout.size(), libc::MADV_HUGEPAGE);
         }

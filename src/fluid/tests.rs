@@ -268,13 +268,20 @@ fn hash_after<T: Real>(
 #[test]
 fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     let cells = [19, 14, 17];
-    for (solids, steps) in SOLIDS.into_iter().zip([20, 21, 20, 21]).chain([(SOLIDS[0], 21)]) {
+    let all = SOLIDS.into_iter().zip([20, 21, 20, 21]).chain([(SOLIDS[0], 21)]);
+    // Miri is a thousand times slower, and wants each access once.
+    let (cases, most) = if cfg!(miri) {
+        (vec![(SOLIDS[0], 2)], 2)
+    } else {
+        (all.collect(), 12)
+    };
+    for (solids, steps) in cases {
         let (single, double) = (
             hash_after::<f32>(cells, 1, Simd::Scalar, steps, solids),
             hash_after::<f64>(cells, 1, Simd::Scalar, steps, solids),
         );
         assert_ne!(single, double);
-        for ranks in [1, 2, 3, 4, 6, 8, 12] {
+        for ranks in [1, 2, 3, 4, 6, 8, 12].into_iter().filter(|ranks| *ranks <= most) {
             for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
                 assert_eq!(
                     hash_after::<f32>(cells, ranks, simd, steps, solids),
