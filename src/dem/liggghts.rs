@@ -20,6 +20,8 @@ mod session;
 pub mod worker;
 
 pub use instance::end;
+#[doc(hidden)]
+pub use protocol::read_messages;
 
 use super::assign::Neighbourhood;
 use super::exchange::Population;

@@ -209,6 +209,14 @@ impl Reply {
     }
 }
 
+/// Whether bytes are one message after another, of either direction. For tests that hand in any bytes.
+pub fn read_messages(bytes: &[u8]) -> bool {
+    let (mut requests, mut replies) = (bytes, bytes);
+    while !requests.is_empty() && Request::read(&mut requests).is_ok() {}
+    while !replies.is_empty() && Reply::read(&mut replies).is_ok() {}
+    requests.is_empty() || replies.is_empty()
+}
+
 fn malformed() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "a message that makes no sense")
 }
