@@ -17,7 +17,7 @@ use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 const MESH: usize = 8 << 10;
 
 /// A case file, and behind a zero byte each a `--set` option.
-pub fn case(data: &[u8]) -> bool {
+pub(crate) fn case(data: &[u8]) -> bool {
     let mut parts = data.split(|&byte| byte == 0);
     let text = parts.next().unwrap_or_default();
     let options: Vec<String> = parts
@@ -30,12 +30,12 @@ pub fn case(data: &[u8]) -> bool {
 }
 
 /// A text or binary STL file.
-pub fn stl(data: &[u8]) -> bool {
+pub(crate) fn stl(data: &[u8]) -> bool {
     mesh("body.stl", data)
 }
 
 /// An OBJ file.
-pub fn obj(data: &[u8]) -> bool {
+pub(crate) fn obj(data: &[u8]) -> bool {
     mesh("body.obj", data)
 }
 
@@ -48,12 +48,12 @@ fn mesh(name: &str, data: &[u8]) -> bool {
 }
 
 /// A file of positions.
-pub fn positions(data: &[u8]) -> bool {
+pub(crate) fn positions(data: &[u8]) -> bool {
     std::str::from_utf8(data).is_ok_and(|text| packing::positions::parse(text, "places.csv").is_ok())
 }
 
 /// The manifest of a checkpoint, with the checksum that it must have, beside the part of [`sample`].
-pub fn manifest(data: &[u8]) -> bool {
+pub(crate) fn manifest(data: &[u8]) -> bool {
     let folder = tempfile::tempdir().expect("a folder for the checkpoint");
     fs::write(folder.path().join("case.toml"), "").expect("room for the case");
     fs::write(folder.path().join("part-00000.bin"), &sample().1).expect("room for the part");
@@ -62,7 +62,7 @@ pub fn manifest(data: &[u8]) -> bool {
 }
 
 /// The file of a rank, with the checksums that it must have, and a manifest that fits.
-pub fn part(data: &[u8]) -> bool {
+pub(crate) fn part(data: &[u8]) -> bool {
     const HEAD: usize = 168;
     if data.len() < HEAD {
         return false;
@@ -123,7 +123,7 @@ fn sealed(body: &[u8]) -> Vec<u8> {
 }
 
 /// The files of a small checkpoint: the manifest without its last line, and the part.
-pub fn sample() -> &'static (String, Vec<u8>) {
+pub(crate) fn sample() -> &'static (String, Vec<u8>) {
     static SAMPLE: OnceLock<(String, Vec<u8>)> = OnceLock::new();
     SAMPLE.get_or_init(|| {
         let folder = tempfile::tempdir().expect("a folder for checkpoints");
@@ -171,6 +171,6 @@ fn read_all(folder: &Path) -> bool {
 
 /// Messages between the program and LIGGGHTS in a process of its own.
 #[cfg(feature = "liggghts")]
-pub fn protocol(data: &[u8]) -> bool {
+pub(crate) fn protocol(data: &[u8]) -> bool {
     turbid::dem::liggghts::read_messages(data)
 }

@@ -33,7 +33,7 @@ fn watch() -> MutexGuard<'static, Watch> {
 }
 
 /// Does something of which the operation `fail` fails; returns its result, and all operations up to the end.
-pub fn count_and_fail<R>(fail: Option<usize>, work: impl FnOnce() -> R) -> (R, Vec<String>) {
+pub(super) fn count_and_fail<R>(fail: Option<usize>, work: impl FnOnce() -> R) -> (R, Vec<String>) {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     *watch() = Watch {
         on: true,
