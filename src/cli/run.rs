@@ -134,10 +134,13 @@ impl Headline {
         }
         lines.push(format!("files                   {}", directory.display()));
         lines.push("open the .pvd files there in ParaView, e.g.".to_string());
-        lines.push(format!(
-            "  paraview {}",
-            directory.join("particles.pvd").display()
-        ));
+        let surfaces = directory.join("surfaces.pvd");
+        let shown = if surfaces.exists() {
+            surfaces
+        } else {
+            directory.join("particles.pvd")
+        };
+        lines.push(format!("  paraview {}", shown.display()));
         lines.join("\n")
     }
 

@@ -14,14 +14,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Keys of a case that do not change what a study takes from a run.
-const OF_NO_MATTER: [(&str, &str); 8] = [
+const OF_NO_MATTER: [(&str, &str); 11] = [
     ("run", "threads"),
     ("run", "simd"),
     ("output", "directory"),
     ("output", "fields_every"),
     ("output", "particles_every"),
+    ("output", "surfaces_every"),
     ("output", "contacts_every"),
     ("output", "picture_every"),
+    ("output", "picture_plane"),
+    ("output", "picture_range"),
     ("output", "checkpoint_every"),
 ];
 

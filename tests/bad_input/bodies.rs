@@ -417,6 +417,25 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
             &["bad.toml:20:16", "\"never\"", "means"],
         ),
         (
+            "[run]",
+            "[output]\npicture_range = 0\n[run]",
+            &["bad.toml:20:17", "`output.picture_range` is 0", "m/s"],
+        ),
+        (
+            "[run]",
+            "[output]\npicture_plane = { normal = \"y\", position = 1 }\n[run]",
+            &[
+                "bad.toml:20:44",
+                "`output.picture_plane.position` is 1",
+                "from 0 to 0.006",
+            ],
+        ),
+        (
+            "[run]",
+            "[output]\npicture_plane = { normal = \"w\" }\n[run]",
+            &["bad.toml:20:28", "unknown choice `w`"],
+        ),
+        (
             "[4, 4, 4]",
             "[4, 4, 2]",
             &[
@@ -456,6 +475,11 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
             dry,
             "[output]\nfields_every = { steps = 1 }\n[dry]\ntime_step = 1e-5\n",
             &["bad.toml:6:16", "no field"],
+        ),
+        (
+            dry,
+            "[output]\npicture_plane = { normal = \"x\", position = 1e-3 }\n[dry]\ntime_step = 1e-5\n",
+            &["bad.toml:6:44", "no slice"],
         ),
     ]);
 }
