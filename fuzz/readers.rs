@@ -166,7 +166,7 @@ fn read_all(folder: &Path) -> bool {
         lo: [0; 3],
         hi: checkpoint.head().cells,
     };
-    sections.is_ok() && checkpoint.planes(whole, |_, _| {}).is_ok()
+    sections.is_ok() && checkpoint.planes(whole, |_, _| Ok(())).is_ok()
 }
 
 /// Messages between the program and LIGGGHTS in a process of its own.
