@@ -55,11 +55,6 @@ impl Checkpoint {
         if ranks == 0 || ranks != manifest.parts.len() {
             return Err("manifest.toml names another number of parts than there were ranks".into());
         }
-        let product = |all: usize, n: &usize| all.checked_mul(*n);
-        let box_cells = cells
-            .iter()
-            .try_fold(1, product)
-            .ok_or("its box has too many cells")?;
         let mut parts = Vec::with_capacity(ranks);
         let mut covered = 0_usize;
         for (rank, entry) in manifest.parts.iter().enumerate() {
@@ -78,7 +73,7 @@ impl Checkpoint {
             covered = head.block().cell_count().saturating_add(covered);
             parts.push((path, head));
         }
-        if covered != box_cells {
+        if covered != cells.iter().product::<usize>() {
             return Err("its parts do not cover the box".into());
         }
         let mut checkpoint = Self {
