@@ -3,6 +3,7 @@
 //! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep asks for row
 //!   by row ([`solids`](Coupling::solids));
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
+//! - [`Stresslet`]: first moments of that momentum -> stress of the particles;
 //! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
@@ -15,6 +16,7 @@ mod lines;
 mod momentum_exchange;
 mod saved;
 mod solid_fraction;
+mod stresslet;
 mod surface;
 mod volume_fraction;
 mod walls;
@@ -33,6 +35,7 @@ use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment, add_shares};
 pub use solid_fraction::Fraction;
 use solid_fraction::{Mapper, RigidMotion, shift_of};
+pub use stresslet::Stresslet;
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
@@ -479,7 +482,7 @@ pub struct MappedSolids<'a, T> {
     mappers: Vec<Mapper<'a>>,
     lines: &'a Lines,
     bodies: &'a mut [Body],
-    /// Where cells are partially saturated, the fractions of the row that is being swept, segment by segment.
+    /// Where cells are partially saturated, or somebody measures, the fractions of the row that is being swept, segment by segment.
     shares: Option<Vec<[T; CHUNK]>>,
 }
 

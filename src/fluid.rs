@@ -6,10 +6,12 @@
 //! asked for the momentum that rows of cells received.
 
 mod buffer;
+mod covered;
 mod dispatch;
 mod halo;
 mod kernel;
 mod layout;
+mod measure;
 mod observe;
 mod rows;
 mod saved;

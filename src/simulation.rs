@@ -4,6 +4,7 @@ mod bench;
 mod engine;
 mod failure;
 mod keeper;
+mod measure;
 mod observe;
 mod references;
 mod resume;
@@ -21,12 +22,13 @@ use crate::dem::{DemEngine, Load};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
-use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
+use crate::math::Vec3;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use failure::Failure;
 use keeper::Wishes;
+pub use measure::Measurement;
 pub use observe::{identity, instruction_set};
 pub use references::{Law, Suspension, settling_references};
 pub use resume::{resume, saved_setup};
@@ -249,25 +251,11 @@ impl<T: Real> Simulation<T> {
     /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
     fn control(&mut self, flow: &Flow) -> Result<()> {
         self.note_fault(flow.fault);
-        let [x, y, z] = flow.momentum;
-        let mut words: Vec<i64> = [x, y, z, flow.square, flow.solid]
-            .into_iter()
-            .flat_map(split_wide)
-            .collect();
+        let mut words = measure::words(flow);
         words.extend(self.notices());
         self.comm.sum(&mut words);
-        self.heed(&words[10..])?;
-        let sums: [f64; 5] =
-            std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])));
-        let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
-        let Units { dx, density, .. } = self.units;
-        let velocity = self.units.velocity();
-        let mean = MeanFlow {
-            velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
-            solid_fraction: sums[4] / cells,
-            kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
-            max_lattice_speed: flow.max_speed,
-        };
+        self.heed(&words[measure::WORDS..])?;
+        let mean = self.mean_of(&words, flow.max_speed);
         if let Some(wet) = &mut self.wet {
             wet.driving.observe(mean);
         }
@@ -358,36 +346,12 @@ impl<T: Real> Simulation<T> {
             .map_or(0.0, |wet| wet.cells * self.units.dx.powi(3))
     }
 
-    /// Mean values over the box at the last measurement; zeros in a dry run.
+    /// Mean values over the box at the last measurement of the controller, up to [`CONTROL_INTERVAL`] steps ago; zeros in a dry
+    /// run.
     pub fn mean_flow(&self) -> MeanFlow {
         self.wet
             .as_ref()
             .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
-    }
-
-    /// Force (N) of the fluid on each wall of the case in the last step, and torque (N m) about the pivot of its motion,
-    /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
-    /// dry run. Collective.
-    pub fn wall_loads(&self) -> Vec<Load> {
-        let Some(wet) = &self.wet else {
-            return vec![Load::default(); self.walls];
-        };
-        let mut words: Vec<i64> = wet
-            .fluid
-            .wall_loads()
-            .iter()
-            .flat_map(|load| [load.force, load.torque].into_iter().flatten())
-            .flat_map(split_wide)
-            .collect();
-        self.comm.sum(&mut words);
-        let sum = |w: &[i64]| Vec3::from_fn(|a, _| from_fixed_wide(join_wide([w[2 * a], w[2 * a + 1]])));
-        words
-            .chunks_exact(12)
-            .map(|w| Load {
-                force: sum(&w[..6]) * self.units.force(),
-                torque: sum(&w[6..]) * self.units.torque(),
-            })
-            .collect()
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).

@@ -37,6 +37,11 @@ impl Surface {
         }
     }
 
+    /// Whether it is a plane.
+    pub fn is_plane(&self) -> bool {
+        matches!(self, Self::Plane { .. })
+    }
+
     /// Signed distance of a point to the wall (m): positive in the free space, negative in the wall.
     pub fn distance(&self, at: Vec3) -> f64 {
         match self {

@@ -137,7 +137,7 @@ fn write_run(root: &Path) {
     }];
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
-    let mut series = SeriesWriter::create(&files.series()).unwrap();
+    let mut series = SeriesWriter::create(&files.series(), &[]).unwrap();
     let mut all_fields = Collection::new(files.fields_collection());
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles(0));
     for frame in 0..FRAMES {

@@ -208,7 +208,7 @@ fn add_cells<T: Real>(
 /// The first `count` numbers, then zeros: the other cells belong to somebody else, or lie beyond the row and hold anything.
 /// Without a branch.
 #[inline(always)]
-fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
+pub(super) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
     let mask = &FIRST[CHUNK - count..];
     let mut masked = [0.0_f64; CHUNK];
     // A loop: what `array::from_fn` calls is not compiled for the instruction set of the sweep.

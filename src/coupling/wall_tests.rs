@@ -8,7 +8,7 @@ use crate::math::from_fixed_wide;
 use crate::wall::{Motion, Surface, Wall};
 
 /// A box closed in z, with a rod along x in it.
-fn walls(domain: &Domain) -> Vec<Wall> {
+pub(super) fn walls(domain: &Domain) -> Vec<Wall> {
     let wall = |name: &str, surface| Wall {
         name: name.into(),
         surface,

@@ -2,6 +2,7 @@
 
 use super::kernel::{Keep, Measured, Number, Places, Row, sweep_row};
 use super::layout::{Layout, Phase};
+use super::measure::measure_block;
 use super::rows::Part;
 use super::simd::Lanes;
 use super::solid::{SolidRow, Solids};
@@ -20,6 +21,8 @@ pub trait Real: Number + Pod + Send + Sync {
         solids: &mut S,
         flow: Option<&mut Flow>,
     );
+    #[doc(hidden)]
+    fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> Flow;
 }
 
 /// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what one needs of
@@ -47,17 +50,7 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
-    let row = Row {
-        chunks: layout.chunks_per_row(),
-        keep: Keep {
-            even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
-            odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
-        },
-        acceleration: acceleration.map(T::from_f64),
-        solids: fluid.solids,
-        above_half: T::from_f64(fluid.relaxation_times[0] - 0.5),
-        reflection: T::from_f64(fluid.solids.momentum()),
-    };
+    let row = row_of(fluid, acceleration);
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
@@ -114,9 +107,24 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
     }
 }
 
+/// What all rows of a block need.
+pub(super) fn row_of<T: Real>(fluid: &Fluid<T>, acceleration: [f64; 3]) -> Row<T> {
+    Row {
+        chunks: fluid.layout.chunks_per_row(),
+        keep: Keep {
+            even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
+            odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
+        },
+        acceleration: acceleration.map(T::from_f64),
+        solids: fluid.solids,
+        above_half: T::from_f64(fluid.relaxation_times[0] - 0.5),
+        reflection: T::from_f64(fluid.solids.momentum()),
+    }
+}
+
 /// Adds the first `nx` cells of a measured row, which begins at cell `at` of the box.
 #[inline(always)]
-fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow: &mut Flow) {
+pub(super) fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize; 3], flow: &mut Flow) {
     let [px, py, pz] = &measured.momentum;
     let (mut total, mut square, mut most, mut good) = ([0_i64; 3], 0_i64, 0.0_f64, true);
     for ((&px, &py), &pz) in px[..nx].iter().zip(&py[..nx]).zip(&pz[..nx]) {
@@ -233,6 +241,16 @@ macro_rules! real {
                 }
                 #[cfg(not(target_arch = "x86_64"))]
                 scalar::<S, TRT, WALLS>(fluid, part, acceleration, solids, flow);
+            }
+
+            fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> Flow {
+                // What every processor of the kind has: it waits for memory.
+                #[cfg(target_arch = "x86_64")]
+                use super::simd::$sse2 as Baseline;
+                #[cfg(not(target_arch = "x86_64"))]
+                type Baseline = $t;
+                // SAFETY: this function is compiled for these instructions, as all are.
+                unsafe { measure_block::<$t, Baseline, S>(fluid, solids) }
             }
         }
     };

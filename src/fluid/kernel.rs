@@ -48,6 +48,7 @@
 //! Rettinger and Ruede (2017), doi:10.1016/j.compfluid.2017.05.033 (partially saturated cells, sc1 to sc3).
 
 use super::SolidCollision;
+use super::covered::Covered;
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidRow};
 use crate::lattice::{C, Q, W, opposite};
@@ -55,7 +56,7 @@ use std::ops::{Add, Mul, Range, Sub};
 
 /// Density deviation, momentum, density and velocity of a register of cells.
 #[inline(always)]
-fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 3]) {
+pub(crate) fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 3]) {
     let pair = |i: usize| (g[i] + g[i + 1], g[i] - g[i + 1]);
     let ((s1, d1), (s3, d3), (s5, d5)) = (pair(1), pair(3), pair(5));
     let ((s7, d7), (s9, d9), (s11, d11)) = (pair(7), pair(9), pair(11));
@@ -235,10 +236,6 @@ impl<T: Number> Measured<T> {
     }
 }
 
-/// What keeps cells within a solid from reflecting everything, and what overlaps add to it (sc1 to sc3).
-const LEAK: f64 = 0.01;
-const FILM: f64 = 20.0;
-
 /// Bytes of a cache line.
 const LINE: usize = 64;
 /// How far ahead of its use a population is asked for (bytes). Measured: half as far and twice as far are a few per cent
@@ -282,15 +279,17 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
             let (mut saturation, mut mean) = (None, momentum);
             if is_solid {
-                // SAFETY: x + WIDTH <= chunks * CHUNK, and the arrays hold a chunk more, here and below.
-                let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
-                // SAFETY: as above.
+                // SAFETY: x + WIDTH <= chunks * CHUNK.
+                let covered = unsafe { Covered::<R>::load(solids, x) };
+                let Covered {
+                    open,
+                    solid,
+                    weight,
+                    velocity,
+                    ..
+                } = covered;
+                // SAFETY: as above, and the arrays hold a chunk more.
                 let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };
-                let open = at(&solids.permeability);
-                let solid = one - open;
-                let weight = at(&solids.fraction_sum).max(R::splat(T::TINY)).recip();
-                let [x_sum, y_sum, z_sum] = &solids.velocity_sum;
-                let velocity = [at(x_sum) * weight, at(y_sum) * weight, at(z_sum) * weight];
                 if row.solids == SolidCollision::ExactDifference {
                     for axis in 0..3 {
                         target[axis] = target[axis] + solid * (velocity[axis] - target[axis]);
@@ -300,11 +299,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                     put(&mut solids.incoming[3], deviation - g[0]);
                 } else {
                     let t = R::splat(row.above_half);
-                    let overlap = (at(&solids.fraction_sum) - solid).max(R::splat(T::ZERO));
-                    let c = |x: f64| R::splat(T::from_f64(x));
-                    // `(1 - e) + l`.
-                    let through = open + c(LEAK) + c(FILM) * (t * overlap);
-                    let b = solid * t * (through + t).recip();
+                    let (through, b) = covered.reflecting(t);
                     // Exactly one where there is no solid: such a cell must not feel who shares its register.
                     let share = one - solid * through * (through + open * t).recip();
                     let given = b * rho * R::splat(row.reflection);
@@ -314,7 +309,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                         let force = given * (u[axis] - velocity[axis]);
                         let left = momentum[axis] + (one - b) * rho * push - force;
                         let inside = solid * (left - rho * velocity[axis]);
-                        mean[axis] = mean[axis] - solid * (momentum[axis] - rho * velocity[axis]);
+                        mean[axis] = covered.with_solid(momentum[axis], rho, axis);
                         put(&mut solids.incoming[axis], weight * (force + inside));
                         put(&mut solids.outgoing[axis], weight * inside);
                     }

@@ -1,7 +1,7 @@
 //! Looking at the fluid: fields, the hash of its state, and the bandwidth of the machine it runs on.
 
 use super::buffer::Buffer;
-use super::{Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
+use super::{Flow, Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -101,6 +101,12 @@ impl<T: Real> Fluid<T> {
             }
         }
         None
+    }
+
+    /// What a measuring [`sweep`](Self::sweep) would see now, to the bit; nothing changes, and no message is sent. `solids` see as
+    /// what came into a row, per unit of the sum of fractions, the momentum that the solids would receive there.
+    pub fn measure(&self, solids: &mut impl Solids<T>) -> Flow {
+        T::measure(self, solids)
     }
 
     /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks add up;

@@ -1,12 +1,18 @@
 //! The time series of a run, `series.csv`.
 
 use crate::error::{Error, Result};
+use crate::wall::Wall;
 use serde::Serialize;
 use std::fs::File;
 use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields.
+/// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields; those of walls
+/// ([`wall_columns`]) follow.
+///
+/// A row holds the state between two steps. The flow is what the populations of the fluid say: all forces of the steps so far have
+/// acted, and none of the coming one. With a body acceleration `a` the velocity so lies `a dt / 2` behind that of the fields, which
+/// is taken midway between before and after the coming collision; momentum that the fluid has lost the particles have gained.
 ///
 /// "settling velocity" is the mean velocity of the particles relative to the mean velocity of the mixture
 /// (fluid and solid by volume), along their weight less buoyancy, over the Stokes velocity. Net flux is that mean velocity of the
@@ -17,7 +23,14 @@ use std::path::{Path, PathBuf};
 /// particles and fluid with the fluid inside of particles taken off. The force on walls is that of all contacts on all
 /// walls, without that of the fluid. Gravitational energy counts weight less buoyancy, from the origin of the box, in
 /// directions that are not periodic. The Mach number is that of the fastest cell.
-pub const COLUMNS: [&str; 25] = [
+///
+/// Stresses of the particles are over the volume of the box that is in no wall (of the whole box in a dry run), positive where they
+/// pull or resist the shear as viscosity does, the symmetric part of the moments. That of contacts is `-sum l F / V`, with the branch
+/// `l` to the centre of a particle, on which the force `F` acts, from that of the other one or from the contact with a wall. The
+/// hydrodynamic one is the stresslet of Batchelor (1970), the first moment about each centre of the momentum that the fluid gives to
+/// the particle in the coming step. In a steady shear flow the stress on the plates is viscosity times shear rate, and these two, less
+/// the Reynolds stress.
+pub const COLUMNS: [&str; 37] = [
     "step (-)",
     "t (s)",
     "t_star (-)",
@@ -43,10 +56,43 @@ pub const COLUMNS: [&str; 25] = [
     "wall_force_z (N)",
     "gravitational_energy (J)",
     "max_mach (-)",
+    "contact_stress_xx (Pa)",
+    "contact_stress_yy (Pa)",
+    "contact_stress_zz (Pa)",
+    "contact_stress_xy (Pa)",
+    "contact_stress_xz (Pa)",
+    "contact_stress_yz (Pa)",
+    "hydrodynamic_stress_xx (Pa)",
+    "hydrodynamic_stress_yy (Pa)",
+    "hydrodynamic_stress_zz (Pa)",
+    "hydrodynamic_stress_xy (Pa)",
+    "hydrodynamic_stress_xz (Pa)",
+    "hydrodynamic_stress_yz (Pa)",
 ];
 
+/// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
+pub const WALL_COLUMNS: [(&str, &str); 2] = [("fluid_force", "N"), ("shear_stress", "Pa")];
+
+/// Whether a column is one of a wall, by its name.
+pub fn is_of_a_wall(name: &str) -> bool {
+    let rest = WALL_COLUMNS.iter().find_map(|(what, _)| name.strip_prefix(what));
+    rest.is_some_and(|rest| rest.starts_with('_'))
+}
+
+/// Header of the columns of walls, wall by wall: force of the fluid in the last step, without the pressure of the fluid at rest; and
+/// of planes the shear stress, the force of fluid and contacts along the plane over the area of the plane in the box. Both are what
+/// acts on the wall: a plate that is pulled through a viscous fluid feels a stress against its motion.
+pub fn wall_columns(walls: &[Wall]) -> impl Iterator<Item = String> {
+    walls.iter().flat_map(|wall| {
+        let known = if wall.surface.is_plane() { 2 } else { 1 };
+        WALL_COLUMNS[..known].iter().flat_map(|(what, unit)| {
+            ["x", "y", "z"].map(|axis| format!("{what}_{}_{axis} ({unit})", wall.name))
+        })
+    })
+}
+
 /// One row of `series.csv`; units in [`COLUMNS`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SeriesRow {
     /// Fluid step.
     pub step: u64,
@@ -82,6 +128,12 @@ pub struct SeriesRow {
     pub gravitational_energy: f64,
     /// Largest Mach number of the fluid (-).
     pub max_mach: f64,
+    /// Stress of the particles by contacts (Pa): `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
+    pub contact_stress: [f64; 6],
+    /// Stress of the particles by the fluid (Pa).
+    pub hydrodynamic_stress: [f64; 6],
+    /// What [`wall_columns`] name.
+    pub walls: Vec<f64>,
 }
 
 /// Writes `series.csv` row by row.
@@ -89,9 +141,12 @@ pub struct SeriesRow {
 pub struct SeriesWriter(CsvWriter);
 
 impl SeriesWriter {
-    /// Creates the file, replacing an older one, and writes the header.
-    pub fn create(path: &Path) -> Result<Self> {
-        CsvWriter::create(path, &COLUMNS).map(Self)
+    /// Creates the file of a run with these walls, replacing an older one, and writes the header.
+    pub fn create(path: &Path, walls: &[Wall]) -> Result<Self> {
+        let columns: Vec<String> = (COLUMNS.into_iter().map(String::from))
+            .chain(wall_columns(walls))
+            .collect();
+        CsvWriter::create(path, &columns).map(Self)
     }
 
     /// Goes on after the first `length` bytes of the file, as [`length`](Self::length) told them; what follows is cut off.
@@ -131,7 +186,7 @@ pub(super) struct CsvWriter {
 
 impl CsvWriter {
     /// Creates the file, replacing an older one, and writes the header.
-    pub(super) fn create(path: &Path, columns: &[&str]) -> Result<Self> {
+    pub(super) fn create(path: &Path, columns: &[impl AsRef<[u8]>]) -> Result<Self> {
         let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
         let mut table = Self {
             path: path.to_path_buf(),
@@ -222,7 +277,7 @@ mod tests {
             step,
             ..SeriesRow::default()
         };
-        let mut series = SeriesWriter::create(&path).unwrap();
+        let mut series = SeriesWriter::create(&path, &[]).unwrap();
         series.write(&row(1)).unwrap();
         let length = series.length().unwrap();
         series.write(&row(7)).unwrap();
@@ -253,7 +308,7 @@ mod tests {
     fn each_row_is_on_disk_at_once_and_stands_under_its_header() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let mut series = SeriesWriter::create(&path).unwrap();
+        let mut series = SeriesWriter::create(&path, &[]).unwrap();
         for step in 1..4 {
             let row = SeriesRow {
                 step,
@@ -290,13 +345,13 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_reported_by_the_row_that_does_not_fit() {
-        let error = SeriesWriter::create(Path::new("/dev/full")).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/dev/full"), &[]).unwrap_err();
         assert!(error.to_string().contains("/dev/full"), "{error}");
     }
 
     #[test]
     fn a_directory_that_does_not_exist_is_named() {
-        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv")).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[]).unwrap_err();
         assert!(error.to_string().contains("/nowhere/at/all/series.csv"));
     }
 }

@@ -76,6 +76,11 @@ pub struct Summary {
     pub dry: bool,
     /// Largest Mach number of the fluid at the times of `series.csv` (-).
     pub mach: Option<f64>,
+    /// Mean shear stress on two plates that pass each other over viscosity times shear rate, over the averages (-): the viscosity of
+    /// the suspension over that of the fluid. None where walls are not just such plates.
+    pub relative_viscosity: Option<f64>,
+    /// Standard error of `relative_viscosity` (-).
+    pub relative_viscosity_standard_error: Option<f64>,
     /// Cells per diameter of the first kind of particle (-).
     #[serde(deserialize_with = "or_nan")]
     pub cells_per_diameter: f64,
@@ -218,6 +223,8 @@ mod tests {
             state_hash: "00ff00ff00ff00ff".into(),
             dry: false,
             mach: Some(0.02),
+            relative_viscosity: Some(1.6),
+            relative_viscosity_standard_error: None,
             cells_per_diameter: 15.0,
             shapes: vec![ShapeSummary {
                 kind: "sphere".into(),
@@ -262,6 +269,7 @@ mod tests {
             "state_hash",
             "parameters",
             "mach",
+            "relative_viscosity",
             "cells_per_diameter",
             "shapes",
             "walls",

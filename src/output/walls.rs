@@ -35,6 +35,19 @@ pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
     data.write(path)
 }
 
+/// Area of the part of a surface inside of the box from the origin to `size` (m^2).
+pub fn area(surface: &Surface, size: &Vec3) -> f64 {
+    let of = |polygon: &Vec<Vec3>| -> Vec3 {
+        let fan = polygon.windows(2).skip(1);
+        fan.map(|w| (w[0] - polygon[0]).cross(&(w[1] - polygon[0])) * 0.5)
+            .sum()
+    };
+    polygons(surface, size)
+        .iter()
+        .map(|polygon| of(polygon).norm())
+        .sum()
+}
+
 /// The part of a surface inside of the box from the origin to `size`, counter-clockwise seen from the free space.
 pub(super) fn polygons(surface: &Surface, size: &Vec3) -> Vec<Vec<Vec3>> {
     let whole = match *surface {
@@ -123,7 +136,7 @@ mod tests {
         dx: 0.1,
     };
 
-    fn area(polygons: &[Vec<Vec3>]) -> Vec3 {
+    fn vector_area(polygons: &[Vec<Vec3>]) -> Vec3 {
         let one = |p: &Vec<Vec3>| -> Vec3 {
             let fan = p.windows(2).skip(1);
             fan.map(|w| (w[0] - p[0]).cross(&(w[1] - p[0])) * 0.5).sum()
@@ -139,7 +152,7 @@ mod tests {
         };
         let cut = polygons(&face, &BOX.size());
         assert_eq!((cut.len(), cut[0].len()), (1, 4));
-        assert!((area(&cut) - Vec3::z() * 2.0).norm() < 1e-7);
+        assert!((vector_area(&cut) - Vec3::z() * 2.0).norm() < 1e-7);
         // Through the diagonal of x and y.
         let normal = Vec3::new(2.0, -1.0, 0.0).normalize();
         let tilted = Surface::Plane {
@@ -147,7 +160,8 @@ mod tests {
             normal,
         };
         let cut = polygons(&tilted, &BOX.size());
-        assert!((area(&cut) - normal * 5.0_f64.sqrt() * 3.0).norm() < 1e-7);
+        assert!((vector_area(&cut) - normal * 5.0_f64.sqrt() * 3.0).norm() < 1e-7);
+        assert!((area(&tilted, &BOX.size()) - 5.0_f64.sqrt() * 3.0).abs() < 1e-7);
         let outside = Surface::Plane {
             point: Vec3::new(0.0, 0.0, -0.01),
             normal: Vec3::z(),
@@ -168,7 +182,7 @@ mod tests {
             assert_eq!(cut.len(), FACETS as usize);
             let mut total = 0.0;
             for strip in cut {
-                let area = area(std::slice::from_ref(&strip));
+                let area = vector_area(std::slice::from_ref(&strip));
                 let middle = strip.iter().sum::<Vec3>() / strip.len() as f64;
                 assert!(area.normalize().dot(&surface.normal(middle)) > 0.99);
                 total += area.norm();

@@ -9,9 +9,10 @@ mod pictures;
 mod row;
 mod share;
 mod summary;
+mod viscosity;
 mod writer;
 
-use super::Simulation;
+use super::{Measurement, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::dem::ContactState;
@@ -197,9 +198,10 @@ impl<'a> Observer<'a> {
         if due == [false; KINDS] {
             return Ok(());
         }
-        simulation.share_failure()?;
         let start = Instant::now();
-        let outcome = self.write(simulation, due);
+        let measured = due[SAMPLES].then(|| simulation.measure());
+        simulation.share_failure()?;
+        let outcome = self.write(simulation, due, measured);
         for (done, _) in self.done.iter_mut().zip(due).filter(|(_, due)| *due) {
             *done = Some(step);
         }
@@ -208,14 +210,18 @@ impl<'a> Observer<'a> {
     }
 
     /// Gathers and writes what is `due`, and with files in pieces their indices when all pieces are there. Collective.
-    fn write<T: Real>(&mut self, simulation: &mut Simulation<T>, due: Due) -> Result<()> {
-        let forces = due[SAMPLES] && !self.setup.walls.is_empty();
-        let touches = if due[CONTACTS] || forces {
+    fn write<T: Real>(
+        &mut self,
+        simulation: &mut Simulation<T>,
+        due: Due,
+        measured: Option<Measurement>,
+    ) -> Result<()> {
+        let touches = if due[CONTACTS] || due[SAMPLES] {
             simulation.dem.contact_states()
         } else {
             Vec::new()
         };
-        let frame = self.frame(simulation, due, &touches);
+        let frame = self.frame(simulation, due, measured, &touches);
         let share = if self.pieces {
             Share::piece(simulation, self.decomposition, due, &touches)
         } else {
@@ -245,9 +251,15 @@ impl<'a> Observer<'a> {
     }
 
     /// Brings to rank 0 what it writes by itself. Collective.
-    fn frame<T: Real>(&self, simulation: &mut Simulation<T>, due: Due, touches: &[ContactState]) -> Frame {
-        let row = due[SAMPLES].then(|| {
-            let row = row::row(self.setup, simulation, touches);
+    fn frame<T: Real>(
+        &self,
+        simulation: &mut Simulation<T>,
+        due: Due,
+        measured: Option<Measurement>,
+        touches: &[ContactState],
+    ) -> Frame {
+        let row = measured.map(|measured| {
+            let row = row::row(self.setup, simulation, &measured, touches);
             let wanted = |p: &Particle| self.last_path.is_some_and(|last| p.id <= last);
             let paths = if self.setup.output.series_every > 0 {
                 gather::particles(simulation, wanted)

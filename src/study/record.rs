@@ -29,7 +29,7 @@ pub const PARTS_FILE: &str = "parts.csv";
 pub const SHARE: &str = "share_";
 
 /// Numbers of a summary and of its scales.
-const OF_A_SUMMARY: [&str; 30] = [
+const OF_A_SUMMARY: [&str; 32] = [
     "settling_velocity_over_stokes",
     "settling_velocity_over_schiller_naumann",
     "standard_error",
@@ -50,6 +50,8 @@ const OF_A_SUMMARY: [&str; 30] = [
     "ranks",
     "threads",
     "mach",
+    "relative_viscosity",
+    "relative_viscosity_standard_error",
     "cells_per_diameter",
     "diameter",
     "viscosity",

@@ -6,6 +6,7 @@ use super::plan::Plan;
 use super::record;
 use crate::case::located::Located;
 use crate::error::Result;
+use crate::output::series::is_of_a_wall;
 use std::collections::BTreeSet;
 
 /// Values of an axis that differ by less are the same.
@@ -131,7 +132,7 @@ impl Study {
         let own: Vec<String> = derived.cloned().chain(windows).collect();
         let of_runs = record::names(self.file.bench.is_some());
         let known: Vec<&str> = own.iter().map(String::as_str).chain(of_runs).collect();
-        if known.contains(&name) || name.starts_with(record::SHARE) {
+        if known.contains(&name) || name.starts_with(record::SHARE) || is_of_a_wall(name) {
             return Ok(());
         }
         let near = crate::case::nearest(name, &known);

@@ -24,7 +24,7 @@ pub(super) const SETTLING: &str = "settling_velocity_over_stokes";
 /// Columns that say when.
 const WHEN: [&str; 3] = ["step", TIME, T_STAR];
 
-const GROUPS: [Group; 9] = [
+const GROUPS: [Group; 11] = [
     Group {
         name: "kinetic_energy",
         title: "Kinetic energy",
@@ -91,6 +91,38 @@ const GROUPS: [Group; 9] = [
         columns: &[("gravitational_energy", "")],
         logarithmic: false,
     },
+    Group {
+        name: "contact_stress",
+        title: "Stress of the particles by contacts",
+        columns: &[
+            ("contact_stress_xx", "xx"),
+            ("contact_stress_yy", "yy"),
+            ("contact_stress_zz", "zz"),
+            ("contact_stress_xy", "xy"),
+            ("contact_stress_xz", "xz"),
+            ("contact_stress_yz", "yz"),
+        ],
+        logarithmic: false,
+    },
+    Group {
+        name: "hydrodynamic_stress",
+        title: "Stress of the particles by the fluid",
+        columns: &[
+            ("hydrodynamic_stress_xx", "xx"),
+            ("hydrodynamic_stress_yy", "yy"),
+            ("hydrodynamic_stress_zz", "zz"),
+            ("hydrodynamic_stress_xy", "xy"),
+            ("hydrodynamic_stress_xz", "xz"),
+            ("hydrodynamic_stress_yz", "yz"),
+        ],
+        logarithmic: false,
+    },
+];
+
+/// Vectors of each wall: the beginning of the names of their columns, and a title.
+const OF_WALLS: [(&str, &str); 2] = [
+    ("fluid_force", "Force of the fluid on wall"),
+    ("shear_stress", "Shear stress on wall"),
 ];
 
 /// All figures that the series has something for; what is zero throughout is left out.
@@ -125,6 +157,26 @@ pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -
                 &columns,
                 group.logarithmic,
             ));
+        }
+    }
+    for (what, title) in OF_WALLS {
+        let walls = series.columns.iter().filter_map(|column| {
+            let wall = column.name.strip_prefix(what)?.strip_prefix('_')?;
+            wall.strip_suffix("_x")
+        });
+        for wall in walls {
+            let name = format!("{what}_{wall}");
+            let columns: Vec<(&SeriesColumn, &str)> = (["x", "y", "z"].into_iter())
+                .filter_map(|axis| {
+                    let is = |column: &&SeriesColumn| column.name == format!("{name}_{axis}");
+                    Some((series.columns.iter().find(is)?, axis))
+                })
+                .collect();
+            known.extend(columns.iter().map(|(column, _)| column.name.as_str()));
+            if columns.iter().any(|(column, _)| moves(column)) {
+                let title = format!("{title} {wall}");
+                blocks.push(over_time(case, series, &name, title, &columns, false));
+            }
         }
     }
     // Whatever else there is, each for itself.

@@ -1,13 +1,16 @@
 //! One row of the time series.
 
+use super::gather;
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::fluid::Real;
 use crate::math::{ReproducibleSum, Vec3, join_wide, magnitude, split_wide};
 use crate::output::SeriesRow;
+use crate::output::walls::area;
 use crate::particle::Particle;
-use crate::simulation::Simulation;
+use crate::simulation::{Measurement, Simulation};
+use crate::wall::{Surface, Wall};
 
 /// The direction in which the particles of a case settle as a whole, that of their weight less buoyancy: against gravity if
 /// they are lighter than the fluid. `None` if nothing settles.
@@ -54,16 +57,19 @@ fn fluid_density(setup: &Setup) -> f64 {
 pub(super) fn row<T: Real>(
     setup: &Setup,
     simulation: &Simulation<T>,
+    measured: &Measurement,
     contacts: &[ContactState],
 ) -> Option<SeriesRow> {
     let Setup { units, scales, .. } = setup;
     let own = simulation.dem.particles().owned();
-    let on_walls = contacts.iter().filter(|contact| contact.wall().is_some());
-    let terms: Vec<[f64; SUMS]> = (own.iter().map(|p| of_particle(setup, p)))
-        .chain(on_walls.map(of_wall_contact))
-        .collect();
+    let known = gather::partners(simulation, contacts);
+    let mut terms = Vec::new();
+    own.iter().for_each(|p| of_particle(setup, p, &mut terms));
+    for contact in contacts {
+        of_contact(setup, &known, contact, &mut terms);
+    }
     let summary = simulation.dem.contacts();
-    let mean = simulation.mean_flow();
+    let mean = measured.mean;
     let fastest = own.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
     let Reduced {
         sums,
@@ -71,62 +77,97 @@ pub(super) fn row<T: Real>(
         most: [max_particle_speed, depth, max_lattice_speed],
     } = reduce(
         &simulation.comm,
+        ON_WALLS + 3 * setup.walls.len(),
         &terms,
         [own.len(), summary.count],
         [fastest, summary.max_depth, mean.max_lattice_speed],
     );
+    let by_fluid = simulation.wall_loads();
     if simulation.comm.rank() > 0 {
         return None;
     }
-    let [
-        vx,
-        vy,
-        vz,
-        speed,
-        px,
-        py,
-        pz,
-        translation,
-        rotation,
-        gravitational,
-        fx,
-        fy,
-        fz,
-    ] = sums;
+    let vector = |first: usize| Vec3::from_column_slice(&sums[first..first + 3]);
     let time = simulation.step as f64 * units.dt;
     let count = particles.max(1) as f64;
-    let mean_velocity = Vec3::new(vx, vy, vz) / count;
+    let mean_velocity = vector(VELOCITY) / count;
     let over_stokes = settling_direction(setup).map_or(0.0, |down| {
         (mean_velocity - mean.velocity).dot(&down) / scales.stokes_velocity
     });
     let fluid_mass = fluid_density(setup) * simulation.fluid_volume();
+    let volume = if setup.dry {
+        setup.domain.volume()
+    } else {
+        simulation.fluid_volume()
+    };
+    let walls = setup.walls.iter().zip(by_fluid).enumerate();
     Some(SeriesRow {
         step: simulation.step,
         time,
         t_star: stokes_time(setup).map_or(0.0, |unit| time / unit),
         settling_velocity: over_stokes,
         mean_particle_velocity: mean_velocity.into(),
-        mean_particle_speed: speed / count,
+        mean_particle_speed: sums[SPEED] / count,
         max_particle_speed,
         net_flux: mean.velocity.into(),
         contacts: contacts as usize,
         max_overlap: depth / scales.diameter,
         kinetic_energy_fluid: mean.kinetic_energy,
-        kinetic_energy_translation: translation,
-        kinetic_energy_rotation: rotation,
-        momentum: (Vec3::new(px, py, pz) + fluid_mass * mean.velocity).into(),
-        wall_force: [fx, fy, fz],
-        gravitational_energy: gravitational,
+        kinetic_energy_translation: sums[TRANSLATION],
+        kinetic_energy_rotation: sums[ROTATION],
+        momentum: (vector(MOMENTUM) + fluid_mass * mean.velocity).into(),
+        wall_force: vector(WALL_FORCE).into(),
+        gravitational_energy: sums[GRAVITATION],
         max_mach: 3.0_f64.sqrt() * max_lattice_speed,
+        contact_stress: std::array::from_fn(|i| sums[CONTACT_STRESS + i] / volume),
+        hydrodynamic_stress: measured.stresslet.map(|sum| sum / volume),
+        walls: walls
+            .flat_map(|(n, (wall, load))| {
+                // Before the first step there was none to measure in.
+                let fluid = if simulation.step > 0 {
+                    load.force
+                } else {
+                    Vec3::zeros()
+                };
+                let stress = shear_stress(setup, wall, fluid + vector(ON_WALLS + 3 * n));
+                [Some(fluid), stress].into_iter().flatten()
+            })
+            .flat_map(<[f64; 3]>::from)
+            .collect(),
     })
 }
 
-/// What a row adds up: velocity (3), speed, momentum less that of the displaced fluid (3), kinetic energy of translation and of
-/// rotation, gravitational energy, force on walls (3).
-const SUMS: usize = 13;
+/// Stress along a wall under a force (Pa), if it is a plane that has a part in the box.
+fn shear_stress(setup: &Setup, wall: &Wall, force: Vec3) -> Option<Vec3> {
+    let Surface::Plane { normal, .. } = wall.surface else {
+        return None;
+    };
+    let area = area(&wall.surface, &setup.domain.size());
+    Some((force - normal * force.dot(&normal)) / area)
+}
 
-/// What a particle contributes to each sum.
-fn of_particle(setup: &Setup, particle: &Particle) -> [f64; SUMS] {
+// Sums of a row: vectors of three, the stress by contacts six.
+const VELOCITY: usize = 0;
+const SPEED: usize = 3;
+/// Momentum less that of the displaced fluid.
+const MOMENTUM: usize = 4;
+const TRANSLATION: usize = 7;
+const ROTATION: usize = 8;
+const GRAVITATION: usize = 9;
+const WALL_FORCE: usize = 10;
+/// Times the volume of the box.
+const CONTACT_STRESS: usize = 13;
+/// Forces of contacts on each wall.
+const ON_WALLS: usize = 19;
+
+/// A sum and a number that it gains.
+type Term = (usize, f64);
+
+fn put(terms: &mut Vec<Term>, first: usize, values: &[f64]) {
+    terms.extend((first..).zip(values.iter().copied()));
+}
+
+/// What a particle contributes.
+fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
     let template = &setup.templates[particle.template as usize];
     let velocity = particle.velocity();
     let excess = (template.density - fluid_density(setup)) * template.shape.volume();
@@ -136,75 +177,81 @@ fn of_particle(setup: &Setup, particle: &Particle) -> [f64; SUMS] {
         let closed = !setup.domain.periodic[axis];
         if closed { setup.gravity[axis] } else { 0.0 }
     });
-    let [vx, vy, vz] = velocity.into();
-    let [px, py, pz] = (excess * velocity).into();
     let translation = 0.5 * template.mass() * velocity.norm_squared();
     let rotation = 0.5 * template.inertia().component_mul(&spin).dot(&spin);
-    let gravitational = -excess * particle.position().dot(&fall);
-    let speed = velocity.norm();
-    [
-        vx,
-        vy,
-        vz,
-        speed,
-        px,
-        py,
-        pz,
-        translation,
-        rotation,
-        gravitational,
-        0.0,
-        0.0,
-        0.0,
-    ]
+    put(terms, VELOCITY, velocity.as_slice());
+    put(terms, MOMENTUM, (excess * velocity).as_slice());
+    terms.extend([
+        (SPEED, velocity.norm()),
+        (TRANSLATION, translation),
+        (ROTATION, rotation),
+        (GRAVITATION, -excess * particle.position().dot(&fall)),
+    ]);
 }
 
-/// What a contact with a wall contributes to each sum.
-fn of_wall_contact(contact: &ContactState) -> [f64; SUMS] {
-    let [x, y, z] = contact.force.map(|f| -f);
-    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x, y, z]
+/// What a contact contributes; `known` has its particles, ascending by id.
+fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, terms: &mut Vec<Term>) {
+    let centre = |id: u64| {
+        let found = known.binary_search_by_key(&id, |particle| particle.id);
+        known[found.expect("the particles of all contacts are known")].position()
+    };
+    let force = Vec3::from(contact.force);
+    let from = match contact.wall() {
+        None => centre(contact.second),
+        Some(wall) => {
+            put(terms, WALL_FORCE, (-force).as_slice());
+            put(terms, ON_WALLS + 3 * wall, (-force).as_slice());
+            contact.point.into()
+        }
+    };
+    let branch = setup.domain.nearest_image(centre(contact.first) - from);
+    let moment = -0.5 * (branch * force.transpose() + force * branch.transpose());
+    let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    put(terms, CONTACT_STRESS, &pairs.map(|(i, j)| moment[(i, j)]));
 }
 
 /// Numbers of all ranks.
 #[derive(Debug, PartialEq)]
-struct Reduced<const N: usize, const C: usize, const M: usize> {
-    /// Sums of the columns of all terms.
-    sums: [f64; N],
+struct Reduced<const C: usize, const M: usize> {
+    /// Sums of all terms.
+    sums: Vec<f64>,
     /// Sums.
     counts: [i64; C],
     /// Maxima.
     most: [f64; M],
 }
 
-/// Adds up columns and counts over all ranks and takes maxima, with one message of each kind. Collective.
-fn reduce<const N: usize, const C: usize, const M: usize>(
+/// Adds up terms to so many sums, and counts, over all ranks and takes maxima, with one message of each kind. Collective.
+fn reduce<const C: usize, const M: usize>(
     comm: &Comm,
-    terms: &[[f64; N]],
+    columns: usize,
+    terms: &[Term],
     counts: [usize; C],
     most: [f64; M],
-) -> Reduced<N, C, M> {
-    let mut largest = vec![0.0; N];
-    for term in terms {
-        for (largest, &x) in largest.iter_mut().zip(term) {
-            *largest = f64::max(*largest, magnitude(x));
-        }
+) -> Reduced<C, M> {
+    let mut largest = vec![0.0; columns];
+    for &(column, x) in terms {
+        largest[column] = f64::max(largest[column], magnitude(x));
     }
     largest.extend(most);
     comm.max(&mut largest);
-    let mut sums: [ReproducibleSum; N] = std::array::from_fn(|column| ReproducibleSum::new(largest[column]));
-    for term in terms {
-        for (sum, &x) in sums.iter_mut().zip(term) {
-            sum.add(x);
-        }
+    let mut sums: Vec<ReproducibleSum> = (largest[..columns].iter())
+        .map(|&x| ReproducibleSum::new(x))
+        .collect();
+    for &(column, x) in terms {
+        sums[column].add(x);
     }
     let mut words: Vec<i64> = (sums.iter().flat_map(|sum| split_wide(sum.total())))
         .chain(counts.map(|count| count as i64))
         .collect();
     comm.sum(&mut words);
+    let total = |i: usize| join_wide([words[2 * i], words[2 * i + 1]]);
     Reduced {
-        sums: std::array::from_fn(|i| sums[i].value(join_wide([words[2 * i], words[2 * i + 1]]))),
-        counts: std::array::from_fn(|i| words[2 * N + i]),
-        most: std::array::from_fn(|i| largest[N + i]),
+        sums: (sums.iter().enumerate())
+            .map(|(i, sum)| sum.value(total(i)))
+            .collect(),
+        counts: std::array::from_fn(|i| words[2 * columns + i]),
+        most: std::array::from_fn(|i| largest[columns + i]),
     }
 }
 
@@ -215,18 +262,18 @@ mod tests {
 
     #[test]
     fn one_to_five_ranks_find_the_same_bits_whoever_has_which_term() {
-        let terms: Vec<[f64; 2]> = (0..97_u32)
+        let terms: Vec<[Term; 2]> = (0..97_u32)
             .map(|i| {
                 let x = f64::from(i) - 40.3;
-                [1e-9 * x * x * x, 1e12 / x]
+                [(0, 1e-9 * x * x * x), (1, 1e12 / x)]
             })
             .collect();
         let reduced = |ranks: usize, turn: usize| {
             let mut all = on_threads(ranks, |comm| {
                 let mine = (comm.rank() + turn) % ranks;
                 let own: Vec<_> = terms.iter().copied().skip(mine).step_by(ranks).collect();
-                let last = own.last().map_or(0.0, |term| term[0]);
-                reduce(&comm, &own, [own.len()], [last])
+                let last = own.last().map_or(0.0, |term| term[0].1);
+                reduce(&comm, 2, &own.concat(), [own.len()], [last])
             });
             let first = all.swap_remove(0);
             assert!(all.iter().all(|other| *other == first));
@@ -234,7 +281,7 @@ mod tests {
         };
         let alone = reduced(1, 0);
         assert_eq!(alone.counts, [97]);
-        let plain = terms.iter().map(|term| term[0]).sum::<f64>();
+        let plain = terms.iter().map(|term| term[0].1).sum::<f64>();
         assert!(
             (alone.sums[0] / plain - 1.0).abs() < 1e-14,
             "{} {plain}",
@@ -249,7 +296,7 @@ mod tests {
     fn a_sum_with_a_term_that_is_no_number_is_none_on_every_rank() {
         let sums = on_threads(3, |comm| {
             let term = if comm.rank() == 1 { f64::NAN } else { 1.0 };
-            reduce(&comm, &[[term, 2.0]], [], []).sums
+            reduce(&comm, 2, &[(0, term), (1, 2.0)], [], []).sums
         });
         assert!(
             sums.iter()

@@ -20,6 +20,8 @@ pub(super) struct Outcome {
     pub(super) settled: Option<(f64, Estimate)>,
     pub(super) averaged_over: Option<[f64; 2]>,
     pub(super) max_mach: f64,
+    /// Of the suspension over that of the fluid, between two plates.
+    pub(super) viscosity: Option<Estimate>,
     pub(super) hash: u64,
     pub(super) interrupted: bool,
     /// Steps done before this run, which has gone on from there.
@@ -34,6 +36,7 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         settled,
         averaged_over,
         max_mach,
+        viscosity,
         hash,
         interrupted,
         first,
@@ -80,6 +83,8 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         state_hash: format!("{hash:016x}"),
         dry: setup.dry,
         mach: wet.then_some(max_mach),
+        relative_viscosity: viscosity.map(|e| e.mean),
+        relative_viscosity_standard_error: viscosity.and_then(|e| e.standard_error),
         cells_per_diameter: scales.diameter / setup.domain.dx,
         shapes: shapes(setup),
         walls: walls(setup),

@@ -2,6 +2,7 @@
 
 use super::row::{settles_for_ever, settling_direction, stokes_time};
 use super::summary::{self, Outcome};
+use super::viscosity::Plates;
 use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, SURFACES, pictures};
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
@@ -38,6 +39,9 @@ pub(super) struct Writer<'a> {
     settling: Vec<f64>,
     steps: Vec<u64>,
     max_mach: f64,
+    plates: Option<Plates>,
+    /// Of the suspension over that of the fluid; nothing without plates.
+    viscosity: Vec<f64>,
 }
 
 /// How far the files have come, and what the end of a run needs of its beginning.
@@ -56,6 +60,8 @@ pub(in crate::simulation) struct WriterState {
     settling: Vec<f64>,
     steps: Vec<u64>,
     max_mach: f64,
+    #[serde(default)]
+    viscosity: Vec<f64>,
 }
 
 impl WriterState {
@@ -128,6 +134,7 @@ impl<'a> Writer<'a> {
             settling: state.settling,
             steps: state.steps,
             max_mach: state.max_mach,
+            viscosity: state.viscosity,
             ..writer
         })
     }
@@ -151,6 +158,7 @@ impl<'a> Writer<'a> {
             settling: self.settling.clone(),
             steps: self.steps.clone(),
             max_mach: self.max_mach,
+            viscosity: self.viscosity.clone(),
         })
     }
 
@@ -180,6 +188,8 @@ impl<'a> Writer<'a> {
             settling: Vec::new(),
             steps: Vec::new(),
             max_mach: 0.0,
+            plates: Plates::of(setup),
+            viscosity: Vec::new(),
         }
     }
 
@@ -252,13 +262,15 @@ impl<'a> Writer<'a> {
         self.settling.push(row.settling_velocity);
         self.steps.push(row.step);
         self.max_mach = self.max_mach.max(row.max_mach);
+        self.viscosity
+            .extend(self.plates.as_ref().map(|plates| plates.relative_viscosity(row)));
         if self.setup.output.series_every == 0 {
             return Ok(());
         }
         let (series, single) = match &mut self.series {
             Some(open) => open,
             none => none.insert((
-                SeriesWriter::create(&self.files.series())?,
+                SeriesWriter::create(&self.files.series(), &self.setup.walls)?,
                 ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
             )),
         };
@@ -301,6 +313,7 @@ impl<'a> Writer<'a> {
             settled,
             averaged_over,
             max_mach: self.max_mach,
+            viscosity: estimate_mean(self.viscosity.get(first..).unwrap_or(&[])),
             hash,
             interrupted,
             first: self.first,

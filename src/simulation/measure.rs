@@ -1,0 +1,95 @@
+//! What one measures of the whole box: the mean flow, the stress of the particles, the force of the fluid on walls.
+
+use super::{Simulation, Wet};
+use crate::coupling::MeanFlow;
+use crate::dem::Load;
+use crate::fluid::{Flow, Real};
+use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
+use crate::units::Units;
+
+/// The flow as the last step has left it, with all forces of that step and none of the coming one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measurement {
+    /// Mean values over the box.
+    pub mean: MeanFlow,
+    /// Stresslet of all particles together in the coming step (N m): `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
+    pub stresslet: [f64; 6],
+}
+
+/// Words of the sums of a [`Flow`].
+pub(super) const WORDS: usize = 10;
+
+/// The sums of a measurement, to be added up over all ranks.
+pub(super) fn words(flow: &Flow) -> Vec<i64> {
+    let [x, y, z] = flow.momentum;
+    [x, y, z, flow.square, flow.solid]
+        .into_iter()
+        .flat_map(split_wide)
+        .collect()
+}
+
+/// The numbers that pairs of added-up words stand for.
+fn numbers<const N: usize>(words: &[i64]) -> [f64; N] {
+    std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])))
+}
+
+impl<T: Real> Simulation<T> {
+    /// Mean values from the added-up [`words`] of all ranks.
+    pub(super) fn mean_of(&self, words: &[i64], max_lattice_speed: f64) -> MeanFlow {
+        let sums: [f64; 5] = numbers(words);
+        let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
+        let Units { dx, density, .. } = self.units;
+        let velocity = self.units.velocity();
+        MeanFlow {
+            velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
+            solid_fraction: sums[4] / cells,
+            kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
+            max_lattice_speed,
+        }
+    }
+
+    /// Looks at the fluid as it is now; the controller of the net flux does not see it. A cell that is too fast becomes a failure
+    /// of this rank. Zeros in a dry run. Collective.
+    pub fn measure(&mut self) -> Measurement {
+        let Some(Wet { fluid, coupling, .. }) = &mut self.wet else {
+            return Measurement::default();
+        };
+        let particles = self.dem.particles();
+        coupling.map(particles);
+        let mut stresslet = coupling.stresslet(particles);
+        let flow = fluid.measure(&mut stresslet);
+        let mut words = words(&flow);
+        words.extend(stresslet.sums().into_iter().flat_map(split_wide));
+        self.note_fault(flow.fault);
+        self.comm.sum(&mut words);
+        let sums: [f64; 6] = numbers(&words[WORDS..]);
+        Measurement {
+            mean: self.mean_of(&words, flow.max_speed),
+            stresslet: sums.map(|sum| sum * self.units.torque()),
+        }
+    }
+
+    /// Force (N) of the fluid on each wall of the case in the last step, and torque (N m) about the pivot of its motion,
+    /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
+    /// dry run. Collective.
+    pub fn wall_loads(&self) -> Vec<Load> {
+        let Some(wet) = &self.wet else {
+            return vec![Load::default(); self.walls];
+        };
+        let mut words: Vec<i64> = wet
+            .fluid
+            .wall_loads()
+            .iter()
+            .flat_map(|load| [load.force, load.torque].into_iter().flatten())
+            .flat_map(split_wide)
+            .collect();
+        self.comm.sum(&mut words);
+        words
+            .chunks_exact(12)
+            .map(|w| Load {
+                force: Vec3::from(numbers(&w[..6])) * self.units.force(),
+                torque: Vec3::from(numbers(&w[6..])) * self.units.torque(),
+            })
+            .collect()
+    }
+}
