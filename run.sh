@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds turbid and runs the main case, or passes its arguments on:
 #
-#   ./run.sh                       the main case, cases/hindered_settling.toml
+#   ./run.sh                       the main case, cases/hindered_settling.toml, in place of an earlier run of it
 #   ./run.sh check cases/x.toml    turbid check cases/x.toml
 #
 # TURBID_FEATURES names cargo features to build with, and what they need is installed if it is missing:
@@ -25,6 +25,6 @@ if [ "$seconds" -gt 2 ]; then
 fi
 
 if [ $# -eq 0 ]; then
-    set -- run "$here/cases/hindered_settling.toml"
+    set -- run "$here/cases/hindered_settling.toml" --overwrite
 fi
 exec cargo run --release --locked --quiet --manifest-path "$here/Cargo.toml" --features "$features" -- "$@"

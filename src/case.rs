@@ -34,10 +34,12 @@ use crate::units::Units;
 use crate::wall::Wall;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 pub use file::schema;
 pub use hertz::Hertz;
 pub use resolve::{from_saved, from_text, load, outline};
+pub use schedule::CHECKPOINT_INTERVAL;
 pub(crate) use source::{Source, nearest};
 
 /// A case resolved to numbers: everything a run needs, checked.
@@ -49,6 +51,8 @@ pub struct Setup {
     pub text: String,
     /// The files that the case names: the name as it stands there, and the contents.
     pub files: Vec<(String, Vec<u8>)>,
+    /// Where the case and these files were read; empty for a text or a case that was saved.
+    pub inputs: Vec<PathBuf>,
     /// What the user should know although the case is valid, ready to print.
     pub warnings: Vec<String>,
     /// Box and cells.
@@ -173,6 +177,17 @@ pub struct OutputPlan {
     pub picture_plane: Option<(usize, Option<f64>)>,
     /// Speed at the upper end of the colours of pictures (m/s), if the case says so.
     pub picture_range: Option<f64>,
-    /// Steps between checkpoints.
-    pub checkpoint_every: u64,
+    /// When checkpoints are due.
+    pub checkpoint_every: CheckpointSpacing,
+}
+
+/// When a run writes checkpoints of its own accord.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CheckpointSpacing {
+    /// Never.
+    Never,
+    /// After so many steps each, and at the end.
+    Steps(u64),
+    /// After so much wall time each.
+    WallTime(Duration),
 }

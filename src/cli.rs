@@ -11,6 +11,7 @@ mod preflight;
 mod report;
 mod resume;
 mod run;
+mod signals;
 mod study;
 mod suite;
 mod terminal;
@@ -90,6 +91,9 @@ struct RunArguments {
     /// Directory for all output, instead of the case's.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Remove the results of an earlier run that are in the output directory. Other files there stay.
+    #[arg(long)]
+    overwrite: bool,
     #[command(flatten)]
     manner: Manner,
 }
@@ -177,8 +181,12 @@ struct PackArguments {
 /// Exit code of a cross-check, a validation or a study that came to its end, when not all checks passed.
 const CHECKS_FAILED: u8 = 3;
 
+/// Exit code of [`Error::Interrupted`]: a signal or the time limit came before the end.
+const STOPPED: u8 = 4;
+
 /// Runs the program; arguments are those of the process.
 pub fn main() -> ExitCode {
+    signals::outlive_the_file_limit();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return terminal::usage(&error),
@@ -186,47 +194,45 @@ pub fn main() -> ExitCode {
     if let Some(done) = place_in_job(&arguments.command) {
         return done;
     }
-    let done = carry_out(arguments.command);
+    #[cfg(feature = "liggghts")]
+    if let Command::LiggghtsWorker = arguments.command {
+        return crate::dem::liggghts::worker::main();
+    }
+    let code = carry_out(arguments.command);
     #[cfg(feature = "liggghts")]
     crate::dem::liggghts::end();
-    done
+    terminal::exit(code)
 }
 
-fn carry_out(command: Command) -> ExitCode {
-    let done = match command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Resume(arguments) => resume::resume(&arguments),
-        Command::Check(arguments) => check::check(&arguments),
-        Command::Bench(arguments) => bench::bench(&arguments),
-        Command::Pack(arguments) => pack::pack(&arguments),
-        Command::Crosscheck(arguments) => match crosscheck::crosscheck(&arguments) {
-            Ok(true) => Ok(()),
-            Ok(false) => return ExitCode::from(CHECKS_FAILED),
-            Err(error) => Err(error),
-        },
-        Command::Study(arguments) => match study::study(&arguments) {
-            Ok(true) => Ok(()),
-            Ok(false) => return ExitCode::from(CHECKS_FAILED),
-            Err(error) => Err(error),
-        },
-        Command::Validate(arguments) => match validate::validate(&arguments) {
-            Ok(true) => Ok(()),
-            Ok(false) => return ExitCode::from(CHECKS_FAILED),
-            Err(error) => Err(error),
-        },
-        Command::Report(arguments) => report::report(&arguments),
+/// Does what was asked for; the exit code.
+fn carry_out(command: Command) -> u8 {
+    let passed = match command {
+        Command::Run(arguments) => run::run(&arguments).map(|()| true),
+        Command::Resume(arguments) => resume::resume(&arguments).map(|()| true),
+        Command::Check(arguments) => check::check(&arguments).map(|()| true),
+        Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
+        Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),
+        Command::Crosscheck(arguments) => crosscheck::crosscheck(&arguments),
+        Command::Study(arguments) => study::study(&arguments),
+        Command::Validate(arguments) => validate::validate(&arguments),
+        Command::Report(arguments) => report::report(&arguments).map(|()| true),
         Command::Doctor => {
             say(&doctor::report());
-            Ok(())
+            Ok(true)
         }
         #[cfg(feature = "liggghts")]
-        Command::LiggghtsWorker => return crate::dem::liggghts::worker::main(),
+        Command::LiggghtsWorker => unreachable!("has its own exit"),
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
+    match passed {
+        Ok(true) => 0,
+        Ok(false) => CHECKS_FAILED,
         Err(error) => {
-            terminal::error(&error);
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1))
+            let code = u8::try_from(error.exit_code()).unwrap_or(1);
+            // Whoever stopped a run knows that it was stopped.
+            if code != STOPPED {
+                terminal::error(&error);
+            }
+            code
         }
     }
 }

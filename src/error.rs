@@ -86,10 +86,11 @@ impl Error {
         }
     }
 
-    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine.
+    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine, 4 for a run that was stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
             Self::Diverged { .. } | Self::Engine { .. } => 3,
+            Self::Interrupted => 4,
             Self::Agreed { code, .. } => *code,
             _ => 2,
         }

@@ -1,4 +1,4 @@
-//! `turbid check --ranks`: what each rank would have to do, before a run.
+//! `turbid check --ranks`: what each rank would have to do, before a run; and results that cannot be printed.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -34,12 +34,8 @@ end = { steps = 1 }
 const CELLS: usize = 48 * 48 * 80;
 
 fn check(folder: &Path, ranks: &str) -> Output {
-    std::fs::write(folder.join("case.toml"), CASE).unwrap();
-    Command::new(env!("CARGO_BIN_EXE_turbid"))
-        .args(["check", "case.toml", "--ranks", ranks])
-        .current_dir(folder)
-        .output()
-        .unwrap()
+    let arguments = ["check", "case.toml", "--ranks", ranks];
+    turbid(folder, &arguments).output().unwrap()
 }
 
 /// What is said of so many ranks, line by line.
@@ -133,4 +129,47 @@ fn too_many_ranks_are_refused_with_the_largest_number_that_fits() {
         error.contains(&format!("use --ranks {}", 12 * 12 * 20)),
         "{error}"
     );
+}
+
+/// Turbid in a folder with the case.
+fn turbid(folder: &Path, arguments: &[&str]) -> Command {
+    std::fs::write(folder.join("case.toml"), CASE).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_turbid"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_cannot_be_printed_are_an_error_and_those_that_nobody_reads_are_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let verbs: [&[&str]; 9] = [
+        &["check", "case.toml"],
+        &["check", "--schema"],
+        &["run", "case.toml"],
+        &["pack", "case.toml", "--out", "positions.csv"],
+        &["bench", "case.toml", "--steps", "1"],
+        &["validate", "--list"],
+        &["doctor"],
+        &["--help"],
+        &["--version"],
+    ];
+    for verb in verbs {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = turbid(folder.path(), verb).stdout(full).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{verb:?}: {said}");
+        let words = "error: cannot write to standard output: No space left";
+        assert_eq!(said.matches(words).count(), 1, "{verb:?}: {said}");
+    }
+    assert!(
+        folder.path().join("out/case/summary.json").exists(),
+        "the run itself went well"
+    );
+    for verb in [verbs[0], verbs[7]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = turbid(folder.path(), verb).stdout(writer).output().unwrap();
+        assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    }
 }

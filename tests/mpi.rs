@@ -63,7 +63,7 @@ fn result(folder: &Path) -> (String, Vec<u8>) {
 /// What this many threads of one process find.
 fn on_threads(folder: &Path, threads: &str, more: &[&str]) -> (String, Vec<u8>) {
     let output = Command::new(env!("CARGO_BIN_EXE_turbid"))
-        .args(["run", "case.toml", "--quiet", "--threads", threads])
+        .args(["run", "case.toml", "--overwrite", "--quiet", "--threads", threads])
         .args(more)
         .current_dir(folder)
         .output()
@@ -77,7 +77,7 @@ fn two_three_and_five_processes_find_the_bits_of_one_thread() {
     let folder = folder();
     let expected = on_threads(folder.path(), "1", &[]);
     for processes in [2, 3, 5] {
-        let output = turbid(folder.path(), processes, &["run", "case.toml"]);
+        let output = turbid(folder.path(), processes, &["run", "case.toml", "--overwrite"]);
         let said = words(&output);
         assert!(output.status.success(), "{said}");
         assert_eq!(said.matches("state hash").count(), 1, "one speaks: {said}");
@@ -94,7 +94,7 @@ fn liggghts_moves_the_particles_of_all_processes() {
     let output = turbid(
         folder.path(),
         3,
-        &[&["run", "case.toml", "--quiet"], &engine[..]].concat(),
+        &[&["run", "case.toml", "--overwrite", "--quiet"], &engine[..]].concat(),
     );
     assert!(output.status.success(), "{}", words(&output));
     assert!(result(folder.path()) == expected);
@@ -188,6 +188,31 @@ fn an_output_folder_that_cannot_be_made_ends_all_processes() {
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert_eq!(said.matches("error:").count(), 1, "{said}");
+}
+
+#[test]
+fn all_processes_of_a_run_that_is_stopped_end_well_and_the_launcher_reports_their_code() {
+    let folder = folder();
+    let endless = ["--max-walltime", "1s", "--set", "run.end.steps=100000000"];
+    let output = turbid(folder.path(), 3, &[&["run", "case.toml"], &endless[..]].concat());
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(4), "{said}");
+    // What Open MPI says if one is gone before it has told MPI, or is killed.
+    assert!(!said.contains("improper") && !said.contains("signal"), "{said}");
+    assert_eq!(said.matches("turbid resume out").count(), 1, "{said}");
+    assert!(!said.contains("error:"), "{said}");
+}
+
+#[test]
+fn results_of_an_earlier_run_are_refused_once_by_all_processes() {
+    let folder = folder();
+    let before = on_threads(folder.path(), "1", &[]);
+    let output = turbid(folder.path(), 2, &["run", "case.toml"]);
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("error:").count(), 1, "{said}");
+    assert!(said.contains("--overwrite"), "{said}");
+    assert!(result(folder.path()) == before);
 }
 
 /// The processes of a job that run turbid, by their rank; found by the folder they were started in.

@@ -129,7 +129,7 @@ mod processes {
         mpirun(
             folder,
             processes,
-            &[&["run", "case.toml", "--quiet"], more].concat(),
+            &[&["run", "case.toml", "--overwrite", "--quiet"], more].concat(),
         )
     }
 

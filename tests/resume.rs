@@ -270,7 +270,7 @@ fn flip(path: &Path, place: impl FnOnce(usize) -> usize) {
 fn in_two_halves(place: &Place, steps: u64, options: &[&str], whole: &[&str]) {
     let run = |parts: &[&[&str]]| place.well(&parts.concat());
     let [half, end] = [steps / 2, steps].map(|steps| format!("run.end.steps={steps}"));
-    let start = ["run", "case.toml", "--quiet"];
+    let start = ["run", "case.toml", "--overwrite", "--quiet"];
     run(&[&start, options, whole, &["--out", "whole", "--threads", "1"]]);
     let whole = place.left("whole");
     for (before, after) in [("1", "3"), ("2", "1"), ("4", "2")] {
@@ -359,6 +359,7 @@ fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
     let half = [
         "run",
         "case.toml",
+        "--overwrite",
         "--quiet",
         "--set",
         "run.end.steps=40",
@@ -534,7 +535,7 @@ fn what_cannot_go_on_is_refused_with_a_remedy() {
 }
 
 #[test]
-fn a_fresh_run_removes_the_checkpoints_of_the_one_before() {
+fn a_fresh_run_replaces_the_one_before_only_when_it_is_told_to() {
     let place = Place::new(CASE);
     place.well(&[
         "run",
@@ -544,7 +545,20 @@ fn a_fresh_run_removes_the_checkpoints_of_the_one_before() {
         "output.checkpoint_every.steps=40",
     ]);
     std::fs::write(place.path("out/checkpoints/notes"), "mine").unwrap();
-    place.well(&["run", "case.toml", "--quiet"]);
+    let before = place.left("out");
+    let said = place.ill(2, &["run", "case.toml"]);
+    for word in [
+        "the output directory out holds the results of an earlier run: summary.json, ",
+        " other files, 2 checkpoints, the last of step 80",
+        "turbid resume out",
+        "--out",
+        "--overwrite",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    place.left("out").must_be(&before, "after a refusal");
+    assert_eq!(place.checkpoints("out"), [40, 80]);
+    place.well(&["run", "case.toml", "--quiet", "--overwrite"]);
     assert_eq!(place.checkpoints("out"), [0; 0]);
     assert!(place.path("out/checkpoints/notes").exists());
 }

@@ -126,6 +126,7 @@ fn on_threads(folder: &Path, threads: usize, precision: &str) -> [Vec<u8>; 3] {
             env!("CARGO_BIN_EXE_turbid"),
             "run",
             "case.toml",
+            "--overwrite",
             "--quiet",
         ])
         .args([
@@ -143,7 +144,14 @@ fn on_threads(folder: &Path, threads: usize, precision: &str) -> [Vec<u8>; 3] {
 #[cfg(feature = "mpi")]
 fn on_processes(folder: &Path, processes: usize, precision: &str) -> [Vec<u8>; 3] {
     let precision_is = format!("fluid.precision={precision}");
-    let arguments = ["run", "case.toml", "--quiet", "--set", &precision_is];
+    let arguments = [
+        "run",
+        "case.toml",
+        "--overwrite",
+        "--quiet",
+        "--set",
+        &precision_is,
+    ];
     let output = job::limited(folder, 120, processes, &arguments).output().unwrap();
     outcome(folder, precision, &output)
 }

@@ -137,7 +137,7 @@ fn a_study_that_is_stopped_goes_on_and_ends_with_the_numbers_of_one_that_was_not
     let series = place.path("parts/phi0.2_seed1/series.csv");
     poll("rows of the second run", || (rows(&series) >= 6).then_some(()));
     child.send(libc::SIGTERM);
-    child.ends_well();
+    child.ends_with(4);
     assert_eq!(place.result("parts").len(), 1);
     let list = place.well(&["study.toml", "--out", "parts", "--list"]);
     assert!(

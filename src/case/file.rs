@@ -244,6 +244,22 @@ pub enum Every {
     StokesTimes(f64),
 }
 
+/// How often to write checkpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CheckpointEvery {
+    /// Only when the run is stopped or asked for one.
+    Never,
+    /// Seconds of the time that the run takes.
+    WallTime(f64),
+    /// Seconds; and at the end.
+    Time(f64),
+    /// Steps; and at the end.
+    Steps(u64),
+    /// Units of `t* = D / u_Stokes`; and at the end.
+    StokesTimes(f64),
+}
+
 /// What to write, when and where.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -270,8 +286,9 @@ pub struct OutputSection {
     /// the fastest particle at the start and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in
     /// none of these, the fastest of the first picture.
     pub picture_range: Option<Located<f64>>,
-    /// Checkpoints, from which `turbid resume` goes on; the last two are kept. Default "never".
-    pub checkpoint_every: Option<Located<Every>>,
+    /// Checkpoints, from which `turbid resume` goes on; the last two are kept. Default `{ wall_time = 600 }`, with the engine
+    /// LIGGGHTS "never".
+    pub checkpoint_every: Option<Located<CheckpointEvery>>,
 }
 
 /// The plane of a slice.

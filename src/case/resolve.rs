@@ -38,7 +38,10 @@ fn read(path: &Path, options: &[String], places: bool) -> Result<Setup> {
         .file_stem()
         .map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
-    resolve(&source, &name, Files::on_disk(folder), places)
+    let mut setup = resolve(&source, &name, Files::on_disk(folder), places)?;
+    let named = setup.files.iter().map(|(name, _)| folder.join(name));
+    setup.inputs = std::iter::once(path.to_path_buf()).chain(named).collect();
+    Ok(setup)
 }
 
 /// As [`load`], but particles that are placed at random are only counted, which takes no time: they are missing in
@@ -182,6 +185,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         name: name.to_string(),
         text,
         files: files.into_read(),
+        inputs: Vec::new(),
         warnings,
         domain,
         units,

@@ -1,14 +1,18 @@
 //! How long to run and what to write: what may change when a run goes on, and the numbers that then stay.
 
-use super::checks::Clock;
-use super::file::{Case, Duration, Every};
+use super::checks::{Clock, at};
+use super::file::{Case, CheckpointEvery, Duration, EngineKind, Every};
 use super::source::Source;
-use super::{OutputPlan, Setup};
+use super::{CheckpointSpacing, OutputPlan, Setup};
 use crate::error::Result;
 use crate::fluid::Simd;
 use crate::math::Vec3;
 use crate::particle::{FEW_TRIANGLES, Template, surface_triangles};
 use std::path::{Path, PathBuf};
+use std::time::Duration as WallTime;
+
+/// Wall time between checkpoints if a case says nothing: what is lost if the machine stops.
+pub const CHECKPOINT_INTERVAL: WallTime = WallTime::from_secs(600);
 
 /// What the sections `[run]` and `[output]` say, in steps.
 pub(super) struct Schedule {
@@ -258,10 +262,7 @@ fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<
             Some(speed) => Some(source.positive("output.picture_range", speed, "a speed in m/s")?),
             None => None,
         },
-        checkpoint_every: match &output.checkpoint_every {
-            Some(_) => every("checkpoint_every", &output.checkpoint_every, 1)?,
-            None => 0,
-        },
+        checkpoint_every: checkpoint_every(source, case, clock)?,
     })
 }
 
@@ -285,6 +286,36 @@ fn picture_plane(source: &Source, case: &Case, size: Vec3) -> Result<Option<(usi
     let wanted = format!("from 0 to {length}, the length of the box");
     source.satisfies(key, position, within, &wanted, "in metres")?;
     Ok(Some((axis, Some(position.value))))
+}
+
+fn checkpoint_every(source: &Source, case: &Case, clock: Clock) -> Result<CheckpointSpacing> {
+    const KEY: &str = "output.checkpoint_every";
+    let Some(every) = &case.output.checkpoint_every else {
+        return Ok(match case.dem.engine.value {
+            EngineKind::Native => CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL),
+            // LIGGGHTS rounds differently once it has been saved: results would depend on how fast the machine is.
+            EngineKind::Liggghts => CheckpointSpacing::Never,
+        });
+    };
+    let steps = match every.value {
+        CheckpointEvery::Never => return Ok(CheckpointSpacing::Never),
+        CheckpointEvery::WallTime(seconds) => {
+            let (seconds, remedy) = (at(&every.span, seconds), "in seconds; \"never\" switches it off");
+            let seconds = source.satisfies(
+                KEY,
+                &seconds,
+                |s| s > 0.0 && s < 1e9,
+                "above 0 and below 1e9",
+                remedy,
+            )?;
+            return Ok(CheckpointSpacing::WallTime(WallTime::from_secs_f64(seconds)));
+        }
+        CheckpointEvery::Time(x) => Every::Time(x),
+        CheckpointEvery::Steps(n) => Every::Steps(n),
+        CheckpointEvery::StokesTimes(x) => Every::StokesTimes(x),
+    };
+    let steps = source.interval(KEY, Some(&at(&every.span, steps)), clock, 1)?;
+    Ok(CheckpointSpacing::Steps(steps))
 }
 
 /// The instruction set asked for, if this processor has it.

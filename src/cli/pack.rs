@@ -3,6 +3,7 @@
 use super::terminal::say;
 use super::{PackArguments, load};
 use crate::error::{Error, Result};
+use crate::output::directory::refuse_input;
 use crate::output::points::PointRecord;
 use crate::output::{OutputFiles, points, write_bytes};
 use crate::packing::positions::{self, Row};
@@ -12,6 +13,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     let (rows, what) = match (&arguments.case, &arguments.from) {
         (Some(case), _) => {
             let setup = load(case, &arguments.changes)?;
+            refuse_input(&arguments.out, &setup.inputs)?;
             let rows = setup.particles.iter().map(|particle| {
                 let template = particle.template as usize;
                 Row {
@@ -27,7 +29,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
             let fraction = setup.scales.volume_fraction;
             (rows.collect(), format!("volume fraction {fraction:.6}"))
         }
-        (None, Some(directory)) => of_a_run(directory, arguments.step)?,
+        (None, Some(directory)) => of_a_run(directory, arguments)?,
         (None, None) => unreachable!("the command line asks for one of them"),
     };
     let out = &arguments.out;
@@ -41,7 +43,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
 }
 
 /// The particles that a run has left at a step, the last one if none is asked for, and which step that is.
-fn of_a_run(directory: &Path, step: Option<u64>) -> Result<(Vec<Row>, String)> {
+fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, String)> {
     let files = OutputFiles::new(directory);
     let steps = files.steps_of_particles()?;
     let Some(&last) = steps.last() else {
@@ -51,7 +53,7 @@ fn of_a_run(directory: &Path, step: Option<u64>) -> Result<(Vec<Row>, String)> {
             directory.display()
         )));
     };
-    let step = step.unwrap_or(last);
+    let step = arguments.step.unwrap_or(last);
     if !steps.contains(&step) {
         let near = steps.iter().min_by_key(|known| known.abs_diff(step));
         return Err(Error::Input(format!(
@@ -62,6 +64,7 @@ fn of_a_run(directory: &Path, step: Option<u64>) -> Result<(Vec<Row>, String)> {
             near.unwrap_or(&last)
         )));
     }
+    refuse_input(&arguments.out, &[files.particles(step)])?;
     let records = points::read(&files.particles(step))?;
     let row = |record: PointRecord| Row {
         id: record.id,

@@ -1,22 +1,19 @@
 //! `turbid run`.
 
 use super::terminal::{say, warn};
-use super::{Manner, RunArguments, load, preflight};
+use super::{Manner, RunArguments, load, preflight, signals};
 use crate::case::Setup;
 use crate::error::{Error, Result};
 use crate::output::Summary;
 use crate::simulation::{self, RunOptions};
 use serde::Deserialize;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
-use std::io;
 use std::path::Path;
-use std::sync::Arc;
 
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
 const DRIFT_LIMIT: f64 = 0.05;
 
-/// Exit code after a second SIGINT, as shells have it for an interrupt.
-const INTERRUPTED: i32 = 130;
+/// Answer to the first SIGINT of a run that keeps checkpoints.
+pub(super) const STOPPING: &str = "stopping, writing a checkpoint";
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
     let (setup, options) = simulation::agreed(prepare(arguments))?;
@@ -26,14 +23,14 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
         }
     }
     let summary = simulation::run(&setup, &options)?;
-    show(summary.as_ref(), &setup.output.directory, &options);
-    Ok(())
+    ended(summary.as_ref(), &setup.output.directory, &options)
 }
 
 /// The case, and what the signals set: what can fail on one process of an MPI job alone.
 fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     // Signals first: reading and packing may take a while.
-    let options = options(&arguments.manner)?;
+    let mut options = options(&arguments.manner, STOPPING)?;
+    options.overwrite = arguments.overwrite;
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
         setup.output.directory.clone_from(out);
@@ -42,33 +39,29 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     Ok((setup, options))
 }
 
-/// How a run is asked to behave, by arguments and from now on by signals: SIGINT or SIGTERM stops it, a second SIGINT, as of
-/// somebody at a keyboard, ends the process; SIGUSR1 asks for a checkpoint. Launchers may send SIGTERM more than once.
-pub(super) fn options(manner: &Manner) -> Result<RunOptions> {
+/// How a run is asked to behave, by arguments and from now on by [signals], the first of which `answer` is printed for.
+pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOptions> {
     let options = RunOptions {
         quiet: manner.quiet,
         max_walltime: manner.max_walltime,
         ..RunOptions::default()
     };
-    let attempt = || -> io::Result<()> {
-        let stop = &options.stop;
-        // In this order: the first signal finds the flag unset, so only the second ends the process.
-        signal_hook::flag::register_conditional_shutdown(SIGINT, INTERRUPTED, Arc::clone(stop))?;
-        for signal in [SIGINT, SIGTERM] {
-            signal_hook::flag::register(signal, Arc::clone(stop))?;
-        }
-        signal_hook::flag::register(SIGUSR1, Arc::clone(&options.checkpoint))?;
-        Ok(())
-    };
-    attempt().map_err(|e| Error::io("handle signals of", Path::new("this process"), e))?;
+    signals::listen(&options, answer)?;
     Ok(options)
 }
 
-/// Shows what came of a run, unless it is quiet.
-pub(super) fn show(summary: Option<&Summary>, directory: &Path, options: &RunOptions) {
+/// Prints the results of a run, unless it is quiet. Collective.
+///
+/// # Errors
+/// [`Error::Interrupted`], or what all processes of an MPI job make of it, if the run was stopped before its end.
+pub(super) fn ended(summary: Option<&Summary>, directory: &Path, options: &RunOptions) -> Result<()> {
     if let Some(summary) = summary.filter(|_| !options.quiet) {
         say(&Headline::of(summary).text(directory));
     }
+    simulation::agreed(match summary {
+        Some(summary) if summary.interrupted => Err(Error::Interrupted),
+        _ => Ok(()),
+    })
 }
 
 /// What is shown at the end, by the stable keys of the summary.

@@ -59,7 +59,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
         return Ok(true);
     }
     // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
-    let options = run::options(&arguments.manner)?;
+    let options = run::options(&arguments.manner, run::STOPPING)?;
     let quiet = options.quiet;
     let mut manner = study::Manner {
         run: options,
@@ -98,6 +98,9 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
                 outcome.failed
             ),
         });
+    }
+    if outcome.interrupted {
+        return Err(Error::Interrupted);
     }
     let complete = document.runs.done == document.runs.total;
     Ok(!complete || document.checks.iter().all(|check| check.pass))

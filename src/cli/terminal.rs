@@ -1,11 +1,12 @@
 //! All that is ever printed, by one process of an MPI job; another one prints only why it alone has failed. A closed pipe is
-//! no reason to fail.
+//! no reason to fail: who reads has seen enough. Anything else that standard output does not take is an error at the end.
 
 use crate::comm;
 use crate::error::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -13,6 +14,9 @@ use std::time::Duration;
 /// After this long, what is being waited for is shown, and this often.
 const MOMENT: Duration = Duration::from_secs(1);
 const TICK: Duration = Duration::from_millis(100);
+
+/// Why standard output has not taken something, the first time.
+static REFUSED: OnceLock<String> = OnceLock::new();
 
 /// Whether this process speaks for all.
 pub(super) fn speaks() -> bool {
@@ -24,7 +28,34 @@ pub(super) fn say(text: &str) {
     if !speaks() {
         return;
     }
-    let _ = writeln!(io::stdout(), "{}", text.trim_end());
+    note(writeln!(io::stdout(), "{}", text.trim_end()));
+}
+
+/// Keeps the first failure to write to standard output for [`exit`].
+fn note(written: io::Result<()>) {
+    if let Err(error) = written
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        REFUSED.get_or_init(|| error.to_string());
+    }
+}
+
+/// The exit of the program with a code, which becomes that of an error if results could not be printed.
+pub(super) fn exit(code: u8) -> ExitCode {
+    note(io::stdout().flush());
+    let Some(why) = REFUSED.get() else {
+        return ExitCode::from(code);
+    };
+    let _ = writeln!(io::stderr(), "error: cannot write to standard output: {why}");
+    ExitCode::from(if code == 0 { 2 } else { code })
+}
+
+/// What goes on, on standard error; on a terminal below the line that the cursor is in.
+pub(super) fn notice(text: &str) {
+    if speaks() {
+        let below = if io::stderr().is_terminal() { "\n" } else { "" };
+        let _ = writeln!(io::stderr(), "{below}{text}");
+    }
 }
 
 /// Something to think about, on standard error.
@@ -53,8 +84,11 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
     if !speaks() {
         return ExitCode::SUCCESS;
     }
-    let _ = error.print();
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    let printed = error.print();
+    if !error.use_stderr() {
+        note(printed);
+    }
+    exit(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// Does `work`, with a sign of life on a terminal if it takes more than a moment.

@@ -3,7 +3,7 @@
 use super::suite::chosen;
 use super::terminal::say;
 use super::{Changes, Manner, run, walltime};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::validate::{self, CASES, Case, Level, Score, Trial, report};
 use clap::Args;
 use std::path::PathBuf;
@@ -53,16 +53,19 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(out) = &arguments.out {
         report::prepare(out)?;
     }
-    let options = run::options(&Manner {
+    let manner = Manner {
         quiet: false,
         max_walltime: arguments.max_walltime,
-    })?;
+    };
+    let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
+    let kept = arguments.out.clone().filter(|_| full);
+    let answer = if kept.is_some() { run::STOPPING } else { "stopping" };
+    let options = run::options(&manner, answer)?;
     let mut trial = Trial::new(
         arguments.changes.set.clone(),
         arguments.changes.threads.unwrap_or(0),
     );
-    let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
-    trial.kept = arguments.out.clone().filter(|_| full);
+    trial.kept = kept;
     trial.stop = options.stop;
     trial.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
@@ -77,7 +80,8 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(json) = &arguments.json {
         report::write_json(json, &outcomes)?;
     }
-    let interrupted = Score::of(&outcomes).interrupted > 0;
+    let score = Score::of(&outcomes);
+    let interrupted = score.interrupted > 0;
     if let (read @ 1.., Some(kept)) = (trial.read.load(Ordering::Relaxed), &trial.kept) {
         let kept = kept.join("kept");
         say(&format!(
@@ -94,5 +98,9 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
             report::write_tables(out, &outcomes)?;
         }
     }
-    failure.map_or(Ok(Score::of(&outcomes).is_full()), Err)
+    match failure {
+        Some(error) => Err(error),
+        None if interrupted && score.is_full() => Err(Error::Interrupted),
+        None => Ok(score.is_full()),
+    }
 }

@@ -22,10 +22,11 @@
 //!
 //! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
 //! run left under them, so that frames of two runs never mix, and [`clear_after`] what a run left that goes on from before it; files
-//! with other names are never touched.
+//! with other names are never touched. Before that, [`claim`] refuses symbolic links of these names, [`refuse_inputs`] a file that
+//! the run reads, and [`refuse_results`] anything that somebody may want to keep.
 
-use super::atomic::PARTIAL_SUFFIX;
-use super::pieces;
+mod own;
+
 use crate::checkpoint;
 use crate::error::{Error, Result};
 use std::fs;
@@ -61,6 +62,12 @@ const CONTACTS: (&str, &str, &str) = ("contacts", "contacts_", ".vtp");
 const FORCE_CHAINS: (&str, &str, &str) = ("force_chains", "force_chains_", ".vtp");
 const PICTURES: (&str, &str, &str) = ("pictures", "velocity_", ".png");
 const FOLDERS: [(&str, &str, &str); 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
+
+/// Folders of a run.
+fn folders() -> impl Iterator<Item = &'static str> {
+    let folders = FOLDERS.iter().map(|(folder, ..)| *folder);
+    folders.chain([checkpoint::FOLDER])
+}
 
 impl OutputFiles {
     /// The files of a run whose output goes to `directory`.
@@ -203,17 +210,39 @@ impl OutputFiles {
 /// Called before anything is computed, so that a run cannot fail at its first output after hours.
 ///
 /// # Errors
-/// [`Error::Input`] if nothing can be written there, or if another run does.
+/// [`Error::Input`] if nothing can be written there, if another run does, or if one of the names of a run is a symbolic link.
 pub fn create(directory: &Path) -> Result<Option<Lock>> {
+    let lock = claim(directory)?;
+    prepare(directory)?;
+    Ok(lock)
+}
+
+/// The first half of [`create`], which changes nothing in a directory that is there.
+///
+/// # Errors
+/// Those of [`create`].
+pub fn claim(directory: &Path) -> Result<Option<Lock>> {
     fs::create_dir_all(directory).map_err(|source| refused(directory, &source))?;
     let lock = lock(directory)?;
+    match own::link(directory) {
+        None => Ok(lock),
+        // What it leads to is not this run's to write or to remove.
+        Some(link) => Err(Error::Input(format!(
+            "{} is a symbolic link, and a run writes and removes files of this name\n  remove the link, or choose another \
+             output directory with --out DIR or the key output.directory",
+            link.display()
+        ))),
+    }
+}
+
+/// The second half of [`create`].
+///
+/// # Errors
+/// Those of [`create`].
+pub fn prepare(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        remove_matching(directory, |name| name == LOG)?;
-        for folder in FOLDERS
-            .iter()
-            .map(|(folder, ..)| *folder)
-            .chain([checkpoint::FOLDER])
-        {
+        own::remove(own::top(directory, &[LOG]))?;
+        for folder in folders() {
             let folder = directory.join(folder);
             if fs::symlink_metadata(&folder).is_ok() {
                 let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
@@ -222,8 +251,96 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
         }
         probe(directory)
     };
-    attempt().map_err(|source| refused(directory, &source))?;
-    Ok(lock)
+    attempt().map_err(|source| refused(directory, &source))
+}
+
+/// Refuses a directory that holds results of an earlier run, which [`clear`] would remove.
+///
+/// # Errors
+/// [`Error::Input`] with these results and the ways out.
+pub fn refuse_results(directory: &Path) -> Result<()> {
+    let frames = own::frames(directory).map_err(|source| refused(directory, &source))?;
+    let mut files = own::top(directory, &TOP);
+    files.extend(frames);
+    files.retain(own::Own::is_whole_file);
+    let saved = checkpoint::list(&directory.join(checkpoint::FOLDER))?;
+    let mut there = Vec::new();
+    if let Some(first) = files.first() {
+        there.push(first.below(directory).display().to_string());
+    }
+    match files.len() {
+        0 | 1 => {}
+        2 => there.push("another file".to_string()),
+        n => there.push(format!("{} other files", n - 1)),
+    }
+    match (saved.len(), saved.first()) {
+        (1, Some(last)) => there.push(format!("a checkpoint of step {}", last.step)),
+        (n, Some(last)) => there.push(format!("{n} checkpoints, the last of step {}", last.step)),
+        _ => {}
+    }
+    if there.is_empty() {
+        return Ok(());
+    }
+    let shown = directory.display();
+    let resume = match saved.len() {
+        0 => String::new(),
+        _ => format!("`turbid resume {shown}` goes on with it; "),
+    };
+    Err(Error::Input(format!(
+        "the output directory {shown} holds the results of an earlier run: {}\n  {resume}--out DIR or the key \
+         output.directory keeps it and writes elsewhere; --overwrite removes it",
+        there.join(", ")
+    )))
+}
+
+/// Refuses a directory in which [`clear`] would remove one of these files, which a run reads.
+///
+/// # Errors
+/// [`Error::Input`] with that file.
+pub fn refuse_inputs(directory: &Path, inputs: &[PathBuf]) -> Result<()> {
+    let attempt = || -> io::Result<Option<&PathBuf>> {
+        let mut doomed: Vec<PathBuf> = (own::top(directory, &TOP).into_iter())
+            .chain(own::top(directory, &[LOG]))
+            .chain(own::frames(directory)?)
+            .map(|own| own.below(directory).to_path_buf())
+            .collect();
+        doomed.push(checkpoint::FOLDER.into());
+        let directory = fs::canonicalize(directory)?;
+        Ok(inputs.iter().find(|input| {
+            let input = fs::canonicalize(input).ok();
+            let below = input
+                .as_deref()
+                .and_then(|input| input.strip_prefix(&directory).ok());
+            below.is_some_and(|below| doomed.iter().any(|doomed| below.starts_with(doomed)))
+        }))
+    };
+    match attempt().map_err(|source| refused(directory, &source))? {
+        None => Ok(()),
+        Some(input) => Err(Error::Input(format!(
+            "{} is read by this run, and has the name of a file that it would replace in its output directory {}\n  move \
+             that file, or choose another directory with --out DIR or the key output.directory",
+            input.display(),
+            directory.display()
+        ))),
+    }
+}
+
+/// Refuses to write a file over one of these, which were read to make it.
+///
+/// # Errors
+/// [`Error::Input`] with the file.
+pub fn refuse_input(file: &Path, inputs: &[PathBuf]) -> Result<()> {
+    let same = |input: &PathBuf| {
+        fs::canonicalize(file).is_ok_and(|file| fs::canonicalize(input).is_ok_and(|input| input == file))
+    };
+    match inputs.iter().find(|input| same(input)) {
+        None => Ok(()),
+        Some(input) => Err(Error::Input(format!(
+            "{} would replace {}, which was read to make it: choose another name with --out",
+            file.display(),
+            input.display()
+        ))),
+    }
 }
 
 /// Removes what an earlier run has left in a directory that [`create`] has made, but the log, which is of this run.
@@ -231,8 +348,8 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
 /// Called when nothing can refuse the run any more.
 pub fn clear(directory: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        remove_matching(directory, |name| TOP.contains(&name))?;
-        remove_frames(directory, |_, _, _| true)
+        own::remove(own::top(directory, &TOP))?;
+        own::remove(own::frames(directory)?)
     };
     attempt().map_err(|source| refused(directory, &source))?;
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
@@ -245,56 +362,16 @@ pub fn clear(directory: &Path) -> Result<()> {
 /// Called when nothing can refuse to go on any more.
 pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        for partial in TOP.map(|name| directory.join(format!("{name}{PARTIAL_SUFFIX}"))) {
-            remove_if_there(&partial)?;
-        }
-        for end in [TOP[0], TOP[2]] {
-            remove_if_there(&directory.join(end))?;
-        }
-        remove_frames(directory, |file, of, partial| {
-            partial || of > step || of == step && !kept.iter().any(|kept| kept == file)
-        })
+        let mut doomed = own::top(directory, &TOP);
+        doomed.retain(|own| own.partial || [TOP[0], TOP[2]].iter().any(|end| own.path.ends_with(end)));
+        let mut frames = own::frames(directory)?;
+        frames.retain(|own| {
+            own.partial || own.step > step || own.step == step && !kept.iter().any(|kept| *kept == own.of)
+        });
+        doomed.extend(frames);
+        own::remove(doomed)
     };
     attempt().map_err(|source| refused(directory, &source))
-}
-
-/// Removes the numbered files, finished or partial, that `goes` chooses by the file that they are or are a part of, its step, and
-/// whether they are partial; and folders of pieces that are empty then.
-fn remove_frames(directory: &Path, goes: impl Fn(&Path, u64, bool) -> bool) -> io::Result<()> {
-    for (folder, prefix, extension) in FOLDERS {
-        let folder = directory.join(folder);
-        if !folder.is_dir() {
-            continue;
-        }
-        let goes = |frame: &str, partial: bool| {
-            let digits = frame
-                .strip_prefix(prefix)
-                .filter(|digits| pieces::is_number(digits));
-            let whole = || folder.join(format!("{frame}{extension}"));
-            digits
-                .and_then(|digits| digits.parse().ok())
-                .is_some_and(|step| goes(&whole(), step, partial))
-        };
-        let index = extension.replacen('.', ".p", 1);
-        remove_chosen(&folder, |name, partial| {
-            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index));
-            frame.is_some_and(|frame| goes(frame, partial))
-        })?;
-        for entry in fs::read_dir(&folder)? {
-            let entry = entry?;
-            let (path, name) = (entry.path(), entry.file_name());
-            let Some(frame) = name.to_str() else { continue };
-            if entry.file_type()?.is_dir() {
-                remove_chosen(&path, |name, partial| {
-                    pieces::is_piece(name, frame, extension) && goes(frame, partial)
-                })?;
-                if goes(frame, false) {
-                    remove_if_empty(&path)?;
-                }
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Keeps other runs out of an output directory until it is dropped, or its process ends in any way.
@@ -326,44 +403,14 @@ fn refused(directory: &Path, source: &io::Error) -> Error {
     ))
 }
 
-/// Removes the files, finished or partial, whose final name is `own`.
-fn remove_matching(directory: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
-    remove_chosen(directory, |name, _| own(name))
-}
-
-/// Removes the files that `goes` chooses by their final name and whether they are partial.
-fn remove_chosen(directory: &Path, goes: impl Fn(&str, bool) -> bool) -> io::Result<()> {
-    for entry in fs::read_dir(directory)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let Some(name) = name.to_str() else { continue };
-        let finished = name.strip_suffix(PARTIAL_SUFFIX);
-        if goes(finished.unwrap_or(name), finished.is_some()) && !entry.file_type()?.is_dir() {
-            fs::remove_file(entry.path())?;
-        }
-    }
-    Ok(())
-}
-
-fn remove_if_empty(folder: &Path) -> io::Result<()> {
-    match fs::remove_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => Ok(()),
-        removed => removed,
-    }
-}
-
 /// Removes a file of an earlier run, if it is there.
 ///
 /// # Errors
 /// [`Error::Io`] if it cannot be removed.
 pub fn remove(path: &Path) -> Result<()> {
-    remove_if_there(path).map_err(|source| Error::io("remove", path, source))
-}
-
-fn remove_if_there(path: &Path) -> io::Result<()> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        removed => removed,
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", path, error)),
+        _ => Ok(()),
     }
 }
 
@@ -382,173 +429,4 @@ fn probe(directory: &Path) -> io::Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_earlier_run_is_cleared_and_foreign_files_stay() {
-        let root = tempfile::tempdir().unwrap();
-        let directory = root.path().join("a/b");
-        create(&directory).unwrap();
-        let files = OutputFiles::new(&directory);
-        let own = [
-            files.summary(),
-            files.series(),
-            files.settling_plot(),
-            files.fields_collection(),
-            files.particles_collection(),
-            files.fields(3),
-            files.particles(12_345_678_901),
-            files.surfaces_collection(),
-            files.surfaces(12),
-            files.picture(0),
-            files.particle_series(),
-            files.contacts_collection(),
-            files.contacts(3),
-            files.force_chains_collection(),
-            files.force_chains(3),
-            files.walls(),
-            files.fields(4).with_extension("vti.tmp"),
-            pieces::index(&files.fields(5)),
-            pieces::piece(&files.fields(5), 0),
-            pieces::piece(&files.fields(5), 12_345).with_extension("vti.tmp"),
-            pieces::index(&files.contacts(5)),
-            pieces::piece(&files.contacts(5), 1),
-            pieces::piece(&files.contacts(6), 1),
-        ];
-        let foreign = [
-            directory.join("notes.txt"),
-            directory.join("fields/fields_best.vti"),
-            directory.join("particles/fields_0000000001.vti"),
-            directory.join("summary.json.bak"),
-            directory.join("contacts/contacts_0000000006/notes.txt"),
-            directory.join("contacts/contacts_best/contacts_best_p00001.vtp"),
-            directory.join("fields/fields_0000000005.pvtp"),
-        ];
-        for path in own.iter().chain(&foreign) {
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, "x").unwrap();
-        }
-        for name in [
-            "step-0000000100",
-            "step-0000000200.partial",
-            "step-0000000100.replaced",
-            "mine",
-        ] {
-            fs::create_dir_all(files.checkpoints().join(name)).unwrap();
-        }
-        create(&directory).unwrap();
-        let summary = files.summary();
-        assert!(summary.exists(), "a run may be refused yet");
-        clear(&directory).unwrap();
-        for path in own {
-            assert!(!path.exists(), "{} is stale", path.display());
-        }
-        for path in foreign {
-            assert!(path.exists(), "{} is not ours", path.display());
-        }
-        assert!(
-            !directory.join("fields/fields_0000000005").exists(),
-            "an empty folder"
-        );
-        let left = fs::read_dir(&directory).unwrap().count();
-        assert_eq!(left, 9, "seven folders, two foreign files, no probe");
-        let left: Vec<_> = fs::read_dir(files.checkpoints())
-            .unwrap()
-            .map(|e| e.unwrap().file_name())
-            .collect();
-        assert_eq!(left, ["mine"]);
-    }
-
-    #[test]
-    fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep() {
-        let root = tempfile::tempdir().unwrap();
-        let directory = root.path();
-        let files = OutputFiles::new(directory);
-        let partial = |path: PathBuf| PathBuf::from(format!("{}.tmp", path.display()));
-        let stays = [
-            files.series(),
-            files.particle_series(),
-            files.fields_collection(),
-            files.walls(),
-            files.fields(3),
-            files.fields(5),
-            files.particles(4),
-            files.liggghts_log(),
-            pieces::index(&files.fields(3)),
-            pieces::piece(&files.fields(3), 1),
-            pieces::index(&files.force_chains(5)),
-            pieces::piece(&files.force_chains(5), 0),
-            directory.join("fields/fields_0000000009.txt"),
-            directory.join("summary.json.bak"),
-        ];
-        let goes = [
-            files.summary(),
-            files.settling_plot(),
-            files.particles(5),
-            files.contacts(6),
-            files.force_chains(7),
-            files.picture(12_345_678_901),
-            partial(files.fields(2)),
-            partial(files.series()),
-            pieces::index(&files.particles(5)),
-            pieces::piece(&files.particles(5), 2),
-            pieces::index(&files.fields(6)),
-            pieces::piece(&files.fields(6), 7),
-            partial(pieces::piece(&files.fields(3), 0)),
-        ];
-        for path in stays.iter().chain(&goes) {
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, "x").unwrap();
-        }
-        let checkpoint = files.checkpoints().join("step-0000000009");
-        fs::create_dir_all(&checkpoint).unwrap();
-        let kept = [files.fields(5), files.force_chains(5), files.contacts(6)];
-        clear_after(directory, 5, &kept).unwrap();
-        for path in stays.iter().chain([&checkpoint]) {
-            assert!(path.exists(), "{} is needed", path.display());
-        }
-        for path in goes {
-            assert!(
-                !path.exists(),
-                "{} is of a course that was given up",
-                path.display()
-            );
-        }
-        assert!(!directory.join("fields/fields_0000000006").exists());
-    }
-
-    #[test]
-    fn a_directory_that_a_run_writes_to_is_refused_until_that_ends() {
-        let root = tempfile::tempdir().unwrap();
-        let held = lock(root.path()).unwrap();
-        assert!(held.is_some());
-        let refused = lock(root.path()).unwrap_err().to_string();
-        assert!(
-            refused.contains("another run") && refused.contains("--out"),
-            "{refused}"
-        );
-        drop(held);
-        assert!(lock(root.path()).unwrap().is_some());
-    }
-
-    #[test]
-    fn a_place_where_nothing_can_be_written_is_named_with_a_remedy() {
-        let root = tempfile::tempdir().unwrap();
-        let file = root.path().join("file");
-        fs::write(&file, "x").unwrap();
-        for directory in [file.join("out"), PathBuf::from("/proc/turbid")] {
-            let error = create(&directory).unwrap_err();
-            assert_eq!(error.exit_code(), 2);
-            let text = error.to_string();
-            assert!(
-                text.contains(&directory.display().to_string()) && text.contains("--out"),
-                "{text}"
-            );
-        }
-        assert_eq!(fs::read(&file).unwrap(), b"x");
-        fs::write(root.path().join(checkpoint::FOLDER), "x").unwrap();
-        let text = create(root.path()).unwrap_err().to_string();
-        assert!(text.contains(checkpoint::FOLDER), "{text}");
-    }
-}
+mod tests;

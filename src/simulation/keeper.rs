@@ -3,7 +3,7 @@
 use super::observe::{Observer, ObserverState};
 use super::run::RunOptions;
 use super::{Simulation, identity};
-use crate::case::Setup;
+use crate::case::{CheckpointSpacing, Setup};
 use crate::checkpoint::{self, Checkpoint, Part};
 use crate::comm::Comm;
 use crate::coupling::MeanFlow;
@@ -45,6 +45,8 @@ pub(super) struct Keeper<'a> {
     start: Instant,
     /// The step of the last one.
     last: Option<u64>,
+    /// When this rank last had nothing to lose: at the start of the run or behind a checkpoint.
+    safe: Instant,
     /// How long one takes to write (s), once one has been written.
     write_seconds: Option<f64>,
     /// Bytes of the populations of all ranks.
@@ -68,6 +70,7 @@ impl<'a> Keeper<'a> {
             setup,
             start,
             last: None,
+            safe: Instant::now(),
             write_seconds: None,
             bytes: (setup.domain.cell_count() * simulation.saved_bytes()) as f64,
             round: Instant::now(),
@@ -95,11 +98,15 @@ impl<'a> Keeper<'a> {
         comm.any(self.start.elapsed() + self.reserve() >= limit)
     }
 
-    /// What signals ask of this rank. Called when the ranks are about to tell each other.
-    pub(super) fn wishes(options: &RunOptions) -> Wishes {
+    /// What signals and the clock ask of this rank. Called when the ranks are about to tell each other.
+    pub(super) fn wishes(&self, options: &RunOptions) -> Wishes {
+        let due = match self.setup.output.checkpoint_every {
+            CheckpointSpacing::WallTime(interval) => self.safe.elapsed() >= interval,
+            CheckpointSpacing::Never | CheckpointSpacing::Steps(_) => false,
+        };
         Wishes {
             stop: options.stop.load(Ordering::Relaxed),
-            checkpoint: options.checkpoint.swap(false, Ordering::Relaxed),
+            checkpoint: options.checkpoint.swap(false, Ordering::Relaxed) || due,
         }
     }
 
@@ -113,9 +120,13 @@ impl<'a> Keeper<'a> {
         observer: &mut Observer,
         wishes: Wishes,
     ) -> Result<()> {
-        let (step, every) = (simulation.step, self.setup.output.checkpoint_every);
-        let over = step >= self.setup.end_step;
-        let due = every > 0 && step > 0 && (step.is_multiple_of(every) || over);
+        let step = simulation.step;
+        let due = match self.setup.output.checkpoint_every {
+            CheckpointSpacing::Steps(every) => {
+                step > 0 && (step.is_multiple_of(every) || step >= self.setup.end_step)
+            }
+            CheckpointSpacing::Never | CheckpointSpacing::WallTime(_) => false,
+        };
         if self.last == Some(step) || !(due || wishes.stop || wishes.checkpoint) {
             return Ok(());
         }
@@ -126,6 +137,7 @@ impl<'a> Keeper<'a> {
         self.write_seconds = Some(self.write_seconds.map_or(seconds, |before| before.max(seconds)));
         // It is counted by itself.
         self.round = Instant::now();
+        self.safe = self.round;
         simulation
             .timings
             .add("checkpoint", start.elapsed().as_secs_f64());

@@ -11,7 +11,8 @@ use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::{Precision, Real};
-use crate::output::{OutputFiles, Summary, directory};
+use crate::output::directory::{self, Lock};
+use crate::output::{OutputFiles, Summary};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -27,6 +28,8 @@ pub struct RunOptions {
     pub checkpoint: Arc<AtomicBool>,
     /// The run ends cleanly before it has taken so long.
     pub max_walltime: Option<Duration>,
+    /// Results of an earlier run in the output directory are replaced instead of refused.
+    pub overwrite: bool,
 }
 
 /// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job
@@ -53,9 +56,8 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
     let start = Instant::now();
     let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
-    let directory = &setup.output.directory;
     let _lock = agreed(if first {
-        directory::create(directory)
+        claim(setup, options, origin)
     } else {
         Ok(None)
     })?;
@@ -70,6 +72,20 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
         Precision::F32 => on_ranks(&decomposition, |comm| run_rank::<f32>(&plan, comm)),
         Precision::F64 => on_ranks(&decomposition, |comm| run_rank::<f64>(&plan, comm)),
     }
+}
+
+/// Takes the output directory, unless something in it must stay.
+fn claim(setup: &Setup, options: &RunOptions, origin: Origin) -> Result<Option<Lock>> {
+    let directory = &setup.output.directory;
+    let lock = directory::claim(directory)?;
+    if origin == Origin::Start {
+        directory::refuse_inputs(directory, &setup.inputs)?;
+        if !options.overwrite {
+            directory::refuse_results(directory)?;
+        }
+    }
+    directory::prepare(directory)?;
+    Ok(lock)
 }
 
 /// Runs `body` on as many ranks as there are blocks, and returns the result of rank 0 (of this process, if the ranks are
@@ -255,7 +271,7 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
         simulation.wishes = if tells {
-            Keeper::wishes(options)
+            keeper.wishes(options)
         } else {
             Wishes::default()
         };

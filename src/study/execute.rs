@@ -3,7 +3,7 @@
 use super::Study;
 use super::record::{BENCH_FILE, PARTS_FILE, Parts, Record};
 use super::state::{State, measured_with};
-use crate::case::{self, Setup};
+use crate::case::{self, CHECKPOINT_INTERVAL, CheckpointSpacing, Setup};
 use crate::checkpoint;
 use crate::error::{Error, Result};
 use crate::output::{OutputFiles, Summary, directory, write_bytes};
@@ -15,11 +15,8 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Time between checkpoints of a run: what is lost if the machine stops.
-const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(600);
 /// With less time than this no run begins.
 const LEAST_TIME: Duration = Duration::from_secs(5);
 /// How often a benchmark is looked at.
@@ -100,6 +97,8 @@ pub fn execute(
     let mut outcome = Outcome::default();
     for (number, &run) in meant.iter().enumerate() {
         let mut options = manner.run.clone();
+        // The list of the study says which runs it replaces.
+        options.overwrite = true;
         if let Some(limit) = manner.run.max_walltime {
             options.max_walltime = Some(limit.saturating_sub(start.elapsed()));
         }
@@ -174,13 +173,13 @@ fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
         forget(&folder.join(PARTS_FILE))?;
         Parts::default()
     };
-    let summary = with_checkpoints(options, || {
-        if resumed {
-            simulation::resume(&setup, options)
-        } else {
-            simulation::run(&setup, options)
-        }
-    })?;
+    // They go when the run has ended.
+    setup.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
+    let summary = if resumed {
+        simulation::resume(&setup, options)?
+    } else {
+        simulation::run(&setup, options)?
+    };
     let Some(Summary {
         interrupted,
         resumed_from,
@@ -205,26 +204,6 @@ fn forget(path: &Path) -> Result<()> {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", path, error)),
         _ => Ok(()),
     }
-}
-
-/// Asks a run for a checkpoint from time to time.
-fn with_checkpoints<R>(options: &RunOptions, work: impl FnOnce() -> Result<R>) -> Result<R> {
-    let (end, ended) = channel::<()>();
-    std::thread::scope(|scope| {
-        let ask = move || {
-            while ended.recv_timeout(CHECKPOINT_INTERVAL) == Err(RecvTimeoutError::Timeout) {
-                options.checkpoint.store(true, Ordering::Relaxed);
-            }
-        };
-        std::thread::Builder::new().spawn_scoped(scope, ask).map_err(|error| {
-            Error::Input(format!(
-                "cannot start the thread that asks for checkpoints: {error}; raise the limit on processes (ulimit -u)"
-            ))
-        })?;
-        let result = work();
-        drop(end);
-        result
-    })
 }
 
 /// Measures the speed of a case in a process of its own, whose memory is then that of this case; whether it came to its end.

@@ -4,8 +4,10 @@ use super::Study;
 use super::document::{Point, Series, Style};
 use super::file::ReferenceSection;
 use super::points::At;
+use super::result;
 use crate::case::located::Located;
 use crate::error::{Error, Result};
+use crate::output::directory;
 use crate::simulation::Law;
 use std::fs;
 
@@ -186,6 +188,8 @@ impl Study {
             .path
             .parent()
             .map_or_else(|| (&file.value).into(), |folder| folder.join(&file.value));
+        // What the study itself writes is no reference.
+        directory::refuse_input(&self.out.join(result::FILE), std::slice::from_ref(&path))?;
         let bytes = fs::read(&path).map_err(|error| Error::io("read", &path, error))?;
         let broken = |error: csv::Error| Error::Input(format!("{}: {error}", path.display()));
         let mut reader = csv::ReaderBuilder::new()

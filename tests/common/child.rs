@@ -34,10 +34,10 @@ impl Guard {
         assert_eq!(sent, 0);
     }
 
-    /// Waits for a good end.
-    pub(crate) fn ends_well(&mut self) {
+    /// Waits for the end.
+    pub(crate) fn ends_with(&mut self, code: i32) {
         let status = poll("the end of the child", || self.0.try_wait().unwrap());
-        assert!(status.success(), "{status}");
+        assert_eq!(status.code(), Some(code), "{status}");
     }
 }
 

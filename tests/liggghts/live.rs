@@ -117,6 +117,7 @@ fn a_set_up_that_liggghts_refuses_leaves_the_results_of_the_run_before() {
     let refused = [
         "run",
         "case.toml",
+        "--overwrite",
         "--set",
         "dem.liggghts.commands=[\"fix a all nonsense\"]",
     ];

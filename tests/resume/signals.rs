@@ -3,7 +3,7 @@
 use super::child::{Guard, PATIENCE, poll, rows};
 #[cfg(feature = "mpi")]
 use super::job;
-use super::{CASE, Place, ROWS_ONLY, well};
+use super::{CASE, DRY, Place, ROWS_ONLY, well, words};
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -48,13 +48,141 @@ fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
     let mut child = Guard::of(turbid(&place, &arguments));
     wait_for_rows(&place, 20);
     child.send(libc::SIGTERM);
-    child.ends_well();
+    child.ends_with(4);
     let mut said = String::new();
     std::io::Read::read_to_string(child.0.stdout.as_mut().unwrap(), &mut said).unwrap();
     assert!(said.contains("go on with: turbid resume out\n"), "{said}");
     let step = interrupted_at(&place);
     assert_eq!(place.checkpoints("out"), [step]);
     goes_on_from(&place, step);
+}
+
+/// The next line that the child prints to standard error.
+fn next_complaint(child: &mut Guard) -> String {
+    let mut line = Vec::new();
+    let stderr = child.0.stderr.as_mut().unwrap();
+    for byte in std::io::Read::bytes(stderr) {
+        line.push(byte.unwrap());
+        if line.last() == Some(&b'\n') {
+            break;
+        }
+    }
+    String::from_utf8(line).unwrap()
+}
+
+const STOPPING: &str = "stopping, writing a checkpoint; interrupt again to abort\n";
+
+#[test]
+fn an_interrupt_that_comes_twice_at_once_loses_nothing_and_is_answered_once() {
+    let place = Place::new(CASE);
+    let arguments = [&["run", "case.toml", "--quiet"], &ENDLESS[..], &ROWS_ONLY].concat();
+    let mut child = Guard::of(turbid(&place, &arguments));
+    wait_for_rows(&place, 10);
+    child.send(libc::SIGINT);
+    assert_eq!(next_complaint(&mut child), STOPPING);
+    child.send(libc::SIGINT);
+    child.ends_with(4);
+    let mut said = String::new();
+    std::io::Read::read_to_string(child.0.stderr.as_mut().unwrap(), &mut said).unwrap();
+    assert_eq!(said, "");
+    assert_eq!(place.checkpoints("out"), [interrupted_at(&place)]);
+}
+
+#[test]
+fn a_later_interrupt_ends_a_run_that_takes_long_to_stop() {
+    // A step takes seconds.
+    let place = Place::new(DRY);
+    let slow = ["--set", "contact.substeps=10000", "--set", "run.end.steps=1000"];
+    let mut child = Guard::of(turbid(
+        &place,
+        &[&["run", "case.toml", "--quiet"], &slow[..]].concat(),
+    ));
+    wait_for_rows(&place, 2);
+    child.send(libc::SIGINT);
+    assert_eq!(next_complaint(&mut child), STOPPING);
+    let status = poll("the end of the child", || {
+        let ended = child.0.try_wait().unwrap();
+        if ended.is_none() {
+            child.send(libc::SIGINT);
+        }
+        ended
+    });
+    assert_eq!(status.code(), Some(130), "{status}");
+}
+
+#[test]
+fn a_run_that_is_to_outlive_its_terminal_does() {
+    let place = Place::new(CASE);
+    let mut command = Command::new("env");
+    command.args([
+        "--ignore-signal=HUP",
+        env!("CARGO_BIN_EXE_turbid"),
+        "run",
+        "case.toml",
+        "--quiet",
+    ]);
+    command
+        .args([&ENDLESS[..], &ROWS_ONLY].concat())
+        .current_dir(place.folder.path());
+    let mut child = Guard::of(command);
+    wait_for_rows(&place, 5);
+    child.send(libc::SIGHUP);
+    wait_for_rows(&place, 20);
+    child.send(libc::SIGTERM);
+    child.ends_with(4);
+}
+
+#[test]
+fn a_file_that_becomes_too_long_is_an_error_and_the_checkpoint_before_goes_on() {
+    let place = Place::new(CASE);
+    let every = ["--set", "output.checkpoint_every.steps=20"];
+    let run = [
+        &["run", "case.toml", "--quiet", "--set", "run.end.steps=20"],
+        &every[..],
+        &ROWS_ONLY,
+    ]
+    .concat();
+    place.well(&run);
+    let whole = ["run", "case.toml", "--quiet", "--out", "whole"];
+    place.well(&[&whole[..], &ROWS_ONLY].concat());
+    // Some rows are in it, and a checkpoint is not.
+    let output = Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -f 200; exec \"$0\" resume out --quiet --set run.end.steps=80",
+        ])
+        .arg(env!("CARGO_BIN_EXE_turbid"))
+        .current_dir(place.folder.path())
+        .output()
+        .unwrap();
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("the checkpoint of step 40 failed") && said.contains("too large"),
+        "{said}"
+    );
+    assert!(said.contains("the checkpoint of step 20 is intact"), "{said}");
+    assert_eq!(place.checkpoints("out"), [20]);
+    place.well(&["resume", "out", "--quiet", "--set", "run.end.steps=80"]);
+    place
+        .left("out")
+        .must_be(&place.left("whole"), "without the limit");
+}
+
+#[test]
+fn checkpoints_by_the_clock_change_no_bit_and_are_written_every_ten_minutes_by_default() {
+    let place = Place::new(CASE);
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    assert_eq!(place.checkpoints("whole"), [0; 0], "it does not take ten minutes");
+    // Due whenever the ranks talk to each other, every 8th step.
+    let clock = ["--set", "output.checkpoint_every.wall_time=1e-6"];
+    place.well(&[&["run", "case.toml", "--quiet", "--threads", "3"], &clock[..]].concat());
+    assert_eq!(place.checkpoints("out"), [65, 73]);
+    place
+        .left("out")
+        .must_be(&place.left("whole"), "with checkpoints");
+    place.well(&["resume", "out", "--quiet", "--threads", "2"]);
+    place.left("out").must_be(&place.left("whole"), "from step 73");
 }
 
 #[test]
@@ -114,7 +242,7 @@ fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
     ]
     .concat();
     let start = Instant::now();
-    place.well(&arguments);
+    assert_eq!(place.ill(4, &arguments), "", "quiet");
     let taken = start.elapsed().as_secs_f64();
     assert!(taken < PATIENCE.as_secs_f64(), "{taken} s");
     let step = interrupted_at(&place);

@@ -31,7 +31,7 @@ for seed in 1 2 3; do
             continue
         fi
         echo "seed $seed, $engine"
-        "$turbid" run "$case" --out "$run" --quiet \
+        "$turbid" run "$case" --out "$run" --overwrite --quiet \
             --set "dem.engine=$engine" \
             --set "particles.0.seed=$seed" \
             --set "run.end={ stokes_times = 150 }" \

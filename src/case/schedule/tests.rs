@@ -1,6 +1,6 @@
 //! Claims about a case that was saved, and about how long it then runs and what it writes.
 
-use crate::case::{Setup, from_saved, from_text, load};
+use crate::case::{CheckpointSpacing, Setup, from_saved, from_text, load};
 use crate::math::Vec3;
 use std::path::Path;
 
@@ -107,7 +107,8 @@ fn what_an_option_names_is_as_it_says() {
     )
     .unwrap();
     let plan = &longer.output;
-    assert_eq!((plan.series_every, plan.checkpoint_every), (40, 500));
+    let saved = CheckpointSpacing::Steps(500);
+    assert_eq!((plan.series_every, plan.checkpoint_every), (40, saved));
     assert_eq!((longer.average_from_step, longer.threads), (0, 3));
     assert_eq!(
         (plan.particles_every, plan.contacts_every, plan.picture_every),
@@ -159,13 +160,14 @@ fn an_end_before_the_averages_begin_is_refused() {
 }
 
 #[test]
-fn checkpoints_are_written_when_they_are_asked_for() {
-    assert_eq!(new(&[]).output.checkpoint_every, 0);
-    assert_eq!(new(&["output.checkpoint_every=never"]).output.checkpoint_every, 0);
-    assert_eq!(
-        new(&["output.checkpoint_every.steps=300"])
-            .output
-            .checkpoint_every,
-        300
-    );
+fn checkpoints_are_written_every_ten_minutes_unless_the_case_asks_for_others() {
+    let spacing = |options: &[&str]| new(options).output.checkpoint_every;
+    let seconds = |s| CheckpointSpacing::WallTime(std::time::Duration::from_secs(s));
+    assert_eq!(spacing(&[]), seconds(600));
+    let asked = |value: &str| spacing(&[&format!("output.checkpoint_every={value}")]);
+    assert_eq!(asked("never"), CheckpointSpacing::Never);
+    assert_eq!(asked("{ steps = 300 }"), CheckpointSpacing::Steps(300));
+    assert_eq!(asked("{ wall_time = 60 }"), seconds(60));
+    // A saved LIGGGHTS rounds differently, so the clock has no part in it.
+    assert_eq!(spacing(&["dem.engine=liggghts"]), CheckpointSpacing::Never);
 }

@@ -1,0 +1,143 @@
+//! The files in an output directory that have the name of a file of a run.
+
+use super::super::atomic::PARTIAL_SUFFIX;
+use super::super::pieces;
+use super::{FOLDERS, LOG, TOP, folders};
+use std::fs::{self, FileType};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file of a run, or the folder of the pieces of one.
+pub(super) struct Own {
+    /// Where it is.
+    pub(super) path: PathBuf,
+    /// The file that it is, or is a piece, an index or the folder of.
+    pub(super) of: PathBuf,
+    /// The step of that file; 0 if it has none.
+    pub(super) step: u64,
+    /// Whether it was being written.
+    pub(super) partial: bool,
+    folder: bool,
+}
+
+impl Own {
+    pub(super) fn is_whole_file(&self) -> bool {
+        !self.partial && !self.folder
+    }
+
+    /// Its path in the output directory.
+    pub(super) fn below<'a>(&'a self, directory: &Path) -> &'a Path {
+        self.path.strip_prefix(directory).unwrap_or(&self.path)
+    }
+}
+
+/// Removes files, and folders that are empty then. A symbolic link is removed itself.
+pub(super) fn remove(all: Vec<Own>) -> io::Result<()> {
+    for own in all {
+        match if own.folder {
+            fs::remove_dir(&own.path)
+        } else {
+            fs::remove_file(&own.path)
+        } {
+            Err(error) if own.folder && error.kind() == io::ErrorKind::DirectoryNotEmpty => {}
+            removed => removed?,
+        }
+    }
+    Ok(())
+}
+
+/// The first symbolic link among the names in the output directory itself.
+pub(super) fn link(directory: &Path) -> Option<PathBuf> {
+    let files = TOP.into_iter().chain([LOG]);
+    let mut names = files
+        .flat_map(|name| [name.to_string(), format!("{name}{PARTIAL_SUFFIX}")])
+        .chain(folders().map(str::to_string))
+        .map(|name| directory.join(name));
+    names.find(|path| fs::symlink_metadata(path).is_ok_and(|file| file.is_symlink()))
+}
+
+/// Those of the files directly in the directory that are there, finished or partial.
+pub(super) fn top(directory: &Path, names: &[&str]) -> Vec<Own> {
+    let mut there = Vec::new();
+    for name in names {
+        let of = directory.join(name);
+        for (path, partial) in [
+            (of.clone(), false),
+            (directory.join(format!("{name}{PARTIAL_SUFFIX}")), true),
+        ] {
+            if fs::symlink_metadata(&path).is_ok_and(|file| !file.is_dir()) {
+                there.push(Own {
+                    path,
+                    of: of.clone(),
+                    step: 0,
+                    partial,
+                    folder: false,
+                });
+            }
+        }
+    }
+    there
+}
+
+/// The numbered files, finished or partial, whole or in pieces; the folder of pieces behind them.
+pub(super) fn frames(directory: &Path) -> io::Result<Vec<Own>> {
+    let mut there = Vec::new();
+    for (folder, prefix, extension) in FOLDERS {
+        let folder = directory.join(folder);
+        if !folder.is_dir() {
+            continue;
+        }
+        let index = extension.replacen('.', ".p", 1);
+        let mut add = |path: PathBuf, frame: &str, partial: bool, kind: FileType| {
+            let digits = frame.strip_prefix(prefix);
+            let step = digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?;
+            there.push(Own {
+                path,
+                of: folder.join(format!("{frame}{extension}")),
+                step,
+                partial,
+                folder: kind.is_dir(),
+            });
+            Some(())
+        };
+        for (path, name, partial, kind) in entries(&folder)? {
+            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index));
+            match frame {
+                Some(frame) if !kind.is_dir() => {
+                    add(path, frame, partial, kind);
+                }
+                _ if kind.is_file() => {}
+                // A folder of pieces, or a link to one, which nothing must be written through.
+                _ => {
+                    let pieces = if kind.is_dir() {
+                        entries(&path)?
+                    } else {
+                        Vec::new()
+                    };
+                    for (piece, of, partial, kind) in pieces {
+                        if !kind.is_dir() && pieces::is_piece(&of, &name, extension) {
+                            add(piece, &name, partial, kind);
+                        }
+                    }
+                    add(path, &name, false, kind);
+                }
+            }
+        }
+    }
+    Ok(there)
+}
+
+/// What is in a folder: paths, final names, whether they are partial, and what they are.
+fn entries(folder: &Path) -> io::Result<Vec<(PathBuf, String, bool, FileType)>> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let Ok(name) = entry.file_name().into_string() else {
+            continue;
+        };
+        let last = name.strip_suffix(PARTIAL_SUFFIX);
+        let (partial, last) = (last.is_some(), last.unwrap_or(&name).to_string());
+        all.push((entry.path(), last, partial, entry.file_type()?));
+    }
+    Ok(all)
+}
