@@ -279,8 +279,8 @@ pub struct OutputSection {
     pub contacts_every: Option<Located<Every>>,
     /// Pictures (.png). Default: 10 over the run.
     pub picture_every: Option<Located<Every>>,
-    /// Where the slice of a picture lies. Default: through the middle of the box, along gravity and if it can along x. In a dry
-    /// run the normal is the line of sight.
+    /// Plane of the slices in pictures. Default: through the middle of the box, parallel to gravity and if possible to x. In a
+    /// dry run its normal is the line of sight.
     pub picture_plane: Option<Located<PicturePlane>>,
     /// Speed at the upper end of the colours of all pictures (m/s), rounded up. Default: the largest of u*, the fastest wall,
     /// the fastest particle at the start and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in

@@ -44,7 +44,7 @@ struct Placed {
     span: Range<usize>,
     /// `name:line` in a positions file.
     line: Option<String>,
-    /// Whether it is of the state of a run, where contacts overlap.
+    /// It is part of the state of a run, where contacts overlap.
     in_motion: bool,
 }
 

@@ -23,13 +23,13 @@ pub(super) struct Schedule {
     pub(super) output: OutputPlan,
 }
 
-/// What a schedule needs to know of a case.
+/// Properties of a case that its schedule depends on.
 pub(super) struct Known<'a> {
     pub(super) name: &'a str,
     pub(super) clock: Clock,
     /// Edges of the box (m).
     pub(super) size: Vec3,
-    /// Whether the surfaces of the particles are so small that they are written by default.
+    /// The surfaces of the particles are small enough to be written by default.
     pub(super) few: bool,
 }
 
@@ -76,9 +76,8 @@ impl Schedule {
 /// length of the run keeps the number of steps it has, and stands in the text from now on.
 pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> Result<()> {
     let particles = setup.particles.iter().map(|p| (p.template as usize, 1));
-    let name = setup.name.clone();
     let known = Known {
-        name: &name,
+        name: &setup.name,
         clock: Clock {
             time_step: setup.units.dt,
             stokes_time: setup.scales.stokes_time,
@@ -121,7 +120,7 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     Ok(())
 }
 
-/// Whether the surfaces of particles, given as numbers of particles by template, are so small that they are written by default.
+/// True if the surfaces of particles, given as numbers of particles by template, are small enough to be written by default.
 pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (usize, usize)>) -> bool {
     surface_triangles(templates, counts) <= FEW_TRIANGLES
 }

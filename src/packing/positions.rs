@@ -27,9 +27,9 @@ const WRITTEN: &str = "x;y;z;qx;qy;qz;qw;id;kind;diameter;vx;vy;vz;wx;wy;wz";
 /// Numbers of particles stay below this, so that programs that read them as floating point keep them apart.
 const MAX_ID: u64 = 1 << 53;
 
-/// How far the square of the length of a quaternion may be from 1 where it was written with few digits.
+/// Largest deviation of the squared length of a quaternion from 1 if it was written with few digits.
 const FEW_DIGITS: f64 = 1e-5;
-/// As far as this it may be by the rounding of a computer, and is left alone.
+/// Largest deviation by rounding, which is left as it is.
 const ROUNDING: f64 = 1e-12;
 
 /// A value and where it stands in its line.

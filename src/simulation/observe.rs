@@ -47,7 +47,7 @@ pub(super) struct Observer<'a> {
     writer: Option<Writer<'a>>,
 }
 
-/// What the files of particles show of them.
+/// Writers of the files of particles.
 struct Looks {
     points: ParticlePoints,
     surfaces: ParticleSurfaces,

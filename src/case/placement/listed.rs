@@ -61,7 +61,7 @@ impl Placer<'_> {
         Ok(())
     }
 
-    /// Whether a row belongs to another section, which must read the file, too.
+    /// True if a row belongs to another section, which must read the file, too.
     fn is_of_another(
         &self,
         index: usize,

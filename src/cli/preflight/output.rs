@@ -1,4 +1,4 @@
-//! What a run will write, and how much of it.
+//! Estimate of the files that a run writes, and of their size.
 
 use super::{Row, in_bytes, row};
 use crate::case::Setup;
@@ -150,7 +150,7 @@ mod tests {
 
     /// Bytes below a folder.
     fn on_disk(folder: &Path) -> f64 {
-        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+        let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
         let bytes = entries.map(|entry| {
             if entry.file_type().unwrap().is_dir() {
                 on_disk(&entry.path())

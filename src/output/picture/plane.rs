@@ -21,7 +21,7 @@ pub struct Plane {
     place: f64,
 }
 
-/// Where a slice is instead of where it is by default.
+/// Position of a slice other than the default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
     /// The axis that it is across: 0, 1 or 2.

@@ -115,7 +115,7 @@ fn ask<V: Pod>(comm: &Comm, missing: &[u64], own: &[V], id: impl Fn(&V) -> u64) 
     found.filter(|value| wanted(missing, value)).collect()
 }
 
-/// What the fluid did to a particle in the last step.
+/// Force and torque of the fluid on a particle in the last step.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Loaded {
