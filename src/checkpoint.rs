@@ -35,6 +35,17 @@ pub use read::Checkpoint;
 /// Name of the folder of checkpoints in the output directory of a run.
 pub const FOLDER: &str = "checkpoints";
 
+/// Names in a checkpoint; those of parts are in `part.rs`.
+const MANIFEST: &str = "manifest.toml";
+const CASE_FILE: &str = "case.toml";
+/// Folder of the files that the case names.
+const FILES: &str = "files";
+
+/// Name of such a file.
+fn kept_file(n: usize) -> String {
+    format!("{FILES}/{n:05}")
+}
+
 /// What identifies a state; the same on every rank.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {

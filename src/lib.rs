@@ -14,7 +14,7 @@
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
 //! space     domain            comm
-//! words     math   units   error   memory   timing
+//! words     math   units   input   error   memory   timing
 //! ```
 
 pub mod case;
@@ -29,6 +29,7 @@ pub mod dem;
 pub mod domain;
 pub mod error;
 pub mod fluid;
+pub mod input;
 pub mod lattice;
 pub mod math;
 pub mod memory;

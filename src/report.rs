@@ -18,6 +18,7 @@ mod run;
 mod study;
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::picture::{Figure, Format};
 use crate::output::write_bytes;
 use crate::study::result::FILE as RESULT;
@@ -129,7 +130,8 @@ fn rows(source: &Source, out: &Path) -> Result<Option<Block>> {
     if source.kind != Kind::Study || !from.is_file() {
         return Ok(None);
     }
-    let bytes = fs::read(&from).map_err(|source| Error::io("read", &from, source))?;
+    let bytes =
+        input::read_unlinked(&from, input::TABLE).map_err(|source| Error::io("read", &from, source))?;
     let name = format!("{}.csv", plain(&source.name));
     write_bytes(&out.join(&name), &bytes)?;
     Ok(Some(Block::Text(format!("All runs: [{name}]({name})."))))

@@ -15,10 +15,10 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "validate",
-        "crosscheck simulation case output checkpoint coupling fluid dem contact particle shape domain comm math error",
+        "crosscheck simulation case output checkpoint coupling fluid dem contact particle shape domain comm math input error",
     ),
-    ("report", "study simulation output error"),
-    ("study", "simulation case output checkpoint comm math error"),
+    ("report", "study simulation output input error"),
+    ("study", "simulation case output checkpoint comm math input error"),
     (
         "crosscheck",
         "simulation case output dem contact particle shape wall domain comm units math error",
@@ -29,11 +29,11 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "case",
-        "packing coupling fluid dem contact particle shape wall domain units math error",
+        "packing coupling fluid dem contact particle shape wall domain units math input error",
     ),
-    ("output", "checkpoint particle shape wall domain math error"),
-    ("packing", "contact particle shape wall domain math"),
-    ("checkpoint", "domain comm memory error"),
+    ("output", "checkpoint particle shape wall domain math input error"),
+    ("packing", "contact particle shape wall domain math input"),
+    ("checkpoint", "domain comm input memory error"),
     (
         "coupling",
         "fluid dem particle shape wall lattice domain comm units math",
@@ -42,7 +42,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("dem", "contact particle shape wall domain comm math error"),
     ("contact", "shape wall domain math"),
     ("particle", "shape math"),
-    ("shape", "math"),
+    ("shape", "math input"),
     ("wall", "math"),
     ("lattice", ""),
     ("domain", "math"),
@@ -50,6 +50,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("units", ""),
     ("math", ""),
     ("timing", ""),
+    ("input", ""),
     ("memory", "error"),
     ("error", ""),
 ];

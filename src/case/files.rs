@@ -1,5 +1,6 @@
 //! The files that a case names: on disk, or kept with a case that was saved.
 
+use crate::input;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
@@ -37,19 +38,15 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The contents of a file, which `load` reads if it is on disk; or what is wrong.
-    pub(super) fn contents(
-        &self,
-        name: &str,
-        load: impl FnOnce(&Path) -> Result<Vec<u8>, String>,
-    ) -> Result<Vec<u8>, String> {
+    /// The contents of a file of at most `limit` bytes; or what is wrong.
+    pub(super) fn contents(&self, name: &str, limit: u64) -> Result<Vec<u8>, String> {
         let bytes = match self.place {
-            Place::Folder(folder) => load(&folder.join(name))?,
+            Place::Folder(folder) => input::read(&folder.join(name), limit).map_err(|e| e.to_string())?,
             Place::Saved(files) => files
                 .iter()
                 .find(|(known, _)| known == name)
                 .map(|(_, bytes)| bytes.clone())
-                .ok_or("was not saved with the case")?,
+                .ok_or("it was not saved with the case")?,
         };
         let mut read = self.read.borrow_mut();
         if !read.iter().any(|(known, _)| known == name) {

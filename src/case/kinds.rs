@@ -8,6 +8,7 @@ use super::located::Located;
 use super::materials::Materials;
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::math::{Quat, Vec3};
 use crate::particle::Template;
 use crate::shape::{
@@ -259,7 +260,8 @@ impl Builder<'_> {
                 let unit = self.unit(mesh)?;
                 let given = self.positive("scale", &mesh.scale)?;
                 let path = self.files.path(name);
-                let (shape, placement) = (self.files.contents(name, mesh::load))
+                let (shape, placement) = (self.files.contents(name, input::MESH))
+                    .map_err(|e| format!("cannot be read: {e}"))
                     .map_err(|problem| ShapeError::Mesh {
                         path: path.clone(),
                         problem,

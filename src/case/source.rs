@@ -1,6 +1,7 @@
 //! The text of a case: the file, and behind it the `--set` options, so that every place has one number.
 
 use crate::error::{Error, Result};
+use crate::input;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use serde::Deserialize;
 use std::ops::Range;
@@ -32,7 +33,7 @@ pub(crate) struct GivenOption {
 impl Source {
     /// Reads the file and appends the options.
     pub(crate) fn read(path: &Path, options: &[String]) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+        let bytes = input::read(path, input::CASE).map_err(|e| Error::io("read", path, e))?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
             let line = good.split(|&byte| byte == b'\n').count();

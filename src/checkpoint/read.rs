@@ -2,10 +2,11 @@
 
 use super::folder::name_of;
 use super::manifest::{FileEntry, Manifest, hex};
-use super::part::{COUPLING, ENGINE, PartHead, SHARED};
-use super::{CaseText, Head};
+use super::part::{self, COUPLING, ENGINE, PartHead, SHARED};
+use super::{CASE_FILE, CaseText, FILES, Head, MANIFEST, kept_file};
 use crate::domain::Block;
 use crate::error::{Error, Result};
+use crate::input;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_64;
@@ -33,8 +34,8 @@ impl Checkpoint {
     }
 
     fn read(directory: &Path) -> Damage<Self> {
-        let bytes = std::fs::read(directory.join("manifest.toml"))
-            .map_err(|e| format!("manifest.toml cannot be read: {e}"))?;
+        let bytes = input::read_unlinked(&directory.join(MANIFEST), input::RECORD)
+            .map_err(|e| format!("{MANIFEST} cannot be read: {e}"))?;
         let manifest = Manifest::read(&bytes)?;
         let Manifest {
             step,
@@ -47,10 +48,14 @@ impl Checkpoint {
             .files
             .split_first()
             .ok_or("manifest.toml names no case")?;
-        let text = String::from_utf8(content(directory, case)?).map_err(|_| "case.toml is no text")?;
-        let files = files
-            .iter()
-            .map(|entry| Ok((entry.name.clone(), content(directory, entry)?)))
+        let text = content(directory, case, CASE_FILE)?;
+        let text = String::from_utf8(text).map_err(|_| "case.toml is no text")?;
+        if !files.is_empty() && !std::fs::symlink_metadata(directory.join(FILES)).is_ok_and(|it| it.is_dir())
+        {
+            return Err("it has no folder `files` of its own".into());
+        }
+        let files = (files.iter().enumerate())
+            .map(|(n, entry)| Ok((entry.name.clone(), content(directory, entry, &kept_file(n))?)))
             .collect::<Damage<Vec<_>>>()?;
         if ranks == 0 || ranks != manifest.parts.len() {
             return Err("manifest.toml names another number of parts than there were ranks".into());
@@ -59,7 +64,9 @@ impl Checkpoint {
         let mut covered = 0_usize;
         for (rank, entry) in manifest.parts.iter().enumerate() {
             let of_part = |what: String| format!("part {rank}: {what}");
-            let path = directory.join(&entry.file);
+            let name = part::file_name(rank);
+            refuse_other_name(&entry.file, &name).map_err(of_part)?;
+            let path = directory.join(name);
             let mut file = open(&path).map_err(of_part)?;
             let length = file.metadata().map_err(|e| of_part(e.to_string()))?.len();
             if length != entry.bytes {
@@ -195,13 +202,26 @@ fn damaged(directory: &Path, what: &str) -> Error {
 }
 
 fn open(path: &Path) -> Damage<File> {
-    File::open(path).map_err(|e| format!("{} cannot be read: {e}", name_of(path)))
+    input::open_unlinked(path).map_err(|e| format!("{} cannot be read: {e}", name_of(path)))
 }
 
-/// A file of the case.
-fn content(directory: &Path, entry: &FileEntry) -> Damage<Vec<u8>> {
-    let name = &entry.file;
-    let bytes = std::fs::read(directory.join(name)).map_err(|e| format!("{name} cannot be read: {e}"))?;
+/// A manifest may name no files but those that this program writes beside it.
+fn refuse_other_name(given: &str, name: &str) -> Damage<()> {
+    if given == name {
+        return Ok(());
+    }
+    let given = input::word(given);
+    Err(format!(
+        "manifest.toml names the file `{given}` where {name} belongs"
+    ))
+}
+
+/// A file of the case, which this program calls `name`.
+fn content(directory: &Path, entry: &FileEntry, name: &str) -> Damage<Vec<u8>> {
+    refuse_other_name(&entry.file, name)?;
+    let limit = entry.bytes.min(input::POSITIONS);
+    let bytes = input::read_unlinked(&directory.join(name), limit)
+        .map_err(|e| format!("{name} cannot be read: {e}"))?;
     if bytes.len() as u64 != entry.bytes || hex(xxh3_64(&bytes)) != entry.xxh3 {
         return Err(format!("{name} is damaged"));
     }

@@ -1,5 +1,6 @@
 //! Written by uneven ranks, read by others, and damaged in every way.
 
+use super::manifest::Manifest;
 use super::*;
 use crate::comm::on_threads;
 use std::collections::BTreeSet;
@@ -313,6 +314,67 @@ fn a_later_format_is_named_with_the_program_that_wrote_it() {
     let version = env!("CARGO_PKG_VERSION");
     let said = format!("written by turbid {version} in format 9, and this program reads format 2");
     assert!(error.contains(&said), "{error}");
+}
+
+#[test]
+fn a_manifest_that_names_other_files_is_refused_though_its_seal_is_right() {
+    let (root, directory) = folder();
+    std::fs::write(root.path().join("secret"), "secret").unwrap();
+    write_step(&directory, 100);
+    let path = directory.join("step-0000000100/manifest.toml");
+    let good = Manifest::read(&std::fs::read(&path).unwrap()).unwrap();
+    let refused = |spoil: &dyn Fn(&mut Manifest)| {
+        let mut manifest = good.clone();
+        spoil(&mut manifest);
+        std::fs::write(&path, manifest.to_text()).unwrap();
+        read_all(path.parent().unwrap()).unwrap_err().to_string()
+    };
+    for name in [
+        "../../secret",
+        "/etc/passwd",
+        "part-00001.bin",
+        "files/../case.toml",
+    ] {
+        for spoil in [
+            &|m: &mut Manifest| m.files[0].file = name.into(),
+            &|m: &mut Manifest| m.files[1].file = name.into(),
+            &|m: &mut Manifest| m.parts[0].file = name.into(),
+        ] as [&dyn Fn(&mut Manifest); 3]
+        {
+            let said = refused(spoil);
+            assert!(said.contains(&format!("names the file `{name}`")), "{said}");
+        }
+    }
+}
+
+#[test]
+fn a_link_or_a_fifo_in_the_place_of_any_file_of_a_checkpoint_is_refused() {
+    let (root, directory) = folder();
+    write_step(&directory, 100);
+    let checkpoint = directory.join("step-0000000100");
+    let aside = root.path().join("aside");
+    for path in files(&checkpoint).into_iter().chain([checkpoint.join("files")]) {
+        std::fs::rename(&path, &aside).unwrap();
+        std::os::unix::fs::symlink(&aside, &path).unwrap();
+        let said = read_all(&checkpoint).unwrap_err().to_string();
+        assert!(
+            said.contains("symbolic link") || said.contains("no folder"),
+            "{said}"
+        );
+        std::fs::remove_file(&path).unwrap();
+        std::fs::rename(&aside, &path).unwrap();
+    }
+    read_all(&checkpoint).unwrap();
+    let part = checkpoint.join("part-00000.bin");
+    std::fs::remove_file(&part).unwrap();
+    let name = std::ffi::CString::new(part.to_str().unwrap()).unwrap();
+    // SAFETY: a path that ends with a zero byte.
+    assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
+    let said = read_all(&checkpoint).unwrap_err().to_string();
+    assert!(
+        said.contains("part-00000.bin cannot be read: it is a FIFO"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::folder;
 use super::manifest::{FileEntry, Manifest, PartEntry, hex};
-use super::{Head, Part, agreed, in_rank_0, part};
+use super::{CASE_FILE, FILES, Head, MANIFEST, Part, agreed, in_rank_0, kept_file, part};
 use crate::comm::Comm;
 use crate::error::{Error, Result};
 use std::fs::{self, File};
@@ -93,13 +93,13 @@ fn finish(partial: &Path, head: &Head, parts: &[Vec<u8>], create: &Create) -> Re
         attempt().map_err(|e| Error::io("write", &path, e))
     };
     let case = &head.case;
-    let mut contents = vec![("case.toml".to_string(), case.name.as_str(), case.text.as_bytes())];
+    let mut contents = vec![(CASE_FILE.to_string(), case.name.as_str(), case.text.as_bytes())];
     if !case.files.is_empty() {
-        let files = partial.join("files");
+        let files = partial.join(FILES);
         fs::create_dir(&files).map_err(|e| Error::io("make", &files, e))?;
     }
     for (n, (name, bytes)) in case.files.iter().enumerate() {
-        contents.push((format!("files/{n:05}"), name, bytes));
+        contents.push((kept_file(n), name, bytes));
     }
     let mut files = Vec::new();
     for (file, name, bytes) in contents {
@@ -131,9 +131,9 @@ fn finish(partial: &Path, head: &Head, parts: &[Vec<u8>], create: &Create) -> Re
             })
             .collect(),
     };
-    put("manifest.toml", manifest.to_text().as_bytes())?;
+    put(MANIFEST, manifest.to_text().as_bytes())?;
     if !case.files.is_empty() {
-        folder::sync_folder(&partial.join("files"))?;
+        folder::sync_folder(&partial.join(FILES))?;
     }
     folder::sync_folder(partial)
 }

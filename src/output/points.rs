@@ -10,10 +10,10 @@ use super::pieces;
 use super::polydata::PolyData;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
-use std::fs;
 use std::path::{Path, PathBuf};
 use vtkio::Vtk;
 use vtkio::model::{Attribute, DataSet, Piece};
@@ -144,7 +144,7 @@ pub struct PointRecord {
 pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
     let index = pieces::index(file);
     let parts: Vec<PathBuf> = if index.exists() {
-        let text = fs::read_to_string(&index).map_err(|e| Error::io("read", &index, e))?;
+        let text = input::read_text(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
         let count = text.matches("<Piece ").count();
         (0..count).map(|rank| pieces::piece(file, rank)).collect()
     } else {
@@ -152,7 +152,7 @@ pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
     };
     let mut all = Vec::new();
     for part in parts {
-        let bytes = fs::read(&part).map_err(|e| Error::io("read", &part, e))?;
+        let bytes = input::read(&part, input::TABLE).map_err(|e| Error::io("read", &part, e))?;
         let records = records(&bytes).map_err(|what| {
             let shown = part.display();
             Error::Input(format!(

@@ -1,6 +1,7 @@
 //! Reading `series.csv`.
 
 use crate::error::{Error, Result};
+use crate::input;
 use std::path::Path;
 
 /// The columns of a time series, by the names in its header.
@@ -31,10 +32,8 @@ impl SeriesTable {
             csv::ErrorKind::Io(source) => Error::io("read", path, source),
             other => Error::Input(format!("{}: {other:?}", path.display())),
         };
-        let mut reader = csv::ReaderBuilder::new()
-            .flexible(true)
-            .from_path(path)
-            .map_err(broken)?;
+        let bytes = input::read(path, input::TABLE).map_err(|source| Error::io("read", path, source))?;
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&bytes[..]);
         let header = reader.headers().map_err(broken)?.clone();
         let mut columns: Vec<SeriesColumn> = header.iter().map(column).collect();
         let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();

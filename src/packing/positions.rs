@@ -5,6 +5,7 @@
 //! unit quaternion `qx, qy, qz, qw` in place of angles, velocity `vx, vy, vz` (m/s) and angular velocity `wx, wy, wz` (1/s). That
 //! is how [`format`] writes the particles of a run: reading gives back the same bits.
 
+use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use std::fmt::Write;
 
@@ -112,7 +113,8 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
             let trimmed = field.trim();
             let bad = |wanted: &str| {
                 let key = COLUMNS[which];
-                format!("{name}:{number}:{column}: `{key}` is `{trimmed}`, expected {wanted}; {EXPECTED}")
+                let has = input::word(trimmed);
+                format!("{name}:{number}:{column}: `{key}` is `{has}`, expected {wanted}; {EXPECTED}")
             };
             let whole = || match trimmed.parse::<u64>() {
                 Ok(n) if n < MAX_ID => Ok(n),
@@ -175,7 +177,7 @@ fn header(fields: &[&str]) -> Result<Vec<usize>, String> {
                 return Err(format!("column `{name}` appears twice"));
             }
             Some(column) => columns.push(column),
-            None => return Err(format!("unknown column `{name}`")),
+            None => return Err(format!("unknown column `{}`", input::word(&name))),
         }
     }
     let given = |column: &usize| columns.contains(column);

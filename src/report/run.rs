@@ -6,9 +6,9 @@ use super::find::Source;
 use super::numbers::{duration, known, number, with_error};
 use super::{Block, Section};
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::picture::Bars;
 use crate::output::{OutputFiles, SeriesTable, Summary, settled};
-use std::fs;
 use std::path::Path;
 
 /// A run is called after its case if it is `alone`, or else, as the runs of a study share a case, after its directory.
@@ -56,7 +56,7 @@ pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
 }
 
 fn read_summary(path: &Path) -> Result<Summary> {
-    let text = fs::read_to_string(path).map_err(|source| Error::io("read", path, source))?;
+    let text = input::read_text(path, input::RECORD).map_err(|source| Error::io("read", path, source))?;
     serde_json::from_str(&text).map_err(|error| {
         Error::Input(format!(
             "{}: {error}\n  this is no summary of `turbid run`, or that of another version; run the case again",

@@ -3,16 +3,16 @@
 //! A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex. Normals
 //! in the file are ignored. Facets count from 0; polygons of an OBJ file count as the triangles they are split into.
 
+mod stl;
+
 use super::polyhedron::SINGLE_PRECISION;
 use super::{Placement, Polyhedron, Shape, ShapeError};
+use crate::input;
 use crate::math::Vec3;
 use std::collections::{BTreeMap, HashMap};
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Larger files are refused unread (bytes).
-const LARGEST_FILE: u64 = 256 << 20;
 /// More facets would make contacts too slow to be of use, and set-up, which compares edges pair by pair.
 const MOST_FACETS: usize = 2_000;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
@@ -26,25 +26,13 @@ const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its poi
 /// [`ShapeError::Mesh`] with file, facet and remedy: a file that cannot be read or is no such file, numbers that are not
 /// finite, a surface that is open, inside out, without volume, or concave.
 pub fn read(path: &Path, scale: f64, hull: bool) -> Result<(Polyhedron, Placement), ShapeError> {
-    let bytes = load(path).map_err(|problem| ShapeError::Mesh {
-        path: path.to_path_buf(),
-        problem,
-    })?;
+    let bytes = kind(path)
+        .and_then(|_| input::read(path, input::MESH).map_err(|e| format!("cannot be read: {e}")))
+        .map_err(|problem| ShapeError::Mesh {
+            path: path.to_path_buf(),
+            problem,
+        })?;
     parse(path, bytes, scale, hull)
-}
-
-/// The contents of a mesh file, as [`parse`] takes them; or what is wrong with it.
-pub fn load(path: &Path) -> Result<Vec<u8>, String> {
-    let size = fs::metadata(path)
-        .map_err(|e| format!("cannot be read: {e}"))?
-        .len();
-    if size > LARGEST_FILE {
-        return Err(format!(
-            "has {size} bytes; at most {LARGEST_FILE} are read. Take a coarser mesh"
-        ));
-    }
-    kind(path)?;
-    fs::read(path).map_err(|e| format!("cannot be read: {e}"))
 }
 
 /// As [`read`], for contents that are in memory; `path` says what kind of file it is, and names it in errors.
@@ -87,7 +75,7 @@ fn kind(path: &Path) -> Result<Kind, String> {
 /// The triangles in a file, in its units.
 fn facets(path: &Path, bytes: Vec<u8>) -> Result<Vec<[Vec3; 3]>, String> {
     let facets = match kind(path)? {
-        Kind::Stl => stl(bytes)?,
+        Kind::Stl => stl::parse(&bytes)?,
         Kind::Obj => obj(&bytes)?,
     };
     if facets.len() > MOST_FACETS {
@@ -98,24 +86,6 @@ fn facets(path: &Path, bytes: Vec<u8>) -> Result<Vec<[Vec3; 3]>, String> {
     }
     if facets.is_empty() {
         return Err("has no facets".to_owned());
-    }
-    Ok(facets)
-}
-
-fn stl(mut bytes: Vec<u8>) -> Result<Vec<[Vec3; 3]>, String> {
-    // A binary file has a length that says so. Its head may begin like a text file, which the reader goes by.
-    if let Some(count) = bytes.get(80..84) {
-        let count = u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
-        if bytes.len() as u64 == 84 + 50 * count {
-            bytes[..80].fill(0);
-        }
-    }
-    let mut reader = Cursor::new(bytes);
-    let triangles = stl_io::create_stl_reader(&mut reader).map_err(|e| format!("is no STL file: {e}"))?;
-    let mut facets = Vec::new();
-    for (n, triangle) in triangles.enumerate() {
-        let triangle = triangle.map_err(|e| format!("facet {n} cannot be read: {e}"))?;
-        facets.push(triangle.vertices.map(|v| Vec3::from(v.0.map(f64::from))));
     }
     Ok(facets)
 }

@@ -1,9 +1,9 @@
 //! What a study has found, resolved to numbers: `study.json`, which `turbid report` draws.
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::write_bytes;
 use serde::{Deserialize, Deserializer, Serialize};
-use std::fs;
 use std::path::Path;
 
 /// Name of the file in the directory of a study.
@@ -156,7 +156,7 @@ impl Document {
     /// [`Error::Io`] if the file cannot be read, [`Error::Input`] if it is not of this kind.
     pub fn read(directory: &Path) -> Result<Self> {
         let path = directory.join(FILE);
-        let text = fs::read_to_string(&path).map_err(|error| Error::io("read", &path, error))?;
+        let text = input::read_text(&path, input::RECORD).map_err(|error| Error::io("read", &path, error))?;
         serde_json::from_str(&text).map_err(|error| {
             Error::Input(format!(
                 "{} is no document of a study: {error}\n  `turbid study` writes it anew",
@@ -212,7 +212,7 @@ mod tests {
         document.write(place.path()).unwrap();
         assert_eq!(Document::read(place.path()).unwrap(), document);
         let json: serde_json::Value =
-            serde_json::from_str(&fs::read_to_string(place.path().join(FILE)).unwrap()).unwrap();
+            serde_json::from_str(&std::fs::read_to_string(place.path().join(FILE)).unwrap()).unwrap();
         assert_eq!(json["figures"][0]["panels"][0]["series"][0]["style"], "dashed");
         assert!(json["figures"][0]["panels"][0]["series"][0]["points"][0]["error"].is_null());
     }

@@ -6,6 +6,7 @@ use super::state::{State, measured_with};
 use crate::case::{self, CHECKPOINT_INTERVAL, CheckpointSpacing, Setup};
 use crate::checkpoint;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::{OutputFiles, Summary, directory, write_bytes};
 use crate::simulation::{self, RunOptions, identity};
 use serde_json::{Value as Json, json};
@@ -286,7 +287,8 @@ fn listen(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<
         }
         std::thread::sleep(POLL);
     };
-    let read = |path: &Path| fs::read_to_string(path).map_err(|error| Error::io("read", path, error));
+    let read =
+        |path: &Path| input::read_text(path, input::RECORD).map_err(|error| Error::io("read", path, error));
     let texts = (read(&said)?, read(&complained)?);
     for path in [&said, &complained] {
         fs::remove_file(path).map_err(|error| Error::io("remove", path, error))?;

@@ -12,12 +12,12 @@
 use super::file::WindowSection;
 use crate::case::Setup;
 use crate::error::Result;
+use crate::input;
 use crate::math::Vec3;
 use crate::output::series::COLUMNS;
 use crate::output::{OutputFiles, SeriesTable, estimate_mean};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Name of the file with what a benchmark has measured.
@@ -340,7 +340,7 @@ struct Part {
 impl Parts {
     /// Those of the run in a directory; none if it left no list of them.
     pub fn read(directory: &Path) -> Self {
-        let text = fs::read_to_string(directory.join(PARTS_FILE)).unwrap_or_default();
+        let text = input::read_text(&directory.join(PARTS_FILE), input::RECORD).unwrap_or_default();
         let part = |line: &str| {
             let mut words = line.split(',');
             Some(Part {
@@ -385,6 +385,7 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn the_time_of_an_interrupted_run_is_that_of_its_parts_together() {

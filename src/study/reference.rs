@@ -6,10 +6,11 @@ use super::file::ReferenceSection;
 use super::points::At;
 use super::result;
 use crate::case::located::Located;
+use crate::case::nearest;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::directory;
 use crate::simulation::Law;
-use std::fs;
 
 /// Points of a smooth line between two points of a study.
 const PARTS: u32 = 8;
@@ -190,7 +191,7 @@ impl Study {
             .map_or_else(|| (&file.value).into(), |folder| folder.join(&file.value));
         // What the study itself writes is no reference.
         directory::refuse_input(&self.out.join(result::FILE), std::slice::from_ref(&path))?;
-        let bytes = fs::read(&path).map_err(|error| Error::io("read", &path, error))?;
+        let bytes = input::read(&path, input::TABLE).map_err(|error| Error::io("read", &path, error))?;
         let broken = |error: csv::Error| Error::Input(format!("{}: {error}", path.display()));
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
@@ -201,12 +202,11 @@ impl Study {
             heads.iter().position(|head| head == name).ok_or_else(|| {
                 let known: Vec<&str> = heads.iter().collect();
                 let title = format!("{} has no column `{name}`", path.display());
-                self.source.error(
-                    span,
-                    &title,
-                    "here",
-                    &format!("its columns are: {}", known.join(", ")),
-                )
+                let remedy = match nearest(name, &known) {
+                    Some(near) => format!("did you mean `{}`?", input::word(near)),
+                    None => format!("its first line names {} columns", known.len()),
+                };
+                self.source.error(span, &title, "here", &remedy)
             })
         };
         let y = column(&y.value)?;

@@ -7,6 +7,7 @@ use crate::case::Setup;
 use crate::checkpoint;
 use crate::comm::Comm;
 use crate::error::Result;
+use crate::input;
 use crate::output::OutputFiles;
 use crate::simulation::{identity, instruction_set};
 use serde_json::Value as Json;
@@ -193,7 +194,7 @@ fn read(directory: &Path, bench: bool, varied: &[String]) -> Option<Found> {
     } else {
         OutputFiles::new(directory).summary()
     };
-    let json: Json = serde_json::from_str(&fs::read_to_string(path).ok()?).ok()?;
+    let json: Json = serde_json::from_slice(&input::read(&path, input::RECORD).ok()?).ok()?;
     Some(Found {
         directory: directory.to_path_buf(),
         input: canonical(json["input"].as_str()?, varied)?,

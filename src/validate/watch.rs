@@ -14,6 +14,7 @@ use crate::checkpoint;
 use crate::comm::{Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::{directory, write_bytes};
 use crate::simulation;
 use serde::de::DeserializeOwned;
@@ -167,7 +168,7 @@ fn program() -> u64 {
 
 /// What is kept in a file, if it is there and whole.
 fn read<R: DeserializeOwned>(file: &Path) -> Option<Kept<R>> {
-    serde_json::from_slice(&fs::read(file).ok()?).ok()
+    serde_json::from_slice(&input::read(file, input::RECORD).ok()?).ok()
 }
 
 /// Writes the checkpoints of a run, and ends it when it is told to.

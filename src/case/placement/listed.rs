@@ -4,6 +4,7 @@ use super::{Placed, Placer};
 use crate::case::file::ParticleSection;
 use crate::case::located::Located;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::math::Vec3;
 use crate::packing::positions::{self, Placement};
 use crate::particle::Particle;
@@ -17,7 +18,7 @@ impl Placer<'_> {
         let name = self.files.path(&file.value).display().to_string();
         let text = self
             .files
-            .contents(&file.value, |path| std::fs::read(path).map_err(|e| e.to_string()))
+            .contents(&file.value, input::POSITIONS)
             .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_string()))
             .map_err(|what| {
                 let title = format!("cannot read the positions file {name}: {what}");

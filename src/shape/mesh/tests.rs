@@ -2,6 +2,7 @@ use super::*;
 use crate::math::Quat;
 use crate::shape::Cuboid;
 use std::fmt::Write as _;
+use std::fs;
 use std::path::PathBuf;
 
 /// Corners of a cuboid as triangles, counter-clockwise from outside.
@@ -61,6 +62,18 @@ fn a_cube_from_any_file_is_the_cuboid() {
     for (name, bytes) in [
         ("text.stl", text_stl(&facets)),
         ("binary.STL", binary_stl(&facets, "cube")),
+        ("upper_case.stl", {
+            let text = String::from_utf8(text_stl(&facets)).unwrap().to_uppercase();
+            format!("\u{feff} {}", text.replace('\n', "\r\n")).into_bytes()
+        }),
+        ("nameless.stl", {
+            let text = String::from_utf8(text_stl(&facets)).unwrap();
+            text.replace(" test", "").into_bytes()
+        }),
+        ("two_solids.stl", {
+            let two = [text_stl(&facets[..5]), text_stl(&facets[5..])];
+            two.concat()
+        }),
         ("misleading.stl", binary_stl(&facets, "solid cube\n")),
         ("cube.obj", OBJ_CUBE.as_bytes().to_vec()),
     ] {
@@ -149,7 +162,26 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
         ),
         ("empty.stl", Vec::new(), "STL"),
         ("none.stl", change(&Vec::clear), "no facets"),
-        ("garbage.stl", b"hello, world".to_vec(), "no STL file"),
+        (
+            "garbage.stl",
+            b"hello, world".to_vec(),
+            "no STL file: it does not begin with `solid`",
+        ),
+        (
+            "comma.stl",
+            b"solid x\nfacet\nvertex 0,5 1 2\n".to_vec(),
+            "line 3: `0,5` is no number; decimal commas",
+        ),
+        (
+            "square.stl",
+            b"solid x\nfacet\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 1 0\nvertex 1 0 0\nendfacet\n".to_vec(),
+            "line 7: a facet has three",
+        ),
+        (
+            "secret.stl",
+            b"solid x\nroot:x:0:0:/root:/bin/bash:and:what:else one two three\n".to_vec(),
+            "line 2: `root:x:0:0:/root:/bin/ba...` is no word",
+        ),
         (
             "text_nan.stl",
             b"solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 nan 0\n".to_vec(),
@@ -179,5 +211,5 @@ fn a_file_that_claims_four_thousand_million_facets_takes_no_memory() {
     let mut bytes = binary_stl(&box_facets(Vec3::repeat(1.0)), "");
     bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
     let message = read_bytes("huge.stl", &bytes, false).unwrap_err();
-    assert!(message.contains("facet 12 cannot be read"), "{message}");
+    assert!(message.contains("it states has 214748364834"), "{message}");
 }
