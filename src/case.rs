@@ -4,6 +4,7 @@
 //! [`Error::Input`](crate::Error::Input) with file, line, key, value and remedy.
 
 mod checks;
+mod conform;
 mod dry;
 mod engine;
 pub mod file;
@@ -19,6 +20,7 @@ mod placement;
 mod resolve;
 mod scales;
 mod schedule;
+pub(crate) mod schema;
 mod source;
 mod space;
 mod walls;

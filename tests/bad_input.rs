@@ -6,6 +6,12 @@ mod bodies;
 #[path = "bad_input/engine.rs"]
 mod engine;
 
+#[path = "bad_input/files.rs"]
+mod files;
+
+#[path = "bad_input/forms.rs"]
+mod forms;
+
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -89,7 +95,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         (
             "density = 1000.0",
             "density = \"thin\"",
-            &["bad.toml:6:11", "\"thin\"", "expected a number"],
+            &["bad.toml:6:11", "\"thin\"", "must be a number"],
         ),
         (
             "density = 1000.0",
@@ -171,7 +177,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
             "[4, 4, 1]",
             &["14 |", "bad.toml:3:", "larger than half the box", "3.0"],
         ),
-        ("[4, 4, 4]", "[4, 4]", &["bad.toml:3:", "array of length 3"]),
+        ("[4, 4, 4]", "[4, 4]", &["bad.toml:3:", "must have 3"]),
         ("[4, 4, 4]", "[4, 4, -4]", &["bad.toml:3:", "`domain.size` is -4"]),
         (
             "1.5e-3",
@@ -339,7 +345,7 @@ fn mistakes_in_options_are_shown_with_the_option() {
         ("fluids.density=3", &["option --set:1:1", "did you mean `fluid`"]),
         (
             "fluid.density=thin",
-            &["option --set:1:15", "\"thin\"", "expected a number"],
+            &["option --set:1:15", "\"thin\"", "must be a number"],
         ),
         (
             "fluid.density=-3",

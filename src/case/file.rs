@@ -10,6 +10,7 @@ mod walls;
 
 use super::forms::{Gravity, Size};
 use super::located::Located;
+use super::schema::{non_negative, positive};
 use crate::coupling::ForceBalance;
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
@@ -27,6 +28,10 @@ pub use walls::{FaceSection, FacesSection, PlaneSection, RoundSection, WallSecti
 /// A case of turbid: resolved particles in a fluid in a box, or particles alone (`[dry]`). SI units.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [
+    { "required": ["fluid", "lattice", "particles"], "not": { "required": ["dry"] } },
+    { "required": ["dry", "particles"], "not": { "anyOf": [{ "required": ["fluid"] }, { "required": ["lattice"] }] } }
+]))]
 pub struct Case {
     /// The box.
     pub domain: DomainSection,
@@ -41,6 +46,7 @@ pub struct Case {
     pub dry: Option<Located<DrySection>>,
     /// Kinds of particles; the diameter of the first kind is the reference length.
     #[serde(default)]
+    #[schemars(extend("minItems" = 1))]
     pub particles: Vec<Located<ParticleSection>>,
     /// Materials that particles and walls name.
     #[serde(default)]
@@ -82,14 +88,18 @@ fn all_periodic() -> Located<[bool; 3]> {
 /// Particles without a fluid: exactly one of `time_step`, `impact_speed`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["time_step"] }, { "required": ["impact_speed"] }]))]
 pub struct DrySection {
     /// Time step (s), of which contacts should last 50 or more.
+    #[schemars(transform = positive)]
     pub time_step: Option<Located<f64>>,
     /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the shortest Hertz impact of spheres of the
     /// same volume at this speed (between flat faces an impact may last half as long).
+    #[schemars(transform = positive)]
     pub impact_speed: Option<Located<f64>>,
     /// By how much every surface is grown for contacts (m). Default 0.
     #[serde(default = "nothing")]
+    #[schemars(transform = non_negative)]
     pub enlargement: Located<f64>,
 }
 
@@ -100,14 +110,19 @@ fn nothing() -> Located<f64> {
 /// The fluid: its density, and exactly one of `viscosity`, `archimedes`, `galileo`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["viscosity"] }, { "required": ["archimedes"] }, { "required": ["galileo"] }]))]
 pub struct FluidSection {
     /// Density (kg/m^3).
+    #[schemars(transform = positive)]
     pub density: Located<f64>,
     /// Kinematic viscosity nu (m^2/s).
+    #[schemars(transform = positive)]
     pub viscosity: Option<Located<f64>>,
     /// Archimedes number g |s - 1| D^3 / nu^2 (-) of the first kind of particle, density ratio s.
+    #[schemars(transform = positive)]
     pub archimedes: Option<Located<f64>>,
     /// Galileo number (-), the square root of the Archimedes number.
+    #[schemars(transform = positive)]
     pub galileo: Option<Located<f64>>,
     /// Storage of the populations: "f32" or "f64", twice the memory. Default "f32".
     #[serde(default)]
@@ -117,18 +132,23 @@ pub struct FluidSection {
 /// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["relaxation_time"] }, { "required": ["time_step"] }]))]
 pub struct LatticeSection {
     /// Cells per diameter of the first kind of particle (-), at least 2; 9 to 27 is usual.
+    #[schemars(extend("minimum" = 2))]
     pub cells_per_diameter: Located<f64>,
     /// Relaxation time (time steps), above 0.5; 0.51 to 1 is usual.
+    #[schemars(extend("exclusiveMinimum" = 0.5))]
     pub relaxation_time: Option<Located<f64>>,
     /// Time step of the fluid (s).
+    #[schemars(transform = positive)]
     pub time_step: Option<Located<f64>>,
     /// Collision operator: "trt" with `magic_parameter`, or "bgk". Default "trt" with the coupling "saturated", "bgk" with
     /// "paper".
     pub collision: Option<CollisionKind>,
     /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells, 1/8 particles where they are.
     /// Default 1/8 with the coupling "saturated", 3/16 with "paper".
+    #[schemars(transform = positive)]
     pub magic_parameter: Option<Located<f64>>,
     /// How particles and fluid are coupled: "saturated", partially saturated cells with exact volume fractions, whose drag
     /// does not depend on the relaxation time, or "paper", the homogenised velocity of Marquardt et al. (2024). Default
@@ -138,6 +158,7 @@ pub struct LatticeSection {
     /// Operator of "saturated" in solid cells: "sc1", "sc2" or "sc3". Default "sc3".
     pub solid_operator: Option<Located<SolidOperator>>,
     /// Width of the cosine ramp of the solid fraction of "paper" (cells). Default 0.5.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 2))]
     pub solid_ramp_width: Option<Located<f64>>,
 }
 
@@ -223,11 +244,11 @@ pub struct RunSection {
 #[serde(rename_all = "snake_case")]
 pub enum Duration {
     /// Seconds.
-    Time(f64),
+    Time(#[schemars(transform = positive)] f64),
     /// Steps.
     Steps(u64),
     /// Units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
-    StokesTimes(f64),
+    StokesTimes(#[schemars(transform = positive)] f64),
 }
 
 /// How often to write.
@@ -237,11 +258,11 @@ pub enum Every {
     /// Not at all.
     Never,
     /// Seconds.
-    Time(f64),
+    Time(#[schemars(transform = positive)] f64),
     /// Steps.
-    Steps(u64),
+    Steps(#[schemars(extend("minimum" = 1))] u64),
     /// Units of `t* = D / u_Stokes`.
-    StokesTimes(f64),
+    StokesTimes(#[schemars(transform = positive)] f64),
 }
 
 /// How often to write checkpoints.
@@ -315,8 +336,5 @@ pub enum Axis {
 
 /// The JSON schema of the case file, for editors.
 pub fn schema() -> String {
-    let schema = schemars::schema_for!(Case);
-    let mut text = serde_json::to_string_pretty(&schema).expect("a schema is plain JSON");
-    text.push('\n');
-    text
+    super::schema::text::<Case>()
 }

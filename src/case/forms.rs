@@ -1,6 +1,7 @@
 //! Values with a short and a long form, told apart by their TOML type so that errors keep their place.
 
 use super::located::Located;
+use super::schema::positive;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -26,6 +27,7 @@ pub enum Size {
 #[serde(deny_unknown_fields)]
 pub struct RelativeSize {
     /// Edges in diameters of the first kind of particle (of the sphere of equal volume).
+    #[schemars(transform = positive)]
     pub diameters: Triple,
 }
 
@@ -52,6 +54,7 @@ pub enum Entry {
 /// How a particle of a list is turned: exactly one of `axis` with `angle`, and `quaternion`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["axis", "angle"] }, { "required": ["quaternion"], "not": { "required": ["angle"] } }]))]
 pub struct OrientationSection {
     /// Axis it is turned about, of any length.
     pub axis: Option<Triple>,
@@ -76,8 +79,10 @@ pub enum Sizes {
 #[serde(deny_unknown_fields)]
 pub struct SizeShare {
     /// Factor on all lengths of the shape (-).
+    #[schemars(transform = positive)]
     pub scale: Located<f64>,
     /// Share of the number of particles (-); shares need not add up to 1.
+    #[schemars(transform = positive)]
     pub share: Located<f64>,
 }
 
@@ -86,8 +91,10 @@ pub struct SizeShare {
 #[serde(deny_unknown_fields)]
 pub struct SizeSpread {
     /// Smallest and largest factor on all lengths (-); each step has the factor in its middle.
+    #[schemars(transform = positive)]
     pub uniform: [Located<f64>; 2],
     /// Number of sizes, from 1 to 1000. Default 5.
+    #[schemars(extend("minimum" = 1, "maximum" = 1000))]
     pub steps: Option<Located<u32>>,
 }
 

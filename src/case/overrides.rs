@@ -58,12 +58,56 @@ fn is_choice(table: &DeTable<'_>) -> bool {
     table.len() == 1 && table.keys().all(|key| of_choice(key.get_ref()))
 }
 
+/// Keys of a path with their places in it.
+type Keys = Vec<(Range<usize>, String)>;
+
+/// Length of the path of keys before the `=` of an option, none without one: a quoted key may have a `=` of its own.
+pub(super) fn key_length(option: &str) -> Option<usize> {
+    let mut signs = option.match_indices('=').map(|(at, _)| at);
+    let first = signs.clone().next();
+    signs.find(|at| quoted_keys(&option[..*at]).is_some()).or(first)
+}
+
+/// The keys that an option names, from the outermost.
+pub(super) fn option_keys(option: &str) -> Vec<String> {
+    let path = &option[..key_length(option).unwrap_or(option.len())];
+    let keys = quoted_keys(path).unwrap_or_else(|| plain_keys(path));
+    keys.into_iter().map(|(_, key)| key).collect()
+}
+
+/// The keys of a path as TOML has it: bare, quoted, dotted.
+fn quoted_keys(path: &str) -> Option<Keys> {
+    let text = format!("{path}=0");
+    let document = DeTable::parse(&text).ok().filter(|_| !path.contains('\n'))?;
+    let mut table = document.get_ref();
+    let mut keys = Vec::new();
+    loop {
+        let (key, value) = table.iter().next().filter(|_| table.len() == 1)?;
+        keys.push((key.span(), key.get_ref().to_string()));
+        match value.get_ref() {
+            DeValue::Table(inner) => table = inner,
+            _ => return Some(keys),
+        }
+    }
+}
+
+/// The keys of a path that is none of TOML, such as `domain.faces.z+.velocity`, whose quotes a shell has eaten.
+fn plain_keys(path: &str) -> Keys {
+    let mut start = 0;
+    let mut keys = Vec::new();
+    for key in path.split('.') {
+        keys.push((start..start + key.len(), key.trim().to_string()));
+        start += key.len() + 1;
+    }
+    keys
+}
+
 impl Source {
     /// Applies one option to the document.
     pub(super) fn apply<'a>(&'a self, given: &'a GivenOption, document: &mut DeTable<'a>) -> Result<()> {
         let option = &given.span;
         let text = &self.text[option.clone()];
-        let Some((path, value)) = text.split_once('=') else {
+        let Some(length) = given.key else {
             return Err(self.error(
                 option,
                 &format!("`--set {text}` has no value"),
@@ -71,19 +115,15 @@ impl Source {
                 "write --set key.path=value, e.g. --set fluid.archimedes=500",
             ));
         };
-        let start = option.start + path.len() + 1;
-        let value = self.option_value(start..start + value.len(), &given.shifted)?;
+        let value = self.option_value(option.start + length + 1..option.end, &given.shifted)?;
         let mut keys = Vec::new();
-        let mut at = option.start;
-        for key in path.split('.') {
-            let span = at..at + key.len();
-            at = span.end + 1;
-            let trimmed = key.trim();
-            if trimmed.is_empty() {
+        for (at, key) in quoted_keys(&text[..length]).unwrap_or_else(|| plain_keys(&text[..length])) {
+            if key.is_empty() {
                 let remedy = "write --set key.path=value, e.g. --set particles.0.volume_fraction=0.3";
                 return Err(self.error(option, "an option has an empty key", "empty key", remedy));
             }
-            keys.push(Spanned::new(span, Cow::Borrowed(trimmed)));
+            let span = option.start + at.start..option.start + at.end;
+            keys.push(Spanned::new(span, Cow::Owned(key)));
         }
         self.place(document, &keys, value)
     }
@@ -202,7 +242,7 @@ mod tests {
     fn effective(options: &[&str]) -> String {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
         let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
-        source.parse::<toml::Table>().unwrap().1
+        source.effective_text(source.document().unwrap()).unwrap()
     }
 
     #[test]
@@ -223,6 +263,21 @@ mod tests {
         assert_eq!(table["particles"][0]["count"].as_integer(), Some(7));
         assert_eq!(table["a"]["b"]["c"][1]["d"].as_float(), Some(2.5));
         assert_eq!(table["run"]["end"]["steps"].as_integer(), Some(5));
+    }
+
+    #[test]
+    fn keys_are_bare_quoted_or_what_a_shell_has_left_of_quotes() {
+        for option in [
+            "faces.\"z+\".velocity=7",
+            "faces.'z+'.velocity=7",
+            " faces . \"z\\u002b\" .\"velocity\" =7",
+            "faces.z+.velocity=7",
+        ] {
+            let table: toml::Table = toml::from_str(&effective(&[option])).unwrap();
+            assert_eq!(table["faces"]["z+"]["velocity"].as_integer(), Some(7), "{option}");
+        }
+        let table: toml::Table = toml::from_str(&effective(&["fluid.\"a=b.c\"=\"x=y\""])).unwrap();
+        assert_eq!(table["fluid"]["a=b.c"].as_str(), Some("x=y"));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::checks::{Clock, at};
 use super::file::{Case, CheckpointEvery, Duration, EngineKind, Every};
+use super::overrides::option_keys;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, Setup};
 use crate::error::Result;
@@ -127,14 +128,10 @@ pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (
 
 /// Whether an option sets this key or one below it.
 pub(super) fn names(option: &str, key: &str) -> bool {
-    let path: String = option
-        .split('=')
-        .next()
-        .unwrap_or_default()
-        .split_whitespace()
-        .collect();
-    path.strip_prefix(key)
-        .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    let path = option_keys(option);
+    key.split('.')
+        .enumerate()
+        .all(|(n, key)| path.get(n).is_some_and(|given| given == key))
 }
 
 /// How messages call a case that was saved.
@@ -161,13 +158,8 @@ impl Source {
     fn refuse_changes_of_the_case(&self) -> Result<()> {
         for option in &self.options {
             let text = &self.text[option.span.clone()];
-            let path: Vec<&str> = text
-                .split('=')
-                .next()
-                .unwrap_or_default()
-                .split('.')
-                .map(str::trim)
-                .collect();
+            let path = option_keys(text);
+            let path: Vec<&str> = path.iter().map(String::as_str).collect();
             let remedy = match path[..] {
                 ["output", "directory", ..] => {
                     "it goes on in its own directory; a copy of that goes on as well"

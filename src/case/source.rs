@@ -1,11 +1,16 @@
 //! The text of a case: the file, and behind it the `--set` options, so that every place has one number.
 
+use super::{conform, schema};
 use crate::error::{Error, Result};
 use crate::input;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value as Json;
 use std::ops::Range;
 use std::path::Path;
+use toml::Spanned;
 use toml::de::DeTable;
 
 /// Text of the case file followed by the options, one per line.
@@ -26,6 +31,8 @@ pub(crate) struct Source {
 pub(crate) struct GivenOption {
     /// Where it stands in [`Source::text`].
     pub(crate) span: Range<usize>,
+    /// Length of its path of keys, if it has a value.
+    pub(crate) key: Option<usize>,
     /// `v=` and its value, behind so many blanks that every part of the value has its place in [`Source::text`].
     pub(crate) shifted: String,
 }
@@ -54,8 +61,10 @@ impl Source {
                 text.push('\n');
                 let start = text.len();
                 text.push_str(option);
-                let value = option.find('=').map_or(option.len(), |i| i + 1);
+                let key = super::overrides::key_length(option);
+                let value = key.map_or(option.len(), |length| length + 1);
                 GivenOption {
+                    key,
                     span: start..text.len(),
                     shifted: format!("{}v={}", " ".repeat(start + value - 2), &option[value..]),
                 }
@@ -70,20 +79,63 @@ impl Source {
     }
 
     /// The document with the options applied, as typed values and as text.
-    pub(crate) fn parse<T: for<'de> Deserialize<'de>>(&self) -> Result<(T, String)> {
+    pub(crate) fn parse<T: DeserializeOwned + JsonSchema>(&self) -> Result<(T, String)> {
+        let schema = schema::of::<T>();
+        self.refuse_foreign(&schema)?;
+        let tree = self.document()?;
+        conform::check(self, tree.get_ref(), &schema)?;
+        let deserializer = toml::de::Deserializer::from(tree.clone());
+        let typed = T::deserialize(deserializer).map_err(|e| self.type_error(&e))?;
+        Ok((typed, self.effective_text(tree)?))
+    }
+
+    /// The file as TOML, with the options applied.
+    pub(super) fn document(&self) -> Result<Spanned<DeTable<'_>>> {
         let mut tree = DeTable::parse(&self.text[..self.file_length]).map_err(|e| self.toml_error(&e))?;
         for option in &self.options {
             self.apply(option, tree.get_mut())?;
         }
-        let deserializer = toml::de::Deserializer::from(tree.clone());
-        let typed = T::deserialize(deserializer).map_err(|e| self.toml_error(&e))?;
+        Ok(tree)
+    }
+
+    pub(super) fn effective_text(&self, tree: Spanned<DeTable<'_>>) -> Result<String> {
         if self.options.is_empty() {
-            return Ok((typed, self.text.clone()));
+            return Ok(self.text.clone());
         }
         let table =
             toml::Table::deserialize(toml::de::Deserializer::from(tree)).map_err(|e| self.toml_error(&e))?;
-        let text = toml::to_string(&table).expect("a parsed document can be written");
-        Ok((typed, text))
+        Ok(toml::to_string(&table).expect("a parsed document can be written"))
+    }
+
+    /// Refuses a file that has no key of its kind. Its lines are nobody's business, and are not shown.
+    fn refuse_foreign(&self, schema: &Json) -> Result<()> {
+        let known: Vec<&str> = (schema["properties"].as_object().into_iter())
+            .flat_map(|keys| keys.keys().map(String::as_str))
+            .collect();
+        let mut lines = self.text[..self.file_length]
+            .trim_start_matches('\u{feff}')
+            .lines();
+        let begins = |line: &str| {
+            let line = line.trim_start_matches(|c: char| c.is_whitespace() || "[\"'".contains(c));
+            let word = line
+                .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+                .unwrap_or(line.len());
+            let (word, rest) = line.split_at(word);
+            known.contains(&word)
+                && rest
+                    .trim_start_matches(['"', '\'', ' ', '\t'])
+                    .starts_with([']', '.', '='])
+        };
+        let says_nothing = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
+        if lines.clone().any(begins) || lines.all(says_nothing) {
+            return Ok(());
+        }
+        let kind = schema["title"].as_str().unwrap_or("case").to_lowercase();
+        Err(Error::Input(format!(
+            "{}: this is no {kind} of turbid: none of its lines begins with a key of one\n  its keys are: {}",
+            self.path,
+            known.join(", ")
+        )))
     }
 
     /// An error at one place.
@@ -149,47 +201,55 @@ impl Source {
         }
     }
 
-    /// What the TOML reader says, in the words of this program, with a suggestion.
+    /// What is not TOML, in the words of the reader.
     pub(crate) fn toml_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
-        let message = error.message();
-        let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-        let (title, label, remedy) = if message.starts_with("unknown") && !quoted.is_empty() {
-            let kind = if message.starts_with("unknown field") {
-                "key"
-            } else {
-                "choice"
-            };
-            let remedy = match nearest(quoted[0], &quoted[1..]) {
-                Some(near) => format!("did you mean `{near}`? known here: {}", quoted[1..].join(", ")),
-                None => format!("known here: {}", quoted[1..].join(", ")),
-            };
-            (
-                format!("unknown {kind} `{}`", quoted[0]),
-                format!("unknown {kind}"),
-                remedy,
-            )
-        } else if message.starts_with("missing field") && !quoted.is_empty() {
-            let title = format!("the key `{}` is missing", quoted[0]);
-            (title, "must be given here".to_string(), String::new())
-        } else if message.contains("exactly 1 element") {
-            let title = "exactly one of several alternatives must be given".to_string();
-            let label = message.rsplit(", ").next().unwrap_or_default().to_string();
-            (title, label, "keep one of them".to_string())
-        } else if message == "wanted string or table" {
-            let title = "a number or list where one of several alternatives must be named".to_string();
-            let remedy = "e.g. { steps = 100 }, { time = 0.5 } or { stokes_times = 10 }; \"never\" switches an output off";
-            (title, "which unit is this?".to_string(), remedy.to_string())
-        } else {
-            let title = message
-                .replace("expected f64", "expected a number")
-                .replace("expected u64", "expected a whole number of at least 0")
-                .replace("expected u32", "expected a whole number of at least 0")
-                .replace("expected usize", "expected a whole number of at least 0");
-            (title, "here".to_string(), String::new())
-        };
-        self.error(&span, title.trim_end(), &label, &remedy)
+        if let Some((span, number)) = self.decimal_comma(span.start) {
+            let title = "a number with a decimal comma";
+            return self.error(
+                &span,
+                title,
+                "a comma separates values",
+                &format!("write {number}"),
+            );
+        }
+        self.error(&span, error.message().trim_end(), "here", "")
     }
+
+    /// What is wrong with a value and is not seen in the schema, such as a number that is too large.
+    fn type_error(&self, error: &toml::de::Error) -> Error {
+        let span = error.span().map_or(0..0, |span| self.visible(span));
+        self.error(&span, &plain(error.message()), "here", "")
+    }
+
+    /// A number with a comma behind `=`, in the line of `at` and not behind it, and how to write it.
+    fn decimal_comma(&self, at: usize) -> Option<(Range<usize>, String)> {
+        let start = self.text[..at].rfind('\n').map_or(0, |newline| newline + 1);
+        let line = self.text[start..].lines().next()?;
+        let of_number = |c: char| c.is_ascii_digit() || "+-.eE_".contains(c);
+        line.match_indices(',').rev().find_map(|(comma, _)| {
+            let (before, behind) = (&line[..comma], &line[comma + 1..]);
+            let key = before.trim_end_matches(of_number);
+            let whole = &before[key.len()..];
+            let part = &behind[..behind.find(|c| !of_number(c)).unwrap_or(behind.len())];
+            let number = format!("{whole}.{part}");
+            let meant = key.trim_end().ends_with('=') && part.starts_with(|c: char| c.is_ascii_digit());
+            let found = start + key.len()..start + comma + 1 + part.len();
+            (meant && start + comma <= at && number.parse::<f64>().is_ok()).then_some((found, number))
+        })
+    }
+}
+
+/// A message on a whole number that is too large, without the types of the language that reads it.
+fn plain(message: &str) -> String {
+    const WORDS: [(&str, &str); 4] = [
+        ("invalid value: integer ", ""),
+        (", expected u32", " is not a whole number from 0 to 4294967295"),
+        (", expected u64", " is not a whole number of at least 0"),
+        (", expected usize", " is not a whole number of at least 0"),
+    ];
+    let replace = |text: String, (from, to): &(&str, &str)| text.replace(from, to);
+    WORDS.iter().fold(message.to_string(), replace)
 }
 
 /// The name closest to a misspelt one, if any is close.

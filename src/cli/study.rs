@@ -17,8 +17,8 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(super) struct StudyArguments {
     /// Study file (TOML).
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "schema")]
+    file: Option<PathBuf>,
     /// Directory for all runs and results. Default: out/FOLDER/NAME of the file.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -31,12 +31,19 @@ pub(super) struct StudyArguments {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// Print the JSON schema of study files instead.
+    #[arg(long, conflicts_with = "file")]
+    schema: bool,
     #[command(flatten)]
     manner: Manner,
 }
 
 /// Does what is left of a study; whether all its checks passed.
 pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
+    let Some(file) = &arguments.file else {
+        say(&study::file::schema());
+        return Ok(true);
+    };
     if let Some(launched) = comm::launched().filter(|launched| launched.size > 1) {
         return Err(Error::Input(format!(
             "a study was started on {} processes, but its runs are on threads; start one process, with --threads {}",
@@ -45,12 +52,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     }
     let wanted = threads(arguments.threads.unwrap_or(0));
     let guess = mlups_per_thread(Precision::F32) * wanted as f64;
-    let mut study = Study::load(
-        &arguments.file,
-        arguments.out.as_deref(),
-        arguments.threads,
-        guess,
-    )?;
+    let mut study = Study::load(file, arguments.out.as_deref(), arguments.threads, guess)?;
     for warning in study.warnings() {
         warn(&warning);
     }

@@ -63,19 +63,32 @@ pub(super) fn warn(text: &str) {
     if !speaks() {
         return;
     }
-    let _ = writeln!(io::stderr(), "warning: {}", text.trim_end());
+    let _ = writeln!(io::stderr(), "warning: {}", printable(text));
 }
 
 /// Why nothing came of it, on standard error. What all processes have agreed on is said by one, all else by each that finds it.
 pub(super) fn error(error: &Error) {
     let rank = comm::launched().map_or(0, |launched| launched.rank);
     let text = error.to_string();
-    let text = text.trim_end();
+    let text = printable(&text);
     let _ = match (rank, error) {
         (0, _) => writeln!(io::stderr(), "error: {text}"),
         (_, Error::Agreed { .. } | Error::OtherRank) => Ok(()),
         _ => writeln!(io::stderr(), "error: rank {rank}: {text}"),
     };
+}
+
+/// A text that may quote names and files of others: nothing in it commands the terminal.
+fn printable(text: &str) -> String {
+    let mut printable = String::new();
+    for c in text.trim_end().chars() {
+        match c {
+            '\n' | '\t' => printable.push(c),
+            c if c.is_control() => printable.extend(c.escape_default()),
+            c => printable.push(c),
+        }
+    }
+    printable
 }
 
 /// What is wrong with the arguments, which are the same for all processes, or the help that they ask for. The process that

@@ -22,6 +22,7 @@
 
 use crate::case::Scales;
 use crate::output::ReferenceScales;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A suspension, as far as correlations want to know it.
@@ -62,7 +63,7 @@ impl Suspension {
 }
 
 /// A correlation for the settling velocity of a suspension.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Law {
     /// Richardson and Zaki (1954).

@@ -1,14 +1,17 @@
 //! A study as the user writes it: every key, in this one place.
 
-use crate::case::Setup;
 use crate::case::file::Duration;
 use crate::case::located::Located;
+use crate::case::{self, Setup};
 use crate::simulation::Law;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use serde_json::Value as Json;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A study: which runs of a case, and what to make of them.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
     /// What is studied, one line.
@@ -20,6 +23,7 @@ pub struct StudyFile {
     pub shares: Vec<Located<String>>,
     /// Keys of the case for all runs: `"run.end" = { stokes_times = 100 }`.
     #[serde(default)]
+    #[schemars(with = "Option<BTreeMap<String, Json>>")]
     pub set: Option<Located<toml::Table>>,
     /// What is varied; the runs are all combinations.
     #[serde(default, rename = "axis")]
@@ -50,7 +54,7 @@ pub struct StudyFile {
 }
 
 /// One thing that is varied.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSection {
     /// Short name.
@@ -60,6 +64,7 @@ pub struct AxisSection {
     /// The key of the case that plain values are for.
     pub key: Option<Located<String>>,
     /// Plain values of `key`, or tables `{ name, value, set }`.
+    #[schemars(extend("minItems" = 1))]
     pub values: Vec<Located<ValueSection>>,
     /// Whether these are repetitions of the same thing, such as seeds, that are averaged over.
     #[serde(default)]
@@ -77,7 +82,7 @@ pub enum ValueSection {
 }
 
 /// A name for changes of several keys.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NamedValue {
     /// Name in directories and tables.
@@ -88,6 +93,7 @@ pub struct NamedValue {
     pub value: Option<f64>,
     /// Keys of the case and their values.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, Json>")]
     pub set: toml::Table,
 }
 
@@ -130,10 +136,11 @@ pub(super) fn word(value: &toml::Value) -> String {
 }
 
 /// How to measure the speed.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BenchSection {
     /// Timed steps of each of five samples.
+    #[schemars(extend("minimum" = 1))]
     pub steps: u64,
     /// What is run before the first sample: steps, or `{ stokes_times = 6 }`, `{ time = 0.1 }`. Default: as many steps as a
     /// sample.
@@ -173,19 +180,21 @@ impl BenchSection {
 }
 
 /// An interval of time. Its mean settling velocity over that of Stokes is the quantity `<name>_velocity`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindowSection {
     /// Short name.
     pub name: Located<String>,
     /// Its begin (`t*`).
+    #[schemars(extend("minimum" = 0))]
     pub from: f64,
     /// Its end (`t*`).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub to: f64,
 }
 
 /// A quantity that compares two values of an axis.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DerivedSection {
     /// Its name.
@@ -211,7 +220,7 @@ fn settling_velocity() -> Located<String> {
 }
 
 /// How two values of a quantity are compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Comparison {
     /// `of / to`.
@@ -222,7 +231,7 @@ pub enum Comparison {
 }
 
 /// A figure.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FigureSection {
     /// Short name, good for a file.
@@ -263,8 +272,9 @@ pub struct FigureSection {
 }
 
 /// A reference: exactly one of `law`, `csv`, `fit`, `band`, `order`, `value`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["law"] }, { "required": ["csv"] }, { "required": ["fit"] }, { "required": ["band"] }, { "required": ["order"] }, { "required": ["value"] }]))]
 pub struct ReferenceSection {
     /// A correlation for suspensions that settle.
     pub law: Option<Law>,
@@ -274,6 +284,7 @@ pub struct ReferenceSection {
     pub y: Option<Located<String>>,
     /// Columns of the table and what they must equal: an axis of the study, or a number or word.
     #[serde(default, rename = "where")]
+    #[schemars(with = "BTreeMap<String, Json>")]
     pub rows: BTreeMap<String, toml::Value>,
     /// The values of axes that it is for.
     #[serde(default)]
@@ -295,7 +306,7 @@ pub struct ReferenceSection {
 }
 
 /// A table.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableSection {
     /// Short name, good for a file.
@@ -309,7 +320,7 @@ pub struct TableSection {
 }
 
 /// A column of a table.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSection {
     /// Head.
@@ -326,7 +337,7 @@ pub struct ColumnSection {
 }
 
 /// A comparison with a reference.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSection {
     /// Which comparison.
@@ -342,8 +353,10 @@ pub struct CheckSection {
     /// `within`: the reference.
     pub reference: Option<Located<ReferenceSection>>,
     /// `within`, `scatter`, `convergence`: largest deviation, as a part of the reference.
+    #[schemars(extend("minimum" = 0))]
     pub tolerance: Option<Located<f64>>,
     /// `within`: largest deviation, in the unit of the quantity.
+    #[schemars(extend("minimum" = 0))]
     pub absolute: Option<Located<f64>>,
     /// `ordered`: the quantity is above this number.
     pub above: Option<Located<f64>>,
@@ -364,7 +377,7 @@ pub struct CheckSection {
 }
 
 /// Kinds of comparisons.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CheckKind {
     /// Every point is near its reference.
@@ -375,4 +388,48 @@ pub enum CheckKind {
     Convergence,
     /// Every single run is near the mean over all.
     Scatter,
+}
+
+impl JsonSchema for ValueSection {
+    fn schema_name() -> Cow<'static, str> {
+        "Value".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let named = generator.subschema_for::<NamedValue>();
+        // Any other value is one of the axis' key, which may be a table without a name.
+        json_schema!({
+            "if": { "type": "object", "anyOf": [{ "required": ["name"] }, { "required": ["set"] }] },
+            "then": named
+        })
+    }
+}
+
+impl JsonSchema for Choice {
+    fn schema_name() -> Cow<'static, str> {
+        "Choice".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let [text, number, truth] =
+            ["string", "number", "boolean"].map(|kind| json_schema!({ "type": kind }));
+        let list = json_schema!({ "type": "array", "items": { "anyOf": [text, number, truth] } });
+        json_schema!({ "anyOf": [text, number, truth, list] })
+    }
+}
+
+impl JsonSchema for WarmUp {
+    fn schema_name() -> Cow<'static, str> {
+        "WarmUp".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let duration = generator.subschema_for::<Duration>();
+        json_schema!({ "anyOf": [{ "type": "integer", "format": "uint64", "minimum": 0 }, duration] })
+    }
+}
+
+/// The JSON schema of study files, for editors.
+pub fn schema() -> String {
+    case::schema::text::<StudyFile>()
 }

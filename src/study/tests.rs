@@ -416,6 +416,12 @@ columns = [
 fn what_is_wrong_in_a_study_file_is_named_with_its_place_and_a_remedy() {
     let bad = [
         ("key = \"particles.0.seed\"", "kee = \"x\"", "unknown key `kee`"),
+        ("name = \"cube\", ", "", "the key `name` is missing"),
+        (
+            "title = ",
+            "title = 3 #",
+            "`title` is 3, but must be a text in quotes",
+        ),
         (
             "skip = [{ phi = 0.2",
             "skip = [{ phi = 0.3",

@@ -1,6 +1,7 @@
 //! Contacts and materials as the user writes them.
 
 use crate::case::located::Located;
+use crate::case::schema::{non_negative, positive};
 use crate::contact::{DampingLaw, ElasticLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,18 +13,25 @@ pub struct ContactSection {
     /// Whether particles touch at all. Default true.
     pub enabled: bool,
     /// Young's modulus (Pa). Default 5000, far below real materials, so that contacts last many time steps.
+    #[schemars(transform = positive)]
     pub youngs_modulus: Located<f64>,
     /// Poisson's ratio (-), above -1 and at most 0.5. Default 0.245.
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub poisson_ratio: Located<f64>,
     /// Coefficient of restitution (-), above 0 and at most 1. Default 0.926.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub restitution: Located<f64>,
     /// Static friction coefficient (-). Default 0.32.
+    #[schemars(transform = non_negative)]
     pub friction_static: Located<f64>,
     /// Kinetic friction coefficient (-), the only one that LIGGGHTS has. Default 0.16.
+    #[schemars(transform = non_negative)]
     pub friction_kinetic: Located<f64>,
     /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
+    #[schemars(transform = positive)]
     pub transition_velocity: Located<f64>,
     /// By how much every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
+    #[schemars(transform = non_negative)]
     pub enlargement: Located<f64>,
     /// How the elastic force follows from the overlap. Default "paper".
     pub law: Located<ElasticLaw>,
@@ -32,8 +40,10 @@ pub struct ContactSection {
     /// How overlaps are measured. Default "exact".
     pub geometry: Located<GeometryKind>,
     /// Samples per direction of the sampled geometry. Default 8.
+    #[schemars(extend("minimum" = 2, "maximum" = 64))]
     pub samples: Located<u32>,
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
+    #[schemars(extend("minimum" = 1, "maximum" = 10000))]
     pub substeps: Located<u32>,
     /// What particular pairs of materials do to each other; all others have the values above.
     pub pairs: Vec<Located<PairSection>>,
@@ -78,12 +88,16 @@ pub struct PairSection {
     /// `[contact]`.
     pub materials: [Located<String>; 2],
     /// Coefficient of restitution (-), above 0 and at most 1. Default: that of `[contact]`, as for all that follow.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub restitution: Option<Located<f64>>,
     /// Static friction coefficient (-).
+    #[schemars(transform = non_negative)]
     pub friction_static: Option<Located<f64>>,
     /// Kinetic friction coefficient (-).
+    #[schemars(transform = non_negative)]
     pub friction_kinetic: Option<Located<f64>>,
     /// Speed of transition from static to kinetic friction (m/s).
+    #[schemars(transform = positive)]
     pub transition_velocity: Option<Located<f64>>,
 }
 
@@ -94,7 +108,9 @@ pub struct MaterialSection {
     /// Its name.
     pub name: Located<String>,
     /// Young's modulus (Pa). Default: that of `[contact]`.
+    #[schemars(transform = positive)]
     pub youngs_modulus: Option<Located<f64>>,
     /// Poisson's ratio (-), above -1 and at most 0.5. Default: that of `[contact]`.
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub poisson_ratio: Option<Located<f64>>,
 }

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 /// What moves the particles.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(extend("dependentSchemas" = {
+    "liggghts": { "properties": { "engine": { "const": "liggghts" } }, "required": ["engine"] }
+}))]
 pub struct DemSection {
     /// "native", or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`. Default "native".
     pub engine: Located<EngineKind>,

@@ -3,20 +3,27 @@
 use super::shapes::ShapeSection;
 use crate::case::forms::{Entry, Sizes};
 use crate::case::located::Located;
+use crate::case::schema::{non_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend(
+    "oneOf" = [{ "required": ["volume_fraction"] }, { "required": ["count"] }, { "required": ["file"] }, { "required": ["list"] }],
+    "dependentSchemas" = { "sizes": at_random(), "seed": at_random(), "minimum_gap": at_random() }
+))]
 pub struct ParticleSection {
     /// Geometry.
     pub shape: Located<ShapeSection>,
     /// Density (kg/m^3).
+    #[schemars(transform = positive)]
     pub density: Located<f64>,
     /// Name of its material. Default "default", which is that of `[contact]`.
     pub material: Option<Located<String>>,
     /// Solid volume over volume of the box (-), at most 0.35: random positions and orientations.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.35))]
     pub volume_fraction: Option<Located<f64>>,
     /// Number of particles: random positions and orientations.
     pub count: Option<Located<u64>>,
@@ -31,7 +38,13 @@ pub struct ParticleSection {
     pub sizes: Option<Located<Sizes>>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
     pub seed: Option<Located<u64>>,
-    /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
+/// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
     /// least twice the contact enlargement, so that none begins in contact.
+    #[schemars(transform = non_negative)]
     pub minimum_gap: Option<Located<f64>>,
+}
+
+/// Of keys that only particles at random positions have.
+fn at_random() -> serde_json::Value {
+    serde_json::json!({ "not": { "anyOf": [{ "required": ["file"] }, { "required": ["list"] }] } })
 }

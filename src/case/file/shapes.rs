@@ -2,6 +2,7 @@
 
 use crate::case::forms::{LengthUnit, Triple};
 use crate::case::located::Located;
+use crate::case::schema::positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,7 @@ pub enum ShapeSection {
 #[serde(deny_unknown_fields)]
 pub struct SphereSection {
     /// Diameter (m).
+    #[schemars(transform = positive)]
     pub diameter: Located<f64>,
 }
 
@@ -43,18 +45,23 @@ pub struct SphereSection {
 #[serde(deny_unknown_fields)]
 pub struct CuboidSection {
     /// Edges along x, y and z (m).
+    #[schemars(transform = positive)]
     pub edges: Triple,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
 /// A cube: exactly one of `edge`, `equivalent_diameter`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["edge"] }, { "required": ["equivalent_diameter"] }]))]
 pub struct CubeSection {
     /// Edge (m).
+    #[schemars(transform = positive)]
     pub edge: Option<Located<f64>>,
     /// Diameter of the sphere of equal volume (m).
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
@@ -63,8 +70,10 @@ pub struct CubeSection {
 #[serde(deny_unknown_fields)]
 pub struct EllipsoidSection {
     /// Lengths of the axes along x, y and z, from end to end (m).
+    #[schemars(transform = positive)]
     pub axes: Triple,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
@@ -73,10 +82,13 @@ pub struct EllipsoidSection {
 #[serde(deny_unknown_fields)]
 pub struct CylinderSection {
     /// Diameter (m).
+    #[schemars(transform = positive)]
     pub diameter: Located<f64>,
     /// Length from end to end (m); that of a capsule includes its round ends and is at least its diameter.
+    #[schemars(transform = positive)]
     pub length: Located<f64>,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
@@ -85,10 +97,13 @@ pub struct CylinderSection {
 #[serde(deny_unknown_fields)]
 pub struct SuperellipsoidSection {
     /// Lengths of the axes along x, y and z, from end to end (m).
+    #[schemars(transform = positive)]
     pub axes: Triple,
     /// Exponents `[e1, e2]` (-): `[1, 1]` is an ellipsoid, small ones are a box.
+    #[schemars(transform = positive)]
     pub exponents: [Located<f64>; 2],
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
@@ -97,11 +112,13 @@ pub struct SuperellipsoidSection {
 #[serde(deny_unknown_fields)]
 pub struct PolyhedronSection {
     /// Vertices (m), in any order and about any point: the body is centred at its centre of mass.
+    #[schemars(extend("minItems" = 4))]
     pub vertices: Located<Vec<[f64; 3]>>,
     /// Whether to drop vertices that are no corners of the convex hull, instead of refusing them. Default false.
     #[serde(default)]
     pub hull: bool,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 
@@ -115,11 +132,13 @@ pub struct MeshSection {
     pub unit: Option<Located<LengthUnit>>,
     /// Factor on all lengths (-). Default 1.
     #[serde(default = "one")]
+    #[schemars(transform = positive)]
     pub scale: Located<f64>,
     /// Whether to take the convex hull of a body that is not convex, instead of refusing it. Default false.
     #[serde(default)]
     pub hull: bool,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
+    #[schemars(transform = positive)]
     pub equivalent_diameter: Option<Located<f64>>,
 }
 

@@ -2,6 +2,7 @@
 
 use crate::case::forms::{Triple, zero};
 use crate::case::located::Located;
+use crate::case::schema::positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +66,7 @@ fn still() -> Located<f64> {
 /// A wall in the box: exactly one of `plane`, `pipe`, `rod`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["plane"] }, { "required": ["pipe"] }, { "required": ["rod"] }]))]
 pub struct WallSection {
     /// Name for messages and output.
     pub name: Located<String>,
@@ -105,5 +107,6 @@ pub struct RoundSection {
     /// Direction of the axis, of any length.
     pub axis: Triple,
     /// Diameter (m).
+    #[schemars(transform = positive)]
     pub diameter: Located<f64>,
 }
