@@ -56,9 +56,10 @@ pub(crate) fn non_negative(schema: &mut Schema) {
 }
 
 fn bound(schema: &mut Schema, keyword: &str) {
-    let numbers = match schema.get("items").is_some() {
-        true => schema.get_mut("items").and_then(Json::as_object_mut),
-        false => schema.as_object_mut(),
+    let numbers = if schema.get("items").is_some() {
+        schema.get_mut("items").and_then(Json::as_object_mut)
+    } else {
+        schema.as_object_mut()
     };
     if let Some(numbers) = numbers {
         numbers.insert(keyword.to_string(), 0.into());

@@ -50,7 +50,7 @@ pub fn parse(
         path: path.to_path_buf(),
         problem,
     };
-    let facets = facets(path, bytes).map_err(in_file)?;
+    let facets = facets(path, &bytes).map_err(in_file)?;
     body(&facets, scale, hull).map_err(in_file)
 }
 
@@ -73,10 +73,10 @@ fn kind(path: &Path) -> Result<Kind, String> {
 }
 
 /// The triangles in a file, in its units.
-fn facets(path: &Path, bytes: Vec<u8>) -> Result<Vec<[Vec3; 3]>, String> {
+fn facets(path: &Path, bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     let facets = match kind(path)? {
-        Kind::Stl => stl::parse(&bytes)?,
-        Kind::Obj => obj(&bytes)?,
+        Kind::Stl => stl::parse(bytes)?,
+        Kind::Obj => obj(bytes)?,
     };
     if facets.len() > MOST_FACETS {
         return Err(format!(
