@@ -38,7 +38,7 @@ pub struct ParticleSection {
     pub sizes: Option<Located<Sizes>>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
     pub seed: Option<Located<u64>>,
-/// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
+    /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
     /// least twice the contact enlargement, so that none begins in contact.
     #[schemars(transform = non_negative)]
     pub minimum_gap: Option<Located<f64>>,
