@@ -7,15 +7,15 @@ use libc::{c_char, c_int, c_long, c_uint, c_void, off64_t, size_t, ssize_t};
 use std::ffi::CStr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What is counted while somebody wants it.
+/// The operations up to now, while somebody counts them.
 #[derive(Default)]
 struct Watch {
     on: bool,
     /// The operation that fails.
     fail: Option<usize>,
-    /// Whether the disk is full from now on.
+    /// The disk is full from now on.
     full: bool,
-    /// What was done, in order.
+    /// All operations, in order.
     seen: Vec<String>,
 }
 
@@ -44,7 +44,7 @@ pub(super) fn count_and_fail<R>(fail: Option<usize>, work: impl FnOnce() -> R) -
     (result, std::mem::take(&mut *watch()).seen)
 }
 
-/// Counts an operation: whether it fails.
+/// Counts an operation; `true` if it must fail.
 fn fails(name: &str, what: impl FnOnce() -> String) -> bool {
     let mut watch = watch();
     if !watch.on {

@@ -209,7 +209,7 @@ impl Reply {
     }
 }
 
-/// Whether bytes are one message after another, of either direction. For tests that hand in any bytes.
+/// Reads bytes as one message after another, in each direction; `true` if they are. For tests that hand in any bytes.
 pub fn read_messages(bytes: &[u8]) -> bool {
     let (mut requests, mut replies) = (bytes, bytes);
     while !requests.is_empty() && Request::read(&mut requests).is_ok() {}
