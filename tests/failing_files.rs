@@ -205,7 +205,7 @@ fn sweep(
     }
     println!("{failures} of {} operations matter", operations.len());
     assert!(
-        operations.len() > 60 && 2 * every * failures > operations.len(),
+        operations.len() > 40 && 4 * every * failures > operations.len(),
         "{failures} of {} operations matter",
         operations.len()
     );
