@@ -37,7 +37,7 @@ impl Surface {
         }
     }
 
-    /// Whether it is a plane.
+    /// True of planes.
     pub fn is_plane(&self) -> bool {
         matches!(self, Self::Plane { .. })
     }

@@ -1,10 +1,10 @@
-//! What the kernels make of the solids in a register of cells; formulas in [`kernel`](super::kernel).
+//! Solids in a register of cells as the kernels use them; formulas in [`kernel`](super::kernel).
 
 use super::kernel::Number;
 use super::simd::Lanes;
 use super::solid::SolidRow;
 
-/// What keeps cells within a solid from reflecting everything, and what overlaps add to it (sc1 to sc3).
+/// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
 const LEAK: f64 = 0.01;
 const FILM: f64 = 20.0;
 

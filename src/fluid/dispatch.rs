@@ -107,7 +107,7 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
     }
 }
 
-/// What all rows of a block need.
+/// Parameters of all rows of a block.
 pub(super) fn row_of<T: Real>(fluid: &Fluid<T>, acceleration: [f64; 3]) -> Row<T> {
     Row {
         chunks: fluid.layout.chunks_per_row(),

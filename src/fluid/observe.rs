@@ -103,8 +103,8 @@ impl<T: Real> Fluid<T> {
         None
     }
 
-    /// What a measuring [`sweep`](Self::sweep) would see now, to the bit; nothing changes, and no message is sent. `solids` see as
-    /// what came into a row, per unit of the sum of fractions, the momentum that the solids would receive there.
+    /// Measurement that the next measuring [`sweep`](Self::sweep) would make, to the bit; nothing changes, and no message is sent.
+    /// In place of what came into a row, `solids` see the momentum that they would receive there, per unit of the sum of fractions.
     pub fn measure(&self, solids: &mut impl Solids<T>) -> Flow {
         T::measure(self, solids)
     }

@@ -73,7 +73,7 @@ pub const COLUMNS: [&str; 37] = [
 /// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
 pub const WALL_COLUMNS: [(&str, &str); 2] = [("fluid_force", "N"), ("shear_stress", "Pa")];
 
-/// Whether a column is one of a wall, by its name.
+/// True of the names of the columns of walls.
 pub fn is_of_a_wall(name: &str) -> bool {
     let rest = WALL_COLUMNS.iter().find_map(|(what, _)| name.strip_prefix(what));
     rest.is_some_and(|rest| rest.starts_with('_'))
@@ -132,7 +132,7 @@ pub struct SeriesRow {
     pub contact_stress: [f64; 6],
     /// Stress of the particles by the fluid (Pa).
     pub hydrodynamic_stress: [f64; 6],
-    /// What [`wall_columns`] name.
+    /// Values of the columns that [`wall_columns`] names.
     pub walls: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What one measures of the whole box: the mean flow, the stress of the particles, the force of the fluid on walls.
+//! Measurements of the whole box: mean flow, stress of the particles, force of the fluid on walls.
 
 use super::{Simulation, Wet};
 use crate::coupling::MeanFlow;

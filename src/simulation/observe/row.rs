@@ -166,7 +166,7 @@ fn put(terms: &mut Vec<Term>, first: usize, values: &[f64]) {
     terms.extend((first..).zip(values.iter().copied()));
 }
 
-/// What a particle contributes.
+/// Terms of a particle.
 fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
     let template = &setup.templates[particle.template as usize];
     let velocity = particle.velocity();
@@ -189,7 +189,7 @@ fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
     ]);
 }
 
-/// What a contact contributes; `known` has its particles, ascending by id.
+/// Terms of a contact; `known` has its particles, ascending by id.
 fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, terms: &mut Vec<Term>) {
     let centre = |id: u64| {
         let found = known.binary_search_by_key(&id, |particle| particle.id);
