@@ -96,8 +96,8 @@ pub struct Setup {
     pub gravity: Vec3,
     /// Where the balancing force acts.
     pub force_balance: ForceBalance,
-    /// Whether a controller removes the mean volume flux.
-    pub zero_net_flux: bool,
+    /// Directions in which a controller removes the mean volume flux.
+    pub zero_net_flux: [bool; 3],
     /// Uniform acceleration of the fluid in addition to all else (m/s^2), for driven flows.
     pub body_acceleration: Vec3,
     /// Reference velocities and dimensionless numbers.
@@ -122,16 +122,17 @@ impl Setup {
         }
     }
 
-    /// Rate at which the controller removes the net flux (1/s): the paper's `u_Stokes / D`, or the viscous rate
-    /// `nu / D^2` where that is faster.
-    pub fn control_rate(&self) -> f64 {
+    /// Rate at which the controller removes the net flux (1/s), in the directions where it does: the paper's
+    /// `u_Stokes / D`, or the viscous rate `nu / D^2` where that is faster.
+    pub fn control_rate(&self) -> Vec3 {
         let Scales {
             diameter,
             viscosity,
             stokes_velocity,
             ..
         } = self.scales;
-        (stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter))
+        let rate = (stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter));
+        self.zero_net_flux.map(|on| if on { rate } else { 0.0 }).into()
     }
 }
 

@@ -29,7 +29,7 @@ use crate::math::{Vec3, from_fixed, to_fixed_wide};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::Shape;
 use crate::units::Units;
-pub use driving::{CONTROL_INTERVAL, Driving, DrivingParams, ForceBalance, MeanFlow};
+pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 use faces::FacePlane;
 use lines::{Lines, Segment, each_cell_outside};
 use momentum_exchange::{ExchangeSum, add_segment, add_shares};

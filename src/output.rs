@@ -44,7 +44,7 @@ pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use series_table::{SeriesColumn, SeriesTable};
 pub use statistics::{Estimate, Settled, estimate_mean, settled};
-pub use summary::{ReferenceScales, ShapeSummary, Summary, WallSummary};
+pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;
 pub use vti::{FieldSnapshot, write_fields, write_fields_index};
 pub use walls::write_walls;

@@ -16,7 +16,7 @@ mod work;
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::coupling::{
-    CONTROL_INTERVAL, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
+    CONTROL_INTERVAL, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
 use crate::domain::Decomposition;
@@ -111,11 +111,7 @@ impl<T: Real> Wet<T> {
                 .sum(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
             balance: setup.force_balance,
-            control_rate: if setup.zero_net_flux {
-                setup.control_rate()
-            } else {
-                0.0
-            },
+            control_rate: setup.control_rate(),
             body_acceleration: setup.body_acceleration,
         };
         Ok(Self {
@@ -194,7 +190,7 @@ impl<T: Real> Simulation<T> {
             ..
         }) = wet
         {
-            let acceleration = driving.acceleration();
+            let acceleration = driving.step();
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
@@ -352,6 +348,13 @@ impl<T: Real> Simulation<T> {
         self.wet
             .as_ref()
             .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
+    }
+
+    /// The accelerations that the controller of the net flux has added since the start of the run; none in a dry run.
+    pub fn control_record(&self) -> ControlRecord {
+        self.wet
+            .as_ref()
+            .map_or_else(ControlRecord::default, |wet| *wet.driving.record())
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).

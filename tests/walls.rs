@@ -35,7 +35,7 @@ fn setup(speed: f64) -> Setup {
     let mut setup = case::load(&path, &[]).unwrap();
     setup.particles.clear();
     // A sliding wall means a net flux.
-    setup.zero_net_flux = false;
+    setup.zero_net_flux = [false; 3];
     setup.domain.periodic = [true, true, false];
     setup.collision = Collision::Trt { magic: 0.1875 };
     let wall = |name: &str, point, normal, velocity| Wall {

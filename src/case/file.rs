@@ -206,8 +206,9 @@ pub struct DrivingSection {
     /// Where the force that balances the submerged weight acts; closed directions have none, their walls bear the
     /// weight. Default "mixture".
     pub force_balance: Option<Located<ForceBalance>>,
-    /// Whether a controller removes the mean volume flux. Default: true, but false in a box that is closed along
-    /// gravity or has moving walls.
+    /// Whether a controller removes the mean volume flux along periodic directions. Default: true where no
+    /// `body_acceleration` acts, but false in a box that is closed along gravity or has moving walls. `true` together with a
+    /// `body_acceleration` along a periodic direction is refused.
     pub zero_net_flux: Option<Located<bool>>,
     /// Uniform acceleration of the fluid besides all else (m/s^2). Default `[0, 0, 0]`.
     pub body_acceleration: Located<[f64; 3]>,

@@ -1,7 +1,9 @@
 //! Gravity, viscosity, time step and collision of a case.
 
 use super::checks::at;
-use super::file::{Case, CollisionKind, Coupling, FluidSection, LatticeSection, SolidOperator};
+use super::file::{
+    Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection, SolidOperator,
+};
 use super::forms::Gravity;
 use super::located::Located;
 use super::scales::Reference;
@@ -23,6 +25,42 @@ pub(super) fn gravity(source: &Source, case: &Case) -> Result<Vec3> {
         Gravity::Vector(vector) => source.finite("driving.gravity", &gravity.span, vector)?,
     };
     Ok(vector.into())
+}
+
+/// Body acceleration (m/s^2), and the directions in which the net flux is controlled: periodic ones along which no body
+/// acceleration drives a flow, if the case asks for it, or by default if the flux is known to `vanish`.
+pub(super) fn driven(
+    source: &Source,
+    driving: &DrivingSection,
+    periodic: [bool; 3],
+    vanishes: impl Fn() -> bool,
+) -> Result<(Vec3, [bool; 3])> {
+    let acceleration = &driving.body_acceleration;
+    let (key, span) = ("driving.body_acceleration", &acceleration.span);
+    let vector = source.finite(key, span, acceleration.value)?;
+    let drives = |i: usize| periodic[i] && vector[i] != 0.0;
+    let wanted = match &driving.zero_net_flux {
+        Some(Located {
+            value: true,
+            span: flux,
+        }) if (0..3).any(drives) => {
+            let axis = ["x", "y", "z"][(0..3).find(|&i| drives(i)).unwrap_or_default()];
+            return Err(source.error_at(
+                &[
+                    (flux, "removes the flow"),
+                    (span, &format!("drives a flow along {axis}")),
+                ],
+                &format!(
+                    "`driving.zero_net_flux` = true takes away the flow that `{key}` drives along {axis}"
+                ),
+                "leave `zero_net_flux` out: the net flux is then controlled only where nothing drives it; or remove                  `body_acceleration`",
+            ));
+        }
+        Some(given) => given.value,
+        None => vanishes(),
+    };
+    let controlled = std::array::from_fn(|i| wanted && periodic[i] && !drives(i));
+    Ok((vector.into(), controlled))
 }
 
 /// Kinematic viscosity (m^2/s), from whichever number the case gives.

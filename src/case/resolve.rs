@@ -179,8 +179,10 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         threads,
         output,
     } = Schedule::new(source, &case, &known)?;
-    let acceleration = &case.driving.body_acceleration;
     let walls: Vec<Wall> = walls.into_iter().map(|placed| placed.wall).collect();
+    let (body_acceleration, zero_net_flux) = physics::driven(source, &case.driving, domain.periodic, || {
+        fluid.is_some() && flux_is_known_to_vanish(&domain, &walls, gravity)
+    })?;
     Ok(Setup {
         name: name.to_string(),
         text,
@@ -209,17 +211,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             .force_balance
             .as_ref()
             .map_or_else(Default::default, |b| b.value),
-        zero_net_flux: match &case.driving.zero_net_flux {
-            Some(given) => given.value,
-            None => fluid.is_some() && flux_is_known_to_vanish(&domain, &walls, gravity),
-        },
-        body_acceleration: source
-            .finite(
-                "driving.body_acceleration",
-                &acceleration.span,
-                acceleration.value,
-            )?
-            .into(),
+        zero_net_flux,
+        body_acceleration,
         walls,
         scales,
         end_step,

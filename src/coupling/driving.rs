@@ -10,7 +10,8 @@
 //!
 //! The second is what a closed vessel does; the first solves the problem for gravity `g / (1 - phi)` instead and
 //! overestimates the settling velocity at high volume fraction. A proportional controller adds `-k <u>`, which removes
-//! the volume flux `<u>` of the mixture; `k = max(u_Stokes / D, nu / D^2)`, the first being the paper's.
+//! the volume flux `<u>` of the mixture; `k = max(u_Stokes / D, nu / D^2)`, the first being the paper's. It acts in each
+//! direction on its own, so that a flow driven along one of them is left alone.
 //!
 //! A closed direction, with walls at both ends, needs neither: the walls hold the fluid up and let no flux through. Walls
 //! within the box count to its volume as little as to its mean values.
@@ -43,7 +44,7 @@ pub struct DrivingParams {
     pub units: Units,
     /// Volume of the box without walls (m^3).
     pub volume: f64,
-    /// Directions in which the weight is balanced and the net flux controlled.
+    /// Directions in which the weight is balanced and the net flux may be controlled.
     pub periodic: [bool; 3],
     /// Submerged weight of all particles (N).
     pub submerged_weight: Vec3,
@@ -51,8 +52,8 @@ pub struct DrivingParams {
     pub particle_volume: f64,
     /// Where the balancing force acts.
     pub balance: ForceBalance,
-    /// Rate of the controller of the net flux (1/s), 0 for none.
-    pub control_rate: f64,
+    /// Rate of the controller of the net flux in each direction (1/s), 0 for none.
+    pub control_rate: Vec3,
     /// Further uniform acceleration of the fluid (m/s^2).
     pub body_acceleration: Vec3,
 }
@@ -70,11 +71,28 @@ pub struct MeanFlow {
     pub max_lattice_speed: f64,
 }
 
+/// The accelerations by which the controller has changed the flow since the start of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ControlRecord {
+    /// Sum over all steps (m/s^2).
+    sum: Vec3,
+    /// Largest magnitude in a step (m/s^2).
+    pub largest: f64,
+}
+
+impl ControlRecord {
+    /// Mean over the steps done (m/s^2).
+    pub fn mean(&self, steps: u64) -> Vec3 {
+        self.sum / steps.max(1) as f64
+    }
+}
+
 /// The acceleration of the fluid, held between measurements.
 #[derive(Clone, Debug)]
 pub struct Driving {
     params: DrivingParams,
     mean: MeanFlow,
+    record: ControlRecord,
 }
 
 impl Driving {
@@ -83,7 +101,7 @@ impl Driving {
         // A sampled controller must stay well below its stability limit of 2 per interval.
         let limit = 0.25 / (CONTROL_INTERVAL as f64 * params.units.dt);
         let params = DrivingParams {
-            control_rate: params.control_rate.min(limit),
+            control_rate: params.control_rate.map(|rate| rate.min(limit)),
             ..params
         };
         let solid_fraction = params.particle_volume / params.volume;
@@ -93,6 +111,7 @@ impl Driving {
                 solid_fraction,
                 ..MeanFlow::default()
             },
+            record: ControlRecord::default(),
         }
     }
 
@@ -106,6 +125,31 @@ impl Driving {
         &self.mean
     }
 
+    /// The accelerations that the controller has added.
+    pub fn record(&self) -> &ControlRecord {
+        &self.record
+    }
+
+    /// Continues the record of an earlier run.
+    pub fn restore(&mut self, record: ControlRecord) {
+        self.record = record;
+    }
+
+    /// Acceleration of the fluid (m/s^2) for a step that is about to be done, which enters the record.
+    pub fn step(&mut self) -> Vec3 {
+        let control = self.control();
+        self.record.sum += control;
+        self.record.largest = self.record.largest.max(control.norm());
+        self.acceleration()
+    }
+
+    /// Acceleration by the controller (m/s^2).
+    fn control(&self) -> Vec3 {
+        let p = &self.params;
+        let rate = Vec3::from_fn(|a, _| if p.periodic[a] { p.control_rate[a] } else { 0.0 });
+        -rate.component_mul(&self.mean.velocity)
+    }
+
     /// Acceleration of the fluid (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
         let p = &self.params;
@@ -114,7 +158,7 @@ impl Driving {
             ForceBalance::Mixture => fluid + p.particle_volume,
             ForceBalance::FluidOnly => fluid,
         };
-        let drive = -p.submerged_weight / (p.units.density * carrier) - p.control_rate * self.mean.velocity;
+        let drive = -p.submerged_weight / (p.units.density * carrier) + self.control();
         Vec3::from_fn(|a, _| p.body_acceleration[a] + if p.periodic[a] { drive[a] } else { 0.0 })
     }
 }
@@ -135,7 +179,7 @@ mod tests {
             submerged_weight: Vec3::new(0.0, 0.0, -2e-3),
             particle_volume: 0.25e-6,
             balance,
-            control_rate: 50.0,
+            control_rate: Vec3::repeat(50.0),
             body_acceleration: Vec3::zeros(),
         }
     }
@@ -164,6 +208,27 @@ mod tests {
             ..MeanFlow::default()
         });
         assert!((driving.acceleration() - before - Vec3::new(-5.0, 0.0, 10.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_direction_without_a_rate_keeps_its_flux_beside_one_that_loses_it_and_both_enter_the_record() {
+        let mut driving = Driving::new(DrivingParams {
+            control_rate: Vec3::new(0.0, 50.0, 50.0),
+            ..params(ForceBalance::Mixture)
+        });
+        let balance = driving.step();
+        for speed in [-0.2, 0.1] {
+            driving.observe(MeanFlow {
+                velocity: Vec3::new(0.3, 0.0, speed),
+                solid_fraction: 0.25,
+                ..MeanFlow::default()
+            });
+            let expected = balance - Vec3::new(0.0, 0.0, 50.0 * speed);
+            assert!((driving.step() - expected).norm() < 1e-12);
+        }
+        let record = driving.record();
+        assert!((record.largest - 10.0).abs() < 1e-12);
+        assert!((record.mean(4) - Vec3::new(0.0, 0.0, 1.25)).norm() < 1e-12);
     }
 
     #[test]

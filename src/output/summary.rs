@@ -94,6 +94,9 @@ pub struct Summary {
     pub coupling: Option<String>,
     /// Where the balancing force acts, as in the case.
     pub force_balance: Option<String>,
+    /// The controller of the net flux; none in a dry run, and in files of older versions.
+    #[serde(default)]
+    pub net_flux_control: Option<NetFluxControl>,
     /// Checksum over all numbers that decide the run and that are not above, but for the places of the particles; none in files of
     /// older versions.
     #[serde(default)]
@@ -137,6 +140,17 @@ pub struct ReferenceScales {
     /// Reynolds number at that velocity (-).
     #[serde(deserialize_with = "or_nan")]
     pub schiller_naumann_reynolds: f64,
+}
+
+/// The controller that removes the mean volume flux, and the accelerations that it has added to the fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NetFluxControl {
+    /// Whether it acts along x, y, z.
+    pub directions: [bool; 3],
+    /// Mean acceleration over all steps (m/s^2).
+    pub mean_acceleration: [f64; 3],
+    /// Largest magnitude of the acceleration in a step (m/s^2).
+    pub largest_acceleration: f64,
 }
 
 /// A kind of particle.
@@ -241,6 +255,11 @@ mod tests {
             collision: Some("bgk".into()),
             coupling: Some("paper".into()),
             force_balance: None,
+            net_flux_control: Some(NetFluxControl {
+                directions: [false, false, true],
+                mean_acceleration: [0.0, 0.0, 1e-3],
+                largest_acceleration: 0.02,
+            }),
             parameters: None,
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }
@@ -276,6 +295,7 @@ mod tests {
             "collision",
             "coupling",
             "force_balance",
+            "net_flux_control",
         ] {
             assert!(json.get(key).is_some(), "{key}");
         }

@@ -48,7 +48,7 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
         setup.particles.clear();
         setup.engine = EngineChoice::Native;
         // Something must move, without getting fast in any number of steps that a benchmark takes.
-        setup.zero_net_flux = false;
+        setup.zero_net_flux = [false; 3];
         setup.body_acceleration = Vec3::x() * (1e-7 * setup.units.acceleration());
     }
     let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(&setup)))?;

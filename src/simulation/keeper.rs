@@ -2,11 +2,11 @@
 
 use super::observe::{Observer, ObserverState};
 use super::run::RunOptions;
+use super::saved::SavedDriving;
 use super::{Simulation, identity};
 use crate::case::{CheckpointSpacing, Setup};
 use crate::checkpoint::{self, Checkpoint, Part};
 use crate::comm::Comm;
-use crate::coupling::MeanFlow;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::fluid::Real;
@@ -22,7 +22,7 @@ const SLOW_DISK: f64 = 1e8;
 /// What is the same on all ranks, or known to rank 0 alone.
 #[derive(Serialize, Deserialize)]
 struct Shared {
-    mean: MeanFlow,
+    driving: SavedDriving,
     observer: ObserverState,
     /// How long the checkpoint before has taken to write (s).
     write_seconds: Option<f64>,
@@ -149,7 +149,7 @@ impl<'a> Keeper<'a> {
         let state = checkpoint::agreed(&simulation.comm, simulation.save())?;
         let shared = observer.state(&simulation.comm)?.map_or(Vec::new(), |observer| {
             let shared = Shared {
-                mean: state.mean,
+                driving: state.driving,
                 observer,
                 write_seconds: self.write_seconds,
             };
@@ -209,7 +209,7 @@ impl<'a> Keeper<'a> {
         };
         let read = fits.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
         let (shared, engines, couplings) = checkpoint::agreed(&comm, read)?;
-        simulation.restore(head.step, shared.mean, &engines, &couplings, |block, visit| {
+        simulation.restore(head.step, shared.driving, &engines, &couplings, |block, visit| {
             saved.planes(block, visit)
         })?;
         Ok(shared)

@@ -1,7 +1,7 @@
 //! The state between two steps: taken apart for a checkpoint, and put together again on any number of ranks.
 
 use super::{Simulation, Wet};
-use crate::coupling::MeanFlow;
+use crate::coupling::{ControlRecord, MeanFlow};
 use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::fluid::{Fluid, Real};
@@ -14,12 +14,15 @@ pub(super) struct SavedState {
     pub(super) engine: Vec<u8>,
     /// From [`Coupling::save`](crate::coupling::Coupling::save).
     pub(super) coupling: Vec<u8>,
-    /// The last measurement of the flow, the same on every rank.
-    pub(super) mean: MeanFlow,
+    /// The same on every rank.
+    pub(super) driving: SavedDriving,
 }
 
 /// Takes the saved populations of some cells, or says what is wrong with them.
 pub(super) type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), String> + 'a;
+
+/// The last measurement of the flow, and the accelerations that the controller of the net flux has added.
+pub(super) type SavedDriving = (MeanFlow, ControlRecord);
 
 impl<T: Real> Simulation<T> {
     /// Bytes of a saved cell; none in a dry run.
@@ -39,7 +42,7 @@ impl<T: Real> Simulation<T> {
         Ok(SavedState {
             engine: self.dem.save()?,
             coupling: (self.wet.as_ref()).map_or_else(Vec::new, |wet| wet.coupling.save()),
-            mean,
+            driving: (mean, self.control_record()),
         })
     }
 
@@ -58,7 +61,7 @@ impl<T: Real> Simulation<T> {
     pub(super) fn restore(
         &mut self,
         step: u64,
-        mean: MeanFlow,
+        (mean, control): SavedDriving,
         engines: &[Vec<u8>],
         couplings: &[Vec<u8>],
         planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
@@ -78,6 +81,7 @@ impl<T: Real> Simulation<T> {
                 .map_err(Error::Input);
             let measured = is_sound(&mean, &self.units);
             driving.observe(mean);
+            driving.restore(control);
             outcome = outcome.and(read).and(known).and(measured);
         }
         self.step = step;

@@ -1,16 +1,16 @@
 //! The state of a run in the hands of another owner: a checkpoint with what that one adds.
 
+use super::saved::SavedDriving;
 use super::{Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Head, Part};
-use crate::coupling::MeanFlow;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::fluid::Real;
 use std::path::Path;
 
-/// Bytes of the mean flow and the own ones, of rank 0.
-type Shared = (MeanFlow, Vec<u8>);
+/// Of rank 0, with the caller's bytes.
+type Shared = (SavedDriving, Vec<u8>);
 
 impl<T: Real> Simulation<T> {
     /// The head of a checkpoint of this step.
@@ -44,7 +44,7 @@ impl<T: Real> Simulation<T> {
         self.check()?;
         let state = checkpoint::agreed(&self.comm, self.save())?;
         let shared = match self.comm.rank() {
-            0 => serde_json::to_vec(&(state.mean, own)).expect("plain data is always JSON"),
+            0 => serde_json::to_vec(&(state.driving, own)).expect("plain data is always JSON"),
             _ => Vec::new(),
         };
         let head = self.head(setup);
@@ -78,8 +78,8 @@ impl<T: Real> Simulation<T> {
                 Err(Error::Input(format!("{} is of another case", saved.name())))
             };
             let read = shared.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
-            let ((mean, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
-            self.restore(head.step, mean, &engines, &couplings, |block, visit| {
+            let ((driving, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
+            self.restore(head.step, driving, &engines, &couplings, |block, visit| {
                 saved.planes(block, visit)
             })?;
             Ok(own)

@@ -3,7 +3,7 @@
 use crate::case::Setup;
 use crate::coupling::ForceBalance;
 use crate::fluid::{Collision, Precision, Real, Simd, SolidCollision};
-use crate::output::{Estimate, ReferenceScales, ShapeSummary, Summary, WallSummary};
+use crate::output::{Estimate, NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::wall::Surface;
 use std::collections::BTreeMap;
@@ -91,6 +91,14 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         collision: wet.then(|| collision_name(setup.collision).to_owned()),
         coupling: wet.then(|| coupling_name(setup.solids).to_owned()),
         force_balance: wet.then(|| balance_name(setup.force_balance).to_owned()),
+        net_flux_control: wet.then(|| {
+            let record = simulation.control_record();
+            NetFluxControl {
+                directions: setup.zero_net_flux,
+                mean_acceleration: record.mean(steps).into(),
+                largest_acceleration: record.largest,
+            }
+        }),
         parameters: Some(parameters(setup)),
         input: setup.text.clone(),
     }

@@ -72,30 +72,36 @@ fn leave<T: Real>(simulation: &Simulation<T>, block: Block) -> Left {
 fn take_up<T: Real>(simulation: &mut Simulation<T>, step: u64, left: &[&Left]) -> Result<()> {
     let engines: Vec<_> = left.iter().map(|left| left.state.engine.clone()).collect();
     let couplings: Vec<_> = left.iter().map(|left| left.state.coupling.clone()).collect();
-    simulation.restore(step, left[0].state.mean, &engines, &couplings, |mine, visit| {
-        for left in left {
-            let saved = left.block;
-            let lo: [usize; 3] = std::array::from_fn(|a| mine.lo[a].max(saved.lo[a]));
-            let hi: [usize; 3] = std::array::from_fn(|a| mine.hi[a].min(saved.hi[a]));
-            if (0..3).any(|a| lo[a] >= hi[a]) {
-                continue;
-            }
-            let size = Fluid::<T>::SAVED_BYTES;
-            for z in lo[2]..hi[2] {
-                for y in lo[1]..hi[1] {
-                    let row = (y - saved.lo[1]) * saved.size()[0];
-                    let at = |x: usize| (row + x - saved.lo[0]) * size;
-                    let bytes = &left.planes[z - saved.lo[2]][at(lo[0])..at(hi[0])];
-                    let cells = Block {
-                        lo: [lo[0], y, z],
-                        hi: [hi[0], y + 1, z + 1],
-                    };
-                    visit(cells, bytes).map_err(Error::Input)?;
+    simulation.restore(
+        step,
+        left[0].state.driving,
+        &engines,
+        &couplings,
+        |mine, visit| {
+            for left in left {
+                let saved = left.block;
+                let lo: [usize; 3] = std::array::from_fn(|a| mine.lo[a].max(saved.lo[a]));
+                let hi: [usize; 3] = std::array::from_fn(|a| mine.hi[a].min(saved.hi[a]));
+                if (0..3).any(|a| lo[a] >= hi[a]) {
+                    continue;
+                }
+                let size = Fluid::<T>::SAVED_BYTES;
+                for z in lo[2]..hi[2] {
+                    for y in lo[1]..hi[1] {
+                        let row = (y - saved.lo[1]) * saved.size()[0];
+                        let at = |x: usize| (row + x - saved.lo[0]) * size;
+                        let bytes = &left.planes[z - saved.lo[2]][at(lo[0])..at(hi[0])];
+                        let cells = Block {
+                            lo: [lo[0], y, z],
+                            hi: [hi[0], y + 1, z + 1],
+                        };
+                        visit(cells, bytes).map_err(Error::Input)?;
+                    }
                 }
             }
-        }
-        Ok(())
-    })
+            Ok(())
+        },
+    )
 }
 
 /// Forces and torques of the fluid on all particles, the same on all ranks.
@@ -130,7 +136,7 @@ fn goes_on<T: Real>(setup: &Setup, before: u64, after: u64, on: &[usize]) {
             left,
             now,
             simulation.state_hash(),
-            simulation.mean_flow().velocity,
+            (simulation.mean_flow().velocity, simulation.control_record()),
         )
     });
     let left: Vec<&Left> = runs.iter().map(|run| &run.0).collect();
@@ -151,7 +157,10 @@ fn goes_on<T: Real>(setup: &Setup, before: u64, after: u64, on: &[usize]) {
                 runs[0].2,
                 "after step {before} on {ranks} ranks"
             );
-            assert_eq!(simulation.mean_flow().velocity, runs[0].3);
+            assert_eq!(
+                (simulation.mean_flow().velocity, simulation.control_record()),
+                runs[0].3
+            );
         });
     }
 }
@@ -181,8 +190,13 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
         .replace("periodic = [true, true, false]", "")
         .replace("faces =", "#");
     let setup = setup(&periodic);
-    assert!(setup.zero_net_flux);
+    assert_eq!(setup.zero_net_flux, [true; 3]);
     goes_on::<f64>(&setup, 20, 30, &[1, 5]);
+    let cut = Decomposition::new(setup.domain, 1).unwrap();
+    let mut simulation = Simulation::<f64>::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
+    advance(&mut simulation, 50);
+    let record = simulation.control_record();
+    assert!(record.largest > 0.0 && record.mean(50).norm() <= record.largest);
 }
 
 #[test]
@@ -260,7 +274,7 @@ fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them
             &["the population 1 of the cell (0, 0, 2)"],
         );
     }
-    refused(&|left| left.state.mean.velocity.x = 1e9, &["mean velocity"]);
-    refused(&|left| left.state.mean.kinetic_energy = f64::NAN, &["energy"]);
+    refused(&|left| left.state.driving.0.velocity.x = 1e9, &["mean velocity"]);
+    refused(&|left| left.state.driving.0.kinetic_energy = f64::NAN, &["energy"]);
     take_up(&mut simulation, 3, &[&sound]).unwrap();
 }
