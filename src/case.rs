@@ -17,12 +17,14 @@ mod materials;
 mod overrides;
 mod physics;
 mod placement;
+mod plausible;
 mod resolve;
 mod scales;
 mod schedule;
 pub(crate) mod schema;
 mod source;
 mod space;
+mod speeds;
 mod walls;
 
 use crate::contact::ContactModel;
@@ -40,9 +42,11 @@ use std::time::Duration;
 
 pub use file::schema;
 pub use hertz::Hertz;
+pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
 pub use schedule::CHECKPOINT_INTERVAL;
 pub(crate) use source::{Source, nearest};
+pub use speeds::DrivenFlow;
 
 /// A case resolved to numbers: everything a run needs, checked.
 #[derive(Clone, Debug)]

@@ -49,6 +49,8 @@ pub struct Simulation<T: Real> {
     step: u64,
     /// Number of walls.
     walls: usize,
+    /// What to say of a divergence of this case.
+    hint: String,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
     /// What is asked of this rank; after a control step, and only then, what is asked of any.
@@ -162,6 +164,7 @@ impl<T: Real> Simulation<T> {
             timings: Timings::default(),
             step: 0,
             walls: setup.walls.len(),
+            hint: failure::hint(setup),
             failure: None,
             wishes: Wishes::default(),
         })
@@ -265,8 +268,7 @@ impl<T: Real> Simulation<T> {
             self.failure.get_or_insert(Error::Diverged {
                 step: self.step,
                 what: format!(
-                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}; \
-                     a smaller relaxation time or more cells per diameter lowers it",
+                    "fluid velocity {speed:.3} cells per step at ({x:.4e}, {y:.4e}, {z:.4e}) m is not below {}",
                     crate::fluid::SPEED_LIMIT
                 ),
             });
@@ -312,7 +314,7 @@ impl<T: Real> Simulation<T> {
         let all = self.comm.all_gather(mine);
         Failure::first(&all)
             .expect("called when a rank has failed")
-            .into_error(self.dem.name())
+            .into_error(self.dem.name(), &self.hint)
     }
 
     /// Steps done.

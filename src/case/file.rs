@@ -206,7 +206,7 @@ pub struct DrivingSection {
     /// Where the force that balances the submerged weight acts; closed directions have none, their walls bear the
     /// weight. Default "mixture".
     pub force_balance: Option<Located<ForceBalance>>,
-    /// Whether a controller removes the mean volume flux along periodic directions. Default: true where no
+    /// Removes the mean volume flux along periodic directions by a controller. Default: true along those in which no
     /// `body_acceleration` acts, but false in a box that is closed along gravity or has moving walls. `true` together with a
     /// `body_acceleration` along a periodic direction is refused.
     pub zero_net_flux: Option<Located<bool>>,

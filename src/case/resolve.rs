@@ -10,6 +10,7 @@ use super::kinds::kinds;
 use super::materials::Materials;
 use super::physics::{self, collision, gravity, time_step, viscosity};
 use super::placement::Placer;
+use super::plausible::{self, Written};
 use super::scales::Reference;
 use super::schedule::{Known, Schedule, are_few, names, reschedule, title};
 use super::source::Source;
@@ -150,6 +151,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, &reaches, &particles)?;
     }
+    let mut present = vec![false; templates.len()];
+    let counted = random.iter().filter(|random| random.1 > 0).map(|random| random.0);
+    for template in particles.iter().map(|p| p.template as usize).chain(counted) {
+        present[template] = true;
+    }
     let volume = |template: usize| templates[template].shape.volume();
     let placed: f64 = particles.iter().map(|p| volume(p.template as usize)).sum();
     let counted: f64 = (random.iter())
@@ -179,11 +185,13 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         threads,
         output,
     } = Schedule::new(source, &case, &known)?;
-    let walls: Vec<Wall> = walls.into_iter().map(|placed| placed.wall).collect();
+    let (walls, wall_spans): (Vec<Wall>, Vec<_>) =
+        walls.into_iter().map(|placed| (placed.wall, placed.span)).unzip();
     let (body_acceleration, zero_net_flux) = physics::driven(source, &case.driving, domain.periodic, || {
         fluid.is_some() && flux_is_known_to_vanish(&domain, &walls, gravity)
     })?;
-    Ok(Setup {
+    let sections = plausible::sections(&kinds);
+    let mut setup = Setup {
         name: name.to_string(),
         text,
         files: files.into_read(),
@@ -219,7 +227,21 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         average_from_step,
         threads,
         output,
-    })
+    };
+    if let Medium::Wet(fluid, lattice) = &medium {
+        let written = Written {
+            source,
+            case: &case,
+            fluid: &fluid.value,
+            lattice: &lattice.value,
+            sections,
+            present,
+            walls: wall_spans,
+        };
+        let found = written.judge(&setup)?;
+        setup.warnings.extend(found);
+    }
+    Ok(setup)
 }
 
 /// Whether nothing but the controller keeps the fluid from falling or rising, and nothing drags it along.

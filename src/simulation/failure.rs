@@ -1,7 +1,75 @@
 //! A failure of one rank, as it travels to the others.
 
+use crate::case::Setup;
 use crate::error::Error;
+use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
+
+/// What drives a case, and what helps against a divergence; behind what has diverged.
+pub(super) fn hint(setup: &Setup) -> String {
+    let vector = |a: Vec3| format!("{:?} m/s^2", <[f64; 3]>::from(a));
+    let lattice = |speed: f64| {
+        let cells = if setup.dry {
+            0.0
+        } else {
+            speed / setup.units.velocity()
+        };
+        if cells > 0.0 {
+            format!(" ({cells:.3} cells per step)")
+        } else {
+            String::new()
+        }
+    };
+    let mut drives = Vec::new();
+    if setup.gravity != Vec3::zeros() {
+        let settling = lattice(setup.scales.schiller_naumann_velocity);
+        drives.push(format!(
+            "gravity {}{}",
+            vector(setup.gravity),
+            settling.replace('(', "(u* ")
+        ));
+    }
+    if setup.body_acceleration != Vec3::zeros() {
+        let flow = setup
+            .driven_flow()
+            .map_or(String::new(), |flow| lattice(flow.speed));
+        drives.push(format!(
+            "body_acceleration {}{}",
+            vector(setup.body_acceleration),
+            flow.replace('(', "(up to ")
+        ));
+    }
+    let still = |v: Vec3| v == Vec3::zeros();
+    if setup
+        .walls
+        .iter()
+        .any(|wall| !still(wall.motion.velocity) || !still(wall.motion.angular_velocity))
+    {
+        drives.push("moving walls".to_string());
+    }
+    let started = setup
+        .particles
+        .iter()
+        .map(|p| p.velocity().norm())
+        .fold(0.0, f64::max);
+    if started > 0.0 {
+        drives.push(format!(
+            "start velocities up to {started:.3e} m/s{}",
+            lattice(started)
+        ));
+    }
+    if drives.is_empty() {
+        drives.push("nothing but contacts".to_string());
+    }
+    let drives = drives.join(", ");
+    match setup.too_light() {
+        Some(light) => format!("; {light}; driven by {drives}"),
+        None if setup.dry => format!("; driven by {drives}"),
+        None => format!(
+            "; driven by {drives}: a smaller time step (relaxation time) lowers all velocities on the lattice"
+        ),
+    }
+}
 
 /// What ends a run on every rank; the engine is the same on all of them, so its name does not travel.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,10 +104,13 @@ impl Failure {
         Some(serde_json::from_slice(first).expect("made by to_bytes"))
     }
 
-    /// The error of every rank; `engine` is the name of theirs.
-    pub(super) fn into_error(self, engine: &'static str) -> Error {
+    /// The error of every rank; `engine` is the name of theirs, and `hint` says what may have caused a divergence.
+    pub(super) fn into_error(self, engine: &'static str, hint: &str) -> Error {
         match self {
-            Self::Diverged { step, what } => Error::Diverged { step, what },
+            Self::Diverged { step, what } => Error::Diverged {
+                step,
+                what: what + hint,
+            },
             Self::Engine { step, what } => Error::Engine { engine, step, what },
         }
     }
@@ -160,7 +231,7 @@ mod tests {
         });
         for end in ends {
             assert!(
-                matches!(&end, Error::Diverged { what, .. } if what == "too deep"),
+                matches!(&end, Error::Diverged { what, .. } if what.starts_with("too deep; driven by gravity")),
                 "{end}"
             );
         }

@@ -1,0 +1,281 @@
+//! What cannot work although every number by itself is admissible: velocities that the lattice cannot follow, units that were
+//! mixed up, particles too light for the coupling. Refused or warned of with the place in the case.
+
+use super::Setup;
+use super::file::{Case, FluidSection, LatticeSection};
+use super::kinds::Kinds;
+use super::source::Source;
+use super::speeds::wall_speed;
+use crate::error::Result;
+use crate::particle::Template;
+use std::fmt;
+use std::ops::{Range, RangeInclusive};
+
+/// Speed on the lattice (cells per step) above which a case is refused: the scheme becomes unstable near 0.4.
+const LARGEST_SPEED: f64 = 0.3;
+/// Largest usual speed on the lattice (cells per step): compressibility errors grow with its square.
+const USUAL_SPEED: f64 = 0.1;
+/// Least relaxation time, and most cells per diameter, that are suggested to anybody.
+const SUGGESTED: (f64, f64) = (0.51, 60.0);
+/// Dynamic viscosity of water from 15 to 25 degrees centigrade (Pa s).
+const WATER_DYNAMIC: RangeInclusive<f64> = 0.88e-3..=1.14e-3;
+/// Density ratio below which the coupling is unstable, times the cells across a body: measured for spheres, cubes, ellipsoids and
+/// flat cylinders, 4 to 12 cells per diameter, relaxation times 0.53 to 1, both couplings. It is 1.8 at a relaxation time of 1,
+/// less below.
+const UNSTABLE_RATIO_CELLS: f64 = 2.0;
+
+/// The case that a [`Setup`] comes from.
+pub(super) struct Written<'a> {
+    pub(super) source: &'a Source,
+    pub(super) case: &'a Case,
+    pub(super) fluid: &'a FluidSection,
+    pub(super) lattice: &'a LatticeSection,
+    /// The section of each template.
+    pub(super) sections: Vec<usize>,
+    /// Templates of which there are particles.
+    pub(super) present: Vec<bool>,
+    /// Where the case has each wall.
+    pub(super) walls: Vec<Range<usize>>,
+}
+
+/// A velocity of the case: of what it is (m/s), which key decides it, and what may be wrong with that.
+struct Velocity<'a> {
+    name: String,
+    speed: f64,
+    span: &'a Range<usize>,
+    doubt: Option<String>,
+}
+
+/// Particles that are too light for the explicit coupling.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooLight {
+    template: usize,
+    /// Density over that of the fluid (-).
+    ratio: f64,
+    /// From which on the coupling is stable (-).
+    limit: f64,
+}
+
+impl fmt::Display for TooLight {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "particles of {:.3} times the density of the fluid are too light for the explicit coupling, which becomes unstable \
+             below about {:.2} at this resolution: the added mass of the fluid round them outweighs them",
+            self.ratio, self.limit
+        )
+    }
+}
+
+impl Setup {
+    /// The particles that are furthest below the density that the coupling needs, if there are any.
+    ///
+    /// The cells across a body are the geometric mean of its thickness and its diameter.
+    pub fn too_light(&self) -> Option<TooLight> {
+        let of = |template: usize| {
+            let Template { shape, density, .. } = &self.templates[template];
+            let across = (shape.thickness() * shape.equivalent_diameter()).sqrt() / self.units.dx;
+            TooLight {
+                template,
+                ratio: density / self.units.density,
+                limit: UNSTABLE_RATIO_CELLS / across,
+            }
+        };
+        (self.particles.iter())
+            .map(|particle| of(particle.template as usize))
+            .filter(|light| !self.dry && light.ratio < light.limit)
+            .min_by(|a, b| (a.ratio / a.limit).total_cmp(&(b.ratio / b.limit)))
+    }
+}
+
+/// The section of each template.
+pub(super) fn sections(kinds: &Kinds) -> Vec<usize> {
+    let of = |(index, kind): (usize, &super::kinds::Kind)| std::iter::repeat_n(index, kind.shares.len());
+    kinds.sections.iter().enumerate().flat_map(of).collect()
+}
+
+impl Written<'_> {
+    /// Refuses a case that cannot work; what it should be warned of.
+    pub(super) fn judge(&self, setup: &Setup) -> Result<Vec<String>> {
+        let mut warnings = self.dynamic_viscosity(setup);
+        warnings.extend(self.light(setup));
+        for Velocity {
+            name,
+            speed,
+            span,
+            doubt,
+        } in self.velocities(setup)
+        {
+            let lattice = speed / setup.units.velocity();
+            if lattice > LARGEST_SPEED {
+                let remedy = doubt.unwrap_or_else(|| self.slower(setup, lattice));
+                let title = format!(
+                    "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {LARGEST_SPEED}, which the lattice \
+                     cannot follow"
+                );
+                return Err(self.source.error(span, &title, "too fast", &remedy));
+            }
+            if lattice > USUAL_SPEED {
+                let title = format!(
+                    "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {USUAL_SPEED}, where the fluid \
+                     becomes compressible"
+                );
+                warnings.push(
+                    self.source
+                        .warning(span, &title, "fast", &self.slower(setup, lattice)),
+                );
+            }
+        }
+        Ok(warnings)
+    }
+
+    fn velocities(&self, setup: &Setup) -> Vec<Velocity<'_>> {
+        let mut all = Vec::new();
+        let fastest = (0..self.present.len())
+            .filter(|&template| self.present[template])
+            .map(|template| (template, setup.settling_speed(template)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((template, speed)) = fastest {
+            let section = self.sections[template];
+            let diameter = setup.templates[template].shape.equivalent_diameter();
+            all.push(Velocity {
+                name: format!("the settling velocity of `particles.{section}`"),
+                speed,
+                span: &self.case.particles[section].value.shape.span,
+                doubt: self.doubt_of_settling(setup, diameter),
+            });
+        }
+        let started = setup.particles.iter().map(|p| {
+            let template = p.template as usize;
+            let rim = p.angular_velocity().norm() * setup.templates[template].shape.circumradius();
+            (template, p.velocity().norm() + rim)
+        });
+        if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            let section = self.sections[template];
+            let places = self.case.particles[section]
+                .value
+                .list
+                .iter()
+                .flatten()
+                .map(|entry| &entry.span);
+            let place = places.reduce(|a, _| a);
+            all.push(Velocity {
+                name: format!("the fastest surface of `particles.{section}` at the start"),
+                speed,
+                span: place.unwrap_or(&self.case.particles[section].span),
+                doubt: (speed > 10.0).then(|| "velocities are in m/s".to_string()),
+            });
+        }
+        let size = setup.domain.size();
+        for (wall, span) in setup.walls.iter().zip(&self.walls) {
+            all.push(Velocity {
+                name: format!("the wall \"{}\"", wall.name),
+                speed: wall_speed(wall, &size),
+                span,
+                doubt: None,
+            });
+        }
+        if let Some(flow) = setup.driven_flow() {
+            let acceleration = setup.body_acceleration.norm();
+            all.push(Velocity {
+                name: "the flow that `driving.body_acceleration` drives".to_string(),
+                speed: flow.speed,
+                span: &self.case.driving.body_acceleration.span,
+                doubt: (acceleration > 100.0).then(|| {
+                    format!(
+                        "it is in m/s^2, the gradient of the pressure over the density: is {:.4} meant, from \
+                         {acceleration} Pa/m?",
+                        acceleration / setup.units.density
+                    )
+                }),
+            });
+        }
+        all
+    }
+
+    /// The unit that was likely mixed up where a particle settles too fast.
+    fn doubt_of_settling(&self, setup: &Setup, diameter: f64) -> Option<String> {
+        let (gravity, viscosity) = (setup.gravity.norm(), setup.scales.viscosity);
+        if diameter > 0.05 {
+            return Some(format!(
+                "lengths are in metres: is a diameter of {:.4e} m meant, not {diameter} m?",
+                1e-3 * diameter
+            ));
+        }
+        if self.fluid.viscosity.is_some() && viscosity < 5e-8 {
+            return Some(format!(
+                "`fluid.viscosity` is {viscosity:.3e} m^2/s, below that of any liquid; water has 1e-6"
+            ));
+        }
+        (gravity > 100.0).then(|| format!("`driving.gravity` is {gravity} m/s^2; that of the Earth is 9.81"))
+    }
+
+    /// What lowers a speed on the lattice to the usual range, as far as that can be had.
+    fn slower(&self, setup: &Setup, lattice: f64) -> String {
+        let factor = USUAL_SPEED / lattice;
+        let tau = 0.5 + (setup.relaxation_time - 0.5) * factor;
+        let cells = setup.scales.diameter / setup.domain.dx / factor;
+        let mut ways = Vec::new();
+        if tau >= SUGGESTED.0 {
+            ways.push(if self.lattice.time_step.is_some() {
+                format!("lattice.time_step = {:.4e}", setup.units.dt * factor)
+            } else {
+                format!("lattice.relaxation_time = {tau:.4}")
+            });
+        }
+        // With a given time step a finer lattice is a faster one.
+        if cells <= SUGGESTED.1 && self.lattice.time_step.is_none() {
+            ways.push(format!("lattice.cells_per_diameter = {cells:.0}"));
+        }
+        if ways.is_empty() {
+            return format!(
+                "no usual time step or resolution lowers it to {USUAL_SPEED}: are all lengths in m, velocities in m/s, \
+                 densities in kg/m^3, and the viscosity ({:.3e}) kinematic, in m^2/s?",
+                setup.scales.viscosity
+            );
+        }
+        format!("take {}", ways.join(" or "))
+    }
+
+    /// Whether the viscosity looks like the dynamic one of water.
+    fn dynamic_viscosity(&self, setup: &Setup) -> Vec<String> {
+        let Some(viscosity) = &self.fluid.viscosity else {
+            return Vec::new();
+        };
+        let like_water = (950.0..1050.0).contains(&setup.units.density);
+        if !like_water || !WATER_DYNAMIC.contains(&viscosity.value) {
+            return Vec::new();
+        }
+        let title = format!(
+            "`fluid.viscosity` = {:e} m^2/s is a thousand times that of water: is it the dynamic viscosity, in Pa s?",
+            viscosity.value
+        );
+        let remedy = format!(
+            "if so, divide it by the density: {:.3e} m^2/s",
+            viscosity.value / setup.units.density
+        );
+        vec![(self.source).warning(&viscosity.span, &title, "kinematic, in m^2/s", &remedy)]
+    }
+
+    /// Particles too light for the explicit coupling.
+    fn light(&self, setup: &Setup) -> Option<String> {
+        let light = setup.too_light()?;
+        let section = self.sections[light.template];
+        let density = &self.case.particles[section].value.density;
+        let least = light.limit * setup.units.density;
+        let cells = setup.scales.diameter / setup.domain.dx * light.limit / light.ratio;
+        let remedy = if density.value < 25.0 && setup.units.density > 500.0 {
+            let grams = density.value;
+            format!(
+                "densities are in kg/m^3: is {} meant, {grams} g/cm^3?",
+                1e3 * grams
+            )
+        } else if cells <= SUGGESTED.1 {
+            format!("take lattice.cells_per_diameter = {cells:.1} or a density of {least:.0} kg/m^3, or more")
+        } else {
+            format!("take a density of {least:.0} kg/m^3 or more")
+        };
+        let title = format!("`particles.{section}.density`: {light}");
+        Some(self.source.warning(&density.span, &title, "light", &remedy))
+    }
+}

@@ -1,0 +1,197 @@
+//! Velocities that a case will reach, as far as they can be told beforehand, against what the lattice can follow.
+//!
+//! ```text
+//! settling    u* of Schiller and Naumann; at most a t, and sqrt(2 a H) where walls bear the weight,
+//!             with a = g |s - 1| / (s + 1/2), the acceleration from rest against the added mass of a sphere
+//! driven flow a t; between walls at most a h^2 / (8 nu) in the middle of a slit of width h, a D^2 / (16 nu) in a pipe;
+//!             turbulent (Re = u h / nu above 3000) u_tau (2.5 ln(u_tau h / (2 nu)) + 5.5) with u_tau^2 = a h / 2
+//! ```
+//!
+//! Reference: Pope (2000), Turbulent Flows, section 7.1.
+
+use super::Setup;
+use super::scales::Reference;
+use crate::math::Vec3;
+use crate::wall::{Surface, Wall};
+
+/// Reynolds number of the gap from which a driven flow is taken as turbulent (-).
+const TURBULENT_REYNOLDS: f64 = 3000.0;
+
+/// A flow that a body acceleration drives along periodic directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrivenFlow {
+    /// Largest velocity over the run (m/s).
+    pub speed: f64,
+    /// Smallest distance of walls across the flow (m); the diameter of the particles where there are none.
+    pub length: f64,
+    /// Whether walls hold the flow back.
+    pub between_walls: bool,
+}
+
+impl Setup {
+    /// Seconds of the run.
+    fn seconds(&self) -> f64 {
+        self.end_step as f64 * self.units.dt
+    }
+
+    /// The flow that the body acceleration drives, if there is one.
+    pub fn driven_flow(&self) -> Option<DrivenFlow> {
+        let mut flow = DrivenFlow {
+            speed: 0.0,
+            length: f64::INFINITY,
+            between_walls: false,
+        };
+        for axis in (0..3).filter(|&i| self.domain.periodic[i] && self.body_acceleration[i] != 0.0) {
+            let acceleration = self.body_acceleration[axis].abs();
+            let width = self.width_across(axis);
+            let steady = steady_speed(acceleration, width, self.scales.viscosity);
+            let speed = steady.min(acceleration * self.seconds());
+            if speed > flow.speed {
+                flow.length = width;
+            }
+            flow.speed = (flow.speed * flow.speed + speed * speed).sqrt();
+        }
+        if flow.length.is_infinite() {
+            flow.length = self.scales.diameter;
+        } else {
+            flow.between_walls = true;
+        }
+        (flow.speed > 0.0 && !self.dry).then_some(flow)
+    }
+
+    /// Width (m) of the slit whose flow along an axis is at least as fast as that between the walls of the case.
+    fn width_across(&self, axis: usize) -> f64 {
+        let size = self.domain.size();
+        let widths = self.walls.iter().map(|wall| match wall.surface {
+            Surface::Plane { normal, .. } => size.dot(&normal.abs()),
+            Surface::Cylinder {
+                radius, pipe: true, ..
+            } => 2.0_f64.sqrt() * radius,
+            // It leaves no wider a gap than the box.
+            Surface::Cylinder { .. } => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
+        });
+        widths.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Largest speed (m/s) that particles of a template reach as they settle.
+    pub(super) fn settling_speed(&self, template: usize) -> f64 {
+        let template = &self.templates[template];
+        let density_ratio = template.density / self.units.density;
+        let reference = Reference {
+            diameter: template.shape.equivalent_diameter(),
+            density_ratio,
+            gravity: self.gravity.norm(),
+        };
+        let terminal = reference
+            .scales(self.scales.viscosity, 0.0)
+            .schiller_naumann_velocity;
+        let from_rest = (density_ratio - 1.0).abs() / (density_ratio + 0.5);
+        // Gravity times the way along it.
+        let drop: f64 = (0..3)
+            .filter(|&i| self.gravity[i] != 0.0)
+            .map(|i| {
+                let way = if self.domain.periodic[i] {
+                    f64::INFINITY
+                } else {
+                    self.domain.size()[i]
+                };
+                self.gravity[i].abs() * way
+            })
+            .sum();
+        terminal
+            .min(from_rest * self.gravity.norm() * self.seconds())
+            .min((2.0 * from_rest * drop).sqrt())
+    }
+}
+
+/// Speed in the middle of a slit (m/s).
+fn steady_speed(acceleration: f64, width: f64, viscosity: f64) -> f64 {
+    let laminar = acceleration * width * width / (8.0 * viscosity);
+    if width.is_infinite() || laminar * width / viscosity < TURBULENT_REYNOLDS {
+        return laminar;
+    }
+    let friction = (0.5 * acceleration * width).sqrt();
+    friction * (2.5 * libm::log(0.5 * friction * width / viscosity) + 5.5)
+}
+
+/// Largest speed of a wall (m/s) in a box of edges `size`: of a plane that turns, half the diagonal of the box along it from its
+/// pivot.
+pub(super) fn wall_speed(wall: &Wall, size: &Vec3) -> f64 {
+    let arm = match wall.surface {
+        Surface::Plane { normal, .. } => {
+            let across = size.dot(&normal.abs());
+            0.5 * (size.norm_squared() - across * across).max(0.0).sqrt()
+        }
+        Surface::Cylinder { radius, .. } => radius,
+    };
+    wall.motion.velocity.norm() + wall.motion.angular_velocity.norm() * arm
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Setup, from_text};
+
+    fn setup(options: &[&str]) -> Setup {
+        let text = "domain = { size = [2e-3, 1e-3, 1e-3], periodic = [true, true, false] }\n\
+                    fluid = { density = 1000, viscosity = 1e-6 }\n\
+                    lattice = { cells_per_diameter = 4, relaxation_time = 0.8 }\n\
+                    driving = { gravity = 0, body_acceleration = [4e-2, 0, 3.0] }\n\
+                    run.end.time = 10\n\
+                    [[particles]]\n\
+                    shape.sphere.diameter = 2e-4\n\
+                    density = 500.0\n\
+                    list = [[1e-3, 5e-4, 5e-4]]\n";
+        let options: Vec<String> = options.iter().map(ToString::to_string).collect();
+        from_text(text, "slit", &options).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn close(a: f64, b: f64) {
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} is not {b}");
+    }
+
+    #[test]
+    fn a_driven_flow_is_that_of_its_slit_or_pipe_and_no_faster_than_free_acceleration() {
+        let flow = |options: &[&str]| setup(options).driven_flow().unwrap();
+        let slit = flow(&[]);
+        close(slit.speed, 4e-2 * 1e-6 / 8e-6);
+        assert!(slit.between_walls && (slit.length - 1e-3).abs() < 1e-12);
+        close(flow(&["run.end.time=0.01"]).speed, 4e-4);
+        let open = flow(&[
+            "domain.periodic=[true, true, true]",
+            "driving.body_acceleration=[0, 0, 1e-3]",
+        ]);
+        close(open.speed, 1e-2);
+        assert!(!open.between_walls && (open.length - 2e-4).abs() < 1e-12);
+        let pipe =
+            "walls=[{ name = \"p\", pipe = { point = [0, 5e-4, 5e-4], axis = [1, 0, 0], diameter = 8e-4 } }]";
+        close(flow(&[pipe]).speed, 4e-2 * 64e-8 / 16e-6);
+        // The friction Reynolds number of the half width is 180.
+        let turbulent = flow(&[
+            "driving.body_acceleration=[259.2, 0, 0]",
+            "lattice.relaxation_time=0.5003",
+        ]);
+        close(turbulent.speed, 0.36 * (2.5 * 180.0_f64.ln() + 5.5));
+        assert!(
+            setup(&["driving.body_acceleration=[0, 0, 9]"])
+                .driven_flow()
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn a_particle_settles_no_faster_than_it_can_fall() {
+        let at = |options: &[&str]| setup(options).settling_speed(0);
+        let terminal = setup(&["driving.gravity=1e-3"]).scales.schiller_naumann_velocity;
+        close(at(&["driving.gravity=1e-3"]), terminal);
+        close(
+            at(&["driving.gravity=1e-3", "run.end.steps=1"]),
+            5e-4 * setup(&[]).units.dt,
+        );
+        let heavy = [
+            "driving.gravity=10",
+            "particles.0.density=1e8",
+            "lattice.relaxation_time=0.5003",
+        ];
+        close(at(&heavy), (2.0 * 10.0 * 1e-3 * 99999.0 / 100_000.5_f64).sqrt());
+    }
+}
