@@ -275,6 +275,9 @@ fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them
         );
     }
     refused(&|left| left.state.driving.0.velocity.x = 1e9, &["mean velocity"]);
-    refused(&|left| left.state.driving.0.kinetic_energy = f64::NAN, &["energy"]);
+    refused(
+        &|left| left.state.driving.0.kinetic_energy = f64::NAN,
+        &["energy"],
+    );
     take_up(&mut simulation, 3, &[&sound]).unwrap();
 }
