@@ -170,6 +170,6 @@ fn results_that_cannot_be_printed_are_an_error_and_those_that_nobody_reads_are_n
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = turbid(folder.path(), verb).stdout(writer).output().unwrap();
-        assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+        assert!(output.status.success(), "{output:?}");
     }
 }

@@ -263,7 +263,8 @@ pub fn refuse_results(directory: &Path) -> Result<()> {
     let mut files = own::top(directory, &TOP);
     files.extend(frames);
     files.retain(own::Own::is_whole_file);
-    let saved = checkpoint::list(&directory.join(checkpoint::FOLDER))?;
+    // A folder that cannot be read is found by [`prepare`].
+    let saved = checkpoint::list(&directory.join(checkpoint::FOLDER)).unwrap_or_default();
     let mut there = Vec::new();
     if let Some(first) = files.first() {
         there.push(first.below(directory).display().to_string());

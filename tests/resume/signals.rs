@@ -4,8 +4,9 @@ use super::child::{Guard, PATIENCE, poll, rows};
 #[cfg(feature = "mpi")]
 use super::job;
 use super::{CASE, DRY, Place, ROWS_ONLY, well, words};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{ChildStderr, Command};
 use std::time::{Duration, Instant};
 
 /// Never comes to its end.
@@ -57,20 +58,15 @@ fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
     goes_on_from(&place, step);
 }
 
-/// The next line that the child prints to standard error.
-fn next_complaint(child: &mut Guard) -> String {
-    let mut line = Vec::new();
-    let stderr = child.0.stderr.as_mut().unwrap();
-    for byte in std::io::Read::bytes(stderr) {
-        line.push(byte.unwrap());
-        if line.last() == Some(&b'\n') {
-            break;
-        }
-    }
-    String::from_utf8(line).unwrap()
+/// Interrupts the child and waits for its answer; what it says after that.
+fn interrupt(child: &mut Guard) -> BufReader<ChildStderr> {
+    child.send(libc::SIGINT);
+    let mut said = BufReader::new(child.0.stderr.take().unwrap());
+    let mut line = String::new();
+    said.read_line(&mut line).unwrap();
+    assert_eq!(line, "stopping, writing a checkpoint; interrupt again to abort\n");
+    said
 }
-
-const STOPPING: &str = "stopping, writing a checkpoint; interrupt again to abort\n";
 
 #[test]
 fn an_interrupt_that_comes_twice_at_once_loses_nothing_and_is_answered_once() {
@@ -78,13 +74,10 @@ fn an_interrupt_that_comes_twice_at_once_loses_nothing_and_is_answered_once() {
     let arguments = [&["run", "case.toml", "--quiet"], &ENDLESS[..], &ROWS_ONLY].concat();
     let mut child = Guard::of(turbid(&place, &arguments));
     wait_for_rows(&place, 10);
-    child.send(libc::SIGINT);
-    assert_eq!(next_complaint(&mut child), STOPPING);
+    let more = interrupt(&mut child);
     child.send(libc::SIGINT);
     child.ends_with(4);
-    let mut said = String::new();
-    std::io::Read::read_to_string(child.0.stderr.as_mut().unwrap(), &mut said).unwrap();
-    assert_eq!(said, "");
+    assert_eq!(more.lines().count(), 0);
     assert_eq!(place.checkpoints("out"), [interrupted_at(&place)]);
 }
 
@@ -98,8 +91,7 @@ fn a_later_interrupt_ends_a_run_that_takes_long_to_stop() {
         &[&["run", "case.toml", "--quiet"], &slow[..]].concat(),
     ));
     wait_for_rows(&place, 2);
-    child.send(libc::SIGINT);
-    assert_eq!(next_complaint(&mut child), STOPPING);
+    interrupt(&mut child);
     let status = poll("the end of the child", || {
         let ended = child.0.try_wait().unwrap();
         if ended.is_none() {
@@ -242,7 +234,7 @@ fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
     ]
     .concat();
     let start = Instant::now();
-    assert_eq!(place.ill(4, &arguments), "", "quiet");
+    place.ill(4, &arguments);
     let taken = start.elapsed().as_secs_f64();
     assert!(taken < PATIENCE.as_secs_f64(), "{taken} s");
     let step = interrupted_at(&place);

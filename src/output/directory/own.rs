@@ -1,8 +1,8 @@
 //! The files in an output directory that have the name of a file of a run.
 
-use super::super::atomic::PARTIAL_SUFFIX;
-use super::super::pieces;
 use super::{FOLDERS, LOG, TOP, folders};
+use crate::output::atomic::PARTIAL_SUFFIX;
+use crate::output::pieces;
 use std::fs::{self, FileType};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -34,11 +34,12 @@ impl Own {
 /// Removes files, and folders that are empty then. A symbolic link is removed itself.
 pub(super) fn remove(all: Vec<Own>) -> io::Result<()> {
     for own in all {
-        match if own.folder {
+        let removed = if own.folder {
             fs::remove_dir(&own.path)
         } else {
             fs::remove_file(&own.path)
-        } {
+        };
+        match removed {
             Err(error) if own.folder && error.kind() == io::ErrorKind::DirectoryNotEmpty => {}
             removed => removed?,
         }
