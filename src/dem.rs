@@ -2,6 +2,7 @@
 
 pub mod assign;
 pub mod ballistic;
+pub mod commands;
 pub mod exchange;
 pub mod history;
 pub mod integrator;
@@ -180,12 +181,25 @@ pub fn liggghts_is_missing(what: &str) -> Error {
 }
 
 /// What LIGGGHTS is told beyond what every engine needs.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LiggghtsOptions {
     /// Where LIGGGHTS runs.
     pub process: LiggghtsProcess,
-    /// Commands of the user, given after all others of the set-up and before the first step.
+    /// Commands of the user, given after all others of the set-up and before the first step; any that
+    /// [`commands::accept`] refuses is an error of the set-up.
     pub commands: Vec<String>,
+    /// Longest time that a worker may take to answer (s); ten times as long for the set-up and for saving.
+    pub timeout: f64,
+}
+
+impl Default for LiggghtsOptions {
+    fn default() -> Self {
+        Self {
+            process: LiggghtsProcess::default(),
+            commands: Vec::new(),
+            timeout: 60.0,
+        }
+    }
 }
 
 /// Where LIGGGHTS runs.

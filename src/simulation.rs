@@ -26,6 +26,7 @@ use crate::math::Vec3;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
+use engine::Context;
 use failure::Failure;
 use keeper::Wishes;
 pub use measure::Measurement;
@@ -33,7 +34,6 @@ pub use observe::{identity, instruction_set};
 pub use references::{Law, Suspension, settling_references};
 pub use resume::{resume, saved_setup};
 pub use run::{RunOptions, agreed, decompose, forecast, run};
-use std::path::Path;
 use std::rc::Rc;
 pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
@@ -131,17 +131,17 @@ impl<T: Real> Simulation<T> {
     /// # Errors
     /// [`Error::Input`] if this program was built without that engine, or what the engine says.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        Self::logged(setup, decomposition, comm, None)
+        Self::in_context(setup, decomposition, comm, &Context::default())
     }
 
-    /// As [`new`](Self::new), with a file for what an external engine prints.
-    pub(crate) fn logged(
+    /// As [`new`](Self::new), with what an external engine must know of the run.
+    fn in_context(
         setup: &Setup,
         decomposition: &Decomposition,
         comm: Comm,
-        log: Option<&Path>,
+        context: &Context,
     ) -> Result<Self> {
-        let dem = engine::engine(setup, decomposition, &comm, log)?;
+        let dem = engine::engine(setup, decomposition, &comm, context)?;
         Self::with_engine(setup, decomposition, comm, dem)
     }
 

@@ -1,9 +1,14 @@
 //! LIGGGHTS behind the engine trait, in processes of its own: motion, contacts, saving, and every way to fail.
 #![cfg(feature = "liggghts")]
 
+#[path = "common/child.rs"]
+mod child;
+#[path = "liggghts/commands.rs"]
+mod commands;
 #[path = "liggghts/live.rs"]
 mod live;
 
+use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::sync::Arc;
 use turbid::comm::{Comm, on_threads};
@@ -430,23 +435,15 @@ fn with_commands(commands: &[&str]) -> LiggghtsParams {
 #[test]
 fn what_liggghts_refuses_comes_back_in_its_own_words_with_the_command() {
     for (commands, words) in [
-        (&["nonsense 1 2"][..], "Unknown command"),
-        (&["fix extra all nonsense"], "Invalid fix style"),
+        (&["fix extra nobody viscous 1"][..], "Could not find fix group ID"),
+        (&["group some region nowhere"], "Group region ID does not exist"),
+        (&["fix a all viscous 1 scale 2 1"], "Illegal fix viscous command"),
         (
-            &["fix extra all wall/gran model"],
-            "fix extra all wall/gran model",
+            &["fix a all viscous 1", "fix a all drag 0 0 0 1 1"],
+            "Replacing a fix, but new style",
         ),
-        (&["compute c all nonsense"], "Invalid compute style"),
-        (
-            &[
-                "pair_style gran model hertz tangential history cohesion sjkr",
-                "pair_coeff * *",
-            ],
-            "cohesionEnergyDensity",
-        ),
-        (&["pair_style nonsense"], "Invalid pair style"),
-        (&["atom_style superquadric"], "atom_style superquadric"),
-        (&["quit"], "quit"),
+        (&["region r sphere 0 0 0 -1"], "Illegal region sphere command"),
+        (&["neigh_modify one 1000 page 1000"], "page size"),
     ] {
         let text = refusal(with_commands(commands));
         assert!(
@@ -462,14 +459,14 @@ fn what_liggghts_refuses_comes_back_in_its_own_words_with_the_command() {
 fn a_crash_of_liggghts_is_an_error_with_its_signal_and_the_end_of_its_log() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("liggghts.log");
+    // No command that is passed on crashes LIGGGHTS: another program in its place does.
+    let program = folder.path().join("crashes.sh");
+    std::fs::write(&program, "#!/bin/sh\necho the last words\nkill -SEGV $$\n").unwrap();
+    std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).unwrap();
     let crashing = LiggghtsParams {
         log: Some(log.clone()),
-        // A place that is no number sends LIGGGHTS out of its arrays of bins.
-        ..with_commands(&[
-            "print 'the last words'",
-            "variable nothing atom 1e200*1e200-1e200*1e200",
-            "set group all x v_nothing",
-        ])
+        program: Some(program),
+        ..params(None)
     };
     let text = refusal(crashing);
     assert!(
@@ -489,17 +486,6 @@ fn stiffness_beyond_the_usual_bounds_of_liggghts_is_accepted() {
 }
 
 #[test]
-fn commands_of_the_user_act() {
-    // Viscous damping on all particles: none of it is ours.
-    let lgg = engine(with_commands(&["fix drag all viscous 1e-4"]), &three()[..1]).unwrap();
-    let lgg = advanced(lgg, 1000, 1e-5).unwrap();
-    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-    let expected = 0.1 * (-1e-4 / mass * 1e-2_f64).exp();
-    let speed = lgg.particles().owned()[0].velocity[1];
-    assert!((speed / expected - 1.0).abs() < 1e-2, "{speed} {expected}");
-}
-
-#[test]
 fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
     let own = |mut params: LiggghtsParams| {
         params.options.process = LiggghtsProcess::Own;
@@ -511,9 +497,9 @@ fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
     let in_worker = advanced(engine(params(model.clone()), &three()).unwrap(), 600, 1e-6).unwrap();
     assert_eq!(first, in_worker.particles().owned(), "here and there");
     for commands in [
-        &["nonsense"][..],
-        &["fix extra all nonsense"],
-        &["fix extra all property/global a"],
+        &["print nonsense"][..],
+        &["fix extra nobody viscous 1"],
+        &["fix extra all viscous 1 scale 2 1"],
     ] {
         let error = engine(own(with_commands(commands)), &three()).unwrap_err();
         assert!(error.to_string().contains("LIGGGHTS refuses"), "{error}");
@@ -524,7 +510,14 @@ fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
     assert!(error.to_string().contains("in use"), "{error}");
     drop(holder);
     // The one after this is broken for good, and says so.
-    engine(own(with_commands(&["fix young all nonsense"])), &three()).unwrap_err();
+    engine(
+        own(with_commands(&[
+            "fix a all viscous 1",
+            "fix a all viscous 1 scale 2 1",
+        ])),
+        &three(),
+    )
+    .unwrap_err();
     let error = engine(own(with_commands(&[])), &three()).unwrap_err();
     assert!(error.to_string().contains("broken"), "{error}");
 }

@@ -3,20 +3,21 @@
 //! The limits are those of LIGGGHTS 3.8.0: it ends with an error where a material or a restitution lies outside of them, and
 //! takes other walls for what they are not.
 
-mod commands;
-
 use super::file::{Case, EngineKind, GeometryKind, ShapeSection};
 use super::located::Located;
 use super::source::Source;
 use super::walls::PlacedWall;
 use crate::contact::ElasticLaw;
-use crate::dem::{EngineChoice, LiggghtsOptions};
+use crate::dem::{EngineChoice, LiggghtsOptions, commands};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::wall::Surface;
 
 /// LIGGGHTS takes coefficients of restitution above this one.
 const LEAST_RESTITUTION: f64 = 0.05;
+
+/// Longest time to wait for an answer that may be asked for (s).
+const LONGEST_TIMEOUT: f64 = 1e6;
 
 /// Most that the components of a direction across an axis may be, over its length.
 const ALIGNED: f64 = 1e-9;
@@ -40,18 +41,26 @@ pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
         check.materials()?;
         check.restitution()?;
     }
-    let section = section.as_ref().map(|section| &section.value);
-    let given = section.map_or(&[][..], |section| &section.commands);
-    for (index, command) in given.iter().enumerate() {
-        commands::check(source, index, command)?;
+    let mut options = LiggghtsOptions::default();
+    if let Some(Located { value: section, .. }) = section {
+        options.process = section.process;
+        for (index, Located { span, value }) in section.commands.iter().enumerate() {
+            options.commands.push(commands::accept(value).map_err(|refusal| {
+                let title = format!("`dem.liggghts.commands.{index}` {}", refusal.title);
+                source.error(span, &title, &refusal.label, &refusal.remedy)
+            })?);
+        }
+        if let Some(timeout) = &section.timeout {
+            if !(timeout.value > 0.0 && timeout.value <= LONGEST_TIMEOUT) {
+                let wanted = format!("above 0 and at most {LONGEST_TIMEOUT:e} s");
+                let remedy = "give the longest time that a step may take, e.g. 60";
+                let (key, given) = ("dem.liggghts.timeout", timeout.value.to_string());
+                return Err(source.out_of_range(key, &timeout.span, &given, &wanted, remedy));
+            }
+            options.timeout = timeout.value;
+        }
     }
-    Ok(EngineChoice::Liggghts(LiggghtsOptions {
-        process: section.map_or_else(Default::default, |section| section.process),
-        commands: given
-            .iter()
-            .map(|command| command.value.trim().to_string())
-            .collect(),
-    }))
+    Ok(EngineChoice::Liggghts(options))
 }
 
 /// Refuses walls that the engine does not have; without contacts there are none for it.

@@ -148,7 +148,7 @@ fn liggghts(setup: &Setup, log: Option<&Path>) -> Result<Box<dyn DemEngine>> {
             EngineChoice::Liggghts(options) => options.clone(),
         },
         log: log.map(Path::to_path_buf),
-        program: None,
+        ..LiggghtsParams::default()
     };
     let templates = setup.templates.clone();
     Ok(Box::new(Liggghts::new(

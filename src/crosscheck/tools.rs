@@ -124,7 +124,7 @@ impl Scene {
             substeps: self.substeps,
             options: LiggghtsOptions::default(),
             log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
-            program: None,
+            ..LiggghtsParams::default()
         };
         let templates = self.shared_templates();
         Liggghts::new(params, self.whole(), &Comm::Solo, templates, &self.particles)

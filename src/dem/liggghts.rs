@@ -44,13 +44,14 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use worker::Worker;
 
 /// Name of the engine.
 const NAME: &str = "liggghts";
 
 /// Parameters of the LIGGGHTS engine.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct LiggghtsParams {
     /// Materials and model of the contacts; without, particles pass through each other and through walls. Of the model
     /// LIGGGHTS takes the elasticity, the restitution, the kinetic coefficient of friction, and the enlargement.
@@ -67,6 +68,8 @@ pub struct LiggghtsParams {
     pub log: Option<PathBuf>,
     /// The turbid program, to be started as the worker; without, the program that runs now.
     pub program: Option<PathBuf>,
+    /// Set when the run is told to stop: then a worker that does not answer is not waited for much longer.
+    pub stop: Arc<AtomicBool>,
 }
 
 /// Where LIGGGHTS runs.
@@ -219,11 +222,7 @@ impl Liggghts {
                 .collect();
             let mut process = match self.params.options.process {
                 LiggghtsProcess::Own => Process::Own(Session::new()),
-                LiggghtsProcess::Worker => {
-                    let program = self.params.program.as_deref();
-                    let worker = Worker::start(program, self.params.log.as_deref());
-                    Process::Worker(worker.map_err(refused)?)
-                }
+                LiggghtsProcess::Worker => Process::Worker(Worker::start(&self.params).map_err(refused)?),
             };
             let request = match saved {
                 None => Request::Open(plan, atoms),

@@ -11,22 +11,37 @@ use crate::domain::Decomposition;
 #[cfg(feature = "liggghts")]
 use crate::error::Error;
 use crate::error::Result;
-use std::path::Path;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-/// The engine with the particles of the case; what an external one prints goes to `log`, if there is one. Collective.
+/// What an external engine must know of the run.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(
+    not(feature = "liggghts"),
+    expect(dead_code, reason = "there is no external engine")
+)]
+pub(super) struct Context {
+    /// File for what it prints.
+    pub(super) log: Option<PathBuf>,
+    /// Set when the run is told to stop.
+    pub(super) stop: Arc<AtomicBool>,
+}
+
+/// The engine with the particles of the case. Collective.
 ///
 /// # Errors
 /// [`crate::Error::Input`] if this program was built without the engine, or if the engine is to live in one of
 /// several processes of an MPI job; what the engine says otherwise.
 #[cfg_attr(
     not(feature = "liggghts"),
-    expect(unused_variables, reason = "only an external engine prints")
+    expect(unused_variables, reason = "there is no external engine")
 )]
 pub(super) fn engine(
     setup: &Setup,
     decomposition: &Decomposition,
     comm: &Comm,
-    log: Option<&Path>,
+    context: &Context,
 ) -> Result<Box<dyn DemEngine>> {
     setup.engine.refuse_if_missing()?;
     let (templates, decomposition) = (setup.templates.clone(), decomposition.clone());
@@ -40,8 +55,9 @@ pub(super) fn engine(
                 gravity: setup.gravity,
                 substeps: setup.substeps,
                 options: options.clone(),
-                log: log.map(Path::to_path_buf),
+                log: context.log.clone(),
                 program: None,
+                stop: Arc::clone(&context.stop),
             };
             let engine = Liggghts::new(params, decomposition, comm, templates, &setup.particles)?;
             Ok(Box::new(engine))

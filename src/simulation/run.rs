@@ -1,5 +1,6 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
+use super::engine::Context;
 use super::keeper::{Keeper, Wishes};
 use super::observe::{Observer, agree as agree_here};
 use super::work::{Forecast, Work};
@@ -244,7 +245,11 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         start,
     } = plan;
     let log = OutputFiles::new(&setup.output.directory).liggghts_log();
-    let mut simulation = Simulation::<T>::logged(setup, decomposition, comm, Some(&log))?;
+    let context = Context {
+        log: Some(log),
+        stop: Arc::clone(&options.stop),
+    };
+    let mut simulation = Simulation::<T>::in_context(setup, decomposition, comm, &context)?;
     let mut keeper = Keeper::new(setup, decomposition, &simulation, start);
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {

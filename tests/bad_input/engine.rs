@@ -46,6 +46,15 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
                 &["bad.toml:21:20", "`thread`", "worker, own"],
             ),
             (
+                "engine = \"liggghts\"",
+                "engine = \"liggghts\"\nliggghts.timeout = 0",
+                &[
+                    "bad.toml:21:20",
+                    "`dem.liggghts.timeout` is 0",
+                    "above 0 and at most 1e6 s",
+                ],
+            ),
+            (
                 "{ sphere = { diameter = 1.5e-3 } }",
                 "{ cube = { edge = 1.5e-3 } }",
                 &[
@@ -178,21 +187,25 @@ fn walls_that_the_second_engine_does_not_have_are_refused_by_name() {
 }
 
 #[test]
-fn commands_that_would_break_the_coupling_are_refused_with_the_reason() {
-    // A command, and what must be said of it.
+fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reason() {
+    let character = "which no command that turbid passes on has";
+    let refused = "which turbid does not pass on";
+    let files = "must not make LIGGGHTS read, write or run anything";
+    // A command, as in a string of TOML, and what must be said of it.
     let table: &[(&str, &[&str])] = &[
         ("run 100", &["\"run ...\"", "`run.end`"]),
         ("  timestep 1e-9", &["\"timestep ...\"", "`contact.substeps`"]),
-        ("clear", &["\"clear ...\"", "end what turbid drives"]),
-        ("quit", &["\"quit ...\""]),
-        ("atom_style sphere", &["\"atom_style ...\"", "set-up of the box"]),
-        ("units cgs", &["\"units ...\""]),
-        ("create_box 1 box", &["\"create_box ...\""]),
-        ("boundary p p p", &["\"boundary ...\""]),
-        ("newton on", &["\"newton ...\""]),
-        ("processors 2 1 1", &["\"processors ...\""]),
+        (
+            "clear",
+            &["\"clear ...\"", refused, "turbid passes on: group .. type,"],
+        ),
+        ("quit", &["\"quit ...\"", refused]),
+        ("atom_style sphere", &["\"atom_style ...\"", refused]),
+        ("units cgs", &["\"units ...\"", refused]),
+        ("create_box 1 box", &["\"create_box ...\"", refused]),
+        ("newton on", &["\"newton ...\"", refused]),
         ("set group all diameter 1", &["\"set ...\"", "[[particles]]"]),
-        ("unfix motion", &["\"unfix ...\""]),
+        ("unfix motion", &["\"unfix ...\"", refused]),
         (
             "neigh_modify every 100000 check no",
             &["\"neigh_modify ...\"", "no contact is missed"],
@@ -202,21 +215,17 @@ fn commands_that_would_break_the_coupling_are_refused_with_the_reason() {
             &["\"neigh_modify ...\"", "without a word"],
         ),
         ("neighbor 0 bin", &["\"neighbor ...\"", "no contact is missed"]),
+        ("thermo_modify lost ignore", &["\"thermo_modify ...\"", files]),
+        ("fix_modify motion energy yes", &["\"fix_modify ...\"", refused]),
         (
-            "thermo_modify lost ignore",
-            &["\"thermo_modify ...\"", "a lost particle must be an error"],
+            "pair_style gran model hooke",
+            &["\"pair_style ...\"", "[contact]"],
         ),
-        (
-            "compute_modify thermo_temp extra 0",
-            &["\"compute_modify ...\"", "as it has made them"],
-        ),
-        ("fix_modify motion energy yes", &["\"fix_modify ...\""]),
         (
             "fix f all freeze",
             &["style \"freeze\"", "forces of contacts", "[[walls]]"],
         ),
-        ("fix f all setforce 0 0 0", &["style \"setforce\""]),
-        ("include more.in", &["\"include ...\"", "one by one"]),
+        ("fix f all setforce 0 0 0", &["style \"setforce\"", "[[walls]]"]),
         (
             "fix again all nve/sphere",
             &["style \"nve/sphere\"", "move them twice"],
@@ -225,12 +234,56 @@ fn commands_that_would_break_the_coupling_are_refused_with_the_reason() {
             "fix g all gravity 9.81 vector 0 0 -1",
             &["style \"gravity\"", "`driving.gravity`"],
         ),
-        ("fix more all insert/pack seed 1", &["style \"insert/pack\""]),
-        ("${command} 100", &["a variable as the command"]),
-        ("fix one all ${style}", &["a variable as the style"]),
+        (
+            "fix more all insert/pack seed 1",
+            &["style \"insert/pack\"", "of the case"],
+        ),
+        // What reads and writes files.
+        ("include more.in", &["\"include ...\"", files]),
+        ("print stolen file /tmp/turbid-escaped", &["\"print ...\"", files]),
+        (
+            "dump d all custom 1 /tmp/turbid-escaped x",
+            &["\"dump ...\"", files],
+        ),
+        ("write_restart x", &["\"write_restart ...\"", files]),
+        ("write_data x", &["\"write_data ...\"", files]),
+        ("info all out overwrite x", &["\"info ...\"", files]),
+        ("log x", &["\"log ...\"", files]),
+        ("variable v file /etc/passwd", &["\"variable ...\"", files]),
+        ("fix p all print 1 text file x", &["style \"print\"", refused]),
+        (
+            "fix m all mesh/surface file x.stl type 1",
+            &["style \"mesh/surface\"", refused],
+        ),
+        ("region t mesh/tet file x scale 1", &["\"region ...\"", refused]),
+        // Words that LIGGGHTS takes apart in another way than they look.
+        ("group \\\"x y\\\" type 1", &["the character '\"'", character]),
+        ("group 'x y' type 1", &["the character '\\''", character]),
+        ("fix one $g viscous 1", &["the character '$'", character]),
+        ("${command} 100", &["the character '$'", character]),
+        ("group a type 1 &", &["the character '&'", character]),
+        ("group a type 1\\nrun 1", &["more than one line"]),
+        ("group a\\ttype 1", &["a control character"]),
+        // Those of the list in another form.
+        (
+            "fix one all viscous",
+            &["\"fix ...\", but not in the form", "incomplete", "viscous NUMBER"],
+        ),
+        (
+            "fix one all viscous 1 scale 0 1",
+            &["`scale` does not fit", "COUNT: a whole number"],
+        ),
+        (
+            "fix one all addforce v_x 0 0",
+            &["`v_x` does not fit", "addforce NUMBER NUMBER NUMBER"],
+        ),
+        (
+            "fix motion all viscous 1",
+            &["`motion` does not fit", "NEW: a name"],
+        ),
+        ("group all type 1", &["`all` does not fit"]),
         ("", &["no command"]),
         ("# fix one all viscous 1e-6", &["no command"]),
-        ("group a type 1\\nrun 1", &["more than one line"]),
     ];
     for (command, words) in table {
         let commands =
@@ -298,7 +351,16 @@ fn a_program_without_the_second_engine_says_how_to_build_it_and_writes_nothing()
 }
 
 #[test]
-fn doctor_says_whether_this_program_has_the_second_engine() {
+fn the_cross_check_lists_its_cases_with_and_without_the_second_engine() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = turbid(folder.path(), &["crosscheck", "--list"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("static-pair") && said.contains("replay"), "{said}");
+}
+
+#[test]
+fn doctor_says_whether_this_program_has_the_second_engine_and_mpi() {
     let folder = tempfile::tempdir().unwrap();
     let output = turbid(folder.path(), &["doctor"]);
     let said = String::from_utf8(output.stdout).unwrap();
@@ -312,6 +374,16 @@ fn doctor_says_whether_this_program_has_the_second_engine() {
         ("no", "--features liggghts")
     };
     assert!(line.contains(answer) && line.contains(remark), "{line}");
+    let line = said
+        .lines()
+        .find(|line| line.trim_start().starts_with("MPI"))
+        .unwrap();
+    let answer = if cfg!(feature = "mpi") {
+        "yes"
+    } else {
+        "--features mpi"
+    };
+    assert!(line.contains(answer), "{line}");
 }
 
 #[cfg(not(feature = "mpi"))]

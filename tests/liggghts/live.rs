@@ -1,5 +1,6 @@
 //! Four-way runs with LIGGGHTS moving the particles, end to end.
 
+use super::child::poll;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -81,27 +82,24 @@ fn a_run_with_liggghts_is_that_of_the_native_engine_and_the_same_on_any_number_o
 
 #[test]
 fn what_liggghts_says_is_in_its_log() {
-    let folder = folder(
-        8,
-        "[dem.liggghts]\ncommands = [\"print 'hello from the user'\"]\n",
-    );
+    let folder = folder(8, "[dem.liggghts]\ncommands = [\"group heavy type 1\"]\n");
     let output = turbid(folder.path(), &["run", "case.toml"]).output().unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
     let log = std::fs::read_to_string(folder.path().join("out/liggghts.log")).unwrap();
     assert!(
-        log.contains("hello from the user") && log.contains("pair_style gran"),
+        log.contains("atoms in group heavy") && log.contains("pair_style gran"),
         "{log}"
     );
 }
 
 #[test]
 fn a_wrong_command_of_the_user_is_an_error_with_liggghts_words_and_no_run() {
-    let folder = folder(8, "[dem.liggghts]\ncommands = [\"fix extra all nonsense\"]\n");
+    let folder = folder(8, "[dem.liggghts]\ncommands = [\"fix extra nobody viscous 1\"]\n");
     let output = turbid(folder.path(), &["run", "case.toml"]).output().unwrap();
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("Invalid fix style") && said.contains("fix extra all nonsense"),
+        said.contains("Could not find fix group ID") && said.contains("fix extra nobody viscous 1"),
         "{said}"
     );
 }
@@ -119,13 +117,13 @@ fn a_set_up_that_liggghts_refuses_leaves_the_results_of_the_run_before() {
         "case.toml",
         "--overwrite",
         "--set",
-        "dem.liggghts.commands=[\"fix a all nonsense\"]",
+        "dem.liggghts.commands=[\"fix a nobody viscous 1\"]",
     ];
     let output = turbid(folder.path(), &refused).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(before == names.map(read));
     let log = String::from_utf8(read("liggghts.log")).unwrap();
-    assert!(log.contains("fix a all nonsense"), "{log}");
+    assert!(log.contains("fix a nobody viscous 1"), "{log}");
 }
 
 /// A run that does not outlive its test.
@@ -226,4 +224,91 @@ fn a_run_that_is_killed_leaves_no_worker_behind() {
         std::thread::yield_now();
     }
     assert!(start.elapsed() < Duration::from_secs(5), "the worker lives on");
+}
+
+/// Whether a process is there and not merely waiting to be collected.
+fn lives(process: i32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    !stat.is_empty() && !stat.contains(") Z ")
+}
+
+/// The end of a run whose worker is stopped, and that gets this signal then.
+fn after_its_worker_is_stopped(more: &str, signal: Option<i32>) -> (Output, i32) {
+    let folder = folder(1_000_000, more);
+    let mut run = Running::start(folder.path());
+    let worker = worker_of(run.child(), folder.path());
+    // SAFETY: sends signals to processes that this test has started.
+    assert_eq!(unsafe { libc::kill(worker, libc::SIGSTOP) }, 0);
+    if let Some(signal) = signal {
+        let run = run.child().id() as libc::pid_t;
+        // SAFETY: as above.
+        assert_eq!(unsafe { libc::kill(run, signal) }, 0);
+    }
+    poll("the end of the run", || run.child().try_wait().unwrap());
+    let output = run.0.take().unwrap().wait_with_output().unwrap();
+    assert!(column(folder.path(), "t (s)").len() > 2);
+    (output, worker)
+}
+
+#[test]
+fn a_worker_that_is_stopped_ends_the_run_after_the_time_limit_and_is_ended_itself() {
+    let (output, worker) = after_its_worker_is_stopped("[dem.liggghts]\ntimeout = 0.3\n", None);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("liggghts engine failed at step") && said.contains("has not answered for 0.3 s"),
+        "{said}"
+    );
+    assert!(said.contains("dem.liggghts.timeout"), "{said}");
+    assert!(!lives(worker), "the worker lives on");
+}
+
+#[test]
+fn a_run_that_waits_for_a_stopped_worker_ends_at_sigterm() {
+    let (output, worker) = after_its_worker_is_stopped("", Some(libc::SIGTERM));
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("and the run is to stop"), "{said}");
+    assert!(!lives(worker), "the worker lives on");
+}
+
+#[test]
+fn no_file_of_a_run_has_a_name_that_others_foresee_and_odd_names_of_directories_do_no_harm() {
+    let folder = folder(16, "");
+    let odd = "it's \"a\" $d#r %*";
+    let temporary = folder.path().join(odd);
+    std::fs::create_dir(&temporary).unwrap();
+    let finishes = |arguments: &[&str]| {
+        let output = turbid(folder.path(), arguments)
+            .env("TMPDIR", &temporary)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0);
+    };
+    let out = format!("{odd}.out");
+    finishes(&[
+        "run",
+        "case.toml",
+        "--out",
+        &out,
+        "--set",
+        "output.checkpoint_every={ steps = 8 }",
+    ]);
+    finishes(&["resume", &out, "--set", "run.end={ steps = 24 }"]);
+    let log = std::fs::read_to_string(folder.path().join(out).join("liggghts.log")).unwrap();
+    assert!(log.contains("pair_style gran"), "{log}");
+}
+
+#[test]
+fn a_log_that_is_a_link_is_not_followed() {
+    let folder = folder(8, "");
+    let target = folder.path().join("mine");
+    std::fs::write(&target, "precious").unwrap();
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    std::os::unix::fs::symlink(&target, folder.path().join("out/liggghts.log")).unwrap();
+    let output = turbid(folder.path(), &["run", "case.toml"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("liggghts.log"), "{}", stderr(&output));
+    assert_eq!(std::fs::read_to_string(&target).unwrap(), "precious");
 }

@@ -37,7 +37,10 @@ pub enum EngineKind {
 pub struct LiggghtsSection {
     /// "worker": in a process of its own, whose crash ends as an error message; "own": in that of turbid. Default "worker".
     pub process: LiggghtsProcess,
-    /// LIGGGHTS commands, given after all others of the set-up and before the first step, e.g. for cohesion or rolling
-    /// friction. What would break the coupling is refused. Default `[]`.
+    /// LIGGGHTS commands, given after all others of the set-up and before the first step: groups, regions, and fixes that add
+    /// forces (`viscous`, `drag`, `addforce`, `spring`, `spring/self`). All others are refused. Default `[]`.
     pub commands: Vec<Located<String>>,
+    /// Longest time that a worker may take for a step (s); for the set-up and for saving it has ten times as long. Then
+    /// the run ends with an error. Default 60.
+    pub timeout: Option<Located<f64>>,
 }

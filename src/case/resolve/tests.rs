@@ -142,8 +142,9 @@ fn the_native_engine_moves_the_particles_unless_the_case_asks_for_liggghts_in_a_
         process: LiggghtsProcess::Own,
         commands: vec![
             "group a type 1".to_string(),
-            "fix slow a viscous 1e-6  # drag".to_string(),
+            "fix slow a viscous 1e-6".to_string(),
         ],
+        timeout: 60.0,
     };
     assert_eq!(full.engine, EngineChoice::Liggghts(options));
     assert_eq!(bare.name(), "liggghts");

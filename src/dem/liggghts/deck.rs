@@ -6,7 +6,7 @@
 
 use super::LiggghtsParams;
 use super::protocol::{Plan, wall_fix};
-use super::session::{PAIRS, quoted};
+use super::session::PAIRS;
 use crate::contact::PairParams;
 use crate::domain::Domain;
 use crate::math::Vec3;
@@ -94,10 +94,7 @@ pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         last,
         user: params.options.commands.clone(),
         walls: walls.len(),
-        log_file: params
-            .log
-            .as_deref()
-            .map(|log| quoted(log).trim_matches('"').to_owned()),
+        log_file: params.log.clone(),
     })
 }
 

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
+use std::path::PathBuf;
 
 /// Room that is made for a message before it comes (bytes).
 const ROOM: u64 = 1 << 24;
@@ -27,7 +28,7 @@ pub(super) struct Plan {
     /// Number of walls; their fixes are named by [`wall_fix`].
     pub(super) walls: usize,
     /// File for what LIGGGHTS says during the set-up.
-    pub(super) log_file: Option<String>,
+    pub(super) log_file: Option<PathBuf>,
 }
 
 /// Name of the fix of a wall.
@@ -271,9 +272,9 @@ mod tests {
     fn plan() -> Plan {
         Plan {
             before: vec!["units si".to_owned()],
-            user: vec!["print \"a b\"".to_owned()],
+            user: vec!["fix a all viscous 1".to_owned()],
             walls: 3,
-            log_file: Some("a b/c.log".to_owned()),
+            log_file: Some("a b/c.log".into()),
             ..Plan::default()
         }
     }

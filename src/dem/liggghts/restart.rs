@@ -2,9 +2,9 @@
 
 use super::instance::{Outcome, vector};
 use super::protocol::{Atom, Plan, Push, State};
-use super::session::{Session, quoted};
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use super::session::{Session, path_of};
+use std::fs::File;
+use std::io::{Read, Write};
 
 impl Session {
     /// LIGGGHTS's own restart file, which has the history of contacts, and what it leaves out: forces, torques, loads.
@@ -14,10 +14,10 @@ impl Session {
     pub(super) fn save(&self) -> Outcome<Vec<u8>> {
         let states = self.states()?;
         let instance = self.instance()?;
-        let file = Passing::new();
-        instance.command(&format!("write_restart {}", file.path()))?;
-        let restart =
-            std::fs::read(&file.0).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
+        let mut file = passing()?;
+        instance.command(&format!("write_restart {}", path_of(&file)))?;
+        let mut restart = Vec::new();
+        (file.read_to_end(&mut restart)).map_err(|e| format!("cannot read back what LIGGGHTS saved: {e}"))?;
         self.set_up_again(&states)?;
         let mut saved = (restart.len() as u64).to_le_bytes().to_vec();
         saved.extend_from_slice(&restart);
@@ -37,11 +37,11 @@ impl Session {
         } = Saved::of(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
         self.begin(plan, atoms)?;
         let instance = self.instance()?;
-        let file = Passing::new();
-        std::fs::write(&file.0, restart).map_err(|e| format!("cannot give back what LIGGGHTS saved: {e}"))?;
-        instance.command(&format!("read_restart {}", file.path()))?;
+        let mut file = passing()?;
+        (file.write_all(restart)).map_err(|e| format!("cannot give back what LIGGGHTS saved: {e}"))?;
+        instance.command(&format!("read_restart {}", path_of(&file)))?;
         instance.commands(&plan.after)?;
-        self.finish(plan)?;
+        self.finish(plan, true)?;
         if step > 0.0 {
             self.instance()?.command(&format!("timestep {step:e}"))?;
         }
@@ -98,24 +98,12 @@ impl<'a> Saved<'a> {
     }
 }
 
-/// A file that LIGGGHTS and we hand each other; removed at the end.
-struct Passing(PathBuf);
-
-impl Passing {
-    fn new() -> Self {
-        static NUMBER: AtomicU64 = AtomicU64::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let name = format!("turbid-liggghts-{}-{number}.restart", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-
-    fn path(&self) -> String {
-        quoted(&self.0)
-    }
-}
-
-impl Drop for Passing {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-    }
+/// A file that LIGGGHTS and turbid hand each other. It has no name, so that nobody else finds it, and ends with its handle.
+fn passing() -> Outcome<File> {
+    tempfile::tempfile().map_err(|e| {
+        format!(
+            "cannot make a file in {}: {e}; set TMPDIR",
+            std::env::temp_dir().display()
+        )
+    })
 }

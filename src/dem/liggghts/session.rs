@@ -14,7 +14,10 @@
 
 use super::instance::{Instance, Outcome, vector};
 use super::protocol::{Atom, Plan, Push, Reply, Request, State, Touch, wall_fix};
-use std::path::Path;
+use super::worker;
+use crate::dem::commands;
+use std::fs::File;
+use std::os::fd::AsRawFd;
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
 /// the surfaces (3 each).
@@ -98,7 +101,7 @@ impl Session {
             self.atoms.len()
         ))?;
         self.write_atoms()?;
-        self.finish(plan)
+        self.finish(plan, false)
     }
 
     /// Everything before the box.
@@ -113,16 +116,25 @@ impl Session {
         self.atoms = atoms;
         self.time_step = 0.0;
         let instance = self.instance()?;
-        if let Some(log) = &plan.log_file {
-            instance.command(&format!("log \"{log}\" append"))?;
+        if let Some(path) = &plan.log_file {
+            let log = worker::open_log(path)?;
+            instance.command(&format!("log {} append", path_of(&log)))?;
         }
         instance.commands(&plan.before)
     }
 
     /// Everything after the atoms are there, to the first evaluation of forces.
-    pub(super) fn finish(&self, plan: &Plan) -> Outcome<()> {
+    /// LIGGGHTS's restart file holds the groups; a region would put other particles into them now.
+    pub(super) fn finish(&self, plan: &Plan, resumes: bool) -> Outcome<()> {
         let instance = self.instance()?;
-        instance.commands(plan.last.iter().chain(&plan.user))?;
+        instance.commands(&plan.last)?;
+        // The case has been checked when it was read; here, nothing passes that has come another way.
+        let user = plan.user.iter().map(|command| {
+            commands::accept(command)
+                .map_err(|refusal| format!("the command `{command}` {}; {}", refusal.title, refusal.remedy))
+        });
+        let user: Vec<String> = user.collect::<Outcome<_>>()?;
+        instance.commands(user.iter().filter(|c| !(resumes && c.starts_with("group "))))?;
         // Sets the loads to zero, and finds out whatever is wrong.
         instance.command("run 0")?;
         // What follows would be a line for every step.
@@ -381,7 +393,7 @@ impl Session {
     }
 }
 
-/// A path as one word of a command.
-pub(super) fn quoted(path: &Path) -> String {
-    format!("\"{}\"", path.display())
+/// A path to an open file of this process, for LIGGGHTS: one plain word, whatever the file is called and even if it has no name.
+pub(super) fn path_of(file: &File) -> String {
+    format!("/proc/self/fd/{}", file.as_raw_fd())
 }

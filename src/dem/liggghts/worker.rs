@@ -4,6 +4,7 @@
 //! moves away before LIGGGHTS starts. What LIGGGHTS and MPI print goes to the log. The worker ends when the socket
 //! does, so it never outlives the run.
 
+use super::LiggghtsParams;
 use super::protocol::{Reply, Request};
 use super::session::Session;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
@@ -11,11 +12,13 @@ use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// The verb of the worker.
@@ -23,8 +26,12 @@ pub const VERB: &str = "liggghts-worker";
 
 /// How long a worker may take to end once it is told to.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// How long a worker may still take to answer once the run is told to stop.
+const GRACE: Duration = Duration::from_secs(5);
 /// Time between two looks at a worker that is ending.
-const LOOK: Duration = Duration::from_millis(1);
+const PAUSE: Duration = Duration::from_millis(1);
+/// Time between two looks at the stop flag while a worker does not answer.
+const LOOK: Duration = Duration::from_millis(50);
 /// Lines of the log that an error message quotes.
 const QUOTED: usize = 8;
 
@@ -43,7 +50,8 @@ const ALONE: [(&str, &str); 3] = [
 pub(super) struct Worker {
     child: Child,
     /// `None` when the worker has been told to end.
-    socket: Option<UnixStream>,
+    line: Option<Line>,
+    timeout: Duration,
     log_file: Option<PathBuf>,
     /// Length of the log when the worker last answered.
     logged: u64,
@@ -51,16 +59,18 @@ pub(super) struct Worker {
 
 impl Worker {
     /// Starts a worker: `program`, or the program that runs now. What it prints goes to the end of `log`.
-    pub(super) fn start(program: Option<&Path>, log: Option<&Path>) -> Result<Self, String> {
+    pub(super) fn start(params: &LiggghtsParams) -> Result<Self, String> {
+        let (program, log) = (params.program.as_deref(), params.log.as_deref());
         let program = match program {
             Some(program) => program.to_owned(),
             None => std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?,
         };
         let failed = |e: io::Error| format!("cannot start {} as a worker: {e}", program.display());
         let (here, there) = UnixStream::pair().map_err(failed)?;
+        here.set_read_timeout(Some(LOOK)).map_err(failed)?;
+        here.set_write_timeout(Some(LOOK)).map_err(failed)?;
         let output = match log {
-            Some(path) => (OpenOptions::new().create(true).append(true).open(path))
-                .map_err(|e| format!("cannot write {}: {e}", path.display()))?,
+            Some(path) => open_log(path)?,
             None => OpenOptions::new().write(true).open("/dev/null").map_err(failed)?,
         };
         let mut command = Command::new(&program);
@@ -82,7 +92,14 @@ impl Worker {
             .map_err(failed)?;
         Ok(Self {
             child,
-            socket: Some(here),
+            line: Some(Line {
+                socket: here,
+                stop: Arc::clone(&params.stop),
+                told: false,
+                waited: Duration::ZERO,
+                limit: Duration::ZERO,
+            }),
+            timeout: Duration::from_secs_f64(params.options.timeout),
             log_file: log.map(Path::to_owned),
             logged: log.map_or(0, length),
         })
@@ -90,10 +107,13 @@ impl Worker {
 
     /// Asks the worker. One that does not answer is gone, and the reply says how it ended.
     pub(super) fn ask(&mut self, request: &Request) -> Reply {
-        let Some(socket) = &mut self.socket else {
+        let Some(line) = &mut self.line else {
             return Reply::Failed("LIGGGHTS has ended before".to_owned());
         };
-        match request.write(socket).and_then(|()| Reply::read(socket)) {
+        let brief = matches!(request, Request::Advance { .. } | Request::Touches);
+        line.limit = if brief { self.timeout } else { 10 * self.timeout };
+        (line.waited, line.told) = (Duration::ZERO, false);
+        match request.write(line).and_then(|()| Reply::read(line)) {
             Ok(reply) => {
                 // Only the set-up writes to it.
                 if matches!(request, Request::Open(..) | Request::Resume(..)) {
@@ -107,13 +127,18 @@ impl Worker {
 
     /// What became of a worker that has not answered.
     fn how_it_ended(&mut self, error: &io::Error) -> String {
-        self.socket = None;
-        let mut text = match self.wait() {
-            Some(status) => {
-                let how = describe(status);
-                format!("its process {how}; the run cannot go on without it")
+        self.line = None;
+        let mut text = if error.kind() == io::ErrorKind::TimedOut {
+            self.kill();
+            format!("its process {error}; it has been ended")
+        } else {
+            match self.wait() {
+                Some(status) => {
+                    let how = describe(status);
+                    format!("its process {how}; the run cannot go on without it")
+                }
+                None => format!("its process does not answer ({error})"),
             }
-            None => format!("its process does not answer ({error})"),
         };
         if let Some(log) = &self.log_file {
             let lines = last_lines(log, self.logged);
@@ -135,18 +160,96 @@ impl Worker {
                 return Some(status);
             }
             if start.elapsed() > PATIENCE {
-                let _ = self.child.kill();
-                let _ = self.child.wait();
+                self.kill();
                 return None;
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(PAUSE);
         }
+    }
+
+    /// Ends the worker, even one that is stopped.
+    fn kill(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The socket to a worker: waits for it as long as it may take, and only briefly once the run is told to stop.
+#[derive(Debug)]
+struct Line {
+    socket: UnixStream,
+    /// Set when the run is told to stop.
+    stop: Arc<AtomicBool>,
+    /// Whether that was seen while waiting for the present answer.
+    told: bool,
+    /// Time waited for the present answer. A sum of looks: what passes while this process is suspended does not count.
+    waited: Duration,
+    limit: Duration,
+}
+
+impl Line {
+    /// Repeats what the socket was not ready for, until it is or the time is over.
+    fn patiently<R>(&mut self, mut attempt: impl FnMut(&mut UnixStream) -> io::Result<R>) -> io::Result<R> {
+        loop {
+            match attempt(&mut self.socket) {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => self.waited += LOOK,
+                outcome => return outcome,
+            }
+            if !self.told && self.stop.load(Ordering::Relaxed) {
+                // A worker that is at work is given the time to finish the step, so that a checkpoint can be written.
+                self.told = true;
+                self.limit = self.limit.min(self.waited + GRACE);
+            }
+            if self.waited >= self.limit {
+                let why = if self.told {
+                    "and the run is to stop"
+                } else {
+                    "(see `dem.liggghts.timeout`)"
+                };
+                let text = format!("has not answered for {:.1} s {why}", self.waited.as_secs_f64());
+                return Err(io::Error::new(io::ErrorKind::TimedOut, text));
+            }
+        }
+    }
+}
+
+impl io::Read for Line {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.patiently(|socket| socket.read(buffer))
+    }
+}
+
+impl io::Write for Line {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        self.patiently(|socket| socket.write(buffer))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The log, to be added to: not what a link of its name points to, and nothing else than a file.
+pub(super) fn open_log(path: &Path) -> Result<File, String> {
+    let failed = |e: io::Error| format!("cannot write {}: {e}", path.display());
+    let mut options = OpenOptions::new();
+    let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK;
+    let log = options
+        .create(true)
+        .append(true)
+        .custom_flags(flags)
+        .open(path)
+        .map_err(failed)?;
+    if log.metadata().map_err(failed)?.is_file() {
+        Ok(log)
+    } else {
+        Err(format!("cannot write {}: it is not a file", path.display()))
     }
 }
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        self.socket = None;
+        self.line = None;
         self.wait();
     }
 }
