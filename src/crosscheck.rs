@@ -1,17 +1,30 @@
 //! The native engine against LIGGGHTS, case by case, with an analytic value where there is one.
 
+#[cfg(feature = "liggghts")]
 mod damped;
+#[cfg(feature = "liggghts")]
 mod free_flight;
+#[cfg(feature = "liggghts")]
 mod gas;
+#[cfg(feature = "liggghts")]
 mod head_on;
+#[cfg(feature = "liggghts")]
 mod histories;
+#[cfg(feature = "liggghts")]
 mod oblique;
+#[cfg(feature = "liggghts")]
 pub mod own_case;
+#[cfg(feature = "liggghts")]
 mod periodic;
+#[cfg(feature = "liggghts")]
 pub mod report;
+#[cfg(feature = "liggghts")]
 mod settling;
+#[cfg(feature = "liggghts")]
 mod statics;
+#[cfg(feature = "liggghts")]
 mod theory;
+#[cfg(feature = "liggghts")]
 mod tools;
 
 use crate::error::Result;
@@ -74,81 +87,102 @@ pub struct Case {
     pub run: fn(Option<&Path>) -> Result<Findings>,
 }
 
+/// What runs a case, or its stand-in in a program without LIGGGHTS, which can only list it.
+#[cfg(feature = "liggghts")]
+macro_rules! with_liggghts {
+    ($run:path) => {
+        $run
+    };
+}
+#[cfg(not(feature = "liggghts"))]
+macro_rules! with_liggghts {
+    ($run:path) => {
+        |_| Err(crate::dem::liggghts_is_missing("`turbid crosscheck`"))
+    };
+}
+
 /// The suite.
 pub const CASES: &[Case] = &[
     Case {
         id: "static-pair",
         title: "force at rest of two spheres, depths 1e-8 to 0.1 R, equal and unequal radii and materials",
-        run: statics::pairs,
+        run: with_liggghts!(statics::pairs),
     },
     Case {
         id: "static-wall",
         title: "force at rest of a sphere and a wall, depths 1e-8 to 0.1 R",
-        run: statics::wall,
+        run: with_liggghts!(statics::wall),
     },
     Case {
         id: "head-on",
         title: "elastic head-on impact: restitution, duration, depth, trajectory",
-        run: head_on::elastic,
+        run: with_liggghts!(head_on::elastic),
     },
     Case {
         id: "restitution",
         title: "restitution 0.95 to 0.5 over speeds, both laws of damping",
-        run: damped::restitutions,
+        run: with_liggghts!(damped::restitutions),
     },
     Case {
         id: "duration",
         title: "duration and depth of damped impacts, each engine against its own law",
-        run: damped::shapes,
+        run: with_liggghts!(damped::shapes),
     },
     Case {
         id: "force-history",
         title: "whole history of the force of damped impacts under the same law",
-        run: histories::histories,
+        run: with_liggghts!(histories::histories),
     },
     Case {
         id: "wall-impact",
         title: "damped impact on a wall",
-        run: damped::wall,
+        run: with_liggghts!(damped::wall),
     },
     Case {
         id: "sliding",
         title: "oblique elastic impacts with gross sliding friction, several angles",
-        run: oblique::sliding,
+        run: with_liggghts!(oblique::sliding),
     },
     Case {
         id: "near-rigid",
         title: "slow oblique impact, against rigid spheres",
-        run: oblique::rigid,
+        run: with_liggghts!(oblique::rigid),
     },
     Case {
         id: "spin",
         title: "head-on impacts of spinning spheres",
-        run: oblique::spin,
+        run: with_liggghts!(oblique::spin),
     },
     Case {
         id: "periodic",
         title: "contacts through the faces, edges and corners of a periodic box",
-        run: periodic::contacts,
+        run: with_liggghts!(periodic::contacts),
     },
     Case {
         id: "free-flight",
         title: "free flight under constant and random loads, 1 and 10 sub-steps",
-        run: free_flight::loaded,
+        run: with_liggghts!(free_flight::loaded),
     },
     Case {
         id: "gas",
         title: "gas of 512 spheres of five sizes: momentum, energy, early agreement, cooling",
-        run: gas::gas,
+        run: with_liggghts!(gas::gas),
     },
     Case {
         id: "settling-box",
         title: "1000 dry spheres settle in a box: height, contacts, forces on walls",
-        run: settling::settling,
+        run: with_liggghts!(settling::settling),
     },
     Case {
         id: "replay",
         title: "recorded loads of four-way runs, replayed through both engines",
-        run: own_case::replay,
+        run: with_liggghts!(own_case::replay),
     },
 ];
+
+/// The suite, one line for each case.
+pub fn list() -> String {
+    let width = CASES.iter().map(|case| case.id.len()).max().unwrap_or(0);
+    let lines = (CASES.iter()).map(|case| format!("  {:width$}  {}", case.id, case.title));
+    lines.collect::<Vec<_>>().join("\n")
+}

@@ -23,7 +23,6 @@ pub mod cli;
 pub mod comm;
 pub mod contact;
 pub mod coupling;
-#[cfg(feature = "liggghts")]
 pub mod crosscheck;
 pub mod dem;
 pub mod domain;

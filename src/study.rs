@@ -33,6 +33,7 @@ pub use document::Document;
 pub use execute::{Event, Manner, Outcome, execute};
 use file::StudyFile;
 use plan::Plan;
+use record::Record;
 use state::{Results, State};
 use std::path::{Path, PathBuf};
 
@@ -215,7 +216,16 @@ impl Study {
                 seconds_spent: spent,
                 seconds_left: left,
             },
+            unsettled: (self.plan.runs.iter().enumerate())
+                .filter(|(run, _)| self.is_unsettled(*run))
+                .map(|(_, run)| run.name.clone())
+                .collect(),
         })
+    }
+
+    /// Whether a run has ended with means that have not settled.
+    fn is_unsettled(&self, run: usize) -> bool {
+        self.states[run].record().and_then(Record::is_settled) == Some(false)
     }
 }
 

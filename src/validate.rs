@@ -66,9 +66,9 @@ pub struct Findings {
 /// How long one is willing to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum Level {
-    /// All of it in minutes.
+    /// The parts that take seconds.
     Quick,
-    /// Hours.
+    /// All parts.
     Full,
 }
 

@@ -206,3 +206,32 @@ fn every_key_of_the_schema_is_described() {
     }
     assert!(keys > 50, "{keys}");
 }
+
+#[test]
+fn no_case_warns_about_its_own_settings() {
+    for path in cases() {
+        let mut turbid = std::process::Command::new(env!("CARGO_BIN_EXE_turbid"));
+        let output = turbid.arg("check").arg(&path).output().unwrap();
+        let said = [output.stdout, output.stderr]
+            .map(|text| String::from_utf8(text).unwrap())
+            .concat();
+        assert!(output.status.success() && !said.contains("warning"), "{said}");
+    }
+}
+
+#[test]
+fn the_readme_tells_the_times_that_the_cases_tell() {
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    for path in cases() {
+        let name = format!("cases/{}", path.file_name().unwrap().to_str().unwrap());
+        let text = std::fs::read_to_string(&path).unwrap();
+        let (_, takes) = text.split_once("# Takes").unwrap();
+        let (time, _) = takes.split_once(" on two cores").unwrap();
+        let row = readme
+            .lines()
+            .find(|line| line.starts_with(&format!("| `{name}`")))
+            .unwrap();
+        let told = row.trim_end_matches(" |").rsplit("| ").next().unwrap();
+        assert_eq!(told, time.trim(), "{name}");
+    }
+}

@@ -1,6 +1,8 @@
 //! `turbid crosscheck`.
 
 use super::Changes;
+use super::terminal::say;
+use crate::crosscheck;
 #[cfg(not(feature = "liggghts"))]
 use crate::dem::liggghts_is_missing;
 use crate::error::Result;
@@ -36,14 +38,17 @@ pub(super) struct CrosscheckArguments {
     time: Option<f64>,
 }
 
-/// Runs the suite or a case; whether all checks passed.
-#[cfg(not(feature = "liggghts"))]
-pub(super) fn crosscheck(_: &CrosscheckArguments) -> Result<bool> {
+/// Lists the suite, or runs it or a case; whether all checks passed.
+pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
+    if arguments.list {
+        say(&crosscheck::list());
+        return Ok(true);
+    }
+    #[cfg(feature = "liggghts")]
+    return both::crosscheck(arguments);
+    #[cfg(not(feature = "liggghts"))]
     Err(liggghts_is_missing("`turbid crosscheck`"))
 }
-
-#[cfg(feature = "liggghts")]
-pub(super) use both::crosscheck;
 
 #[cfg(feature = "liggghts")]
 mod both {
@@ -56,11 +61,7 @@ mod both {
     use std::time::Instant;
 
     /// Runs the suite or a case; whether all checks passed.
-    pub(in crate::cli) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
-        if arguments.list {
-            say(&report::list(CASES));
-            return Ok(true);
-        }
+    pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
         let start = Instant::now();
         let outcomes = match &arguments.file {
             Some(file) => own(arguments, file)?,

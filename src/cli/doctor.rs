@@ -4,6 +4,10 @@ use super::machine;
 use super::terminal::table;
 use crate::dem::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use crate::fluid::{Precision, Simd};
+use std::path::{Path, PathBuf};
+
+/// Debian's packages that the cargo feature `mpi` needs.
+const MPI_PACKAGES: &str = "openmpi-bin libopenmpi-dev libclang-dev";
 
 /// The report.
 pub(super) fn report() -> String {
@@ -45,6 +49,12 @@ pub(super) fn report() -> String {
         "LIGGGHTS",
         liggghts.to_string(),
         liggghts_remark(HAS_LIGGGHTS),
+    ));
+    let has_mpi = if cfg!(feature = "mpi") { "yes" } else { "no" };
+    rows.push(row(
+        "MPI",
+        has_mpi.to_string(),
+        mpi_remark(cfg!(feature = "mpi"), launcher().as_deref()),
     ));
     table(&rows)
 }
@@ -91,6 +101,29 @@ fn liggghts_remark(has: bool) -> String {
     }
 }
 
+/// The first program on the path that starts MPI jobs.
+fn launcher() -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    let mut places =
+        std::env::split_paths(&path).flat_map(|place| ["mpirun", "mpiexec"].map(|name| place.join(name)));
+    places.find(|program| program.is_file())
+}
+
+/// About ranks that are processes.
+fn mpi_remark(has: bool, launcher: Option<&Path>) -> String {
+    match (has, launcher) {
+        (true, Some(launcher)) => format!("`{} -n 4 turbid run ...` runs on 4 processes", launcher.display()),
+        (true, None) => {
+            "built in, but there is neither mpirun nor mpiexec: apt-get install openmpi-bin".to_string()
+        }
+        (false, found) => format!(
+            "threads need none; for several machines: apt-get install {MPI_PACKAGES}, then cargo build --release --features \
+             mpi{}",
+            found.map_or_else(String::new, |found| format!("; {} is there", found.display()))
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,5 +134,9 @@ mod tests {
         assert_eq!(huge_pages_remark(Some("madvise")), "fine");
         assert!(simd_remark(Simd::Sse2).contains("slower"));
         assert!(liggghts_remark(false).contains("--features liggghts"));
+        for found in [None, Some(Path::new("/usr/bin/mpirun"))] {
+            assert!(mpi_remark(false, found).contains("--features mpi"));
+        }
+        assert!(mpi_remark(true, None).contains("apt-get install openmpi-bin"));
     }
 }

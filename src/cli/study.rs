@@ -85,6 +85,16 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
             passed,
             document.checks.len()
         );
+        match document.unsettled.len() {
+            0 => {}
+            1 => text.push_str(", one run with means that have not settled (`settled` in result.csv)"),
+            n => {
+                let _ = write!(
+                    text,
+                    ", {n} runs with means that have not settled (`settled` in result.csv)"
+                );
+            }
+        }
         if outcome.interrupted {
             text.push_str("; interrupted, the same command goes on");
         }

@@ -9,7 +9,7 @@ pub(in crate::crosscheck) use files::sphere;
 pub use files::{prepare, write_case, write_json, write_series, write_tables};
 use serde::Serialize;
 use std::time::Instant;
-pub use table::{list, summary, table};
+pub use table::{summary, table};
 
 /// A case after its run.
 #[derive(Debug)]

@@ -116,8 +116,8 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
                 let has = input::word(trimmed);
                 format!("{name}:{number}:{column}: `{key}` is `{has}`, expected {wanted}; {EXPECTED}")
             };
-            let whole = || match trimmed.parse::<u64>() {
-                Ok(n) if n < MAX_ID => Ok(n),
+            let whole = || match whole(trimmed) {
+                Some(n) if n < MAX_ID => Ok(n),
                 _ => Err(bad("a whole number from 0 to 2^53")),
             };
             let finite = || match trimmed.parse::<f64>() {
@@ -165,6 +165,13 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
         return Err(format!("{name}: holds no particles; {EXPECTED}"));
     }
     Ok(placements)
+}
+
+/// A whole number, also with a point and an exponent, as numpy writes all numbers: `3.000e+00`.
+fn whole(text: &str) -> Option<u64> {
+    let as_float = |x: &f64| x.fract() == 0.0 && (0.0..MAX_ID as f64).contains(x);
+    let float = || text.parse().ok().filter(as_float).map(|x| x as u64);
+    text.parse().ok().or_else(float)
 }
 
 /// Which of [`COLUMNS`] each field of a header names.
@@ -282,6 +289,34 @@ mod tests {
         assert!((read[0].orientation.norm() - 1.0).abs() < 1e-15);
         assert!((read[0].orientation * Vec3::x() - Vec3::y()).norm() < 1e-12);
         assert_eq!((read[0].motion, read[0].kind), (None, None));
+    }
+
+    #[test]
+    fn ids_that_numpy_has_written_are_whole_numbers_and_no_others_are() {
+        let id = |text: &str| parse(&format!("0;0;0;0;0;0;{text}\n"), "p").map(|found| found[0].id);
+        for (text, wanted) in [
+            ("0.000e+00", 0),
+            ("1.2e+01", 12),
+            ("7.0", 7),
+            ("9007199254740991", MAX_ID - 1),
+        ] {
+            assert_eq!(id(text), Ok(Some(wanted)), "{text}");
+        }
+        for text in [
+            "1.5",
+            "-1",
+            "-1.0e+00",
+            "1e16",
+            "9.007199254740992e15",
+            "nan",
+            "inf",
+            "1e",
+        ] {
+            assert!(
+                id(text).unwrap_err().contains("a whole number from 0 to 2^53"),
+                "{text}"
+            );
+        }
     }
 
     #[test]

@@ -37,6 +37,14 @@ fn of(document: &Document) -> Section {
         columns: table.columns.clone(),
         rows: table.rows.clone(),
     }));
+    if !document.unsettled.is_empty() {
+        blocks.push(Block::Heading("Means that have not settled".into()));
+        blocks.push(Block::Text(format!(
+            "The settling velocity still changes where the averages of these runs begin, or no end of its transient was found; \
+             take a longer run or a later `run.average_from`: {}.",
+            document.unsettled.join(", ")
+        )));
+    }
     let runs = document.runs;
     Section {
         title: document.title.clone(),

@@ -73,6 +73,7 @@ fn write_study(directory: &Path, title: &str) {
             seconds_spent: 30.0,
             seconds_left: 10.0,
         },
+        unsettled: vec!["phi0.3-seed1".into()],
     };
     document.write(directory).unwrap();
 }
@@ -129,6 +130,7 @@ fn a_study_has_its_checks_figures_and_tables_on_its_page() {
         "3 of 4 runs done in 30 s, about 10 s left",
         "turbid study study.toml",
         "1 of 2 passed.",
+        "`run.average_from`: phi0.3-seed1.",
         "| u / u_Stokes | 0.2100 | 0.2000 | +5.0 % | 0.02000 | pass | Marquardt et al. (2024) |",
         "**FAIL**",
         "![Velocity](figures/velocity_phi.svg)",

@@ -26,6 +26,9 @@ pub struct Document {
     pub checks: Vec<Check>,
     /// How much of it is done.
     pub runs: Runs,
+    /// Names of the runs whose means have not settled, by [`Record::is_settled`](super::record::Record::is_settled).
+    #[serde(default)]
+    pub unsettled: Vec<String>,
 }
 
 /// Panels with common axes.

@@ -28,6 +28,9 @@ pub const PARTS_FILE: &str = "parts.csv";
 /// Beginning of the names of shares of the time.
 pub const SHARE: &str = "share_";
 
+/// Standard errors by which a mean may differ from the one behind the transient.
+const NOISE: f64 = 2.0;
+
 /// Numbers of a summary and of its scales.
 const OF_A_SUMMARY: [&str; 32] = [
     "settling_velocity_over_stokes",
@@ -128,6 +131,19 @@ impl Record {
     /// The value of a number by its name.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.get(name).map(|quantity| quantity.value)
+    }
+
+    /// Whether the averages of a run are those of a steady state: the transient of its settling velocity ends before they begin, or
+    /// makes no more than [`NOISE`] standard errors of a difference. No if no end of the transient was found, as in a series too
+    /// short to tell; none for runs without a settling velocity.
+    pub fn is_settled(&self) -> Option<bool> {
+        let mean = self.value("settling_velocity_over_stokes")?;
+        let settled = (self.value("transient_end")).zip(self.value("settled_mean"));
+        Some(settled.is_some_and(|(end, settled)| {
+            let error = self.value("settled_standard_error").unwrap_or(0.0);
+            self.averaged_over.is_some_and(|[begin, _]| end <= begin)
+                || (mean - settled).abs() <= NOISE * error
+        }))
     }
 
     /// Of a run that has ended, whose summary is `summary`, with means over some windows of time.
@@ -397,6 +413,36 @@ mod tests {
         // One was killed after a checkpoint at 60, of which nothing was noted: the speed is that of the other.
         assert_eq!(Parts::default().with(60, 100, 2.0).known(), Some([2.0, 40.0]));
         assert_eq!(Parts::default().known(), None);
+    }
+
+    #[test]
+    fn a_mean_is_settled_if_the_transient_ends_before_it_begins_or_makes_no_difference() {
+        let record = |numbers: &[(&str, f64)]| Record {
+            directory: PathBuf::new(),
+            version: String::new(),
+            averaged_over: Some([30.0, 90.0]),
+            quantities: (numbers.iter())
+                .map(|&(name, value)| (name.to_string(), Quantity { value, error: None }))
+                .collect(),
+        };
+        let of = |mean: f64, end: f64| {
+            record(&[
+                ("settling_velocity_over_stokes", mean),
+                ("transient_end", end),
+                ("settled_mean", 0.3),
+                ("settled_standard_error", 0.01),
+            ])
+        };
+        assert_eq!(of(0.4, 30.0).is_settled(), Some(true));
+        assert_eq!(of(0.4, 31.0).is_settled(), Some(false));
+        assert_eq!(
+            of(0.31, 31.0).is_settled(),
+            Some(true),
+            "the same within its error"
+        );
+        let endless = record(&[("settling_velocity_over_stokes", 0.3)]);
+        assert_eq!(endless.is_settled(), Some(false));
+        assert_eq!(record(&[("mlups", 100.0)]).is_settled(), None);
     }
 
     #[test]

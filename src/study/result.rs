@@ -9,7 +9,7 @@ use crate::output::write_bytes;
 pub(crate) const FILE: &str = "result.csv";
 
 /// Quantities of a run; those that it does not have stay empty.
-const OF_A_RUN: [&str; 17] = [
+const OF_A_RUN: [&str; 18] = [
     "archimedes",
     "volume_fraction",
     "particles",
@@ -20,6 +20,7 @@ const OF_A_RUN: [&str; 17] = [
     "drift",
     "averaged_from",
     "averaged_to",
+    "settled",
     "contacts_per_particle",
     "max_overlap",
     "net_flux_over_stokes",
@@ -98,6 +99,7 @@ fn cell(record: &Record, name: &str) -> String {
     let value = match name {
         "averaged_from" => record.averaged_over.map(|over| over[0]),
         "averaged_to" => record.averaged_over.map(|over| over[1]),
+        "settled" => record.is_settled().map(|is| f64::from(u8::from(is))),
         _ => record.value(name),
     };
     value.map_or_else(String::new, |value| value.to_string())

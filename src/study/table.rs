@@ -14,6 +14,8 @@ use crate::error::Result;
 const DIGITS: usize = 4;
 /// What stands where there is nothing.
 const NOTHING: &str = "-";
+/// What follows a number that rests on means that have not settled.
+const UNSETTLED: &str = " (not settled)";
 
 impl Study {
     /// A table in words.
@@ -106,7 +108,9 @@ impl Study {
         };
         let mut cells = Vec::new();
         if y.is_some() {
-            cells.push(measured.map_or(NOTHING.to_string(), |quantity| words(quantity, digits)));
+            let unsettled = at.is_some_and(|at| self.runs_at(at).any(|(run, _)| self.is_unsettled(run)));
+            let mark = if unsettled { UNSETTLED } else { "" };
+            cells.push(measured.map_or(NOTHING.to_string(), |quantity| words(quantity, digits) + mark));
         }
         if reference.is_some() {
             cells.push(expected.map_or(NOTHING.to_string(), |value| format!("{value:.digits$}")));

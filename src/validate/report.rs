@@ -14,7 +14,7 @@ const QUANTITY: usize = 44;
 /// Width of a column of numbers.
 const VALUE: usize = 13;
 
-/// The cases: level, time, question and source of each.
+/// The cases: level, time, question and source of each; then the time of each level.
 pub fn list(cases: &[Case]) -> String {
     let width = cases.iter().map(|case| case.name.len()).max().unwrap_or(0);
     let mut text = String::new();
@@ -37,6 +37,12 @@ pub fn list(cases: &[Case]) -> String {
             add(&mut text, format_args!("  {:width$}  not here: {why}", ""));
         }
     }
+    let all = |level| duration(cases.iter().map(|case| case.seconds(level)).sum());
+    let [quick, full] = [Level::Quick, Level::Full].map(all);
+    add(
+        &mut text,
+        format_args!("times are of one core; together: quick, {quick}; full, {full}"),
+    );
     text
 }
 

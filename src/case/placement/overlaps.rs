@@ -90,7 +90,8 @@ impl Placer<'_> {
         if count > found.len() {
             write!(list, "\nand {} more", count - found.len()).expect("a string can always grow");
         }
-        let title = format!("{count} pairs of particles overlap at the start");
+        let pairs = if count == 1 { "pair" } else { "pairs" };
+        let title = format!("{count} {pairs} of particles overlap at the start");
         let spans = [&placed[first].span, &placed[second].span];
         let places = [(spans[0], "one of them"), (spans[1], "the other")];
         let places = if spans[0] == spans[1] {
@@ -141,7 +142,12 @@ impl Placer<'_> {
         if count > NAMED {
             write!(list, "\nand {} more", count - NAMED).expect("a string can always grow");
         }
-        let title = format!("{count} particles overlap a wall at the start");
+        let particles = if count == 1 {
+            "particle overlaps"
+        } else {
+            "particles overlap"
+        };
+        let title = format!("{count} {particles} a wall at the start");
         let remedy = format!("move them into the free space:{list}");
         Err(self
             .source

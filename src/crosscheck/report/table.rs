@@ -1,7 +1,6 @@
 //! The table on the terminal.
 
 use super::{Outcome, Row, Score};
-use crate::crosscheck::Case;
 use crate::output::numbers::{significant, small, value};
 use std::fmt::Write;
 
@@ -11,15 +10,6 @@ const QUANTITY: usize = 44;
 const VALUE: usize = 14;
 /// Width of the columns of difference and tolerance.
 const SMALL: usize = 11;
-
-/// The cases of the suite, one line each.
-pub fn list(cases: &[Case]) -> String {
-    let width = cases.iter().map(|case| case.id.len()).max().unwrap_or(0);
-    let lines = cases
-        .iter()
-        .map(|case| format!("  {:width$}  {}", case.id, case.title));
-    lines.collect::<Vec<_>>().join("\n")
-}
 
 /// One case: a line for each check; with the tolerance and its reason for all if `explain`, else for those that fail.
 pub fn table(outcome: &Outcome, explain: bool) -> String {

@@ -2,7 +2,7 @@
 
 use super::files::{csv, curves, json};
 use super::*;
-use crate::crosscheck::{Case, Moment, Overlay};
+use crate::crosscheck::{CASES, Moment, Overlay};
 use crate::math::Vec3;
 use crate::output::picture::CurveStyle;
 use std::fs;
@@ -267,7 +267,12 @@ fn a_case_leaves_its_plots_and_trajectories_and_the_next_run_clears_only_them() 
 
 #[test]
 fn the_list_names_every_case_with_what_it_shows() {
-    let run = |_: Option<&std::path::Path>| Ok(Findings::default());
-    let cases = [("a", "first"), ("longer", "second")].map(|(id, title)| Case { id, title, run });
-    assert_eq!(list(&cases), "  a       first\n  longer  second");
+    let text = crate::crosscheck::list();
+    assert_eq!(text.lines().count(), CASES.len());
+    for (line, case) in text.lines().zip(CASES) {
+        assert!(
+            line.trim_start().starts_with(case.id) && line.ends_with(case.title),
+            "{line}"
+        );
+    }
 }
