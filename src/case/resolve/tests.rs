@@ -150,6 +150,19 @@ fn the_native_engine_moves_the_particles_unless_the_case_asks_for_liggghts_in_a_
     assert_eq!(bare.name(), "liggghts");
 }
 
+#[test]
+fn a_saved_case_passes_on_no_other_commands_than_one_that_is_read() {
+    let with = |command: &str| {
+        let dem = format!("[dem]\nengine = \"liggghts\"\nliggghts.commands = ['{command}']\n");
+        from_saved("case", &format!("{TEXT}{dem}"), &[], &[])
+    };
+    assert!(with("fix slow all viscous 1e-6").is_ok());
+    for command in ["print x file y", "write_data y", "group \"x y\" type 1"] {
+        let text = with(command).unwrap_err().to_string();
+        assert!(text.contains("`dem.liggghts.commands.0`"), "{text}");
+    }
+}
+
 const SHAPE: &str = "particles.0.shape";
 
 #[test]
