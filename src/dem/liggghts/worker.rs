@@ -7,7 +7,7 @@
 use super::LiggghtsParams;
 use super::protocol::{Reply, Request};
 use super::session::Session;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -307,7 +307,7 @@ fn serve() -> io::Result<()> {
     // Anything else than a socket is an error here: the verb is for this program's own use.
     socket.peer_addr()?;
     // A batch system may send these to every process of a job; the run decides what becomes of them.
-    for signal in [SIGINT, SIGTERM, SIGUSR1] {
+    for signal in [SIGHUP, SIGINT, SIGTERM, SIGUSR1] {
         signal_hook::flag::register(signal, Arc::default())?;
     }
     let null = File::open("/dev/null")?;
