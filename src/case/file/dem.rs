@@ -42,5 +42,6 @@ pub struct LiggghtsSection {
     pub commands: Vec<Located<String>>,
     /// Longest time that a worker may take for a step (s); for the set-up and for saving it has ten times as long. Then
     /// the run ends with an error. Default 60.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]
     pub timeout: Option<Located<f64>>,
 }
