@@ -310,7 +310,7 @@ fn in_words(form: &Form) -> String {
             let only = only.and_then(|keys| keys.iter().next());
             let example = |schema: &Json| match schema["type"].as_str() {
                 Some("integer") => "100",
-                Some("number") => "0.5",
+                Some("number") => "...",
                 Some("array") => "[x, y, z]",
                 _ => "{ ... }",
             };

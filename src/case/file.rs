@@ -273,13 +273,13 @@ pub enum CheckpointEvery {
     /// Only when the run is stopped or asked for one.
     Never,
     /// Seconds of the time that the run takes.
-    WallTime(f64),
+    WallTime(#[schemars(transform = positive)] f64),
     /// Seconds; and at the end.
-    Time(f64),
+    Time(#[schemars(transform = positive)] f64),
     /// Steps; and at the end.
-    Steps(u64),
+    Steps(#[schemars(extend("minimum" = 1))] u64),
     /// Units of `t* = D / u_Stokes`; and at the end.
-    StokesTimes(f64),
+    StokesTimes(#[schemars(transform = positive)] f64),
 }
 
 /// What to write, when and where.

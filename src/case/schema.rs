@@ -12,7 +12,9 @@ pub(crate) fn of<T: JsonSchema>() -> Json {
 
 /// The same as text.
 pub(crate) fn text<T: JsonSchema>() -> String {
-    let mut text = serde_json::to_string_pretty(&of::<T>()).expect("a schema is plain JSON");
+    // As a schema again, whose keywords have their usual order.
+    let schema = Schema::try_from(of::<T>()).expect("an object");
+    let mut text = serde_json::to_string_pretty(&schema).expect("a schema is plain JSON");
     text.push('\n');
     text
 }

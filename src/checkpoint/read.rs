@@ -219,8 +219,7 @@ fn refuse_other_name(given: &str, name: &str) -> Damage<()> {
 /// A file of the case, which this program calls `name`.
 fn content(directory: &Path, entry: &FileEntry, name: &str) -> Damage<Vec<u8>> {
     refuse_other_name(&entry.file, name)?;
-    let limit = entry.bytes.min(input::POSITIONS);
-    let bytes = input::read_unlinked(&directory.join(name), limit)
+    let bytes = input::read_unlinked(&directory.join(name), input::POSITIONS)
         .map_err(|e| format!("{name} cannot be read: {e}"))?;
     if bytes.len() as u64 != entry.bytes || hex(xxh3_64(&bytes)) != entry.xxh3 {
         return Err(format!("{name} is damaged"));

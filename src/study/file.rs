@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 /// A study: which runs of a case, and what to make of them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Study")]
 pub struct StudyFile {
     /// What is studied, one line.
     pub title: Located<String>,

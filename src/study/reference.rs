@@ -204,7 +204,7 @@ impl Study {
                 let title = format!("{} has no column `{name}`", path.display());
                 let remedy = match nearest(name, &known) {
                     Some(near) => format!("did you mean `{}`?", input::word(near)),
-                    None => format!("its first line names {} columns", known.len()),
+                    None => format!("columns in its first line: {}", known.len()),
                 };
                 self.source.error(span, &title, "here", &remedy)
             })

@@ -26,6 +26,14 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
+/// A study that shows a file of references, which it reads before anything has run.
+fn with_table(file: &str) -> String {
+    format!(
+        "title = \"x\"\ncase = \"case.toml\"\n[[table]]\nname = \"t\"\ntitle = \"t\"\nrows = []\n\
+         columns = [{{ label = \"r\", reference = {{ csv = \"{file}\", y = \"u\" }} }}]\n"
+    )
+}
+
 #[test]
 fn fifos_devices_and_folders_are_refused_wherever_a_file_is_read() {
     let folder = folder();
@@ -50,10 +58,7 @@ fn fifos_devices_and_folders_are_refused_wherever_a_file_is_read() {
         let study = format!("title = \"x\"\ncase = \"{name}.toml\"\n");
         std::fs::write(folder.path().join("study.toml"), study).unwrap();
         refused(folder.path(), &["study", "--list", "study.toml"], &[name]);
-        let study = format!(
-            "title = \"x\"\ncase = \"case.toml\"\n[[check]]\nkind = \"within\"\ntolerance = 1\n\
-             reference = {{ csv = \"{name}.txt\", y = \"u\" }}\n"
-        );
+        let study = with_table(&format!("{name}.txt"));
         std::fs::write(folder.path().join("study.toml"), study).unwrap();
         refused(folder.path(), &["study", "--list", "study.toml"], &words);
     }
@@ -95,9 +100,7 @@ fn a_message_quotes_no_more_than_a_word_of_a_file_that_is_of_somebody_else() {
     }
     std::fs::write(place.join("solid.stl"), format!("solid x\n{SECRET}")).unwrap();
     std::fs::write(place.join("study.toml"), "title = \"x\"\ncase = \"secret\"\n").unwrap();
-    let with_table = "title = \"x\"\ncase = \"case.toml\"\n[[check]]\nkind = \"within\"\ntolerance = 1\n\
-                      reference = { csv = \"secret.txt\", y = \"u\" }\n";
-    std::fs::write(place.join("table.toml"), with_table).unwrap();
+    std::fs::write(place.join("table.toml"), with_table("secret.txt")).unwrap();
     let mesh = |name: &str| format!("particles.0.shape={{ mesh = {{ file = \"{name}\" }} }}");
     let commands: [&[&str]; 8] = [
         &["check", "secret"],

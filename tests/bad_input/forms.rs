@@ -51,7 +51,7 @@ fn a_value_of_another_form_is_named_with_its_key_and_a_remedy() {
         ),
         (
             "particles.0.shape={sphere=[1]}",
-            &["`particles.0.shape.sphere` is a list, but must be a table"],
+            &["`particles.0.shape.sphere` is a list, but must be { diameter = ... }"],
         ),
         (
             "particles.0.shape.sphere.radius=1",
