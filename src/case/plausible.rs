@@ -237,7 +237,7 @@ impl Written<'_> {
         format!("take {}", ways.join(" or "))
     }
 
-    /// Whether the viscosity looks like the dynamic one of water.
+    /// Asks about a viscosity that looks like the dynamic one of water.
     fn dynamic_viscosity(&self, setup: &Setup) -> Vec<String> {
         let Some(viscosity) = &self.fluid.viscosity else {
             return Vec::new();

@@ -145,7 +145,7 @@ pub struct ReferenceScales {
 /// The controller that removes the mean volume flux, and the accelerations that it has added to the fluid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetFluxControl {
-    /// Whether it acts along x, y, z.
+    /// Directions x, y, z along which it acts.
     pub directions: [bool; 3],
     /// Mean acceleration over all steps (m/s^2).
     pub mean_acceleration: [f64; 3],
