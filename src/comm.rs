@@ -25,26 +25,35 @@ pub struct Launched {
     pub rank: usize,
     /// Number of processes.
     pub size: usize,
+    /// Number of those on this machine; all of them if the launcher does not say.
+    pub here: usize,
 }
 
 /// What a launcher of MPI says of this process; nothing if none has started it.
 pub fn launched() -> Option<Launched> {
     // Open MPI; MPICH and Intel MPI; srun with PMIx.
-    const NAMES: [[&str; 3]; 3] = [
+    const NAMES: [[&str; 4]; 3] = [
         [
             "OMPI_COMM_WORLD_RANK",
             "OMPI_COMM_WORLD_RANK",
             "OMPI_COMM_WORLD_SIZE",
+            "OMPI_COMM_WORLD_LOCAL_SIZE",
         ],
-        ["PMI_RANK", "PMI_RANK", "PMI_SIZE"],
-        ["PMIX_RANK", "SLURM_PROCID", "SLURM_NTASKS"],
+        ["PMI_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"],
+        [
+            "PMIX_RANK",
+            "SLURM_PROCID",
+            "SLURM_NTASKS",
+            "SLURM_NTASKS_PER_NODE",
+        ],
     ];
     let number = |name: &str| std::env::var(name).ok()?.parse().ok();
-    NAMES.iter().find_map(|[mark, rank, size]| {
+    NAMES.iter().find_map(|[mark, rank, size, here]| {
         std::env::var_os(mark)?;
         Some(Launched {
             rank: number(rank)?,
             size: number(size)?,
+            here: number(here).or_else(|| number(size))?,
         })
     })
 }

@@ -1,8 +1,15 @@
 //! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an abort on one.
+//! And how much memory there is: [`rooms`].
+
+mod room;
 
 use crate::error::{Error, Result};
 use bytemuck::Zeroable;
+pub use room::{Room, kilobytes, rooms};
 use std::cell::Cell;
+
+/// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that are written.
+pub const PER_PARTICLE: f64 = 2000.0;
 
 thread_local! {
     /// Whether this thread allocates something that may fail.

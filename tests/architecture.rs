@@ -29,7 +29,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "case",
-        "packing coupling fluid dem contact particle shape wall domain units math input error",
+        "packing coupling fluid dem contact particle shape wall domain units math input memory error",
     ),
     ("output", "checkpoint particle shape wall domain math input error"),
     ("packing", "contact particle shape wall domain math input"),

@@ -2,6 +2,7 @@
 
 use crate::fluid::Precision;
 pub(super) use crate::memory::in_bytes;
+use crate::memory::kilobytes;
 
 /// Memory (bytes): all of it, if the system says so.
 pub(super) fn memory() -> Option<f64> {
@@ -14,10 +15,7 @@ pub(super) fn memory_available() -> Option<f64> {
 }
 
 fn meminfo(key: &str) -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|line| line.starts_with(key))?;
-    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024.0 * kilobytes)
+    kilobytes(&std::fs::read_to_string("/proc/meminfo").ok()?, key)
 }
 
 /// Cores that this process may use.

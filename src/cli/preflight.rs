@@ -6,40 +6,78 @@ mod flow;
 mod output;
 pub(super) mod ranks;
 
-use super::machine::{bytes_per_cell, cores, in_bytes, in_time, memory, mlups_per_thread, threads};
+use super::machine::{bytes_per_cell, cores, in_bytes, in_time, mlups_per_thread, threads};
 use crate::case::Setup;
+use crate::comm;
 use crate::dem::{EngineChoice, LiggghtsProcess};
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
+use crate::memory::{self, Room};
 use crate::simulation::decompose;
+
+/// Memory that a run takes (bytes) for its cells, and for its particles.
+fn memory_parts(setup: &Setup) -> [f64; 2] {
+    let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+    [
+        cells as f64 * bytes_per_cell(setup.precision),
+        setup.particles.len() as f64 * memory::PER_PARTICLE,
+    ]
+}
 
 /// Memory that a run takes (bytes).
 pub(super) fn memory_needed(setup: &Setup) -> f64 {
-    setup.domain.cell_count() as f64 * bytes_per_cell(setup.precision)
+    memory_parts(setup).iter().sum()
+}
+
+/// The limit that is nearest to what a run takes, as what all processes of a run together may have.
+fn nearest_limit() -> Option<Room> {
+    let (all, here) = comm::launched().map_or((1, 1), |launched| (launched.size, launched.here));
+    let rooms = memory::rooms().into_iter().map(|room| {
+        let processes = if room.each { 1 } else { here };
+        Room {
+            bytes: room.bytes * all as f64 / processes as f64,
+            ..room
+        }
+    });
+    rooms.min_by(|a, b| a.bytes.total_cmp(&b.bytes))
 }
 
 /// Refuses a run that this machine cannot hold.
 pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
     decompose(setup)?;
-    if setup.dry {
+    match nearest_limit() {
+        Some(room) => refuse_above(setup, &room),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a run that takes more than there is.
+fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
+    let [cells, particles] = memory_parts(setup);
+    let needed = cells + particles;
+    if needed <= room.bytes {
         return Ok(());
     }
-    let needed = memory_needed(setup);
-    match memory() {
-        Some(memory) if needed > memory => {
-            let factor = (memory / needed).cbrt();
-            let [x, y, z] = setup.domain.cells;
-            let cells = setup.scales.diameter / setup.domain.dx;
-            Err(Error::Input(format!(
-                "the box of {x} x {y} x {z} cells needs about {}, but this machine has {}; take at most \
-                 lattice.cells_per_diameter = {:.1}, or a box smaller by the factor {factor:.2} in each direction",
-                in_bytes(needed),
-                in_bytes(memory),
-                cells * factor
-            )))
-        }
-        _ => Ok(()),
-    }
+    let [x, y, z] = setup.domain.cells;
+    let (box_of, remedy) = if setup.dry || particles > room.bytes {
+        (String::new(), "take fewer particles".to_string())
+    } else {
+        let factor = ((room.bytes - particles) / cells).cbrt();
+        let per_diameter = factor * setup.scales.diameter / setup.domain.dx;
+        (
+            format!("the box of {x} x {y} x {z} cells with "),
+            format!(
+                "take at most lattice.cells_per_diameter = {per_diameter:.1}, or a box smaller by the factor {factor:.2} in each \
+                 direction"
+            ),
+        )
+    };
+    Err(Error::Input(format!(
+        "{box_of}{} particles needs about {}, but {}; {remedy}",
+        setup.particles.len(),
+        in_bytes(needed),
+        room.limit
+    )))
 }
 
 /// A row of name, value and remark.
@@ -62,9 +100,9 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         let size = size / setup.scales.diameter;
         let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
         rows.push(row("cells", cells.to_string(), &remark));
-        let remark = memory().map_or(String::new(), |m| format!("of {}", in_bytes(m)));
-        rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
     }
+    let remark = nearest_limit().map_or(String::new(), |room| room.limit);
+    rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
     rows.extend(bodies::wall_rows(setup));
     rows.push(row("particles", setup.particles.len().to_string(), ""));
     rows.push(row(

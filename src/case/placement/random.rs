@@ -5,6 +5,7 @@ use crate::case::file::ParticleSection;
 use crate::contact::Contour;
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
+use crate::memory;
 use crate::packing::mix::mix;
 use crate::packing::relax::{Pose, random_orientations, relax};
 use crate::packing::{self, Ball};
@@ -32,7 +33,9 @@ impl Placer<'_> {
             let wanted = format!("above 0 and at most {limit}");
             self.source
                 .satisfies(&key, fraction, |x| x > 0.0 && x <= limit, &wanted, &remedy)?;
-            return Ok(packing::count_for_volume_fraction(self.free_volume, fraction.value, volume) as usize);
+            let count = packing::count_for_volume_fraction(self.free_volume, fraction.value, volume);
+            self.refuse_too_many(&key, &fraction.span, count)?;
+            return Ok(count as usize);
         }
         let count = kind.count.as_ref().expect("checked by exactly_one");
         let most = (limit * self.free_volume / volume) as u64;
@@ -45,7 +48,23 @@ impl Placer<'_> {
                 &format!("random packing goes up to a volume fraction of {limit}; take a larger box or fewer particles"),
             ));
         }
+        self.refuse_too_many(&format!("particles.{index}.count"), &count.span, count.value)?;
         Ok(count.value as usize)
+    }
+
+    /// Refuses more particles than this process has memory for, before any is placed.
+    fn refuse_too_many(&self, key: &str, span: &Range<usize>, count: u64) -> Result<()> {
+        let needed = count as f64 * memory::PER_PARTICLE;
+        let Some(room) = memory::rooms().into_iter().find(|room| needed > room.bytes) else {
+            return Ok(());
+        };
+        let title = format!(
+            "`{key}` asks for {count} particles, which need about {}, but {}",
+            memory::in_bytes(needed),
+            room.limit
+        );
+        let remedy = "take fewer or larger particles, or a smaller box";
+        Err(self.source.error(span, &title, "too many for the memory", remedy))
     }
 
     /// Adds the random particles, at a distance from all others: by default one at which none begins in contact. Where there
