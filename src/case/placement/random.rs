@@ -33,9 +33,7 @@ impl Placer<'_> {
             let wanted = format!("above 0 and at most {limit}");
             self.source
                 .satisfies(&key, fraction, |x| x > 0.0 && x <= limit, &wanted, &remedy)?;
-            let count = packing::count_for_volume_fraction(self.free_volume, fraction.value, volume);
-            self.refuse_too_many(&key, &fraction.span, count)?;
-            return Ok(count as usize);
+            return Ok(packing::count_for_volume_fraction(self.free_volume, fraction.value, volume) as usize);
         }
         let count = kind.count.as_ref().expect("checked by exactly_one");
         let most = (limit * self.free_volume / volume) as u64;
@@ -48,22 +46,22 @@ impl Placer<'_> {
                 &format!("random packing goes up to a volume fraction of {limit}; take a larger box or fewer particles"),
             ));
         }
-        self.refuse_too_many(&format!("particles.{index}.count"), &count.span, count.value)?;
         Ok(count.value as usize)
     }
 
     /// Refuses more particles than this process has memory for, before any is placed.
-    fn refuse_too_many(&self, key: &str, span: &Range<usize>, count: u64) -> Result<()> {
+    fn refuse_too_many(&self, index: usize, count: usize) -> Result<()> {
         let needed = count as f64 * memory::PER_PARTICLE;
         let Some(room) = memory::rooms().into_iter().find(|room| needed > room.bytes) else {
             return Ok(());
         };
         let title = format!(
-            "`{key}` asks for {count} particles, which need about {}, but {}",
+            "`particles.{index}` asks for {count} particles, which need about {}, but {}",
             memory::in_bytes(needed),
             room.limit
         );
         let remedy = "take fewer or larger particles, or a smaller box";
+        let span = &self.case.particles[index].span;
         Err(self.source.error(span, &title, "too many for the memory", remedy))
     }
 
@@ -78,6 +76,9 @@ impl Placer<'_> {
         let Some(&(first, _)) = random.first() else {
             return Ok(());
         };
+        for &(index, count) in random {
+            self.refuse_too_many(index, count)?;
+        }
         let clear = CLEAR * 2.0 * self.enlargement;
         for &(index, _) in random {
             let gap = self.case.particles[index].value.minimum_gap.as_ref();
