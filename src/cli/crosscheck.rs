@@ -45,9 +45,13 @@ pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
         return Ok(true);
     }
     #[cfg(feature = "liggghts")]
-    return both::crosscheck(arguments);
+    {
+        both::crosscheck(arguments)
+    }
     #[cfg(not(feature = "liggghts"))]
-    Err(liggghts_is_missing("`turbid crosscheck`"))
+    {
+        Err(liggghts_is_missing("`turbid crosscheck`"))
+    }
 }
 
 #[cfg(feature = "liggghts")]

@@ -153,9 +153,9 @@ pub fn accept(command: &str) -> Result<String, Refusal> {
             .get(at)
             .map_or("incomplete".into(), |word| format!("`{word}` does not fit"));
         let classes = CLASSES.iter().filter(|(class, _)| form.contains(class));
-        let classes: String = classes
-            .map(|(class, meaning)| format!("; {class}: {meaning}"))
-            .collect();
+        let classes = classes.fold(String::new(), |list, (class, meaning)| {
+            list + "; " + class + ": " + meaning
+        });
         let title = format!("is \"{name} ...\", but not in the form that turbid passes on");
         return refuse(title, label, format!("write \"{form}\"{classes}"));
     }

@@ -1,6 +1,9 @@
 //! Commands of the user: each fix that is passed on acts, groups survive a restart, and nothing else gets to LIGGGHTS.
 
-use super::*;
+use super::{RADIUS, advanced, engine, moving, with_commands};
+use turbid::comm::Comm;
+use turbid::dem::{DemEngine, Liggghts};
+use turbid::particle::Particle;
 
 /// Mass of a sphere (kg).
 const MASS: f64 = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS * RADIUS * RADIUS;
