@@ -1,20 +1,31 @@
 //! First moments of the momentum that the fluid gives to the particles, for the stress of a suspension.
 //!
-//! The fluid of the lattice fills the whole box, also within particles, and the solid of a cell takes the momentum `g` of it in a
-//! time step: `(1 - B) rho (u - u_s)`, in partially saturated cells `-b sum c W_solid`. With `r` from the centre of the particle
+//! The fluid of the lattice fills the whole box, also within particles. In a time step the solid of a cell takes the momentum `g`
+//! of it, `(1 - B) rho (u - u_s)`, in partially saturated cells `-b sum c W_solid`, and changes the flux of momentum that leaves the
+//! collision by `Q`. With `r` from the centre of the particle
 //!
 //! ```text
-//! S = sum over cells of (r g + g r) / 2
+//! S = sum over cells of (r g + g r) / 2 - tau Q
+//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so that the solid itself carries stress
+//! tau Q = 0           sc2 and exact difference, but for terms of second order in u, as the Reynolds stress is
 //! ```
 //!
 //! is the stresslet of the particles, `sym int r (sigma n) dA - mu int (u n + n u) dA` over any surface that encloses one
-//! (Batchelor 1970, Eq. 4.8): in the balance of momentum of the lattice `g` is the only force, so that
+//! (Batchelor 1970, Eq. 4.8). With `Pi`, `Pi'` the second moments of the populations before and after the collision, in a steady
+//! flow between plates half-way between cells, summed over all cells of a column, streaming and bounce-back say
 //!
 //! ```text
-//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u' u'>
+//! sum (Pi'_xz - Pi_xz) = (U_top - U_bottom) / 3
+//! stress on plates x height = -sum Pi'_xz + (U_top - U_bottom) / 6 + sum z g_x
 //! ```
 //!
-//! holds exactly in a steady flow, for both couplings and on any grid. Inertia of the fluid within the particle belongs to the
+//! and with `Pi' = (1 - 1/tau) Pi + rho u u / tau + Q`
+//!
+//! ```text
+//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>
+//! ```
+//!
+//! exactly, for both couplings and on any grid. Inertia of the fluid within the particle belongs to the
 //! lattice and not to `g`: a moment of the order of `rho V a^2 w^2`, on the diagonal for a sphere, which the particle itself has as
 //! well where it is as dense as the fluid.
 //!
@@ -44,8 +55,8 @@ impl Coupling {
 }
 
 impl<T> Stresslet<'_, T> {
-    /// `xx`, `yy`, `zz`, `xy`, `xz` and `yz` of the stresslet over the cells of the block, all particles together: exact sums of
-    /// fixed-point numbers in lattice units.
+    /// `xx`, `yy`, `zz`, `xy`, `xz` and `yz` of the moments of `g` over the cells of the block, all particles together: exact sums of
+    /// fixed-point numbers in lattice units. `tau Q` is the other part of what the fluid measures.
     pub fn sums(&self) -> [i128; 6] {
         self.sums
     }
@@ -103,9 +114,9 @@ mod tests {
     use crate::math::{Vec3, from_fixed_wide};
     use crate::particle::Particle;
 
-    /// Two that overlap each other and the edge of the box, and one that overlaps a wall; all turn.
+    /// One that overlaps the floor, and two that overlap each other across an edge of the box; all turn.
     fn three() -> [Particle; 3] {
-        [[1.4, 0.02, 3.2], [1.9, 2.4, 3.0], [0.1, 1.5, 0.4]].map(|at| {
+        [[0.1, 1.5, 0.4], [1.4, 0.02, 3.2], [1.9, 2.4, 3.0]].map(|at| {
             let mut particle = Particle::at((10.0 * at[0]) as u64, 0, at.into());
             (particle.velocity, particle.angular_velocity) = ([0.3, -0.2, 0.1], [2.0, -1.0, 3.0]);
             particle
@@ -134,8 +145,8 @@ mod tests {
                 coupling.map(&store);
                 let before = fluid.state_hash();
                 let mut stresslet = coupling.stresslet(&store);
-                let foretold = fluid.measure(&mut stresslet);
-                sums = stresslet.sums();
+                let (foretold, held) = fluid.measure(&mut stresslet);
+                sums = std::array::from_fn(|i| stresslet.sums()[i] - held[i]);
                 assert_eq!(fluid.state_hash(), before);
                 coupling.begin_exchange(&fluid);
                 let found = fluid.sweep([1e-4, 0.0, 0.0], &mut coupling.solids(&store), true);
@@ -203,7 +214,7 @@ mod tests {
         let mut stresslet = coupling.stresslet(&store);
         fluid.measure(&mut stresslet);
         let sums = stresslet.sums().map(from_fixed_wide);
-        // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave some of a per cent.
+        // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave 5 / 12 over a^2 in cells, 1.3 %.
         let cells = radius / UNITS.dx;
         let whole = 4.0 / 15.0 * std::f64::consts::PI * cells.powi(5);
         for (sum, (a, b)) in sums
@@ -211,7 +222,7 @@ mod tests {
             .zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)])
         {
             let exact = whole * strain[a][b];
-            assert!((sum / exact - 1.0).abs() < 0.02, "{a}{b}: {sum} {exact}");
+            assert!((sum / exact - 1.0).abs() < 0.03, "{a}{b}: {sum} {exact}");
         }
     }
 }

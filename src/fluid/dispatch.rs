@@ -22,7 +22,7 @@ pub trait Real: Number + Pod + Send + Sync {
         flow: Option<&mut Flow>,
     );
     #[doc(hidden)]
-    fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> Flow;
+    fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> (Flow, [i128; 6]);
 }
 
 /// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what one needs of
@@ -243,7 +243,7 @@ macro_rules! real {
                 scalar::<S, TRT, WALLS>(fluid, part, acceleration, solids, flow);
             }
 
-            fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> Flow {
+            fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> (Flow, [i128; 6]) {
                 // What every processor of the kind has: it waits for memory.
                 #[cfg(target_arch = "x86_64")]
                 use super::simd::$sse2 as Baseline;

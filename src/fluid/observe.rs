@@ -105,7 +105,10 @@ impl<T: Real> Fluid<T> {
 
     /// Measurement that the next measuring [`sweep`](Self::sweep) would make, to the bit; nothing changes, and no message is sent.
     /// In place of what came into a row, `solids` see the momentum that they would receive there, per unit of the sum of fractions.
-    pub fn measure(&self, solids: &mut impl Solids<T>) -> Flow {
+    ///
+    /// The second part is the sum of `b` times the flux of momentum beyond equilibrium over partially saturated cells (`xx`, `yy`,
+    /// `zz`, `xy`, `xz`, `yz`, fixed-point numbers): what is reflected does not relax (sc1 and sc3), so that their solid carries stress.
+    pub fn measure(&self, solids: &mut impl Solids<T>) -> (Flow, [i128; 6]) {
         T::measure(self, solids)
     }
 

@@ -27,8 +27,8 @@ use std::path::{Path, PathBuf};
 /// Stresses of the particles are over the volume of the box that is in no wall (of the whole box in a dry run), positive where they
 /// pull or resist the shear as viscosity does, the symmetric part of the moments. That of contacts is `-sum l F / V`, with the branch
 /// `l` to the centre of a particle, on which the force `F` acts, from that of the other one or from the contact with a wall. The
-/// hydrodynamic one is the stresslet of Batchelor (1970), the first moment about each centre of the momentum that the fluid gives to
-/// the particle in the coming step. In a steady shear flow the stress on the plates is viscosity times shear rate, and these two, less
+/// hydrodynamic one is the stresslet of Batchelor (1970): the first moment about each centre of the momentum that the fluid gives to
+/// the particle in the coming step, and the stress that partially saturated cells carry. In a steady shear flow the stress on the plates is viscosity times shear rate, and these two, less
 /// the Reynolds stress.
 pub const COLUMNS: [&str; 37] = [
     "step (-)",

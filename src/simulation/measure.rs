@@ -57,9 +57,10 @@ impl<T: Real> Simulation<T> {
         let particles = self.dem.particles();
         coupling.map(particles);
         let mut stresslet = coupling.stresslet(particles);
-        let flow = fluid.measure(&mut stresslet);
+        let (flow, held) = fluid.measure(&mut stresslet);
+        let stresslet = stresslet.sums().into_iter().zip(held);
         let mut words = words(&flow);
-        words.extend(stresslet.sums().into_iter().flat_map(split_wide));
+        words.extend(stresslet.flat_map(|(moment, held)| split_wide(moment - held)));
         self.note_fault(flow.fault);
         self.comm.sum(&mut words);
         let sums: [f64; 6] = numbers(&words[WORDS..]);
