@@ -53,7 +53,8 @@ pub(super) fn driven(
                 &format!(
                     "`driving.zero_net_flux` = true takes away the flow that `{key}` drives along {axis}"
                 ),
-                "leave `zero_net_flux` out: the net flux is then controlled only where nothing drives it; or remove                  `body_acceleration`",
+                "leave `zero_net_flux` out: the net flux is then controlled only where nothing drives it; or remove \
+                 `body_acceleration`",
             ));
         }
         Some(given) => given.value,

@@ -16,7 +16,7 @@ density = 1000.0
 archimedes = 500
 [lattice]
 cells_per_diameter = 4
-relaxation_time = 0.8
+relaxation_time = 0.7
 [[particles]]
 shape = { sphere = { diameter = 1.5e-3 } }
 density = 3300.0

@@ -101,7 +101,7 @@ mod tests {
         viscosity = 1e-6
         [lattice]
         cells_per_diameter = 4
-        relaxation_time = 0.55
+        relaxation_time = 0.505
         [[particles]]
         shape = { sphere = { diameter = 1e-3 } }
         density = 2000
