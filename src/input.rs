@@ -155,7 +155,7 @@ mod tests {
             .write(true)
             .open(&path)
             .unwrap()
-            .set_len(1 << 40)
+            .set_len(MESH + 1)
             .unwrap();
         let said = read(&path, MESH).unwrap_err().to_string();
         assert_eq!(said, "it is larger than 256 MiB, the most that is read");

@@ -11,7 +11,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck simulation case output packing fluid dem contact comm memory error",
+        "validate report study crosscheck simulation case output packing fluid dem contact particle comm memory error",
     ),
     (
         "validate",

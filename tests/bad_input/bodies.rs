@@ -367,7 +367,7 @@ fn particles_that_overlap_each_other_or_a_wall_are_listed() {
         closed.replace("[3.1e-3, 3e-3, 3e-3]", "[3.1e-3, 3e-3, 4.5e-3]"),
     )
     .unwrap();
-    let words = ["1 particles overlap a wall", "particle 0: 3.7", "the wall \"z+\""];
+    let words = ["1 particle overlaps a wall", "particle 0: 3.7", "the wall \"z+\""];
     refused(folder.path(), &["check", "case.toml"], &words);
 }
 

@@ -69,7 +69,7 @@ fn a_saved_case_needs_no_file_on_disk() {
     let lost = from_saved(&before.name, &before.text, &before.files[..1], &[]).unwrap_err();
     assert!(
         lost.to_string()
-            .contains("places.csv: was not saved with the case"),
+            .contains("places.csv: it was not saved with the case"),
         "{lost}"
     );
 }

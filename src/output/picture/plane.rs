@@ -147,7 +147,8 @@ impl Plane {
 
     /// Whether the plane cuts a sphere of this radius (m) round a position or one of its periodic images.
     pub fn cuts(&self, position: Vec3, radius: f64) -> bool {
-        (self.domain.wrap(position)[self.normal] - self.height()).abs() <= radius
+        let off = Vec3::ith(self.normal, position[self.normal] - self.height());
+        self.domain.nearest_image(off).norm() <= radius
     }
 
     /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres. `layer` is the velocity of
