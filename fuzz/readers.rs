@@ -43,7 +43,7 @@ pub(crate) fn obj(data: &[u8]) -> bool {
 fn mesh(name: &str, data: &[u8]) -> bool {
     data.len() <= MESH
         && [false, true]
-            .map(|hull| shape::mesh::parse(Path::new(name), data.to_vec(), 1e-3, hull).is_ok())
+            .map(|hull| shape::mesh::parse(Path::new(name), data, 1e-3, hull).is_ok())
             .contains(&true)
 }
 

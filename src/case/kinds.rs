@@ -266,7 +266,7 @@ impl Builder<'_> {
                         path: path.clone(),
                         problem,
                     })
-                    .and_then(|bytes| mesh::parse(&path, bytes, scale * unit * given, mesh.hull))
+                    .and_then(|bytes| mesh::parse(&path, &bytes, scale * unit * given, mesh.hull))
                     .map_err(|e| self.bad(&mesh.file.span, &e))?;
                 Ok(Written {
                     shape: Arc::new(shape),

@@ -49,7 +49,7 @@ impl Setup {
             if speed > flow.speed {
                 flow.length = width;
             }
-            flow.speed = (flow.speed * flow.speed + speed * speed).sqrt();
+            flow.speed = libm::hypot(flow.speed, speed);
         }
         if flow.length.is_infinite() {
             flow.length = self.scales.diameter;

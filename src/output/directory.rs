@@ -366,9 +366,7 @@ pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> 
         let mut doomed = own::top(directory, &TOP);
         doomed.retain(|own| own.partial || [TOP[0], TOP[2]].iter().any(|end| own.path.ends_with(end)));
         let mut frames = own::frames(directory)?;
-        frames.retain(|own| {
-            own.partial || own.step > step || own.step == step && !kept.iter().any(|kept| *kept == own.of)
-        });
+        frames.retain(|own| own.partial || own.step > step || own.step == step && !kept.contains(&own.of));
         doomed.extend(frames);
         own::remove(doomed)
     };

@@ -294,11 +294,23 @@ mod tests {
         for (i, particle) in particles.iter().enumerate() {
             let three =
                 |name: &str| -> [f64; 3] { array(&piece, name)[3 * i..3 * i + 3].try_into().unwrap() };
-            assert_eq!(at[3 * i..3 * i + 3], particle.position);
-            assert_eq!(three("velocity"), particle.velocity);
-            assert_eq!(three("angular_velocity"), particle.angular_velocity);
-            assert_eq!(three("contact_force"), particle.contact_force);
-            assert_eq!(three("contact_torque"), particle.contact_torque);
+            assert_eq!(
+                Vec3::from_column_slice(&at[3 * i..3 * i + 3]),
+                particle.position()
+            );
+            assert_eq!(Vec3::from(three("velocity")), Vec3::from(particle.velocity));
+            assert_eq!(
+                Vec3::from(three("angular_velocity")),
+                Vec3::from(particle.angular_velocity)
+            );
+            assert_eq!(
+                Vec3::from(three("contact_force")),
+                Vec3::from(particle.contact_force)
+            );
+            assert_eq!(
+                Vec3::from(three("contact_torque")),
+                Vec3::from(particle.contact_torque)
+            );
             assert_eq!(Vec3::from(three("hydrodynamic_force")), loads[i][0]);
             assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i][1]);
             assert_eq!(array(&piece, "id")[i] as u64, particle.id);

@@ -127,10 +127,8 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
             match which {
                 ID => id = Some(whole()?),
                 KIND => {
-                    kind = Some(Cell {
-                        value: whole()?,
-                        column,
-                    })
+                    let value = whole()?;
+                    kind = Some(Cell { value, column });
                 }
                 DIAMETER => {
                     let value = finite()?;
@@ -278,7 +276,7 @@ mod tests {
             prop_assert_eq!(back[0].id, Some(id));
             prop_assert_eq!(back[0].orientation, row.orientation);
             prop_assert_eq!(back[0].kind.unwrap().value, kind as u64);
-            prop_assert_eq!(back[0].diameter.unwrap().value, row.diameter);
+            prop_assert_eq!(back[0].diameter.unwrap().value.to_bits(), row.diameter.to_bits());
             prop_assert_eq!(back[0].motion, Some([row.velocity, row.angular_velocity]));
         }
     }

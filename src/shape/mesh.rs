@@ -32,7 +32,7 @@ pub fn read(path: &Path, scale: f64, hull: bool) -> Result<(Polyhedron, Placemen
             path: path.to_path_buf(),
             problem,
         })?;
-    parse(path, bytes, scale, hull)
+    parse(path, &bytes, scale, hull)
 }
 
 /// As [`read`], for contents that are in memory; `path` says what kind of file it is, and names it in errors.
@@ -41,7 +41,7 @@ pub fn read(path: &Path, scale: f64, hull: bool) -> Result<(Polyhedron, Placemen
 /// As [`read`].
 pub fn parse(
     path: &Path,
-    bytes: Vec<u8>,
+    bytes: &[u8],
     scale: f64,
     hull: bool,
 ) -> Result<(Polyhedron, Placement), ShapeError> {
@@ -50,7 +50,7 @@ pub fn parse(
         path: path.to_path_buf(),
         problem,
     };
-    let facets = facets(path, &bytes).map_err(in_file)?;
+    let facets = facets(path, bytes).map_err(in_file)?;
     body(&facets, scale, hull).map_err(in_file)
 }
 

@@ -64,7 +64,9 @@ pub(super) fn row<T: Real>(
     let own = simulation.dem.particles().owned();
     let known = gather::partners(simulation, contacts);
     let mut terms = Vec::new();
-    own.iter().for_each(|p| of_particle(setup, p, &mut terms));
+    for particle in own {
+        of_particle(setup, particle, &mut terms);
+    }
     for contact in contacts {
         of_contact(setup, &known, contact, &mut terms);
     }

@@ -229,11 +229,9 @@ impl<'a> Writer<'a> {
             })?;
             self.surfaces.add(time, &path)?;
         }
-        if due[PARTICLES] || due[SURFACES] {
-            if !self.walls_written && !setup.walls.is_empty() {
-                write_walls(&self.files.walls(), domain, &setup.walls)?;
-                self.walls_written = true;
-            }
+        if (due[PARTICLES] || due[SURFACES]) && !self.walls_written && !setup.walls.is_empty() {
+            write_walls(&self.files.walls(), domain, &setup.walls)?;
+            self.walls_written = true;
         }
         if due[CONTACTS] {
             let path = listed(self.files.contacts(step), &|file, cut| {
