@@ -151,7 +151,7 @@ fn bad_input_is_said_once() {
     let output = turbid(folder.path(), 2, &["check", "case.toml"]);
     assert!(output.status.success());
     assert_eq!(
-        words(&output).matches("cells per diameter").count(),
+        words(&output).matches("\n  cells per diameter").count(),
         1,
         "{}",
         words(&output)

@@ -74,7 +74,16 @@ fn words(output: &Output) -> String {
 fn on_threads(folder: &Path, threads: &str, out: &str) -> PathBuf {
     let output = Command::new("timeout")
         .args(["--kill-after=5", "120", env!("CARGO_BIN_EXE_turbid")])
-        .args(["run", "case.toml", "--quiet", "--threads", threads, "--out", out])
+        .args([
+            "run",
+            "case.toml",
+            "--quiet",
+            "--overwrite",
+            "--threads",
+            threads,
+            "--out",
+            out,
+        ])
         .current_dir(folder)
         .output()
         .unwrap();

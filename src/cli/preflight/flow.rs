@@ -26,8 +26,7 @@ fn gap_row(setup: &Setup) -> Option<Row> {
         )
     });
     let remark = format!(
-        "one cell: there is no lubrication model, and below this gap the force of the fluid that parts or joins bodies is too \
-         weak (spheres at 12 cells per diameter: by 9, 25, 47, 73 % at 1, 0.5, 0.25, 0.1 cells){touch}"
+        "one cell: no lubrication model, forces in narrower gaps are too weak (README, Scope){touch}"
     );
     Some(row(
         "unresolved gaps",

@@ -212,10 +212,17 @@ impl Reply {
 
 /// Reads bytes as one message after another, in each direction; `true` if they are. For tests that hand in any bytes.
 pub fn read_messages(bytes: &[u8]) -> bool {
-    let (mut requests, mut replies) = (bytes, bytes);
-    while !requests.is_empty() && Request::read(&mut requests).is_ok() {}
-    while !replies.is_empty() && Reply::read(&mut replies).is_ok() {}
-    requests.is_empty() || replies.is_empty()
+    let all = |read: fn(&mut &[u8]) -> bool| {
+        let mut left = bytes;
+        while !left.is_empty() {
+            // What fails may have taken the rest.
+            if !read(&mut left) {
+                return false;
+            }
+        }
+        true
+    };
+    all(|left| Request::read(left).is_ok()) || all(|left| Reply::read(left).is_ok())
 }
 
 fn malformed() -> io::Error {
