@@ -89,12 +89,20 @@ fn with_results(more: &str, velocity: impl Fn(&str) -> Option<(f64, f64)>) -> (t
                 value,
                 error: Some(error),
             };
-            let name = "settling_velocity_over_stokes".to_string();
+            let end = Quantity {
+                value: 20.0,
+                error: None,
+            };
+            let numbers = [
+                ("settling_velocity_over_stokes", quantity),
+                ("transient_end", end),
+                ("settled_mean", quantity),
+            ];
             *state = State::Done(Box::new(Record {
                 directory: study.out.join(&run.name),
                 version: "0".to_string(),
-                averaged_over: None,
-                quantities: BTreeMap::from([(name, quantity)]),
+                averaged_over: Some([30.0, 90.0]),
+                quantities: BTreeMap::from(numbers.map(|(name, number)| (name.to_string(), number))),
             }));
         }
     }
@@ -410,6 +418,39 @@ columns = [
         table.rows[0]
     );
     assert_eq!(table.rows[1], ["0.2", "-", "0.20", "-", "-", "0.250", "-"]);
+}
+
+#[test]
+fn a_mean_that_has_not_settled_is_named_and_marked_wherever_it_counts() {
+    let table = r#"
+[[table]]
+name = "t"
+title = "T"
+rows = ["phi"]
+columns = [
+    { label = "spheres", y = "settling_velocity_over_stokes", only = { shape = "sphere" }, digits = 2 },
+    { label = "cubes", y = "settling_velocity_over_stokes", only = { shape = "cube" }, digits = 2 },
+    { label = "slower", y = "slower_by", digits = 2 },
+]
+"#;
+    let (_place, mut study) = with_results(table, |_| Some((0.2, 0.0)));
+    assert!(study.document().unwrap().unsettled.is_empty());
+    let cubes = names(&study)
+        .iter()
+        .position(|name| name.contains("phi0.1") && name.contains("cube"));
+    let cubes = cubes.unwrap();
+    let State::Done(record) = &mut study.states[cubes] else {
+        panic!("all runs have ended");
+    };
+    record.quantities.remove("transient_end");
+    let document = study.document().unwrap();
+    assert_eq!(document.unsettled, [study.plan.runs[cubes].name.clone()]);
+    let marked = |row: usize| -> Vec<bool> {
+        let cells = document.tables[0].rows[row][1..].iter();
+        cells.map(|cell| cell.ends_with(" (not settled)")).collect()
+    };
+    assert_eq!(marked(0), [false, true, true]);
+    assert_eq!(marked(1), [false; 3]);
 }
 
 #[test]

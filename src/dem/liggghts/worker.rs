@@ -80,6 +80,8 @@ impl Worker {
                 command.env_remove(&name);
             }
         }
+        // A worker may print as soon as it runs.
+        let logged = log.map_or(0, length);
         let child = command
             .arg(VERB)
             .envs(ALONE)
@@ -101,7 +103,7 @@ impl Worker {
             }),
             timeout: Duration::from_secs_f64(params.options.timeout),
             log_file: log.map(Path::to_owned),
-            logged: log.map_or(0, length),
+            logged,
         })
     }
 
