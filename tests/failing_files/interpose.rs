@@ -32,9 +32,13 @@ fn watch() -> MutexGuard<'static, Watch> {
     WATCH.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Waits until no other test counts: all threads of the process are counted.
+pub(super) fn turn() -> MutexGuard<'static, ()> {
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Does something of which the operation `fail` fails; returns its result, and all operations up to the end.
 pub(super) fn count_and_fail<R>(fail: Option<usize>, work: impl FnOnce() -> R) -> (R, Vec<String>) {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     *watch() = Watch {
         on: true,
         fail,
