@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-const CASE: &str = r#"
+const CASE: &str = r"
 [domain]
 size = { diameters = [4, 4, 4] }
 
@@ -31,7 +31,7 @@ seed = 1
 
 [run]
 end = { steps = 2 }
-"#;
+";
 
 type Resource = libc::__rlimit_resource_t;
 
