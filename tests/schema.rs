@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::{case, study};
 
-const CASE: &str = r#"
+const CASE: &str = r"
 [domain]
 size = { diameters = [4, 4, 4] }
 [fluid]
@@ -21,7 +21,7 @@ volume_fraction = 0.1
 seed = 1
 [run]
 end = { steps = 10 }
-"#;
+";
 
 const STUDY: &str = r#"
 title = "x"
