@@ -1,6 +1,6 @@
 //! The allocator of the program: where memory runs out in the middle of something, the process ends with words and exit code 2.
 //!
-//! The large arrays of a run are results ([`memory`](crate::memory)). For all else a failed allocation would mean SIGABRT. Ending
+//! The large arrays of a run are results ([`memory`]). For all else a failed allocation would mean SIGABRT. Ending
 //! the process at once ends all its ranks, and a launcher of MPI then ends those of the others.
 
 use crate::memory;

@@ -3,7 +3,7 @@
 //! Angles are those of the published data sets: `R = Rz(rz) Ry(ry) Rx(rx)` maps the body frame to the world frame. With a header
 //! there may also be `kind` (which `[[particles]]` section, counted from 0), `diameter` (m, of the sphere of equal volume), the
 //! unit quaternion `qx, qy, qz, qw` in place of angles, velocity `vx, vy, vz` (m/s) and angular velocity `wx, wy, wz` (1/s). That
-//! is how [`format`] writes the particles of a run: reading gives back the same bits.
+//! is how [`format()`] writes the particles of a run: reading gives back the same bits.
 
 use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
@@ -22,7 +22,7 @@ const QUATERNION: std::ops::Range<usize> = 9..13;
 const MOTION: std::ops::Range<usize> = 13..19;
 const EXPECTED: &str = "expected lines of x;y;z;rx;ry;rz;id (metres, degrees), or CSV whose header names x, y, z and \
                         optionally rx, ry, rz or qx, qy, qz, qw, id, kind, diameter, vx, vy, vz, wx, wy, wz";
-/// Header of what [`format`] writes.
+/// Header of what [`format()`] writes.
 const WRITTEN: &str = "x;y;z;qx;qy;qz;qw;id;kind;diameter;vx;vy;vz;wx;wy;wz";
 
 /// Numbers of particles stay below this, so that programs that read them as floating point keep them apart.
@@ -61,7 +61,7 @@ pub struct Placement {
     pub motion: Option<[Vec3; 2]>,
 }
 
-/// A particle as [`format`] writes it.
+/// A particle as [`format()`] writes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Unique number.
