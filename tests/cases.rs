@@ -199,7 +199,15 @@ fn every_key_of_the_schema_is_described() {
             }
         }
         match value {
-            serde_json::Value::Object(object) => open.extend(object.values()),
+            // Conditions name keys that are described elsewhere.
+            serde_json::Value::Object(object) => {
+                open.extend(
+                    object
+                        .iter()
+                        .filter(|(key, _)| *key != "dependentSchemas")
+                        .map(|(_, value)| value),
+                );
+            }
             serde_json::Value::Array(array) => open.extend(array),
             _ => {}
         }
