@@ -231,7 +231,7 @@ fn a_sphere_in_a_wide_shear_cell_has_the_stresslet_of_einstein() {
 }
 
 #[test]
-fn a_column_of_spheres_at_rest_carries_its_weight_as_stress() {
+fn a_column_of_spheres_carries_its_weight_as_stress() {
     let text = "
 [domain]
 size = [0.011, 0.011, 0.03]
@@ -250,7 +250,7 @@ gravity = 9.81
 [run]
 end = { time = 0.3 }
 [output]
-series_every = { time = 0.05 }
+series_every = { time = 5e-4 }
 particles_every = \"never\"
 picture_every = \"never\"
 ";
@@ -259,9 +259,14 @@ picture_every = \"never\"
     let weight = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3) * 9.81;
     // Twice the weight over one radius from the floor, once over two from below.
     let exact = -(2.0 * weight * radius + weight * 2.0 * radius) / (0.011 * 0.011 * 0.03);
-    close("zz", last(&series, "contact_stress_zz"), exact, 0.01);
+    // It swings about that, hardly damped: as momentum stays, the mean forces are those at rest.
+    let mean = |name: &str| {
+        let values = &column(&series, name)[100..];
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    close("zz", mean("contact_stress_zz"), exact, 0.01);
     assert!(last(&series, "contact_stress_xz").abs() < 1e-6 * exact.abs());
-    close("floor", last(&series, "wall_force_z"), -2.0 * weight, 0.01);
+    close("floor", mean("wall_force_z"), -2.0 * weight, 0.01);
     assert_eq!(
         last(&series, "hydrodynamic_stress_zz").to_bits(),
         0.0_f64.to_bits()
