@@ -413,18 +413,19 @@ pub fn remove(path: &Path) -> Result<()> {
     }
 }
 
-/// Writes a file that does not exist yet, and removes it again.
+/// Writes a file and removes it again. One of the same name is what an earlier process of the same number could not remove: the
+/// directory is locked.
 fn probe(directory: &Path) -> io::Result<()> {
     let path = directory.join(format!(".turbid-probe-{}", std::process::id()));
+    match fs::remove_file(&path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
     let written = fs::File::create_new(&path).and_then(|mut file| {
         file.write_all(b"probe")?;
         file.sync_all()
     });
-    // A probe of another run of the same number is not ours to remove.
-    match written {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
-        written => written.and(fs::remove_file(&path)),
-    }
+    written.and(fs::remove_file(&path))
 }
 
 #[cfg(test)]
