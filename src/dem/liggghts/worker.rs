@@ -39,8 +39,10 @@ const QUOTED: usize = 8;
 const OF_LAUNCHERS: [&str; 3] = ["OMPI_", "PMIX_", "PMI_"];
 
 /// One process, started in a tenth of the usual time and without a daemon.
-const ALONE: [(&str, &str); 3] = [
+const ALONE: [(&str, &str); 4] = [
     ("OMPI_MCA_ess_singleton_isolated", "1"),
+    // Workers that begin and end at the same time would remove each other's.
+    ("OMPI_MCA_orte_create_session_dirs", "0"),
     ("OMPI_MCA_btl", "self"),
     ("OMPI_MCA_pml", "ob1"),
 ];
