@@ -222,5 +222,5 @@ fn whichever_file_operation_of_a_resumed_run_fails_the_checkpoint_it_came_from_s
         place.run(1, 2).unwrap();
         place
     };
-    sweep(prepare, |place| place.resume(1), 1, 1);
+    sweep(prepare, |place| place.resume(1), 1, 4);
 }
