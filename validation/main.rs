@@ -42,7 +42,7 @@ fn the_full_level_ends_in_time_and_leaves_what_it_can_go_on_with() {
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    assert_eq!(output.status.code(), Some(4), "{said}");
     assert!(
         said.contains("stopped before its end") && said.contains("the same command goes on"),
         "{said}"
