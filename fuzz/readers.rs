@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use turbid::checkpoint::{self, CaseText, Checkpoint, Head, Part};
 use turbid::comm::Comm;
 use turbid::domain::Block;
-use turbid::{case as cases, packing, shape};
+use turbid::{case as cases, mesh, packing};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 /// Larger meshes only take longer (bytes).
@@ -43,7 +43,7 @@ pub(crate) fn obj(data: &[u8]) -> bool {
 fn mesh(name: &str, data: &[u8]) -> bool {
     data.len() <= MESH
         && [false, true]
-            .map(|hull| shape::mesh::parse(Path::new(name), data, 1e-3, hull).is_ok())
+            .map(|hull| mesh::parse(Path::new(name), data, 1e-3, hull).is_ok())
             .contains(&true)
 }
 
@@ -172,5 +172,5 @@ fn read_all(folder: &Path) -> bool {
 /// Messages between the program and LIGGGHTS in a process of its own.
 #[cfg(feature = "liggghts")]
 pub(crate) fn protocol(data: &[u8]) -> bool {
-    turbid::dem::liggghts::read_messages(data)
+    turbid::engine::liggghts::read_messages(data)
 }

@@ -60,7 +60,7 @@ enum Command {
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
     #[cfg(feature = "liggghts")]
-    #[command(name = crate::dem::liggghts::worker::VERB, hide = true)]
+    #[command(name = crate::engine::liggghts::worker::VERB, hide = true)]
     LiggghtsWorker,
 }
 
@@ -196,11 +196,11 @@ pub fn main() -> ExitCode {
     }
     #[cfg(feature = "liggghts")]
     if let Command::LiggghtsWorker = arguments.command {
-        return crate::dem::liggghts::worker::main();
+        return crate::engine::liggghts::worker::main();
     }
     let code = carry_out(arguments.command);
     #[cfg(feature = "liggghts")]
-    crate::dem::liggghts::end();
+    crate::engine::liggghts::end();
     terminal::exit(code)
 }
 

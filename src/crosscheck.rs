@@ -97,7 +97,7 @@ macro_rules! with_liggghts {
 #[cfg(not(feature = "liggghts"))]
 macro_rules! with_liggghts {
     ($run:path) => {
-        |_| Err(crate::dem::liggghts_is_missing("`turbid crosscheck`"))
+        |_| Err(crate::engine::liggghts_is_missing("`turbid crosscheck`"))
     };
 }
 

@@ -20,28 +20,19 @@
 pub mod case;
 pub mod checkpoint;
 pub mod cli;
-pub mod comm;
-pub mod contact;
-pub mod coupling;
 pub mod crosscheck;
-pub mod dem;
-pub mod domain;
-pub mod error;
-pub mod fluid;
+pub mod engine;
 pub mod input;
-pub mod lattice;
-pub mod math;
 pub mod memory;
+pub mod mesh;
 pub mod output;
 pub mod packing;
-pub mod particle;
 pub mod report;
-pub mod shape;
 pub mod simulation;
 pub mod study;
-pub mod timing;
-pub mod units;
 pub mod validate;
-pub mod wall;
 
-pub use error::{Error, Result};
+pub use turbid_core::{Error, Result};
+pub use turbid_core::{
+    comm, contact, coupling, dem, domain, error, fluid, lattice, math, particle, shape, timing, units, wall,
+};

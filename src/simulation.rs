@@ -16,13 +16,15 @@ mod work;
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::coupling::{
-    CONTROL_INTERVAL, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
+    AnyFluid, CONTROL_INTERVAL, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams,
+    LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::fluid::{Boundary, Flow, Fluid, FluidParams, Real, Simd};
+use crate::fluid::{Boundary, Flow, FluidParams, Simd};
 use crate::math::Vec3;
+use crate::particle::Particle;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
@@ -39,11 +41,11 @@ pub use work::{Forecast, RankForecast, Traffic};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it.
-pub struct Simulation<T: Real> {
+pub struct Simulation {
     comm: Rc<Comm>,
     units: Units,
     /// `None` in a dry run.
-    wet: Option<Wet<T>>,
+    wet: Option<Wet>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
@@ -58,15 +60,15 @@ pub struct Simulation<T: Real> {
 }
 
 /// The fluid, and what couples it to the particles.
-struct Wet<T: Real> {
-    fluid: Fluid<T>,
+struct Wet {
+    fluid: AnyFluid,
     coupling: Coupling,
     driving: Driving,
     /// Cells of the box that are in no wall.
     cells: f64,
 }
 
-impl<T: Real> Wet<T> {
+impl Wet {
     /// Fluid at rest round the particles of a case. Collective.
     ///
     /// # Errors
@@ -101,7 +103,7 @@ impl<T: Real> Wet<T> {
             motions: walls.motions(),
             wall_of: &|cell| walls.wall_of(cell),
         };
-        let fluid = Fluid::new(decomposition, comm, &params, &boundary)?;
+        let fluid = AnyFluid::new(setup.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
         let driving = DrivingParams {
@@ -125,7 +127,7 @@ impl<T: Real> Wet<T> {
     }
 }
 
-impl<T: Real> Simulation<T> {
+impl Simulation {
     /// The case at rest, with the engine it asks for. Collective.
     ///
     /// # Errors
@@ -197,9 +199,9 @@ impl<T: Real> Simulation<T> {
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
-            t.stage("map", || coupling.begin_exchange(fluid));
+            t.stage("map", || fluid.begin_exchange(coupling));
             flow = t.stage("fluid", || {
-                fluid.sweep(lattice.into(), &mut coupling.solids(dem.particles()), measure)
+                fluid.sweep(lattice.into(), coupling, dem.particles(), measure)
             });
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
@@ -226,6 +228,14 @@ impl<T: Real> Simulation<T> {
             }
             None => Ok(()),
         }
+    }
+
+    /// Advances by `count` time steps. Collective.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn advance(&mut self, count: u64) -> Result<()> {
+        (0..count).try_for_each(|_| self.step())
     }
 
     /// What this rank tells the others: whether it has failed, and what is asked of it.
@@ -284,7 +294,7 @@ impl<T: Real> Simulation<T> {
         let particles = self.dem.particles();
         let fault = self.wet.as_mut().and_then(|Wet { fluid, coupling, .. }| {
             coupling.map(particles);
-            fluid.fault(&mut coupling.solids(particles))
+            fluid.fault(coupling, particles)
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {
@@ -323,13 +333,18 @@ impl<T: Real> Simulation<T> {
     }
 
     /// The fluid of this rank's block; none in a dry run.
-    pub fn fluid(&self) -> Option<&Fluid<T>> {
+    pub fn fluid(&self) -> Option<&AnyFluid> {
         self.wet.as_ref().map(|wet| &wet.fluid)
     }
 
     /// The ranks.
     pub fn comm(&self) -> &Comm {
         &self.comm
+    }
+
+    /// The particles that this rank owns, ascending by id.
+    pub fn owned(&self) -> &[Particle] {
+        self.dem.particles().owned()
     }
 
     /// The engine.

@@ -6,7 +6,7 @@
 
 mod channel;
 mod drafting;
-mod experiment;
+mod fixed;
 mod friction;
 mod hertz;
 mod hindered_settling;

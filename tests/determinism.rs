@@ -5,7 +5,7 @@ use std::sync::Arc;
 use turbid::case::{self, Setup};
 use turbid::comm::on_threads;
 use turbid::domain::{Decomposition, Weights};
-use turbid::fluid::{Real, Simd};
+use turbid::fluid::{Precision, Simd};
 use turbid::simulation::Simulation;
 
 const STEPS: u64 = 500;
@@ -50,14 +50,14 @@ fn setup() -> Setup {
 }
 
 /// What a run ended with: hash, contacts begun, and particles that changed their rank.
-fn outcome<T: Real>(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) {
+fn outcome(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) {
     let setup = Setup {
         simd: Some(simd),
         ..setup.clone()
     };
     let results = on_threads(cut.ranks(), |comm| {
-        let mut simulation = Simulation::<T>::new(&setup, cut, comm).unwrap();
-        let owned = |s: &Simulation<T>| {
+        let mut simulation = Simulation::new(&setup, cut, comm).unwrap();
+        let owned = |s: &Simulation| {
             s.dem()
                 .particles()
                 .owned()
@@ -87,13 +87,13 @@ fn outcome<T: Real>(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64
     )
 }
 
-fn same_bits<T: Real>() {
-    let setup = Arc::new(setup());
+fn same_bits(precision: Precision) {
+    let setup = Arc::new(Setup { precision, ..setup() });
     assert_eq!(setup.particles.len(), 200);
     assert!(setup.templates[0].shape.as_sphere().is_some());
     let domain = setup.domain;
     let cut = |ranks| Decomposition::new(domain, ranks).unwrap();
-    let (hash, contacts, _) = outcome::<T>(&setup, &cut(1), Simd::best());
+    let (hash, contacts, _) = outcome(&setup, &cut(1), Simd::best());
     assert!(contacts > 100, "only {contacts} contacts begun");
     // The blocks a run would take, which leave rows whole, and blocks that meet in corners and cut rows.
     let grids = [[3, 1, 1], [2, 2, 2]].map(|grid| Decomposition::with_grid(domain, grid));
@@ -117,7 +117,7 @@ fn same_bits<T: Real>() {
         .chain([uneven])
         .chain(balanced)
     {
-        let (other, begun, moved) = outcome::<T>(&setup, &cut, Simd::best());
+        let (other, begun, moved) = outcome(&setup, &cut, Simd::best());
         println!(
             "{:?}: {other:016x}, {begun} contacts begun, {moved} particles changed rank",
             cut.cuts
@@ -129,7 +129,7 @@ fn same_bits<T: Real>() {
         .into_iter()
         .filter(|simd| simd.is_available())
     {
-        let (other, ..) = outcome::<T>(&setup, &cut(2), simd);
+        let (other, ..) = outcome(&setup, &cut(2), simd);
         println!("{simd:?}: {other:016x}");
         assert_eq!(other, hash, "{simd:?}");
     }
@@ -137,10 +137,10 @@ fn same_bits<T: Real>() {
 
 #[test]
 fn single_precision_gives_the_same_bits_on_any_ranks_and_instruction_set() {
-    same_bits::<f32>();
+    same_bits(Precision::F32);
 }
 
 #[test]
 fn double_precision_gives_the_same_bits_on_any_ranks_and_instruction_set() {
-    same_bits::<f64>();
+    same_bits(Precision::F64);
 }

@@ -6,7 +6,6 @@ use std::fmt::Write;
 use turbid::case::{self, Setup};
 use turbid::comm::on_threads;
 use turbid::domain::Decomposition;
-use turbid::fluid::{Precision, Real};
 use turbid::simulation::Simulation;
 
 const CASES: u32 = 200;
@@ -114,9 +113,9 @@ fn cut(setup: &Setup, wanted: usize, random: &mut ChaCha8Rng) -> Decomposition {
 
 /// What a run of some ranks comes to: the hash of its state and the number of contacts begun, or what ended it and when; where
 /// is told by the first rank that has found it.
-fn outcome<T: Real>(setup: &Setup, cut: &Decomposition) -> String {
+fn outcome(setup: &Setup, cut: &Decomposition) -> String {
     let ends = on_threads(cut.ranks(), |comm| {
-        let mut simulation = Simulation::<T>::new(setup, cut, comm).map_err(|error| error.to_string())?;
+        let mut simulation = Simulation::new(setup, cut, comm).map_err(|error| error.to_string())?;
         for _ in 0..STEPS {
             simulation.step().map_err(|error| error.to_string())?;
         }
@@ -143,14 +142,10 @@ fn two_hundred_random_cases_have_the_same_bits_on_one_and_on_two_to_eight_ranks(
             assert!(refused < 10 * CASES, "most cases are cases");
             continue;
         };
-        let run = match setup.precision {
-            Precision::F32 => outcome::<f32>,
-            Precision::F64 => outcome::<f64>,
-        };
         let wanted = random.random_range(2..9);
         let cut = cut(&setup, wanted, &mut random);
-        let expected = run(&setup, &Decomposition::new(setup.domain, 1).unwrap());
-        let found = run(&setup, &cut);
+        let expected = outcome(&setup, &Decomposition::new(setup.domain, 1).unwrap());
+        let found = outcome(&setup, &cut);
         assert_eq!(found, expected, "case {done} cut at {:?}:\n{text}", cut.cuts);
         failed += u32::from(!expected.ends_with("contacts"));
         contacts += u32::from(!expected.ends_with(" 0 contacts"));

@@ -3,7 +3,7 @@
 use turbid::case::{self, Setup};
 use turbid::comm::{Comm, on_threads};
 use turbid::domain::Decomposition;
-use turbid::fluid::Collision;
+use turbid::fluid::{Collision, Precision};
 use turbid::math::Vec3;
 use turbid::simulation::Simulation;
 use turbid::wall::{Motion, Surface, Wall};
@@ -57,13 +57,16 @@ fn setup(speed: f64) -> Setup {
 
 #[test]
 fn the_walls_of_a_shear_cell_feel_viscosity_times_shear_rate_times_area() {
-    let setup = setup(2e-3);
+    let setup = Setup {
+        precision: Precision::F64,
+        ..setup(2e-3)
+    };
     let size = setup.domain.size();
     let expected = 1200.0 * 1e-5 * 2e-3 / size.z * size.x * size.y;
     for grid in [[1, 1, 1], [1, 2, 2]] {
         let cut = Decomposition::with_grid(setup.domain, grid);
         let loads = on_threads(cut.ranks(), |comm| {
-            let mut simulation = Simulation::<f64>::new(&setup, &cut, comm).unwrap();
+            let mut simulation = Simulation::new(&setup, &cut, comm).unwrap();
             for _ in 0..2400 {
                 simulation.step().unwrap();
             }
@@ -85,7 +88,7 @@ fn a_fluid_that_gets_too_fast_in_the_last_steps_is_found_at_the_end() {
     // From rest to the limit in three steps, between two measurements.
     setup.body_acceleration = Vec3::x() * (0.15 * setup.units.acceleration());
     let cut = Decomposition::new(setup.domain, 1).unwrap();
-    let mut simulation = Simulation::<f32>::new(&setup, &cut, Comm::Solo).unwrap();
+    let mut simulation = Simulation::new(&setup, &cut, Comm::Solo).unwrap();
     for _ in 0..2 {
         simulation.step().unwrap();
         simulation.check().unwrap();

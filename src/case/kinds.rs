@@ -10,10 +10,10 @@ use super::source::Source;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::{Quat, Vec3};
+use crate::mesh;
 use crate::particle::Template;
 use crate::shape::{
-    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, mesh,
-    polyhedron,
+    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, polyhedron,
 };
 use std::ops::Range;
 use std::sync::Arc;

@@ -13,7 +13,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
     };
     let setup = load(path, &arguments.changes)?;
     say(&format!("{}\n{}", setup.name, table(&preflight::rows(&setup))));
-    if let Err(missing) = setup.engine.refuse_if_missing() {
+    if let Err(missing) = crate::engine::refuse_if_missing(&setup.engine) {
         warn(&missing.to_string());
     }
     for advice in preflight::advice(&setup) {

@@ -2,7 +2,7 @@
 
 use super::machine;
 use super::terminal::table;
-use crate::dem::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
+use crate::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use crate::fluid::{Precision, Simd};
 use std::path::{Path, PathBuf};
 

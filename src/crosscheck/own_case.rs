@@ -13,10 +13,9 @@ use super::{Check, Findings};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
-use crate::dem::{
-    DemEngine, EngineChoice, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams,
-};
+use crate::dem::{DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams};
 use crate::domain::Decomposition;
+use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 use crate::error::{Error, Result};
 use compare::{Comparison, FEW, PARTED, Pair, Span};
 use record::record;

@@ -3,8 +3,9 @@
 use super::Check;
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use crate::dem::{DemEngine, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams};
+use crate::dem::{DemEngine, LiggghtsOptions, Load, Native, NativeParams};
 use crate::domain::{Decomposition, Domain};
+use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};

@@ -8,11 +8,11 @@ use super::run::{agreed, decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;
 use crate::comm::{Comm, Traffic};
+use crate::coupling::AnyFluid;
 use crate::dem::{DemEngine, EngineChoice};
 use crate::domain::Decomposition;
 use crate::error::Result;
-use crate::fluid::{Precision, Real, stream_bandwidth};
-use crate::lattice::Q;
+use crate::fluid::stream_bandwidth;
 use crate::math::Vec3;
 pub use network::Network;
 pub use report::{BenchReport, RankReport, Rate, Spread};
@@ -51,24 +51,20 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
         setup.zero_net_flux = [false; 3];
         setup.body_acceleration = Vec3::x() * (1e-7 * setup.units.acceleration());
     }
-    let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(&setup)))?;
-    match setup.precision {
-        Precision::F32 => on_ranks(&decomposition, |comm| {
-            bench_rank::<f32>(&setup, options, &decomposition, comm)
-        }),
-        Precision::F64 => on_ranks(&decomposition, |comm| {
-            bench_rank::<f64>(&setup, options, &decomposition, comm)
-        }),
-    }
+    let decomposition =
+        agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(&setup)))?;
+    on_ranks(&decomposition, |comm| {
+        bench_rank(&setup, options, &decomposition, comm)
+    })
 }
 
-fn bench_rank<T: Real>(
+fn bench_rank(
     setup: &Setup,
     options: &BenchOptions,
     decomposition: &Decomposition,
     comm: Comm,
 ) -> Result<BenchReport> {
-    let mut simulation = Simulation::<T>::new(setup, decomposition, comm)?;
+    let mut simulation = Simulation::new(setup, decomposition, comm)?;
     for _ in 0..options.warm_up {
         simulation.step()?;
     }
@@ -102,7 +98,7 @@ fn bench_rank<T: Real>(
         .iter()
         .map(|bytes| serde_json::from_slice(bytes).expect("written just now"))
         .collect();
-    let population_bytes = (2 * Q * size_of::<T>()) as f64;
+    let population_bytes = (2 * AnyFluid::saved_bytes(setup.precision)) as f64;
     let fractions: Vec<f64> = mlups
         .iter()
         .zip(&bandwidth)
@@ -137,12 +133,7 @@ fn bench_rank<T: Real>(
 }
 
 /// What this rank has, and what it did in so many steps.
-fn rank_report<T: Real>(
-    simulation: &mut Simulation<T>,
-    traffic: Traffic,
-    steps: f64,
-    resident: u64,
-) -> RankReport {
+fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, resident: u64) -> RankReport {
     let stages = simulation.timings().stages();
     let stages = stages
         .iter()

@@ -6,8 +6,10 @@ use crate::comm;
 use crate::comm::Comm;
 use crate::dem::{DemEngine, EngineChoice, Native, NativeParams};
 #[cfg(feature = "liggghts")]
-use crate::dem::{Liggghts, LiggghtsOptions, LiggghtsParams, LiggghtsProcess};
+use crate::dem::{LiggghtsOptions, LiggghtsProcess};
 use crate::domain::Decomposition;
+#[cfg(feature = "liggghts")]
+use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 #[cfg(feature = "liggghts")]
 use crate::error::Error;
 use crate::error::Result;
@@ -43,7 +45,7 @@ pub(super) fn engine(
     comm: &Comm,
     context: &Context,
 ) -> Result<Box<dyn DemEngine>> {
-    setup.engine.refuse_if_missing()?;
+    crate::engine::refuse_if_missing(&setup.engine)?;
     let (templates, decomposition) = (setup.templates.clone(), decomposition.clone());
     match &setup.engine {
         #[cfg(feature = "liggghts")]

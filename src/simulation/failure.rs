@@ -199,8 +199,7 @@ mod tests {
                 steps: 0,
                 error,
             };
-            let mut simulation =
-                Simulation::<f32>::with_engine(&setup, &cut, comm, Box::new(engine)).unwrap();
+            let mut simulation = Simulation::with_engine(&setup, &cut, comm, Box::new(engine)).unwrap();
             for _ in 0..=FAILS_AT {
                 simulation.step().unwrap();
             }

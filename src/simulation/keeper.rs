@@ -9,7 +9,6 @@ use crate::checkpoint::{self, Checkpoint, Part};
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
-use crate::fluid::Real;
 use crate::output::OutputFiles;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -58,10 +57,10 @@ pub(super) struct Keeper<'a> {
 
 impl<'a> Keeper<'a> {
     /// For a run that has begun at `start`.
-    pub(super) fn new<T: Real>(
+    pub(super) fn new(
         setup: &'a Setup,
         decomposition: &Decomposition,
-        simulation: &Simulation<T>,
+        simulation: &Simulation,
         start: Instant,
     ) -> Self {
         Self {
@@ -114,9 +113,9 @@ impl<'a> Keeper<'a> {
     ///
     /// # Errors
     /// A failure of the simulation, of which nothing is kept; or that of writing.
-    pub(super) fn keep<T: Real>(
+    pub(super) fn keep(
         &mut self,
-        simulation: &mut Simulation<T>,
+        simulation: &mut Simulation,
         observer: &mut Observer,
         wishes: Wishes,
     ) -> Result<()> {
@@ -144,7 +143,7 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    fn write<T: Real>(&self, simulation: &mut Simulation<T>, observer: &mut Observer) -> Result<()> {
+    fn write(&self, simulation: &mut Simulation, observer: &mut Observer) -> Result<()> {
         simulation.check()?;
         let state = checkpoint::agreed(&simulation.comm, simulation.save())?;
         let shared = observer.state(&simulation.comm)?.map_or(Vec::new(), |observer| {
@@ -173,10 +172,7 @@ impl<'a> Keeper<'a> {
     ///
     /// # Errors
     /// [`Error::Agreed`], the same on every rank, if none is sound.
-    pub(super) fn take_up<T: Real>(
-        &mut self,
-        simulation: &mut Simulation<T>,
-    ) -> Result<(ObserverState, Vec<String>)> {
+    pub(super) fn take_up(&mut self, simulation: &mut Simulation) -> Result<(ObserverState, Vec<String>)> {
         let comm = simulation.comm.clone();
         let (shared, skipped) =
             checkpoint::newest_sound(&self.folder, &comm, |saved| self.restore(simulation, saved))?;
@@ -195,7 +191,7 @@ impl<'a> Keeper<'a> {
         Ok((shared.observer, skipped))
     }
 
-    fn restore<T: Real>(&self, simulation: &mut Simulation<T>, saved: &Checkpoint) -> Result<Shared> {
+    fn restore(&self, simulation: &mut Simulation, saved: &Checkpoint) -> Result<Shared> {
         let comm = simulation.comm.clone();
         let head = saved.head();
         let fits = if (head.cells, head.bytes_per_cell) == (self.setup.domain.cells, simulation.saved_bytes())

@@ -3,7 +3,7 @@
 use super::{Simulation, Wet};
 use crate::coupling::MeanFlow;
 use crate::dem::Load;
-use crate::fluid::{Flow, Real};
+use crate::fluid::Flow;
 use crate::math::{Vec3, from_fixed_wide, join_wide, split_wide};
 use crate::units::Units;
 
@@ -33,7 +33,7 @@ fn numbers<const N: usize>(words: &[i64]) -> [f64; N] {
     std::array::from_fn(|i| from_fixed_wide(join_wide([words[2 * i], words[2 * i + 1]])))
 }
 
-impl<T: Real> Simulation<T> {
+impl Simulation {
     /// Mean values from the added-up [`words`] of all ranks.
     pub(super) fn mean_of(&self, words: &[i64], max_lattice_speed: f64) -> MeanFlow {
         let sums: [f64; 5] = numbers(words);
@@ -56,11 +56,9 @@ impl<T: Real> Simulation<T> {
         };
         let particles = self.dem.particles();
         coupling.map(particles);
-        let mut stresslet = coupling.stresslet(particles);
-        let (flow, held) = fluid.measure(&mut stresslet);
-        let stresslet = stresslet.sums().into_iter().zip(held);
+        let (flow, stresslet) = fluid.measure(coupling, particles);
         let mut words = words(&flow);
-        words.extend(stresslet.flat_map(|(moment, held)| split_wide(moment - held)));
+        words.extend(stresslet.into_iter().flat_map(split_wide));
         self.note_fault(flow.fault);
         self.comm.sum(&mut words);
         let sums: [f64; 6] = numbers(&words[WORDS..]);

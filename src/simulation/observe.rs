@@ -18,7 +18,6 @@ use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::fluid::Real;
 use crate::output::{OutputFiles, PATHS, ParticlePoints, ParticleSurfaces, SeriesRow, Summary};
 use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
@@ -184,7 +183,7 @@ impl<'a> Observer<'a> {
     ///
     /// # Errors
     /// A failure of any rank since the last control, before anything of it is written; or that of writing.
-    pub(super) fn observe<T: Real>(&mut self, simulation: &mut Simulation<T>, last: bool) -> Result<()> {
+    pub(super) fn observe(&mut self, simulation: &mut Simulation, last: bool) -> Result<()> {
         let step = simulation.step;
         if let Some(writer) = &mut self.writer {
             writer.progress.update(step);
@@ -210,12 +209,7 @@ impl<'a> Observer<'a> {
     }
 
     /// Gathers and writes what is `due`, and with files in pieces their indices when all pieces are there. Collective.
-    fn write<T: Real>(
-        &mut self,
-        simulation: &mut Simulation<T>,
-        due: Due,
-        measured: Option<Measurement>,
-    ) -> Result<()> {
+    fn write(&mut self, simulation: &mut Simulation, due: Due, measured: Option<Measurement>) -> Result<()> {
         let touches = if due[CONTACTS] || due[SAMPLES] {
             simulation.dem.contact_states()
         } else {
@@ -251,9 +245,9 @@ impl<'a> Observer<'a> {
     }
 
     /// Brings to rank 0 what it writes by itself. Collective.
-    fn frame<T: Real>(
+    fn frame(
         &self,
-        simulation: &mut Simulation<T>,
+        simulation: &mut Simulation,
         due: Due,
         measured: Option<Measurement>,
         touches: &[ContactState],
@@ -276,7 +270,7 @@ impl<'a> Observer<'a> {
     }
 
     /// What rank 0 needs for a picture. Collective.
-    fn picture<T: Real>(&self, simulation: &mut Simulation<T>) -> Picture {
+    fn picture(&self, simulation: &mut Simulation) -> Picture {
         let setup = self.setup;
         if setup.dry {
             return Picture {
@@ -293,9 +287,9 @@ impl<'a> Observer<'a> {
     }
 
     /// Averages, the plot and the summary, on rank 0. Collective.
-    pub(super) fn finish<T: Real>(
+    pub(super) fn finish(
         mut self,
-        simulation: &mut Simulation<T>,
+        simulation: &mut Simulation,
         interrupted: bool,
     ) -> Result<Option<Summary>> {
         let hash = simulation.state_hash();

@@ -11,7 +11,6 @@ use crate::comm::MpiComm;
 use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::fluid::{Precision, Real};
 use crate::output::directory::{self, Lock};
 use crate::output::{OutputFiles, Summary};
 use std::sync::Arc;
@@ -55,7 +54,8 @@ pub(super) enum Origin {
 /// As [`run`], from the start or from a checkpoint.
 pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> Result<Option<Summary>> {
     let start = Instant::now();
-    let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(setup)))?;
+    let decomposition =
+        agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let _lock = agreed(if first {
         claim(setup, options, origin)
@@ -69,10 +69,7 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
         origin,
         start,
     };
-    match setup.precision {
-        Precision::F32 => on_ranks(&decomposition, |comm| run_rank::<f32>(&plan, comm)),
-        Precision::F64 => on_ranks(&decomposition, |comm| run_rank::<f64>(&plan, comm)),
-    }
+    on_ranks(&decomposition, |comm| run_rank(&plan, comm))
 }
 
 /// Takes the output directory, unless something in it must stay.
@@ -236,7 +233,7 @@ struct Plan<'a> {
     start: Instant,
 }
 
-fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
+fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     let &Plan {
         setup,
         options,
@@ -249,7 +246,7 @@ fn run_rank<T: Real>(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         log: Some(log),
         stop: Arc::clone(&options.stop),
     };
-    let mut simulation = Simulation::<T>::in_context(setup, decomposition, comm, &context)?;
+    let mut simulation = Simulation::in_context(setup, decomposition, comm, &context)?;
     let mut keeper = Keeper::new(setup, decomposition, &simulation, start);
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {

@@ -1,10 +1,9 @@
 //! The state between two steps: taken apart for a checkpoint, and put together again on any number of ranks.
 
 use super::{Simulation, Wet};
-use crate::coupling::{ControlRecord, MeanFlow};
+use crate::coupling::{AnyFluid, ControlRecord, MeanFlow};
 use crate::domain::Block;
 use crate::error::{Error, Result};
-use crate::fluid::{Fluid, Real};
 use crate::math::FIXED_POINT_LIMIT;
 use crate::units::Units;
 
@@ -24,10 +23,10 @@ pub(super) type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), S
 /// The last measurement of the flow, and the accelerations that the controller of the net flux has added.
 pub(super) type SavedDriving = (MeanFlow, ControlRecord);
 
-impl<T: Real> Simulation<T> {
+impl Simulation {
     /// Bytes of a saved cell; none in a dry run.
     pub(super) fn saved_bytes(&self) -> usize {
-        self.wet.as_ref().map_or(0, |_| Fluid::<T>::SAVED_BYTES)
+        (self.wet.as_ref()).map_or(0, |wet| AnyFluid::saved_bytes(wet.fluid.precision()))
     }
 
     /// This rank's part of the state, but for the populations. Collective.

@@ -6,13 +6,12 @@ use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Head, Part};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::fluid::Real;
 use std::path::Path;
 
 /// Of rank 0, with the caller's bytes.
 type Shared = (SavedDriving, Vec<u8>);
 
-impl<T: Real> Simulation<T> {
+impl Simulation {
     /// The head of a checkpoint of this step.
     pub(super) fn head(&self, setup: &Setup) -> Head {
         Head {
@@ -89,6 +88,6 @@ impl<T: Real> Simulation<T> {
 
     /// Bytes of a checkpoint, about, of all ranks.
     pub(crate) fn snapshot_bytes(setup: &Setup) -> f64 {
-        (setup.domain.cell_count() * crate::fluid::Fluid::<T>::SAVED_BYTES) as f64
+        (setup.domain.cell_count() * crate::coupling::AnyFluid::saved_bytes(setup.precision)) as f64
     }
 }

@@ -1,12 +1,12 @@
 //! Steady flows between walls: `validation/channel`.
 
-use super::experiment::Experiment;
 use super::reference::Table;
 use super::trial::whole;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::error::Result;
+use crate::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../validation/channel/case.toml");
 const REFERENCE: &str = include_str!("../../validation/channel/reference.csv");
@@ -35,12 +35,14 @@ const FORCE: f64 = 1e-4;
 /// Velocity along x (m/s) in the middle of the steps, of the cells of the plane `x = 1`, row by row; and the force on the
 /// walls along x over that on the fluid.
 fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
-    let mut run = Experiment::new(setup, &whole(setup), Comm::Solo)?;
-    run.steps(setup.end_step)?;
+    let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
+    run.advance(setup.end_step)?;
     let half = 0.5 * run.acceleration().x * setup.units.dt;
     let [_, ny, nz] = setup.domain.cells;
     let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
-    let profile = rows.map(|(y, z)| run.lattice_velocity([1, y, z]).x * setup.units.velocity() + half);
+    let profile = rows.map(|(y, z)| {
+        run.fluid().expect("the case has one").moments([1, y, z]).1[0] * setup.units.velocity() + half
+    });
     let profile = profile.collect();
     let drag: f64 = run.wall_loads().iter().map(|load| load.force.x).sum();
     let fed = setup.units.density * setup.domain.volume() * setup.body_acceleration.x;

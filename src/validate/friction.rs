@@ -1,11 +1,11 @@
 //! Oblique impacts with friction: `validation/friction`.
 
-use super::experiment::Experiment;
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::comm::Comm;
 use crate::error::Result;
+use crate::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../validation/friction/case.toml");
 const REFERENCE: &str = include_str!("../../validation/friction/reference.csv");
@@ -45,8 +45,8 @@ fn throws(trial: &Trial) -> Result<Findings> {
         .collect();
     let own = [format!("particles.0.list=[{}]", list.join(", "))];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let mut run = Experiment::new(&setup, &whole(&setup), Comm::Solo)?;
-    run.steps(setup.end_step)?;
+    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+    run.advance(setup.end_step)?;
     let contacts = run.dem().contacts();
     if (contacts.begun, contacts.count) != (angles.len() as u64, 0) {
         return Err(unsteady("contacts that have not ended", contacts.count as f64));

@@ -1,12 +1,12 @@
 //! Elastic impacts of spheres by Hertz: `validation/hertz`.
 
-use super::experiment::Experiment;
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::error::Result;
+use crate::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../validation/hertz/case.toml");
 const REFERENCE: &str = include_str!("../../validation/hertz/reference.csv");
@@ -40,11 +40,11 @@ fn impacts(trial: &Trial) -> Result<Findings> {
         let own = [format!("contact.law={law:?}")];
         let setup = trial.setup(TEXT, CASE.name, &own)?;
         let (dt, radius) = (setup.units.dt, 0.5 * setup.scales.diameter);
-        let mut run = Experiment::new(&setup, &whole(&setup), Comm::Solo)?;
+        let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
         let mut both = [Impact::default(), Impact::default()];
         let mut before = [f64::NEG_INFINITY; 2];
         for step in 1..=setup.end_step {
-            run.steps(1)?;
+            run.advance(1)?;
             let time = step as f64 * dt;
             let all = run.owned();
             let depths = [

@@ -52,7 +52,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         } else {
             0.0
         };
-        rows.push((run.done(), sum, mixture));
+        rows.push((run.steps_done(), sum, mixture));
         Ok(false)
     })?;
     let mut steps: BTreeMap<u64, (f64, f64)> = BTreeMap::new();

@@ -1,12 +1,12 @@
 //! One sphere settling slowly in a periodic cube: `validation/periodic_settling`.
 
-use super::experiment::Experiment;
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Part, Trial};
 use crate::comm::Comm;
 use crate::coupling::{CONTROL_INTERVAL, ForceBalance};
 use crate::error::Result;
+use crate::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../validation/periodic_settling/case.toml");
 const REFERENCE: &str = include_str!("../../validation/periodic_settling/reference.csv");
@@ -53,13 +53,13 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
         format!("driving.force_balance={word:?}"),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let mut run = Experiment::new(&setup, &whole(&setup), Comm::Solo)?;
+    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
     let stokes = setup.scales.stokes_velocity;
     let (mut before, mut steady) = (0.0, false);
     let (mut sum, mut samples, mut acceleration, mut flux) = (0.0, 0.0, 0.0, 0.0);
     let mut passed = 0.0_f64;
     while passed.abs() < setup.units.dx {
-        run.steps(STRETCH)?;
+        run.advance(STRETCH)?;
         let mixture = run.mean_flow().velocity.z;
         let velocity = mixture - run.owned()[0].velocity().z;
         if steady {
@@ -72,7 +72,7 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
         // On the way through the lattice the velocity never stops changing altogether.
         steady |= (velocity - before).abs() < STEADY * velocity.abs();
         before = velocity;
-        if run.done() >= setup.end_step {
+        if run.steps_done() >= setup.end_step {
             return Err(unsteady("velocity (m/s)", velocity));
         }
     }
@@ -96,7 +96,7 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
     );
     let weight = phi * (setup.scales.density_ratio - 1.0) * setup.gravity.norm();
     for (what, value) in [
-        ("steps", run.done() as f64),
+        ("steps", run.steps_done() as f64),
         (
             "Reynolds number",
             velocity * setup.scales.diameter / setup.scales.viscosity,

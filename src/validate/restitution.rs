@@ -1,11 +1,11 @@
 //! Head-on impacts rebound with the restitution that is set: `validation/restitution`.
 
-use super::experiment::Experiment;
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::comm::Comm;
 use crate::error::Result;
+use crate::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../validation/restitution/case.toml");
 const REFERENCE: &str = include_str!("../../validation/restitution/reference.csv");
@@ -48,8 +48,8 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             ];
             let setup = trial.setup(TEXT, CASE.name, &own)?;
             let before = &setup.particles;
-            let mut run = Experiment::new(&setup, &whole(&setup), Comm::Solo)?;
-            run.steps(setup.end_step)?;
+            let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+            run.advance(setup.end_step)?;
             let contacts = run.dem().contacts();
             if (contacts.begun, contacts.count) != (2, 0) {
                 return Err(unsteady("contacts that have not ended", contacts.count as f64));

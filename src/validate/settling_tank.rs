@@ -81,7 +81,7 @@ fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>
         if let Some(sphere) = run.owned().first() {
             let gap = sphere.position().z / diameter - 0.5;
             let aside = (sphere.position() - start).xy().norm() / diameter;
-            let time = run.done() as f64 * setup.units.dt;
+            let time = run.steps_done() as f64 * setup.units.dt;
             rows.push([time, gap, -sphere.velocity().z, aside]);
             low = [-gap];
         }

@@ -1,6 +1,5 @@
 //! A sphere and a spheroid in simple shear between moving plates: `validation/shear`.
 
-use super::experiment::Experiment;
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Overlay, Part, Trial};
@@ -9,6 +8,7 @@ use crate::comm::Comm;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
+use crate::simulation::Simulation;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const SPHERE: &str = include_str!("../../validation/shear/sphere.toml");
@@ -34,10 +34,10 @@ fn shear_rate(setup: &Setup) -> f64 {
 
 /// Runs a case and calls `look(time, particle)` for its particle after every step until it says so.
 fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()> {
-    let mut run = Experiment::new(setup, &whole(setup), Comm::Solo)?;
-    while run.done() < setup.end_step {
-        run.steps(1)?;
-        if !look(run.done() as f64 * setup.units.dt, &run.owned()[0]) {
+    let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
+    while run.steps_done() < setup.end_step {
+        run.advance(1)?;
+        if !look(run.steps_done() as f64 * setup.units.dt, &run.owned()[0]) {
             break;
         }
     }

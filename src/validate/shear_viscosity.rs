@@ -51,7 +51,7 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
             let loads = run.wall_loads();
             let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
             if run.comm().rank() == 0 {
-                rows.push([rate * run.done() as f64 * setup.units.dt, stress]);
+                rows.push([rate * run.steps_done() as f64 * setup.units.dt, stress]);
             }
             Ok(false)
         })?;

@@ -4,8 +4,9 @@ use super::trial::whole;
 use super::{Case, Findings, Overlay, Part, Trial};
 use crate::case::Setup;
 use crate::comm::Comm;
+use crate::coupling::AnyFluid;
 use crate::error::Result;
-use crate::fluid::{Boundary, Fluid, FluidParams, NoSolids, Precision, Real, Simd};
+use crate::fluid::{Boundary, FluidParams, Simd};
 use std::f64::consts::TAU;
 
 const TEXT: &str = include_str!("../../validation/shear_wave/case.toml");
@@ -24,7 +25,7 @@ const AMPLITUDE: f64 = 0.01;
 const TOLERANCE: f64 = 5e-3;
 
 /// The fluid of a case without its particles, at rest.
-pub(super) fn fluid<T: Real>(setup: &Setup) -> Result<Fluid<T>> {
+pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
     let params = FluidParams {
         relaxation_time: setup.relaxation_time,
         collision: setup.collision,
@@ -35,22 +36,22 @@ pub(super) fn fluid<T: Real>(setup: &Setup) -> Result<Fluid<T>> {
         motions: &[],
         wall_of: &|_| None,
     };
-    Fluid::new(&whole(setup), &Comm::Solo, &params, &open)
+    AnyFluid::new(setup.precision, &whole(setup), &Comm::Solo, &params, &open)
 }
 
 /// One step of a fluid that nothing drives.
-pub(super) fn step<T: Real>(fluid: &mut Fluid<T>) {
-    fluid.sweep([0.0; 3], &mut NoSolids, false);
+pub(super) fn step(fluid: &mut AnyFluid) {
+    fluid.sweep_alone([0.0; 3]);
     fluid.exchange();
 }
 
 /// Amplitude (cells per step) of the wave after every step.
-fn decay<T: Real>(setup: &Setup) -> Result<Vec<f64>> {
+fn decay(setup: &Setup) -> Result<Vec<f64>> {
     let length = setup.domain.cells[2];
     let wave = |z: usize| (TAU * (z as f64 + 0.5) / length as f64).sin();
-    let mut fluid = fluid::<T>(setup)?;
+    let mut fluid = fluid(setup)?;
     fluid.set_equilibrium(|[_, _, z]| (1.0, [AMPLITUDE * wave(z), 0.0, 0.0]));
-    let amplitude = |fluid: &Fluid<T>| {
+    let amplitude = |fluid: &AnyFluid| {
         let sum: f64 = (0..length).map(|z| fluid.moments([1, 2, z]).1[0] * wave(z)).sum();
         2.0 * sum / length as f64
     };
@@ -78,10 +79,7 @@ fn waves(trial: &Trial) -> Result<Findings> {
             format!("fluid.precision={precision:?}"),
         ];
         let setup = trial.setup(TEXT, CASE.name, &own)?;
-        let amplitudes = match setup.precision {
-            Precision::F32 => decay::<f32>(&setup)?,
-            Precision::F64 => decay::<f64>(&setup)?,
-        };
+        let amplitudes = decay(&setup)?;
         // The first tenth belongs to the start from equilibrium.
         let (first, last) = (amplitudes.len() / 10, amplitudes.len() - 1);
         let time = (last - first) as f64 * setup.units.dt;

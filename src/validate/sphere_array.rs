@@ -1,6 +1,6 @@
 //! Drag factor of a simple-cubic array of fixed spheres: `validation/sphere_array`.
 
-use super::experiment::{Experiment, Held};
+use super::fixed::FixedParticles;
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Part, Trial};
@@ -9,6 +9,7 @@ use crate::comm::Comm;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
+use crate::simulation::Simulation;
 use std::f64::consts::PI;
 
 const TEXT: &str = include_str!("../../validation/sphere_array/case.toml");
@@ -119,16 +120,16 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     let interval = (time_constant / setup.units.dt).ceil() as u64;
 
     let decomposition = whole(&setup);
-    let (engine, load) = Held::new(&setup, &decomposition);
-    let mut run = Experiment::with_engine(&setup, &decomposition, Comm::Solo, engine)?;
+    let (engine, load) = FixedParticles::new(&setup, &decomposition);
+    let mut run = Simulation::with_engine(&setup, &decomposition, Comm::Solo, engine)?;
     let mut velocity = 0.0;
     loop {
-        run.steps(interval)?;
+        run.advance(interval)?;
         let before = std::mem::replace(&mut velocity, run.mean_flow().velocity.z);
         if (velocity - before).abs() < STEADY * velocity.abs() {
             break;
         }
-        if run.done() >= setup.end_step {
+        if run.steps_done() >= setup.end_step {
             return Err(unsteady("mean velocity (m/s)", velocity));
         }
     }

@@ -39,7 +39,7 @@ fn error(setup: &Setup) -> Result<f64> {
         let velocity = [u * a.cos() * b.sin(), -u * a.sin() * b.cos(), 0.0];
         (velocity, -0.75 * u * u * ((2.0 * a).cos() + (2.0 * b).cos()))
     };
-    let mut fluid = fluid::<f64>(setup)?;
+    let mut fluid = fluid(setup)?;
     fluid.set_equilibrium(|[x, y, _]| {
         let (velocity, density) = flow(x, y, 0.0);
         (1.0 + density, velocity)

@@ -8,7 +8,7 @@
 //! ```
 
 use super::Trial;
-use super::experiment::{Experiment, Held};
+use super::fixed::FixedParticles;
 use crate::case::Setup;
 use crate::checkpoint;
 use crate::comm::{Comm, try_on_threads};
@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::input;
 use crate::output::{directory, write_bytes};
 use crate::simulation;
+use crate::simulation::Simulation;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -73,7 +74,7 @@ impl Watch<'_> {
     /// [`Error::Interrupted`] if it was stopped; failures of the run, and of reading and writing what is kept.
     pub(super) fn rows<R>(
         &self,
-        look: impl Fn(&mut Experiment, &mut Vec<R>) -> Result<bool> + Sync,
+        look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
     ) -> Result<Vec<R>>
     where
         R: Serialize + DeserializeOwned + Send,
@@ -124,7 +125,7 @@ impl Watch<'_> {
     fn run<R>(
         &self,
         checkpoints: Option<&Path>,
-        look: impl Fn(&mut Experiment, &mut Vec<R>) -> Result<bool> + Sync,
+        look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
     ) -> Result<Vec<R>>
     where
         R: Serialize + DeserializeOwned + Send,
@@ -135,8 +136,8 @@ impl Watch<'_> {
             let mut run = self.begin(&decomposition, comm)?;
             let mut keeper = Keeper::new(self, &decomposition, checkpoints);
             let mut rows = keeper.take_up(&mut run)?;
-            while run.done() < self.setup.end_step {
-                run.steps(self.every)?;
+            while run.steps_done() < self.setup.end_step {
+                run.advance(self.every)?;
                 if look(&mut run, &mut rows)? {
                     break;
                 }
@@ -148,12 +149,12 @@ impl Watch<'_> {
         Ok(all?.into_iter().flatten().collect())
     }
 
-    fn begin(&self, decomposition: &Decomposition, comm: Comm) -> Result<Experiment> {
+    fn begin(&self, decomposition: &Decomposition, comm: Comm) -> Result<Simulation> {
         if self.held {
-            let (engine, _) = Held::new(self.setup, decomposition);
-            return Experiment::with_engine(self.setup, decomposition, comm, engine);
+            let (engine, _) = FixedParticles::new(self.setup, decomposition);
+            return Simulation::with_engine(self.setup, decomposition, comm, engine);
         }
-        Experiment::new(self.setup, decomposition, comm)
+        Simulation::new(self.setup, decomposition, comm)
     }
 }
 
@@ -199,7 +200,7 @@ impl<'a> Keeper<'a> {
     }
 
     /// Goes on from the last checkpoint, if there is one: what had been seen until then, at rank 0.
-    fn take_up<R: DeserializeOwned>(&mut self, run: &mut Experiment) -> Result<Vec<R>> {
+    fn take_up<R: DeserializeOwned>(&mut self, run: &mut Simulation) -> Result<Vec<R>> {
         let Some(folder) = &self.folder else {
             return Ok(Vec::new());
         };
@@ -207,7 +208,7 @@ impl<'a> Keeper<'a> {
             return Ok(Vec::new());
         }
         let bytes = run.read_snapshot(folder, self.watch.setup)?;
-        self.last = Some(run.done());
+        self.last = Some(run.steps_done());
         if run.comm().rank() > 0 {
             return Ok(Vec::new());
         }
@@ -216,11 +217,11 @@ impl<'a> Keeper<'a> {
     }
 
     /// Writes a checkpoint if it is time to; ends the run if it is to end. Collective.
-    fn keep<R: Serialize>(&mut self, run: &mut Experiment, rows: &[R]) -> Result<()> {
+    fn keep<R: Serialize>(&mut self, run: &mut Simulation, rows: &[R]) -> Result<()> {
         let now = Instant::now();
         self.longest = self.longest.max(now - self.look);
         self.look = now;
-        let write = Duration::from_secs_f64(run.snapshot_bytes(self.watch.setup) / SLOW_DISK);
+        let write = Duration::from_secs_f64(Simulation::snapshot_bytes(self.watch.setup) / SLOW_DISK);
         let stop = self.watch.trial.is_over(write + 2 * self.longest);
         let due = self.folder.is_some() && now - self.written >= INTERVAL;
         // Both in one message.
@@ -232,7 +233,7 @@ impl<'a> Keeper<'a> {
             let own = joined(&run.comm().all_gather(mine));
             let (setup, decomposition) = (self.watch.setup, self.decomposition);
             run.write_snapshot(folder, setup, decomposition, self.last, &own)?;
-            self.last = Some(run.done());
+            self.last = Some(run.steps_done());
             self.written = Instant::now();
             self.look = self.written;
         }

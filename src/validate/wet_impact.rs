@@ -49,7 +49,7 @@ fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
         held: false,
     };
     let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
-        let time = run.done() as f64 * setup.units.dt;
+        let time = run.steps_done() as f64 * setup.units.dt;
         if let Some(sphere) = run.owned().first() {
             let gap = sphere.position().z / diameter - 0.5;
             rows.push([time, gap, sphere.velocity().z]);

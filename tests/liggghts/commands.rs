@@ -2,7 +2,8 @@
 
 use super::{RADIUS, advanced, engine, moving, with_commands};
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, Liggghts};
+use turbid::dem::DemEngine;
+use turbid::engine::liggghts::Liggghts;
 use turbid::particle::Particle;
 
 /// Mass of a sphere (kg).

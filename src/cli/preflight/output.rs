@@ -2,7 +2,6 @@
 
 use super::{Row, in_bytes, row};
 use crate::case::Setup;
-use crate::fluid::Precision;
 use crate::output::{PATHS, particle_series, series};
 use crate::particle::{FEW_TRIANGLES, surface_triangles};
 use crate::simulation::Simulation;
@@ -74,10 +73,10 @@ fn files(setup: &Setup) -> Vec<Files> {
         * (series::COLUMNS.len() as f64
             + particles.min(PATHS as f64) * particle_series::COLUMNS.len() as f64);
     let rows = due(plan.series_every);
-    let saved = match setup.precision {
-        _ if setup.dry => 0.0,
-        Precision::F32 => Simulation::<f32>::snapshot_bytes(setup),
-        Precision::F64 => Simulation::<f64>::snapshot_bytes(setup),
+    let saved = if setup.dry {
+        0.0
+    } else {
+        Simulation::snapshot_bytes(setup)
     };
     let of = |name, count, bytes, remark| Files {
         name,

@@ -6,6 +6,7 @@ use crate::comm::{Comm, try_on_threads};
 use crate::dem::{ContactState, ContactSummary, DemEngine, Load, Native};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
+use crate::fluid::Precision;
 use crate::particle::{Particle, ParticleStore};
 use crate::shape::Shape;
 use crate::simulation::{Simulation, decompose};
@@ -142,7 +143,11 @@ fn record_rank(
         step: 0,
         tape: Arc::clone(&tape),
     };
-    let mut run = Simulation::<f64>::with_engine(setup, decomposition, comm, Box::new(recorder))?;
+    let setup = Setup {
+        precision: Precision::F64,
+        ..setup.clone()
+    };
+    let mut run = Simulation::with_engine(&setup, decomposition, comm, Box::new(recorder))?;
     for _ in 0..steps {
         run.step()?;
     }

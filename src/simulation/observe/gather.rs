@@ -4,7 +4,7 @@ use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::{CellState, Real};
+use crate::fluid::CellState;
 use crate::math::Vec3;
 use crate::memory;
 use crate::output::picture::Plane;
@@ -43,10 +43,7 @@ impl Fields {
 }
 
 /// The particles of all ranks of which `wanted` holds, in ascending order of id, on rank 0; none elsewhere. Collective.
-pub(super) fn particles<T: Real>(
-    simulation: &Simulation<T>,
-    wanted: impl Fn(&Particle) -> bool,
-) -> Vec<Particle> {
+pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> bool) -> Vec<Particle> {
     let own = simulation.dem.particles().owned().iter();
     let mut all = gathered(simulation, own.filter(|p| wanted(p)).copied().collect());
     all.sort_unstable_by_key(|particle| particle.id);
@@ -54,7 +51,7 @@ pub(super) fn particles<T: Real>(
 }
 
 /// All contacts of all ranks in ascending order of the ids, on rank 0; none elsewhere. Collective.
-pub(super) fn contacts<T: Real>(simulation: &Simulation<T>, own: &[ContactState]) -> Vec<Contact> {
+pub(super) fn contacts(simulation: &Simulation, own: &[ContactState]) -> Vec<Contact> {
     let mut all = gathered(simulation, own.to_vec());
     all.sort_by_key(|contact| (contact.first, contact.second));
     all.iter().map(contact).collect()
@@ -79,7 +76,7 @@ pub(super) fn contact(state: &ContactState) -> Contact {
 ///
 /// The rank that is responsible for a contact knows both particles, also after they have moved
 /// ([`Neighbourhood`](crate::dem::assign::Neighbourhood)); only an engine that has all contacts at one rank names others.
-pub(super) fn partners<T: Real>(simulation: &Simulation<T>, own: &[ContactState]) -> Vec<Particle> {
+pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Particle> {
     let (comm, store) = (&simulation.comm, simulation.dem.particles());
     let mut known = store.particles.clone();
     known.sort_unstable_by_key(|particle| particle.id);
@@ -126,8 +123,8 @@ struct Loaded {
 
 /// Force and torque of the fluid on each of `particles`, ascending by id, in the step that led here; nothing in a dry run, zeros
 /// at the start. With `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
-pub(super) fn loads<T: Real>(
-    simulation: &Simulation<T>,
+pub(super) fn loads(
+    simulation: &Simulation,
     particles: &[Particle],
     everywhere: bool,
 ) -> Option<Vec<ForceAndTorque>> {
@@ -160,7 +157,7 @@ pub(super) fn loads<T: Real>(
 }
 
 /// What all ranks have, by rank, on rank 0; nothing elsewhere. Collective.
-fn gathered<T: Real, V: Pod>(simulation: &Simulation<T>, own: Vec<V>) -> Vec<V> {
+fn gathered<V: Pod>(simulation: &Simulation, own: Vec<V>) -> Vec<V> {
     let parts = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
     drop(own);
     let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum::<usize>() / size_of::<V>().max(1));
@@ -174,7 +171,7 @@ fn gathered<T: Real, V: Pod>(simulation: &Simulation<T>, own: Vec<V>) -> Vec<V> 
 ///
 /// # Errors
 /// [`Error::Memory`](crate::Error::Memory) on this rank.
-pub(super) fn own_fields<T: Real>(simulation: &mut Simulation<T>, block: Block) -> Result<Fields> {
+pub(super) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
     let (mut fields, mut at) = (Fields::zeros(block.cell_count())?, 0);
     each_cell(simulation, block, field_values, |values| {
         fields.set(at, values);
@@ -187,10 +184,7 @@ pub(super) fn own_fields<T: Real>(simulation: &mut Simulation<T>, block: Block) 
 ///
 /// # Errors
 /// On every rank, if one of them has not the memory.
-pub(super) fn fields<T: Real>(
-    simulation: &mut Simulation<T>,
-    decomposition: &Decomposition,
-) -> Result<Fields> {
+pub(super) fn fields(simulation: &mut Simulation, decomposition: &Decomposition) -> Result<Fields> {
     let comm = simulation.comm.clone();
     let block = decomposition.block(comm.rank());
     let room = || {
@@ -219,8 +213,8 @@ pub(super) fn fields<T: Real>(
 
 /// The velocity (m/s) of the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and in dry runs. Only
 /// cells at the plane are looked at. Collective.
-pub(super) fn slice<T: Real>(
-    simulation: &mut Simulation<T>,
+pub(super) fn slice(
+    simulation: &mut Simulation,
     decomposition: &Decomposition,
     plane: &Plane,
 ) -> Vec<[f32; 3]> {
@@ -251,8 +245,8 @@ fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
 }
 
 /// Calls `visit` with a value of each of `cells`, which are of the block of this rank, x fastest; not at all in a dry run.
-fn each_cell<T: Real, V>(
-    simulation: &mut Simulation<T>,
+fn each_cell<V>(
+    simulation: &mut Simulation,
     cells: Block,
     value: impl Fn(&Units, &CellState) -> V,
     mut visit: impl FnMut(V),
@@ -264,8 +258,7 @@ fn each_cell<T: Real, V>(
     };
     if cells.cell_count() > 0 {
         coupling.map(dem.particles());
-        let mut solids = coupling.solids(dem.particles());
-        fluid.each_cell(cells, lattice, &mut solids, |state| {
+        fluid.each_cell(cells, lattice, coupling, dem.particles(), |state| {
             visit(value(units, &state));
         });
     }

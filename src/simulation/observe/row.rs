@@ -4,7 +4,6 @@ use super::gather;
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::dem::ContactState;
-use crate::fluid::Real;
 use crate::math::{ReproducibleSum, Vec3, join_wide, magnitude, split_wide};
 use crate::output::SeriesRow;
 use crate::output::walls::area;
@@ -54,9 +53,9 @@ fn fluid_density(setup: &Setup) -> f64 {
 /// ```
 ///
 /// Every rank adds up its own particles and contacts; nothing of a single one travels.
-pub(super) fn row<T: Real>(
+pub(super) fn row(
     setup: &Setup,
-    simulation: &Simulation<T>,
+    simulation: &Simulation,
     measured: &Measurement,
     contacts: &[ContactState],
 ) -> Option<SeriesRow> {

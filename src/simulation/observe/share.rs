@@ -7,7 +7,6 @@ use crate::case::Setup;
 use crate::dem::ContactState;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::Real;
 use crate::output::{
     Contact, FieldSnapshot, ForceAndTorque, OutputFiles, pieces, write_contacts, write_fields,
     write_force_chains,
@@ -34,8 +33,8 @@ impl Share {
     ///
     /// # Errors
     /// On every rank, if one of them has not the memory.
-    pub(super) fn whole<T: Real>(
-        simulation: &mut Simulation<T>,
+    pub(super) fn whole(
+        simulation: &mut Simulation,
         decomposition: &Decomposition,
         due: Due,
         touches: &[ContactState],
@@ -72,8 +71,8 @@ impl Share {
     ///
     /// # Errors
     /// [`Error::Memory`](crate::Error::Memory) on this rank.
-    pub(super) fn piece<T: Real>(
-        simulation: &mut Simulation<T>,
+    pub(super) fn piece(
+        simulation: &mut Simulation,
         decomposition: &Decomposition,
         due: Due,
         touches: &[ContactState],

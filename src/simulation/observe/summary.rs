@@ -2,7 +2,7 @@
 
 use crate::case::Setup;
 use crate::coupling::ForceBalance;
-use crate::fluid::{Collision, Precision, Real, Simd, SolidCollision};
+use crate::fluid::{Collision, Precision, Simd, SolidCollision};
 use crate::output::{Estimate, NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::wall::Surface;
@@ -29,7 +29,7 @@ pub(super) struct Outcome {
     pub(super) wall_seconds: f64,
 }
 
-pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcome: Outcome) -> Summary {
+pub(super) fn summary(setup: &Setup, simulation: &Simulation, outcome: Outcome) -> Summary {
     let Outcome {
         estimate,
         drift,

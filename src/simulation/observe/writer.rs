@@ -7,7 +7,6 @@ use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, SUR
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
-use crate::fluid::Real;
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::progress::Workload;
 use crate::output::{
@@ -277,9 +276,9 @@ impl<'a> Writer<'a> {
     }
 
     /// The plot and the summary.
-    pub(super) fn finish<T: Real>(
+    pub(super) fn finish(
         mut self,
-        simulation: &mut Simulation<T>,
+        simulation: &mut Simulation,
         hash: u64,
         interrupted: bool,
         wall_seconds: f64,

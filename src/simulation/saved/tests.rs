@@ -4,6 +4,7 @@ use super::*;
 use crate::case::{Setup, from_text};
 use crate::comm::on_threads;
 use crate::domain::Decomposition;
+use crate::fluid::Precision;
 
 /// Spheres and cubes, close to each other and to the walls, in a box that is closed in one direction.
 const CASE: &str = r#"
@@ -43,7 +44,7 @@ fn setup(text: &str) -> Setup {
     setup
 }
 
-fn advance<T: Real>(simulation: &mut Simulation<T>, steps: u64) {
+fn advance(simulation: &mut Simulation, steps: u64) {
     for _ in 0..steps {
         simulation.step().unwrap();
     }
@@ -56,7 +57,7 @@ struct Left {
     state: SavedState,
 }
 
-fn leave<T: Real>(simulation: &Simulation<T>, block: Block) -> Left {
+fn leave(simulation: &Simulation, block: Block) -> Left {
     let planes = (block.lo[2]..block.hi[2]).map(|z| {
         let mut plane = Vec::new();
         simulation.save_plane(z, &mut plane);
@@ -69,7 +70,8 @@ fn leave<T: Real>(simulation: &Simulation<T>, block: Block) -> Left {
     }
 }
 
-fn take_up<T: Real>(simulation: &mut Simulation<T>, step: u64, left: &[&Left]) -> Result<()> {
+fn take_up(simulation: &mut Simulation, step: u64, left: &[&Left]) -> Result<()> {
+    let saved_bytes = simulation.saved_bytes();
     let engines: Vec<_> = left.iter().map(|left| left.state.engine.clone()).collect();
     let couplings: Vec<_> = left.iter().map(|left| left.state.coupling.clone()).collect();
     simulation.restore(
@@ -85,7 +87,7 @@ fn take_up<T: Real>(simulation: &mut Simulation<T>, step: u64, left: &[&Left]) -
                 if (0..3).any(|a| lo[a] >= hi[a]) {
                     continue;
                 }
-                let size = Fluid::<T>::SAVED_BYTES;
+                let size = saved_bytes;
                 for z in lo[2]..hi[2] {
                     for y in lo[1]..hi[1] {
                         let row = (y - saved.lo[1]) * saved.size()[0];
@@ -105,7 +107,7 @@ fn take_up<T: Real>(simulation: &mut Simulation<T>, step: u64, left: &[&Left]) -
 }
 
 /// Forces and torques of the fluid on all particles, the same on all ranks.
-fn loads<T: Real>(simulation: &Simulation<T>) -> Vec<u8> {
+fn loads(simulation: &Simulation) -> Vec<u8> {
     let own = simulation.wet.iter().flat_map(|wet| wet.coupling.last_loads());
     let own: Vec<[u64; 7]> = own
         .map(|(id, load)| {
@@ -123,11 +125,11 @@ fn loads<T: Real>(simulation: &Simulation<T>) -> Vec<u8> {
 
 /// Runs `before` steps on three ranks, takes the state apart, and goes on for `after` steps with it on these numbers of ranks;
 /// the hashes are those of the run that was left alone.
-fn goes_on<T: Real>(setup: &Setup, before: u64, after: u64, on: &[usize]) {
+fn goes_on(setup: &Setup, before: u64, after: u64, on: &[usize]) {
     let cut = Decomposition::new(setup.domain, 3).unwrap();
     let runs = on_threads(3, |comm| {
         let block = cut.block(comm.rank());
-        let mut simulation = Simulation::<T>::new(setup, &cut, comm).unwrap();
+        let mut simulation = Simulation::new(setup, &cut, comm).unwrap();
         advance(&mut simulation, before);
         let left = leave(&simulation, block);
         let now = (simulation.state_hash(), loads(&simulation));
@@ -143,7 +145,7 @@ fn goes_on<T: Real>(setup: &Setup, before: u64, after: u64, on: &[usize]) {
     for &ranks in on {
         let cut = Decomposition::new(setup.domain, ranks).unwrap();
         on_threads(ranks, |comm| {
-            let mut simulation = Simulation::<T>::new(setup, &cut, comm).unwrap();
+            let mut simulation = Simulation::new(setup, &cut, comm).unwrap();
             // What it was before does not matter.
             advance(&mut simulation, ranks as u64);
             take_up(&mut simulation, before, &left).unwrap();
@@ -169,7 +171,7 @@ fn goes_on<T: Real>(setup: &Setup, before: u64, after: u64, on: &[usize]) {
 fn a_suspension_between_walls_goes_on_to_the_bit_on_any_ranks() {
     let setup = setup(CASE);
     for before in [0, 1, 13, 40] {
-        goes_on::<f32>(&setup, before, 30, &[1, 2, 4]);
+        goes_on(&setup, before, 30, &[1, 2, 4]);
     }
 }
 
@@ -180,7 +182,7 @@ fn partially_saturated_cells_go_on_to_the_bit_on_any_ranks() {
         "relaxation_time = 0.55\ncoupling = \"saturated\"",
     ));
     for before in [0, 1, 13] {
-        goes_on::<f32>(&setup, before, 30, &[1, 2, 4]);
+        goes_on(&setup, before, 30, &[1, 2, 4]);
     }
 }
 
@@ -189,11 +191,14 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
     let periodic = CASE
         .replace("periodic = [true, true, false]", "")
         .replace("faces =", "#");
-    let setup = setup(&periodic);
+    let setup = Setup {
+        precision: Precision::F64,
+        ..setup(&periodic)
+    };
     assert_eq!(setup.zero_net_flux, [true; 3]);
-    goes_on::<f64>(&setup, 20, 30, &[1, 5]);
+    goes_on(&setup, 20, 30, &[1, 5]);
     let cut = Decomposition::new(setup.domain, 1).unwrap();
-    let mut simulation = Simulation::<f64>::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
+    let mut simulation = Simulation::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
     advance(&mut simulation, 50);
     let record = simulation.control_record();
     assert!(record.largest > 0.0 && record.mean(50).norm() <= record.largest);
@@ -204,17 +209,17 @@ fn a_dry_run_goes_on_to_the_bit() {
     let (before, after) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
     let dry = format!("{}[dry]\ntime_step = 2e-5\n{}", &CASE[..before], &CASE[after..]);
     let setup = setup(&dry.replace("diameters = [4, 4.5, 5]", "diameters = [5, 6, 7]"));
-    goes_on::<f32>(&setup, 60, 60, &[1, 4]);
+    goes_on(&setup, 60, 60, &[1, 4]);
 }
 
 #[test]
 fn the_state_of_other_particles_is_refused() {
     let (one, other) = (setup(CASE), setup(&CASE.replace("count = 15", "count = 14")));
     let cut = Decomposition::new(one.domain, 1).unwrap();
-    let mut simulation = Simulation::<f32>::new(&one, &cut, crate::comm::Comm::Solo).unwrap();
+    let mut simulation = Simulation::new(&one, &cut, crate::comm::Comm::Solo).unwrap();
     advance(&mut simulation, 3);
     let left = leave(&simulation, cut.block(0));
-    let mut simulation = Simulation::<f32>::new(&other, &cut, crate::comm::Comm::Solo).unwrap();
+    let mut simulation = Simulation::new(&other, &cut, crate::comm::Comm::Solo).unwrap();
     let refused = take_up(&mut simulation, 3, &[&left]).unwrap_err();
     assert!(refused.to_string().contains("35 particles"), "{refused}");
 }
@@ -223,7 +228,7 @@ fn the_state_of_other_particles_is_refused() {
 fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them() {
     let setup = setup(CASE);
     let cut = Decomposition::new(setup.domain, 1).unwrap();
-    let mut simulation = Simulation::<f32>::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
+    let mut simulation = Simulation::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
     advance(&mut simulation, 3);
     let sound = leave(&simulation, cut.block(0));
     let mut refused = |spoil: &dyn Fn(&mut Left), words: &[&str]| {

@@ -10,6 +10,7 @@
 //! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the same
 //! on every rank, for every periodic image, and for a particle moved by whole cells.
 
+mod any_fluid;
 mod driving;
 mod faces;
 mod lines;
@@ -29,6 +30,7 @@ use crate::math::{Vec3, from_fixed, to_fixed_wide};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::Shape;
 use crate::units::Units;
+pub use any_fluid::AnyFluid;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 use faces::FacePlane;
 use lines::{Lines, Segment, each_cell_outside};

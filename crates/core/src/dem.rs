@@ -6,21 +6,17 @@ pub mod commands;
 pub mod exchange;
 pub mod history;
 pub mod integrator;
-#[cfg(feature = "liggghts")]
-pub mod liggghts;
 pub mod native;
-mod saved;
+pub mod saved;
 
 use crate::comm::Comm;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::ParticleStore;
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
 pub use history::Record;
-#[cfg(feature = "liggghts")]
-pub use liggghts::{Liggghts, LiggghtsParams};
 pub use native::{Native, NativeParams};
 use serde::{Deserialize, Serialize};
 
@@ -151,33 +147,6 @@ impl EngineChoice {
             Self::Liggghts(_) => "liggghts",
         }
     }
-
-    /// Refuses an engine that this program was built without.
-    ///
-    /// # Errors
-    /// That of [`liggghts_is_missing`].
-    pub fn refuse_if_missing(&self) -> Result<()> {
-        match self {
-            Self::Liggghts(_) if !HAS_LIGGGHTS => Err(liggghts_is_missing("`dem.engine = \"liggghts\"`")),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Whether this program was built with the cargo feature `liggghts`.
-pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");
-
-/// Debian's packages that the cargo feature `liggghts` needs.
-pub const LIGGGHTS_PACKAGES: &str = "liggghts libliggghts-dev libopenmpi-dev libclang-dev g++";
-
-/// The [`Error::Input`] for what needs LIGGGHTS in a program built without it: how to get one with it.
-pub fn liggghts_is_missing(what: &str) -> Error {
-    Error::Input(format!(
-        "{what} needs LIGGGHTS, which this turbid was built without\n  \
-         on Debian: apt-get install {LIGGGHTS_PACKAGES}\n  \
-         then build with the cargo feature: cargo build --release --features liggghts\n  \
-         or let ./run.sh do both: TURBID_FEATURES=liggghts ./run.sh ..."
-    ))
 }
 
 /// What LIGGGHTS is told beyond what every engine needs.

@@ -20,21 +20,21 @@ const MOST: u64 = 1 << 53;
 
 /// The state of one rank, or of all together.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Saved {
+pub struct Saved {
     /// Sub-steps since the start.
-    pub(super) substep: u64,
+    pub substep: u64,
     /// Contacts that began since the start.
-    pub(super) begun: u64,
+    pub begun: u64,
     /// Owned particles.
-    pub(super) particles: Vec<Particle>,
+    pub particles: Vec<Particle>,
     /// Loads of the last step on them.
-    pub(super) loads: Vec<Load>,
+    pub loads: Vec<Load>,
     /// Memories of contacts.
-    pub(super) records: Vec<Record>,
+    pub records: Vec<Record>,
     /// Contacts of the last sub-step.
-    pub(super) states: Vec<ContactState>,
+    pub states: Vec<ContactState>,
     /// What the engine has of its own, of all ranks together.
-    pub(super) own: Vec<u8>,
+    pub own: Vec<u8>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -70,7 +70,7 @@ fn take<T: Pod>(rest: &mut &[u8], count: u64) -> Option<Vec<T>> {
 
 impl Saved {
     /// One part.
-    pub(super) fn write(&self, engine: &str) -> Vec<u8> {
+    pub fn write(&self, engine: &str) -> Vec<u8> {
         assert_eq!(self.loads.len(), self.particles.len());
         let header = Header {
             magic: MAGIC,
@@ -98,8 +98,7 @@ impl Saved {
     }
 
     /// The contacts that a part, which has been read, has seen begin.
-    #[cfg(feature = "liggghts")]
-    pub(super) fn begun(part: &[u8]) -> Option<u64> {
+    pub fn begun(part: &[u8]) -> Option<u64> {
         let head = part.get(..size_of::<Header>())?;
         Some(bytemuck::pod_read_unaligned::<Header>(head).begun)
     }
@@ -152,12 +151,7 @@ impl Saved {
     ///
     /// # Errors
     /// [`Error::Input`], the same on every rank, if the parts are damaged, incomplete, or of another engine, version or case.
-    pub(super) fn join(
-        engine: &str,
-        parts: &[Vec<u8>],
-        case: &Case,
-        (rank, size): (usize, usize),
-    ) -> Result<Self> {
+    pub fn join(engine: &str, parts: &[Vec<u8>], case: &Case, (rank, size): (usize, usize)) -> Result<Self> {
         let refuse = |what: String| {
             Error::Input(format!(
                 "the saved state of the {engine} engine cannot be used: {what}"
@@ -197,13 +191,13 @@ impl Saved {
 
 /// What a saved state must fit.
 #[derive(Clone, Debug)]
-pub(super) struct Case {
+pub struct Case {
     /// Id and template of all particles, ascending.
-    pub(super) census: Vec<[u64; 2]>,
+    pub census: Vec<[u64; 2]>,
     /// Number of walls.
-    pub(super) walls: usize,
+    pub walls: usize,
     /// The box.
-    pub(super) domain: Domain,
+    pub domain: Domain,
 }
 
 impl Case {

@@ -23,21 +23,6 @@ pub use instance::end;
 #[doc(hidden)]
 pub use protocol::read_messages;
 
-use super::assign::Neighbourhood;
-use super::exchange::Population;
-use super::integrator::{self, Inertia};
-use super::native::face_passed;
-use super::native::failures::outside;
-use super::saved::{Case, Saved};
-use super::{ContactState, ContactSummary, DemEngine, LiggghtsOptions, LiggghtsProcess, Load};
-use crate::comm::Comm;
-use crate::contact::{ContactModel, Contour, PairFinder};
-use crate::domain::Decomposition;
-use crate::error::{Error, Result};
-use crate::math::Vec3;
-use crate::particle::{Particle, ParticleStore, Template};
-use crate::shape::Shape;
-use crate::wall::Wall;
 use protocol::{Atom, Push, Reply, Request, State};
 use session::Session;
 use std::cell::RefCell;
@@ -45,6 +30,21 @@ use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use turbid_core::comm::Comm;
+use turbid_core::contact::{ContactModel, Contour, PairFinder};
+use turbid_core::dem::assign::Neighbourhood;
+use turbid_core::dem::exchange::Population;
+use turbid_core::dem::integrator::{self, Inertia};
+use turbid_core::dem::native::face_passed;
+use turbid_core::dem::native::failures::outside;
+use turbid_core::dem::saved::{Case, Saved};
+use turbid_core::dem::{ContactState, ContactSummary, DemEngine, LiggghtsOptions, LiggghtsProcess, Load};
+use turbid_core::domain::Decomposition;
+use turbid_core::error::{Error, Result};
+use turbid_core::math::Vec3;
+use turbid_core::particle::{Particle, ParticleStore, Template};
+use turbid_core::shape::Shape;
+use turbid_core::wall::Wall;
 use worker::Worker;
 
 /// Name of the engine.

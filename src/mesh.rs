@@ -5,10 +5,11 @@
 
 mod stl;
 
-use super::polyhedron::SINGLE_PRECISION;
-use super::{Placement, Polyhedron, Shape, ShapeError};
 use crate::input;
 use crate::math::Vec3;
+use crate::shape::error::check_size;
+use crate::shape::polyhedron::SINGLE_PRECISION;
+use crate::shape::{Placement, Polyhedron, Shape, ShapeError};
 use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 use std::path::Path;
@@ -45,7 +46,7 @@ pub fn parse(
     scale: f64,
     hull: bool,
 ) -> Result<(Polyhedron, Placement), ShapeError> {
-    super::error::check_size("scale", scale)?;
+    check_size("scale", scale)?;
     let in_file = |problem: String| ShapeError::Mesh {
         path: path.to_path_buf(),
         problem,

@@ -44,13 +44,7 @@ pub(super) fn behind_wall(step: u64, a: &Particle, wall: &Wall, distance: f64, r
 }
 
 /// A particle leaves the box through a face that is not periodic.
-pub(in crate::dem) fn outside(
-    step: u64,
-    before: &Particle,
-    after: &Particle,
-    face: &str,
-    walls: &[Wall],
-) -> Error {
+pub fn outside(step: u64, before: &Particle, after: &Particle, face: &str, walls: &[Wall]) -> Error {
     let wall = if walls.iter().any(|wall| wall.name == face) {
         format!("wall `{face}`")
     } else {

@@ -15,13 +15,13 @@
 use super::instance::{Instance, Outcome, vector};
 use super::protocol::{Atom, Plan, Push, Reply, Request, State, Touch, wall_fix};
 use super::worker;
-use crate::dem::commands;
 use std::fs::File;
 use std::os::fd::AsRawFd;
+use turbid_core::dem::commands;
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
 /// the surfaces (3 each).
-pub(super) const PAIRS: &str = "contacts";
+pub(crate) const PAIRS: &str = "contacts";
 
 /// The fixes that hold the loads, made by `couple/cfd/force`.
 const FORCE: &str = "dragforce";
@@ -32,7 +32,7 @@ const SPHERE: f64 = 0.4;
 
 /// One simulation in LIGGGHTS.
 #[derive(Debug)]
-pub(super) struct Session {
+pub(crate) struct Session {
     instance: Option<Instance>,
     /// By index.
     atoms: Vec<Atom>,
@@ -394,6 +394,6 @@ impl Session {
 }
 
 /// A path to an open file of this process, for LIGGGHTS: one plain word, whatever the file is called and even if it has no name.
-pub(super) fn path_of(file: &File) -> String {
+pub(crate) fn path_of(file: &File) -> String {
     format!("/proc/self/fd/{}", file.as_raw_fd())
 }

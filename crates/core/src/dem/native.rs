@@ -25,7 +25,7 @@ mod carried_tests;
 mod cube_tests;
 #[cfg(test)]
 mod damped_tests;
-pub(super) mod failures;
+pub mod failures;
 mod ledger;
 #[cfg(test)]
 mod mixed_tests;
@@ -281,7 +281,7 @@ fn responsible_for(record: &Record, near: &Neighbourhood, population: &Populatio
 }
 
 /// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
-pub(super) fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
+pub fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     const FACES: [[&str; 2]; 3] = [["x-", "x+"], ["y-", "y+"], ["z-", "z+"]];
     if domain.periodic == [true; 3] {
         return None;

@@ -189,26 +189,8 @@ pub fn touch_wall(body: &Body, wall: &Surface) -> bool {
 mod tests {
     use super::*;
     use crate::contact::truth::{random, random_direction, random_turn};
-    use crate::shape::{Capsule, Cuboid, Ellipsoid, Polyhedron, Sphere, mesh};
-    use std::fmt::Write as _;
-
-    /// A cube of edge 1 as text of STL.
-    fn cube_as_stl() -> String {
-        let cube = Polyhedron::cuboid(Vec3::repeat(1.0));
-        let mut text = "solid cube\n".to_owned();
-        for face in &cube.faces {
-            let n = face.normal;
-            for k in 1..3 {
-                let _ = writeln!(text, "facet normal {} {} {}\nouter loop", n.x, n.y, n.z);
-                for corner in [0, k, k + 1] {
-                    let v = cube.vertices[face.corners[corner] as usize];
-                    let _ = writeln!(text, "vertex {} {} {}", v.x, v.y, v.z);
-                }
-                text += "endloop\nendfacet\n";
-            }
-        }
-        text + "endsolid cube\n"
-    }
+    use crate::shape::polyhedron::SINGLE_PRECISION;
+    use crate::shape::{Capsule, Cuboid, Ellipsoid, Polyhedron, Sphere};
 
     #[test]
     fn what_touches_has_an_overlap_and_what_does_not_has_none() {
@@ -251,15 +233,17 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_a_cube_as_a_cuboid_as_corners_and_as_stl() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("cube.stl");
-        std::fs::write(&path, cube_as_stl()).unwrap();
+    fn a_cube_is_a_cube_as_a_cuboid_as_corners_and_as_triangles() {
         let corners = Polyhedron::cuboid(Vec3::repeat(1.0)).vertices;
+        // As a mesh file has them: the corners of all triangles.
+        let surface = Cuboid::new(Vec3::repeat(1.0)).unwrap().surface_mesh(0);
+        let triangles: Vec<Vec3> = (surface.triangles.iter().flatten())
+            .map(|&corner| surface.points[corner as usize])
+            .collect();
         let plain = Contour::new(Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()), 0.01);
         let others = [
             Polyhedron::from_corners(&corners, 1e-9).unwrap(),
-            mesh::read(&path, 1.0, false).unwrap(),
+            Polyhedron::hull(&triangles, SINGLE_PRECISION).unwrap(),
         ]
         .map(|(shape, placement)| (Contour::new(Arc::new(shape), 0.01), placement));
         let mut random = random(1);

@@ -73,7 +73,10 @@ pub enum ShapeError {
 }
 
 /// Refuses a length that is not positive and finite.
-pub(super) fn check_size(quantity: &'static str, value: f64) -> Result<(), ShapeError> {
+///
+/// # Errors
+/// [`ShapeError::BadSize`], with the quantity and its value.
+pub fn check_size(quantity: &'static str, value: f64) -> Result<(), ShapeError> {
     if value > 0.0 && value.is_finite() {
         Ok(())
     } else {

@@ -7,7 +7,6 @@ pub mod cylinder;
 pub mod ellipsoid;
 pub mod error;
 mod hull;
-pub mod mesh;
 pub mod polyhedron;
 mod row;
 pub mod sphere;

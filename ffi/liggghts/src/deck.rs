@@ -7,10 +7,10 @@
 use super::LiggghtsParams;
 use super::protocol::{Plan, wall_fix};
 use super::session::PAIRS;
-use crate::contact::PairParams;
-use crate::domain::Domain;
-use crate::math::Vec3;
-use crate::wall::{Surface, Wall};
+use turbid_core::contact::PairParams;
+use turbid_core::domain::Domain;
+use turbid_core::math::Vec3;
+use turbid_core::wall::{Surface, Wall};
 
 /// Distance beyond contact within which pairs are listed, over the smallest radius: a list lasts until something has moved by
 /// half of it.
@@ -22,7 +22,7 @@ const ALIGNED: f64 = 1e-9;
 const MODEL: &str = "model hertz tangential history";
 
 /// The commands for a box, with the smallest radius of contact (m).
-pub(super) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> Result<Plan, String> {
+pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> Result<Plan, String> {
     let axes = domain
         .periodic
         .map(|periodic| if periodic { "p" } else { "f" })
@@ -104,7 +104,7 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
         Some(contact) => (contact.materials.clone(), contact.pairs.clone()),
         // Never used, but LIGGGHTS asks for them.
         None => (
-            vec![crate::contact::Material {
+            vec![turbid_core::contact::Material {
                 youngs_modulus: 1e7,
                 poisson_ratio: 0.25,
             }],
@@ -137,7 +137,7 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
 }
 
 /// LIGGGHTS's one coefficient of friction (-): a static one of zero switches friction off.
-pub(super) fn friction(pair: &PairParams) -> f64 {
+pub(crate) fn friction(pair: &PairParams) -> f64 {
     if pair.friction_static > 0.0 {
         pair.friction_kinetic
     } else {
@@ -146,7 +146,7 @@ pub(super) fn friction(pair: &PairParams) -> f64 {
 }
 
 /// A wall in LIGGGHTS's words, or why it has none for it.
-pub(super) fn primitive(wall: &Wall) -> Result<String, String> {
+pub(crate) fn primitive(wall: &Wall) -> Result<String, String> {
     let cannot = |why: &str| Err(format!("wall `{}`: {why}", wall.name));
     if wall.motion.angular_velocity != Vec3::zeros() {
         return cannot("LIGGGHTS's primitive walls do not turn");

@@ -49,7 +49,7 @@ const ALONE: [(&str, &str); 4] = [
 
 /// A worker and the socket to it.
 #[derive(Debug)]
-pub(super) struct Worker {
+pub(crate) struct Worker {
     child: Child,
     /// `None` when the worker has been told to end.
     line: Option<Line>,
@@ -234,7 +234,7 @@ impl io::Write for Line {
 }
 
 /// The log, to be added to: not what a link of its name points to, and nothing else than a file.
-pub(super) fn open_log(path: &Path) -> Result<File, String> {
+pub(crate) fn open_log(path: &Path) -> Result<File, String> {
     let failed = |e: io::Error| format!("cannot write {}: {e}", path.display());
     let mut options = OpenOptions::new();
     let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK;

@@ -6,7 +6,7 @@ use std::ptr;
 use std::sync::Mutex;
 
 /// The reason of a failure is in LIGGGHTS's words.
-pub(super) type Outcome<T> = std::result::Result<T, String>;
+pub(crate) type Outcome<T> = std::result::Result<T, String>;
 
 /// The one instance of this process, while nobody uses it.
 static SHELF: Mutex<Shelf> = Mutex::new(Shelf::Empty);
@@ -38,7 +38,7 @@ pub fn end() {
 
 /// An instance of LIGGGHTS.
 #[derive(Debug)]
-pub(super) struct Instance(*mut ffi::lgg_instance);
+pub(crate) struct Instance(*mut ffi::lgg_instance);
 
 // SAFETY: an instance has no ties to the thread that made it; whoever has this value is its only user.
 unsafe impl Send for Instance {}
@@ -156,7 +156,7 @@ fn error() -> String {
 ///
 /// # Safety
 /// `base` points to at least `3 (k + 1)` numbers that nobody else uses.
-pub(super) unsafe fn vector<'a>(base: *mut f64, k: usize) -> &'a mut [f64; 3] {
+pub(crate) unsafe fn vector<'a>(base: *mut f64, k: usize) -> &'a mut [f64; 3] {
     // SAFETY: as the caller has promised.
     unsafe { &mut *base.add(3 * k).cast() }
 }

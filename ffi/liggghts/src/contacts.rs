@@ -2,12 +2,12 @@
 
 use super::protocol::{State, Touch};
 use super::{Liggghts, Master, deck};
-use crate::contact::{Body, Geometry, measure, measure_wall};
-use crate::dem::exchange::Population;
-use crate::dem::{ContactState, ContactSummary};
-use crate::error::{Error, Result};
-use crate::math::{Quat, Vec3};
-use crate::wall::{Surface, Wall};
+use turbid_core::contact::{Body, Geometry, measure, measure_wall};
+use turbid_core::dem::exchange::Population;
+use turbid_core::dem::{ContactState, ContactSummary};
+use turbid_core::error::{Error, Result};
+use turbid_core::math::{Quat, Vec3};
+use turbid_core::wall::{Surface, Wall};
 
 /// Overlaps deeper than this part of the smaller diameter are beyond the contact model, as in the native engine.
 const DEEPEST: f64 = 0.25;

@@ -14,7 +14,7 @@ const ROOM: u64 = 1 << 24;
 
 /// What LIGGGHTS is told at the start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Plan {
+pub(crate) struct Plan {
     /// Commands before there is a box.
     pub(super) before: Vec<String>,
     /// Commands that make the box; what was saved brings its own.
@@ -32,14 +32,14 @@ pub(super) struct Plan {
 }
 
 /// Name of the fix of a wall.
-pub(super) fn wall_fix(index: usize) -> String {
+pub(crate) fn wall_fix(index: usize) -> String {
     format!("wall{index}")
 }
 
 /// A sphere as LIGGGHTS is given it, SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Atom {
+pub(crate) struct Atom {
     /// Id of the particle, for messages; LIGGGHTS counts from 1.
     pub(super) id: u64,
     pub(super) position: [f64; 3],
@@ -56,7 +56,7 @@ pub(super) struct Atom {
 /// Force (N) and torque (N m) besides contacts, constant over a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Push {
+pub(crate) struct Push {
     pub(super) force: [f64; 3],
     pub(super) torque: [f64; 3],
 }
@@ -64,7 +64,7 @@ pub(super) struct Push {
 /// A sphere after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct State {
+pub(crate) struct State {
     pub(super) position: [f64; 3],
     pub(super) velocity: [f64; 3],
     pub(super) angular_velocity: [f64; 3],
@@ -77,7 +77,7 @@ pub(super) struct State {
 /// Force of one contact.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Touch {
+pub(crate) struct Touch {
     /// Index of the first sphere.
     pub(super) first: u64,
     /// Index of the second, or of the wall.
@@ -92,7 +92,7 @@ pub(super) struct Touch {
 
 /// What the engine asks.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Request {
+pub(crate) enum Request {
     /// Begin with these spheres.
     Open(Plan, Vec<Atom>),
     /// Go on with these spheres where [`Save`](Self::Save) ended.
@@ -111,7 +111,7 @@ pub(super) enum Request {
 
 /// What LIGGGHTS answers.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Reply {
+pub(crate) enum Reply {
     Done,
     States(Vec<State>),
     Touches(Vec<Touch>),

@@ -1,0 +1,166 @@
+//! A fluid whose precision is chosen at run time. All sweeps are compiled here, once.
+
+use super::Coupling;
+use crate::comm::Comm;
+use crate::domain::{Block, Decomposition};
+use crate::error::Result;
+use crate::fluid::{Boundary, CellState, Flow, Fluid, FluidParams, NoSolids, Precision, WallLoad};
+use crate::particle::ParticleStore;
+
+/// The fluid of one block, of either [`Precision`], in lattice units; see [`Fluid`].
+pub enum AnyFluid {
+    /// Populations of four bytes.
+    F32(Box<Fluid<f32>>),
+    /// Populations of eight bytes.
+    F64(Box<Fluid<f64>>),
+}
+
+/// The same words for both precisions.
+macro_rules! either {
+    ($of:expr, $fluid:ident => $words:expr) => {
+        match $of {
+            AnyFluid::F32($fluid) => $words,
+            AnyFluid::F64($fluid) => $words,
+        }
+    };
+}
+
+impl AnyFluid {
+    /// Fluid at rest with density 1 on the block of this rank, as [`Fluid::new`]. Collective.
+    ///
+    /// # Errors
+    /// On every rank, if one of them has too little memory.
+    pub fn new(
+        precision: Precision,
+        decomposition: &Decomposition,
+        comm: &Comm,
+        params: &FluidParams,
+        boundary: &Boundary,
+    ) -> Result<Self> {
+        Ok(match precision {
+            Precision::F32 => Self::F32(Box::new(Fluid::new(decomposition, comm, params, boundary)?)),
+            Precision::F64 => Self::F64(Box::new(Fluid::new(decomposition, comm, params, boundary)?)),
+        })
+    }
+
+    /// Bytes of a saved cell.
+    pub const fn saved_bytes(precision: Precision) -> usize {
+        match precision {
+            Precision::F32 => Fluid::<f32>::SAVED_BYTES,
+            Precision::F64 => Fluid::<f64>::SAVED_BYTES,
+        }
+    }
+
+    /// Storage type of the populations.
+    pub fn precision(&self) -> Precision {
+        match self {
+            Self::F32(_) => Precision::F32,
+            Self::F64(_) => Precision::F64,
+        }
+    }
+
+    /// The block of cells.
+    pub fn block(&self) -> Block {
+        either!(self, fluid => fluid.block())
+    }
+
+    /// Sets every cell to equilibrium at a density and velocity, as [`Fluid::set_equilibrium`]. Collective in effect.
+    pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
+        let state: &dyn Fn([usize; 3]) -> (f64, [f64; 3]) = &state;
+        either!(self, fluid => fluid.set_equilibrium(state));
+    }
+
+    /// Density (-) and velocity (cells per step) of the bare populations in a cell of the block.
+    pub fn moments(&self, cell: [usize; 3]) -> (f64, [f64; 3]) {
+        either!(self, fluid => fluid.moments(cell))
+    }
+
+    /// Prepares the momentum exchange of the particles of the last [`Coupling::map`] for a sweep.
+    pub fn begin_exchange(&self, coupling: &mut Coupling) {
+        either!(self, fluid => coupling.begin_exchange(fluid));
+    }
+
+    /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step squared), as
+    /// [`Fluid::sweep`]; with `measure`, returns what the cells held before. Collective.
+    pub fn sweep(
+        &mut self,
+        acceleration: [f64; 3],
+        coupling: &mut Coupling,
+        particles: &ParticleStore,
+        measure: bool,
+    ) -> Option<Flow> {
+        either!(self, fluid => fluid.sweep(acceleration, &mut coupling.solids(particles), measure))
+    }
+
+    /// As [`sweep`](Self::sweep), without particles and without measuring. Collective.
+    pub fn sweep_alone(&mut self, acceleration: [f64; 3]) {
+        either!(self, fluid => fluid.sweep(acceleration, &mut NoSolids, false));
+    }
+
+    /// Completes a sweep, as [`Fluid::exchange`]. Collective.
+    pub fn exchange(&mut self) {
+        either!(self, fluid => fluid.exchange());
+    }
+
+    /// First cell (of the whole box) that is too fast or not a number, and its speed, as [`Fluid::fault`].
+    pub fn fault(&self, coupling: &mut Coupling, particles: &ParticleStore) -> Option<([usize; 3], f64)> {
+        either!(self, fluid => fluid.fault(&mut coupling.solids(particles)))
+    }
+
+    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`, `xz`,
+    /// `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see [`Fluid::measure`].
+    pub fn measure(&self, coupling: &mut Coupling, particles: &ParticleStore) -> (Flow, [i128; 6]) {
+        either!(self, fluid => {
+            let mut stresslet = coupling.stresslet(particles);
+            let (flow, held) = fluid.measure(&mut stresslet);
+            let moments = stresslet.sums();
+            (flow, std::array::from_fn(|i| moments[i] - held[i]))
+        })
+    }
+
+    /// Calls `visit` with the state of each of `cells`, which are of the block, x fastest, as [`Fluid::each_cell`].
+    pub fn each_cell(
+        &self,
+        cells: Block,
+        acceleration: [f64; 3],
+        coupling: &mut Coupling,
+        particles: &ParticleStore,
+        mut visit: impl FnMut(CellState),
+    ) {
+        let visit: &mut dyn FnMut(CellState) = &mut visit;
+        either!(self, fluid => fluid.each_cell(cells, acceleration, &mut coupling.solids(particles), visit));
+    }
+
+    /// Force and torque on each wall in the last step, as [`Fluid::wall_loads`].
+    pub fn wall_loads(&self) -> Vec<WallLoad> {
+        either!(self, fluid => fluid.wall_loads())
+    }
+
+    /// Number of cells of the block in no wall.
+    pub fn fluid_cells(&self) -> usize {
+        either!(self, fluid => fluid.fluid_cells())
+    }
+
+    /// Hash of all populations of the block; see [`Fluid::state_hash`].
+    pub fn state_hash(&self) -> u64 {
+        either!(self, fluid => fluid.state_hash())
+    }
+
+    /// Appends the populations of plane `z` of the box, which crosses the block.
+    pub fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
+        either!(self, fluid => fluid.save_plane(z, out));
+    }
+
+    /// Takes the saved populations of some cells.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn restore(&mut self, cells: Block, bytes: &[u8]) -> std::result::Result<(), String> {
+        either!(self, fluid => fluid.restore(cells, bytes))
+    }
+
+    /// Makes the restored populations the state between two steps.
+    pub fn resume(&mut self) {
+        either!(self, fluid => fluid.resume());
+    }
+}

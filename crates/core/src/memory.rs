@@ -1,0 +1,96 @@
+//! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an abort on one.
+//!
+
+use crate::error::{Error, Result};
+use bytemuck::Zeroable;
+use std::cell::Cell;
+
+/// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that are written.
+pub const PER_PARTICLE: f64 = 2000.0;
+
+thread_local! {
+    /// Whether this thread allocates something that may fail.
+    static TRYING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does something whose allocations may fail, and which can tell.
+pub fn trying<R>(work: impl FnOnce() -> R) -> R {
+    let before = TRYING.replace(true);
+    let result = work();
+    TRYING.set(before);
+    result
+}
+
+/// Whether the caller of an allocation on this thread can deal with its failure.
+pub fn is_tried() -> bool {
+    TRYING.get()
+}
+
+/// An empty list with room for `len` items; `what` it is for stands in the message, with an article.
+///
+/// # Errors
+/// [`Error::Memory`] if there is not so much memory.
+pub fn with_capacity<T>(len: usize, what: &str) -> Result<Vec<T>> {
+    let mut list = Vec::new();
+    match trying(|| list.try_reserve_exact(len)) {
+        Ok(()) => Ok(list),
+        Err(_) => Err(refused(len as f64 * size_of::<T>() as f64, what)),
+    }
+}
+
+/// A list of `len` zeros.
+///
+/// # Errors
+/// As [`with_capacity`].
+pub fn zeroed<T: Zeroable + Clone>(len: usize, what: &str) -> Result<Vec<T>> {
+    let mut list = with_capacity(len, what)?;
+    list.resize(len, T::zeroed());
+    Ok(list)
+}
+
+/// The error for so many bytes that there is no room for.
+pub fn refused(bytes: f64, what: &str) -> Error {
+    Error::Memory {
+        amount: in_bytes(bytes),
+        what: what.to_string(),
+    }
+}
+
+/// Bytes in words.
+pub fn in_bytes(bytes: f64) -> String {
+    if bytes >= 1e9 {
+        format!("{:.1} GB", bytes / 1e9)
+    } else if bytes >= 1e6 {
+        format!("{:.0} MB", (bytes / 1e6).ceil())
+    } else {
+        format!("{:.0} kB", (bytes / 1e3).ceil())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_array_that_no_machine_can_hold_is_an_error_with_amount_purpose_and_remedy() {
+        for error in [
+            with_capacity::<u64>(1 << 59, "the populations").unwrap_err(),
+            zeroed::<u64>(usize::MAX, "the populations").unwrap_err(),
+        ] {
+            let text = error.to_string();
+            assert!(
+                text.starts_with("cannot allocate ") && text.contains(" GB for the populations; "),
+                "{text}"
+            );
+            assert_eq!(error.exit_code(), 2);
+        }
+        assert!(!is_tried());
+        assert_eq!(zeroed::<f32>(3, "a test").unwrap(), [0.0; 3]);
+    }
+
+    #[test]
+    fn amounts_read_well_over_many_orders() {
+        assert_eq!(in_bytes(0.3e6), "300 kB");
+        assert_eq!(in_bytes(2.5e9), "2.5 GB");
+    }
+}
