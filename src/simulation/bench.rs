@@ -3,7 +3,7 @@
 mod network;
 mod report;
 
-use super::observe::precision_name;
+use super::identity::precision_name;
 use super::run::{agreed, decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;

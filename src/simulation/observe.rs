@@ -24,8 +24,7 @@ use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
 use share::Share;
 use std::time::Instant;
-pub(super) use summary::precision_name;
-pub use summary::{identity, instruction_set};
+pub use summary::instruction_set;
 use writer::{Writer, WriterState};
 
 /// Gathers and writes what the output plan asks for.

@@ -247,7 +247,7 @@ fn is_of(json: &Json, setup: &Setup) -> bool {
     keys.all(|(key, wanted)| match told.get(key) {
         Some(known) => same(known, wanted),
         // What summaries of older versions do not tell.
-        None => key == "parameters",
+        None => key == "setup_hash",
     })
 }
 

@@ -1,14 +1,13 @@
 //! The summary of a run.
 
 use crate::case::Setup;
-use crate::coupling::ForceBalance;
-use crate::fluid::{Collision, Precision, Real, Simd, SolidCollision};
+use crate::fluid::{Real, Simd};
 use crate::output::{Estimate, NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
-use crate::wall::Surface;
+use crate::simulation::identity::{
+    balance_name, collision_name, coupling_name, precision_name, setup_hash, surface_name,
+};
 use std::collections::BTreeMap;
-use std::fmt::Write;
-use xxhash_rust::xxh3::xxh3_64;
 
 /// What was found out on the way.
 #[derive(Clone, Copy)]
@@ -99,56 +98,9 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
                 largest_acceleration: record.largest,
             }
         }),
-        parameters: Some(parameters(setup)),
+        setup_hash: Some(setup_hash(setup)),
         input: setup.text.clone(),
     }
-}
-
-/// What the summary of a run says of its set-up, by the keys of its JSON: two runs whose cases read alike may still differ here,
-/// where a default has changed between versions.
-pub fn identity(setup: &Setup) -> serde_json::Value {
-    let wet = !setup.dry;
-    serde_json::json!({
-        "volume_fraction": setup.scales.volume_fraction,
-        "cells": if wet { setup.domain.cell_count() } else { 0 },
-        "dx": setup.domain.dx,
-        "time_step": setup.units.dt,
-        "relaxation_time": setup.relaxation_time,
-        "precision": precision_name(setup.precision),
-        "dry": setup.dry,
-        "collision": wet.then(|| collision_name(setup.collision)),
-        "coupling": wet.then(|| coupling_name(setup.solids)),
-        "force_balance": wet.then(|| balance_name(setup.force_balance)),
-        "parameters": parameters(setup),
-    })
-}
-
-/// Checksum over the other numbers that decide the run, but for the places of the particles, as the case leaves them to the
-/// program: 16 hexadecimal digits.
-fn parameters(setup: &Setup) -> String {
-    // What is printed of a number is enough to get it back.
-    let mut text = format!(
-        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
-        setup.collision,
-        setup.solids,
-        setup.solid_ramp_width,
-        setup.contact,
-        setup.walls,
-        setup.substeps,
-        setup.gravity,
-        setup.zero_net_flux,
-        setup.body_acceleration,
-    );
-    for template in setup.templates.iter() {
-        let shape = &template.shape;
-        let (kind, volume, inertia) = (shape.kind(), shape.volume(), shape.inertia_per_mass());
-        let rest = (template.density, template.material);
-        let _ = write!(text, " {kind} {volume} {inertia:?} {rest:?}");
-    }
-    for (name, bytes) in &setup.files {
-        let _ = write!(text, " {name} {:x}", xxh3_64(bytes));
-    }
-    format!("{:016x}", xxh3_64(text.as_bytes()))
 }
 
 /// The instruction set that the kernels of a case use here.
@@ -188,49 +140,12 @@ fn shapes(setup: &Setup) -> Vec<ShapeSummary> {
 }
 
 fn walls(setup: &Setup) -> Vec<WallSummary> {
-    let kind = |surface: &Surface| match surface {
-        Surface::Plane { .. } => "plane",
-        Surface::Cylinder { pipe: true, .. } => "pipe",
-        Surface::Cylinder { .. } => "rod",
-    };
     (setup.walls.iter())
         .map(|wall| WallSummary {
             name: wall.name.clone(),
-            kind: kind(&wall.surface).to_owned(),
+            kind: surface_name(&wall.surface).to_owned(),
             velocity: wall.motion.velocity.into(),
             angular_velocity: wall.motion.angular_velocity.into(),
         })
         .collect()
-}
-
-pub(in crate::simulation) fn precision_name(precision: Precision) -> &'static str {
-    match precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-    }
-}
-
-/// As in the case file.
-fn collision_name(collision: Collision) -> &'static str {
-    match collision {
-        Collision::Bgk => "bgk",
-        Collision::Trt { .. } => "trt",
-    }
-}
-
-/// As in the case file.
-fn coupling_name(solids: SolidCollision) -> &'static str {
-    if solids.is_saturated() {
-        "saturated"
-    } else {
-        "paper"
-    }
-}
-
-/// As in the case file.
-fn balance_name(balance: ForceBalance) -> &'static str {
-    match balance {
-        ForceBalance::Mixture => "mixture",
-        ForceBalance::FluidOnly => "fluid_only",
-    }
 }
