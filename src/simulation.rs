@@ -14,7 +14,7 @@ mod saved;
 mod snapshot;
 mod work;
 
-use crate::case::Setup;
+use crate::case::{FluidSetup, Setup};
 use crate::comm::Comm;
 use crate::coupling::{
     CONTROL_INTERVAL, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams, LatticeWalls, MeanFlow,
@@ -73,14 +73,14 @@ impl<T: Real> Wet<T> {
     ///
     /// # Errors
     /// On every rank, if one of them has not the memory.
-    fn new(setup: &Setup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
-        let (units, templates) = (setup.units, &setup.templates);
+    fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
+        let (units, templates) = (setup.units(), &setup.templates);
         let coupling = CouplingParams {
             units,
-            solids: setup.solids,
-            fraction: setup.fraction(),
+            solids: of.solids,
+            fraction: of.fraction,
             gravity: setup.gravity,
-            force_balance: setup.force_balance,
+            force_balance: of.force_balance,
         };
         let reach = templates
             .iter()
@@ -93,10 +93,10 @@ impl<T: Real> Wet<T> {
                 .map(|particle| &templates[particle.template as usize])
         };
         let params = FluidParams {
-            relaxation_time: setup.relaxation_time,
-            collision: setup.collision,
-            solids: setup.solids,
-            simd: setup.simd.unwrap_or_else(Simd::best),
+            relaxation_time: of.relaxation_time,
+            collision: of.collision,
+            solids: of.solids,
+            simd: setup.plan.simd.unwrap_or_else(Simd::best),
         };
         let walls = LatticeWalls::new(&setup.walls, &units);
         let boundary = Boundary {
@@ -114,9 +114,12 @@ impl<T: Real> Wet<T> {
                 .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
                 .sum(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
-            balance: setup.force_balance,
-            control_rate: setup.control_rate(),
-            body_acceleration: setup.body_acceleration,
+            balance: of.force_balance,
+            control_rate: of
+                .zero_net_flux
+                .map(|on| if on { of.control_rate } else { 0.0 })
+                .into(),
+            body_acceleration: of.body_acceleration,
         };
         Ok(Self {
             cells: cells[0] as f64,
@@ -157,9 +160,9 @@ impl<T: Real> Simulation<T> {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        let wet = (!setup.dry).then(|| Wet::new(setup, decomposition, &comm));
+        let wet = (setup.fluid.as_ref()).map(|fluid| Wet::new(setup, fluid, decomposition, &comm));
         Ok(Self {
-            units: setup.units,
+            units: setup.units(),
             wet: wet.transpose()?,
             dem,
             comm: Rc::new(comm),

@@ -42,8 +42,9 @@ fn setup() -> Setup {
             .wrapping_add(1_442_695_040_888_963_407);
         (random >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
     };
+    let speed = setup.expect_fluid().scales.stokes_velocity;
     for particle in &mut setup.particles {
-        particle.velocity = std::array::from_fn(|_| next() * setup.scales.stokes_velocity);
+        particle.velocity = std::array::from_fn(|_| next() * speed);
         particle.angular_velocity = std::array::from_fn(|_| next() * 100.0);
     }
     setup
@@ -51,10 +52,8 @@ fn setup() -> Setup {
 
 /// What a run ended with: hash, contacts begun, and particles that changed their rank.
 fn outcome<T: Real>(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) {
-    let setup = Setup {
-        simd: Some(simd),
-        ..setup.clone()
-    };
+    let mut setup = setup.clone();
+    setup.plan.simd = Some(simd);
     let results = on_threads(cut.ranks(), |comm| {
         let mut simulation = Simulation::<T>::new(&setup, cut, comm).unwrap();
         let owned = |s: &Simulation<T>| {

@@ -84,7 +84,7 @@ fn setup(text: &str, random: &mut ChaCha8Rng) -> Option<Setup> {
             return None;
         }
     };
-    let speed = 0.04 * setup.units.velocity();
+    let speed = 0.04 * setup.units().velocity();
     for particle in &mut setup.particles {
         particle.velocity = std::array::from_fn(|_| random.random_range(-speed..speed));
         particle.angular_velocity = std::array::from_fn(|_| random.random_range(-100.0..100.0));
@@ -143,7 +143,7 @@ fn two_hundred_random_cases_have_the_same_bits_on_one_and_on_two_to_eight_ranks(
             assert!(refused < 10 * CASES, "most cases are cases");
             continue;
         };
-        let run = match setup.precision {
+        let run = match setup.plan.precision {
             Precision::F32 => outcome::<f32>,
             Precision::F64 => outcome::<f64>,
         };

@@ -35,9 +35,10 @@ fn setup(speed: f64) -> Setup {
     let mut setup = case::load(&path, &[]).unwrap();
     setup.particles.clear();
     // A sliding wall means a net flux.
-    setup.zero_net_flux = [false; 3];
+    let fluid = setup.fluid.as_mut().unwrap();
+    fluid.zero_net_flux = [false; 3];
+    fluid.collision = Collision::Trt { magic: 0.1875 };
     setup.domain.periodic = [true, true, false];
-    setup.collision = Collision::Trt { magic: 0.1875 };
     let wall = |name: &str, point, normal, velocity| Wall {
         name: name.into(),
         surface: Surface::Plane { point, normal },
@@ -83,7 +84,8 @@ fn the_walls_of_a_shear_cell_feel_viscosity_times_shear_rate_times_area() {
 fn a_fluid_that_gets_too_fast_in_the_last_steps_is_found_at_the_end() {
     let mut setup = setup(0.0);
     // From rest to the limit in three steps, between two measurements.
-    setup.body_acceleration = Vec3::x() * (0.15 * setup.units.acceleration());
+    let acceleration = 0.15 * setup.units().acceleration();
+    setup.fluid.as_mut().unwrap().body_acceleration = Vec3::x() * acceleration;
     let cut = Decomposition::new(setup.domain, 1).unwrap();
     let mut simulation = Simulation::<f32>::new(&setup, &cut, Comm::Solo).unwrap();
     for _ in 0..2 {

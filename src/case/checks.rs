@@ -1,5 +1,6 @@
 //! Checks of single values, each with key, place, value and remedy in its message.
 
+use super::FluidSetup;
 use super::file::{Duration, Every};
 use super::located::Located;
 use super::source::Source;
@@ -11,6 +12,16 @@ use std::ops::Range;
 pub(super) struct Clock {
     pub(super) time_step: f64,
     pub(super) stokes_time: f64,
+}
+
+impl Clock {
+    /// Nothing settles without a fluid.
+    pub(super) fn of(time_step: f64, fluid: Option<&FluidSetup>) -> Self {
+        Self {
+            time_step,
+            stokes_time: fluid.map_or(f64::INFINITY, |fluid| fluid.scales.stokes_time),
+        }
+    }
 }
 
 impl Source {

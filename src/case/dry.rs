@@ -1,11 +1,10 @@
 //! Particles without a fluid: their time step, and the cells that only the decomposition of the box needs.
 
-use super::file::{DrySection, LatticeSection};
+use super::file::{Case, DrySection, LatticeSection};
 use super::hertz::Hertz;
 use super::located::Located;
 use super::materials::Materials;
 use super::source::Source;
-use super::{Scales, file::Case};
 use crate::error::Result;
 use crate::particle::Template;
 
@@ -125,19 +124,4 @@ pub(super) fn cell(edges: [f64; 3], templates: &[Template]) -> f64 {
         .find(fits)
         .unwrap_or(least);
     shortest / count as f64
-}
-
-/// Scales without a fluid: what has no meaning is zero or infinite.
-pub(super) fn scales(diameter: f64, volume_fraction: f64) -> Scales {
-    Scales {
-        diameter,
-        viscosity: 0.0,
-        density_ratio: f64::INFINITY,
-        archimedes: 0.0,
-        stokes_velocity: 0.0,
-        stokes_time: f64::INFINITY,
-        schiller_naumann_velocity: 0.0,
-        schiller_naumann_reynolds: 0.0,
-        volume_fraction,
-    }
 }

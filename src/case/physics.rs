@@ -8,6 +8,7 @@ use super::forms::Gravity;
 use super::located::Located;
 use super::scales::Reference;
 use super::source::Source;
+use crate::coupling::Fraction;
 use crate::error::Result;
 use crate::fluid::{Collision, SolidCollision};
 use crate::math::Vec3;
@@ -133,8 +134,8 @@ pub(super) fn time_step(
     Ok((units, units.relaxation_time(viscosity)))
 }
 
-/// What happens in cells that particles cover, and the width of the ramp of the solid fraction (cells).
-pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, f64)> {
+/// Collision in cells that particles cover, and how their solid fraction follows from the body.
+pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
     match (
         lattice.coupling,
         &lattice.solid_operator,
@@ -164,7 +165,7 @@ pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(Solid
                     "in cells; 0.5 is usual",
                 )?,
             };
-            Ok((SolidCollision::ExactDifference, width))
+            Ok((SolidCollision::ExactDifference, Fraction::Ramp(width)))
         }
         (Coupling::Saturated, operator, None) => {
             let operator = operator.as_ref().map_or_else(Default::default, |o| o.value);
@@ -173,7 +174,7 @@ pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(Solid
                 SolidOperator::Sc2 => SolidCollision::Sc2,
                 SolidOperator::Sc3 => SolidCollision::Sc3,
             };
-            Ok((solids, 0.0))
+            Ok((solids, Fraction::VOLUME))
         }
     }
 }

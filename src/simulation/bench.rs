@@ -48,11 +48,14 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
         setup.particles.clear();
         setup.engine = EngineChoice::Native;
         // Something must move, without getting fast in any number of steps that a benchmark takes.
-        setup.zero_net_flux = [false; 3];
-        setup.body_acceleration = Vec3::x() * (1e-7 * setup.units.acceleration());
+        let units = setup.units();
+        if let Some(fluid) = &mut setup.fluid {
+            fluid.zero_net_flux = [false; 3];
+            fluid.body_acceleration = Vec3::x() * (1e-7 * units.acceleration());
+        }
     }
     let decomposition = agreed(setup.engine.refuse_if_missing().and_then(|()| decompose(&setup)))?;
-    match setup.precision {
+    match setup.plan.precision {
         Precision::F32 => on_ranks(&decomposition, |comm| {
             bench_rank::<f32>(&setup, options, &decomposition, comm)
         }),
@@ -127,7 +130,7 @@ fn bench_rank<T: Real>(
         cells,
         particles: setup.particles.len(),
         contacts: 0,
-        precision: precision_name(setup.precision).to_owned(),
+        precision: precision_name(setup.plan.precision).to_owned(),
         threads: comm.size(),
         ranks: comm.size(),
         grid: decomposition.grid,
@@ -228,10 +231,11 @@ end = { steps = 10 }
 
     fn report(threads: usize) -> BenchReport {
         let mut setup = from_text(CASE, "bench", &[]).unwrap();
-        setup.threads = threads;
+        setup.plan.threads = threads;
+        let speed = setup.expect_fluid().scales.stokes_velocity;
         for (n, particle) in (1_u32..).zip(&mut setup.particles) {
             let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
-            particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * setup.scales.stokes_velocity);
+            particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * speed);
         }
         let options = BenchOptions {
             steps: 8,

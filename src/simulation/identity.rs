@@ -10,9 +10,9 @@
 //! | volume, inertia, density and material of each template | position and motion of the particles, commands for LIGGGHTS: they follow from the text of the case |
 //! | files that the case names, by their contents | where they lie |
 
-use crate::case::Setup;
+use crate::case::{FluidSetup, Setup};
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
-use crate::coupling::ForceBalance;
+use crate::coupling::{ForceBalance, Fraction};
 use crate::fluid::{Collision, Precision, SolidCollision};
 use crate::math::Vec3;
 use crate::particle::Template;
@@ -24,41 +24,36 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Derived numbers that decide a run, by the keys of `summary.json`: two runs whose cases read alike may differ here, where a
 /// default has changed between versions.
 pub fn identity(setup: &Setup) -> Json {
-    let wet = !setup.dry;
+    let fluid = setup.fluid.as_ref();
     json!({
-        "volume_fraction": setup.scales.volume_fraction,
-        "cells": if wet { setup.domain.cell_count() } else { 0 },
+        "volume_fraction": setup.volume_fraction,
+        "cells": setup.fluid_cells(),
         "dx": setup.domain.dx,
-        "time_step": setup.units.dt,
-        "relaxation_time": setup.relaxation_time,
-        "precision": precision_name(setup.precision),
-        "dry": setup.dry,
-        "collision": wet.then(|| collision_name(setup.collision)),
-        "coupling": wet.then(|| coupling_name(setup.solids)),
-        "force_balance": wet.then(|| balance_name(setup.force_balance)),
+        "time_step": setup.time_step,
+        "relaxation_time": relaxation_time(fluid),
+        "precision": precision_name(setup.plan.precision),
+        "dry": fluid.is_none(),
+        "collision": fluid.map(|fluid| collision_name(fluid.collision)),
+        "coupling": fluid.map(|fluid| coupling_name(fluid.solids)),
+        "force_balance": fluid.map(|fluid| balance_name(fluid.force_balance)),
         "setup_hash": setup_hash(setup),
     })
 }
 
+/// Relaxation time (time steps) as files give it: 1 without a fluid.
+pub(super) fn relaxation_time(fluid: Option<&FluidSetup>) -> f64 {
+    fluid.map_or(1.0, |fluid| fluid.relaxation_time)
+}
+
 /// XXH3 (64 bits, 16 hexadecimal digits) of the numbers that the [module](self) lists, in canonical form.
 pub(super) fn setup_hash(setup: &Setup) -> String {
-    let fluid = (!setup.dry).then(|| {
-        json!({
-            "body_acceleration": vector(setup.body_acceleration),
-            "collision": collision(setup.collision),
-            "coupling": solids(setup),
-            "density": setup.units.density,
-            "force_balance": balance_name(setup.force_balance),
-            "zero_net_flux": setup.zero_net_flux,
-        })
-    });
     let file = |(name, bytes): &(String, Vec<u8>)| json!([name, format!("{:016x}", xxh3_64(bytes))]);
     let mut text = String::new();
     canonical(
         &json!({
             "contact": setup.contact.as_ref().map(contact),
-            "files": setup.files.iter().map(file).collect::<Vec<_>>(),
-            "fluid": fluid,
+            "files": setup.provenance.files.iter().map(file).collect::<Vec<_>>(),
+            "fluid": setup.fluid.as_ref().map(fluid),
             "gravity": vector(setup.gravity),
             "substeps": setup.substeps,
             "templates": setup.templates.iter().map(template).collect::<Vec<_>>(),
@@ -113,15 +108,25 @@ fn collision(collision: Collision) -> Json {
     json!({ "magic_parameter": magic, "operator": collision_name(collision) })
 }
 
-fn solids(setup: &Setup) -> Json {
-    let operator = match setup.solids {
+fn fluid(fluid: &FluidSetup) -> Json {
+    let operator = match fluid.solids {
         SolidCollision::ExactDifference => "exact_difference",
         SolidCollision::Sc1 => "sc1",
         SolidCollision::Sc2 => "sc2",
         SolidCollision::Sc3 => "sc3",
     };
-    let ramp_width = (!setup.solids.is_saturated()).then_some(setup.solid_ramp_width);
-    json!({ "operator": operator, "ramp_width": ramp_width })
+    let ramp_width = match fluid.fraction {
+        Fraction::Ramp(width) => Some(width),
+        Fraction::Volume(_) => None,
+    };
+    json!({
+        "body_acceleration": vector(fluid.body_acceleration),
+        "collision": collision(fluid.collision),
+        "coupling": { "operator": operator, "ramp_width": ramp_width },
+        "density": fluid.density,
+        "force_balance": balance_name(fluid.force_balance),
+        "zero_net_flux": fluid.zero_net_flux,
+    })
 }
 
 fn contact(model: &ContactModel) -> Json {
@@ -238,11 +243,7 @@ mod tests {
 
     /// Walls that move, in a fluid; no fluid; a shape from a file. A value that changes makes every checkpoint and every finished
     /// run of a study one of another set-up: raise `FORMAT` of the checkpoints, and say so in the changelog.
-    const GOLDEN: [(&str, &str); 3] = [
-        ("shear_cell", "0"),
-        ("dry_box", "0"),
-        ("stl_particles", "0"),
-    ];
+    const GOLDEN: [(&str, &str); 3] = [("shear_cell", "0"), ("dry_box", "0"), ("stl_particles", "0")];
 
     #[test]
     fn the_identity_of_a_case_depends_on_its_numbers_and_on_no_name_in_the_program() {

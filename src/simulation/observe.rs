@@ -105,9 +105,9 @@ struct Picture {
 
 impl<'a> Observer<'a> {
     pub(super) fn new(setup: &'a Setup, decomposition: &'a Decomposition, comm: &Comm, quiet: bool) -> Self {
-        let plan = &setup.output;
+        let plan = &setup.plan.output;
         let samples = match plan.series_every {
-            0 => (setup.end_step / DEFAULT_SAMPLES).max(1),
+            0 => (setup.plan.end_step / DEFAULT_SAMPLES).max(1),
             asked => asked,
         };
         Self {
@@ -116,7 +116,7 @@ impl<'a> Observer<'a> {
             start: Instant::now(),
             every: [
                 samples,
-                if setup.dry { 0 } else { plan.fields_every },
+                plan.fields_every,
                 plan.particles_every,
                 plan.picture_every,
                 plan.contacts_every,
@@ -191,7 +191,7 @@ impl<'a> Observer<'a> {
         let due: Due = std::array::from_fn(|i| {
             let every = self.every[i];
             // There is nothing to see of a fluid at rest.
-            let shows = i != PICTURES || step > 0 || self.setup.dry;
+            let shows = i != PICTURES || step > 0 || self.setup.fluid.is_none();
             every > 0 && (last || step.is_multiple_of(every)) && self.done[i] != Some(step) && shows
         });
         if due == [false; KINDS] {
@@ -260,7 +260,7 @@ impl<'a> Observer<'a> {
         let row = measured.map(|measured| {
             let row = row::row(self.setup, simulation, &measured, touches);
             let wanted = |p: &Particle| self.last_path.is_some_and(|last| p.id <= last);
-            let paths = if self.setup.output.series_every > 0 {
+            let paths = if self.setup.plan.output.series_every > 0 {
                 gather::particles(simulation, wanted)
             } else {
                 Vec::new()
@@ -277,7 +277,7 @@ impl<'a> Observer<'a> {
     /// What rank 0 needs for a picture. Collective.
     fn picture<T: Real>(&self, simulation: &mut Simulation<T>) -> Picture {
         let setup = self.setup;
-        if setup.dry {
+        if setup.fluid.is_none() {
             return Picture {
                 velocity: None,
                 particles: gather::particles(simulation, |_| true),

@@ -20,9 +20,9 @@ impl<T: Real> Simulation<T> {
             cells: setup.domain.cells,
             bytes_per_cell: self.saved_bytes(),
             case: CaseText {
-                name: setup.name.clone(),
-                text: setup.text.clone(),
-                files: setup.files.clone(),
+                name: setup.provenance.name.clone(),
+                text: setup.provenance.text.clone(),
+                files: setup.provenance.files.clone(),
                 resolved: identity(setup).to_string(),
             },
         }
@@ -69,7 +69,7 @@ impl<T: Real> Simulation<T> {
         let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let fits = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes())
-                && head.case.text == setup.text
+                && head.case.text == setup.provenance.text
                 && head.case.resolved == resolved;
             let shared = if fits {
                 serde_json::from_slice::<Shared>(saved.shared())

@@ -35,7 +35,7 @@ macro_rules! either {
 impl Experiment {
     /// A case at rest. Collective.
     pub(super) fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        Ok(match setup.precision {
+        Ok(match setup.plan.precision {
             Precision::F32 => Self::Single(Box::new(Simulation::new(setup, decomposition, comm)?)),
             Precision::F64 => Self::Double(Box::new(Simulation::new(setup, decomposition, comm)?)),
         })
@@ -48,7 +48,7 @@ impl Experiment {
         comm: Comm,
         engine: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        Ok(match setup.precision {
+        Ok(match setup.plan.precision {
             Precision::F32 => {
                 let simulation = Simulation::with_engine(setup, decomposition, comm, engine)?;
                 Self::Single(Box::new(simulation))

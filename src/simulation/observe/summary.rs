@@ -1,11 +1,11 @@
 //! The summary of a run.
 
-use crate::case::Setup;
+use crate::case::{Scales, Setup};
 use crate::fluid::{Real, Simd};
 use crate::output::{Estimate, NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::simulation::identity::{
-    balance_name, collision_name, coupling_name, precision_name, setup_hash, surface_name,
+    balance_name, collision_name, coupling_name, precision_name, relaxation_time, setup_hash, surface_name,
 };
 use std::collections::BTreeMap;
 
@@ -43,17 +43,17 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
     } = outcome;
     let steps = simulation.step;
     let done = steps - first;
-    let scales = setup.scales;
+    let fluid = setup.fluid.as_ref();
+    let scales = reference_scales(setup);
     let over_schiller_naumann = scales.stokes_velocity / scales.schiller_naumann_velocity;
     let per_step = |seconds: f64| seconds / done.max(1) as f64;
     let stages: BTreeMap<String, f64> = (simulation.timings.stages().iter())
         .map(|&(name, seconds)| (name.to_owned(), per_step(seconds)))
         .collect();
-    let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
-    let wet = !setup.dry;
+    let cells = setup.fluid_cells();
     Summary {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        case: setup.name.clone(),
+        case: setup.provenance.name.clone(),
         interrupted,
         resumed_from: (first > 0).then_some(first),
         settling_velocity_over_stokes: estimate.map(|e| e.mean),
@@ -65,54 +65,64 @@ pub(super) fn summary<T: Real>(setup: &Setup, simulation: &Simulation<T>, outcom
         settled_standard_error: settled.and_then(|(_, e)| e.standard_error),
         averaged_over,
         particles: setup.particles.len(),
-        volume_fraction: scales.volume_fraction,
-        scales: reference_scales(setup),
+        volume_fraction: setup.volume_fraction,
+        cells_per_diameter: setup.diameter / setup.domain.dx,
+        scales,
         cells,
         steps,
         dx: setup.domain.dx,
-        time_step: setup.units.dt,
-        relaxation_time: setup.relaxation_time,
+        time_step: setup.time_step,
+        relaxation_time: relaxation_time(fluid),
         mlups: done as f64 * cells as f64 / wall_seconds / 1e6,
         wall_seconds,
         stages,
-        precision: precision_name(setup.precision).to_owned(),
+        precision: precision_name(setup.plan.precision).to_owned(),
         simd: instruction_set(setup).to_owned(),
         ranks: simulation.comm.size(),
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
-        dry: setup.dry,
-        mach: wet.then_some(max_mach),
+        dry: fluid.is_none(),
+        mach: fluid.map(|_| max_mach),
         relative_viscosity: viscosity.map(|e| e.mean),
         relative_viscosity_standard_error: viscosity.and_then(|e| e.standard_error),
-        cells_per_diameter: scales.diameter / setup.domain.dx,
         shapes: shapes(setup),
         walls: walls(setup),
-        collision: wet.then(|| collision_name(setup.collision).to_owned()),
-        coupling: wet.then(|| coupling_name(setup.solids).to_owned()),
-        force_balance: wet.then(|| balance_name(setup.force_balance).to_owned()),
-        net_flux_control: wet.then(|| {
+        collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),
+        coupling: fluid.map(|fluid| coupling_name(fluid.solids).to_owned()),
+        force_balance: fluid.map(|fluid| balance_name(fluid.force_balance).to_owned()),
+        net_flux_control: fluid.map(|fluid| {
             let record = simulation.control_record();
             NetFluxControl {
-                directions: setup.zero_net_flux,
+                directions: fluid.zero_net_flux,
                 mean_acceleration: record.mean(steps).into(),
                 largest_acceleration: record.largest,
             }
         }),
         setup_hash: Some(setup_hash(setup)),
-        input: setup.text.clone(),
+        input: setup.provenance.text.clone(),
     }
 }
 
 /// The instruction set that the kernels of a case use here.
 pub fn instruction_set(setup: &Setup) -> &'static str {
-    setup.simd.unwrap_or_else(Simd::best).name()
+    setup.plan.simd.unwrap_or_else(Simd::best).name()
 }
 
+/// Without a fluid what has no meaning is zero or infinite.
 fn reference_scales(setup: &Setup) -> ReferenceScales {
-    let scales = setup.scales;
+    let nothing = Scales {
+        density_ratio: f64::INFINITY,
+        archimedes: 0.0,
+        stokes_velocity: 0.0,
+        stokes_time: f64::INFINITY,
+        schiller_naumann_velocity: 0.0,
+        schiller_naumann_reynolds: 0.0,
+    };
+    let fluid = setup.fluid.as_ref();
+    let scales = fluid.map_or(nothing, |fluid| fluid.scales);
     ReferenceScales {
-        diameter: scales.diameter,
-        viscosity: scales.viscosity,
+        diameter: setup.diameter,
+        viscosity: fluid.map_or(0.0, |fluid| fluid.viscosity),
         density_ratio: scales.density_ratio,
         archimedes: scales.archimedes,
         galileo: scales.archimedes.sqrt(),
