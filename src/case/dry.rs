@@ -1,5 +1,6 @@
 //! Particles without a fluid: their time step, and the cells that only the decomposition of the box needs.
 
+use super::checks::Alternative;
 use super::file::{Case, DrySection, LatticeSection};
 use super::hertz::Hertz;
 use super::located::Located;
@@ -84,11 +85,8 @@ pub(super) fn time_step(
     materials: &Materials,
 ) -> Result<f64> {
     let dry = &section.value;
-    let span = |value: &Option<Located<f64>>| value.as_ref().map(|v| v.span.clone());
-    let choices = [
-        ("time_step", span(&dry.time_step)),
-        ("impact_speed", span(&dry.impact_speed)),
-    ];
+    let choices: [(_, &dyn Alternative); 2] =
+        [("time_step", &dry.time_step), ("impact_speed", &dry.impact_speed)];
     source.exactly_one("dry", &section.span, &choices)?;
     if let Some(step) = &dry.time_step {
         return source.positive("dry.time_step", step, "in seconds");

@@ -1,6 +1,6 @@
 //! Gravity, viscosity, time step and collision of a case.
 
-use super::checks::at;
+use super::checks::{Alternative, at};
 use super::file::{
     Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection, SolidOperator,
 };
@@ -72,14 +72,15 @@ pub(super) fn viscosity(
     reference: &Reference,
 ) -> Result<f64> {
     let fluid = &section.value;
-    let choices = [
-        ("viscosity", &fluid.viscosity),
-        ("archimedes", &fluid.archimedes),
-        ("galileo", &fluid.galileo),
+    let (viscosity, archimedes, galileo) = (&fluid.viscosity, &fluid.archimedes, &fluid.galileo);
+    let choices: [(_, &dyn Alternative); 3] = [
+        ("viscosity", viscosity),
+        ("archimedes", archimedes),
+        ("galileo", galileo),
     ];
-    let spans = choices.map(|(name, value)| (name, value.as_ref().map(|v| v.span.clone())));
-    let (name, value) = choices[source.exactly_one("fluid", &section.span, &spans)?];
-    let value = value.as_ref().expect("checked by exactly_one");
+    let name = source.exactly_one("fluid", &section.span, &choices)?;
+    let value = (viscosity.as_ref()).or(archimedes.as_ref()).or(galileo.as_ref());
+    let value = value.expect("checked by exactly_one");
     let remedy = match name {
         "viscosity" => "kinematic, in m^2/s; water has 1e-6",
         _ => "e.g. archimedes = 1000",
@@ -112,12 +113,9 @@ pub(super) fn time_step(
     density: f64,
 ) -> Result<(Units, f64)> {
     let lattice = &section.value;
-    let choices = [
-        (
-            "relaxation_time",
-            lattice.relaxation_time.as_ref().map(|v| v.span.clone()),
-        ),
-        ("time_step", lattice.time_step.as_ref().map(|v| v.span.clone())),
+    let choices: [(_, &dyn Alternative); 2] = [
+        ("relaxation_time", &lattice.relaxation_time),
+        ("time_step", &lattice.time_step),
     ];
     source.exactly_one("lattice", &section.span, &choices)?;
     if let Some(tau) = &lattice.relaxation_time {

@@ -3,7 +3,6 @@
 
 use super::Setup;
 use super::file::{Case, FluidSection, LatticeSection};
-use super::kinds::Kinds;
 use super::source::Source;
 use super::speeds::wall_speed;
 use crate::error::Result;
@@ -30,8 +29,6 @@ pub(super) struct Written<'a> {
     pub(super) case: &'a Case,
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
-    /// The section of each template.
-    pub(super) sections: Vec<usize>,
     /// Templates of which there are particles.
     pub(super) present: Vec<bool>,
     /// Where the case has each wall.
@@ -89,12 +86,6 @@ impl Setup {
     }
 }
 
-/// The section of each template.
-pub(super) fn sections(kinds: &Kinds) -> Vec<usize> {
-    let of = |(index, kind): (usize, &super::kinds::Kind)| std::iter::repeat_n(index, kind.shares.len());
-    kinds.sections.iter().enumerate().flat_map(of).collect()
-}
-
 impl Written<'_> {
     /// Refuses a case that cannot work; what it should be warned of.
     pub(super) fn judge(&self, setup: &Setup) -> Result<Vec<String>> {
@@ -137,7 +128,7 @@ impl Written<'_> {
             .map(|template| (template, setup.settling_speed(fluid, template)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((template, speed)) = fastest {
-            let section = self.sections[template];
+            let section = setup.sections[template];
             let diameter = setup.templates[template].shape.equivalent_diameter();
             all.push(Velocity {
                 name: format!("the settling velocity of `particles.{section}`"),
@@ -152,7 +143,7 @@ impl Written<'_> {
             (template, p.velocity().norm() + rim)
         });
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            let section = self.sections[template];
+            let section = setup.sections[template];
             let places = self.case.particles[section]
                 .value
                 .list
@@ -261,7 +252,7 @@ impl Written<'_> {
     /// Particles too light for the explicit coupling.
     fn light(&self, setup: &Setup) -> Option<String> {
         let light = setup.too_light()?;
-        let section = self.sections[light.template];
+        let section = setup.sections[light.template];
         let density = &self.case.particles[section].value.density;
         let least = light.limit * setup.fluid_density();
         let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;

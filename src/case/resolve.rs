@@ -9,7 +9,7 @@ use super::kinds::kinds;
 use super::materials::Materials;
 use super::physics::{self, collision, gravity, time_step, viscosity};
 use super::placement::Placer;
-use super::plausible::{self, Written};
+use super::plausible::Written;
 use super::scales::Reference;
 use super::schedule::{Known, are_few, names, reschedule, title};
 use super::source::Source;
@@ -180,7 +180,6 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         (fluid.body_acceleration, fluid.zero_net_flux) =
             physics::driven(source, &case.driving, domain.periodic, vanishes)?;
     }
-    let sections = plausible::sections(&kinds);
     let mut setup = Setup {
         domain,
         time_step,
@@ -211,7 +210,6 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             case: &case,
             fluid: &fluid.value,
             lattice: &lattice.value,
-            sections,
             present,
             walls: wall_spans,
         };
