@@ -48,38 +48,16 @@ pub use schedule::CHECKPOINT_INTERVAL;
 pub(crate) use source::{Source, nearest};
 pub use speeds::DrivenFlow;
 
-/// A case resolved to numbers: everything a run needs, checked.
+/// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and
+/// [where it comes from](Self::provenance).
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Name of the case (file stem).
-    pub name: String,
-    /// Text of the case file with overrides applied, echoed into the summary.
-    pub text: String,
-    /// The files that the case names: the name as it stands there, and the contents.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Where the case and these files were read; empty for a text or a case that was saved.
-    pub inputs: Vec<PathBuf>,
-    /// What the user should know although the case is valid, ready to print.
-    pub warnings: Vec<String>,
-    /// Box and cells.
+    /// Box and cells; without a fluid the cells of the decomposition only.
     pub domain: Domain,
-    /// Cell size, time step, density.
-    pub units: Units,
-    /// Storage of the populations.
-    pub precision: Precision,
-    /// Instruction set; `None` takes the best this processor has.
-    pub simd: Option<Simd>,
-    /// Whether there is no fluid: particles, contacts and walls only. Then `units` says how long a step is and how wide
-    /// the cells of the decomposition are, and what belongs to the fluid means nothing.
-    pub dry: bool,
-    /// Relaxation time (time steps).
-    pub relaxation_time: f64,
-    /// Collision operator.
-    pub collision: Collision,
-    /// What happens in cells that particles cover.
-    pub solids: SolidCollision,
-    /// Width of the cosine ramp of the solid fraction (cells), where cells are not partially saturated.
-    pub solid_ramp_width: f64,
+    /// Time step (s).
+    pub time_step: f64,
+    /// The fluid; `None` for particles, contacts and walls alone.
+    pub fluid: Option<FluidSetup>,
     /// Geometries and materials.
     pub templates: Arc<[Template]>,
     /// The `[[particles]]` section that each template is of, counted from 0.
@@ -88,65 +66,128 @@ pub struct Setup {
     pub frames: Vec<Quat>,
     /// Initial state of all particles, ascending ids.
     pub particles: Vec<Particle>,
+    /// Diameter of the sphere of equal volume, of the first kind of particle (m).
+    pub diameter: f64,
+    /// Solid volume over volume of the box (-).
+    pub volume_fraction: f64,
     /// Walls: the closed faces of the box, and those the case lists.
     pub walls: Vec<Wall>,
     /// Contact model; `None` if contacts are off.
     pub contact: Option<ContactModel>,
     /// What moves the particles.
     pub engine: EngineChoice,
-    /// DEM sub-steps per fluid step.
+    /// DEM sub-steps per time step.
     pub substeps: u32,
     /// Gravity (m/s^2).
     pub gravity: Vec3,
+    /// How long to run, on what, and what to write.
+    pub plan: RunPlan,
+    /// Where all this was read.
+    pub provenance: Provenance,
+}
+
+impl Setup {
+    /// Cell size, time step and density of the fluid, which is 0 without one.
+    pub fn units(&self) -> Units {
+        Units {
+            dx: self.domain.dx,
+            dt: self.time_step,
+            density: self.fluid_density(),
+        }
+    }
+
+    /// Density of what surrounds the particles (kg/m^3); 0 without a fluid.
+    pub fn fluid_density(&self) -> f64 {
+        self.fluid.as_ref().map_or(0.0, |fluid| fluid.density)
+    }
+
+    /// Number of cells of the fluid; 0 without one.
+    pub fn fluid_cells(&self) -> usize {
+        self.fluid.as_ref().map_or(0, |_| self.domain.cell_count())
+    }
+
+    /// Unit of `t*` (s): `D / u_Stokes`, if something settles.
+    pub fn stokes_time(&self) -> Option<f64> {
+        let time = self.fluid.as_ref()?.scales.stokes_time;
+        (time.is_finite() && time > 0.0).then_some(time)
+    }
+
+    /// The fluid of a case that is known to have one.
+    ///
+    /// # Panics
+    /// Without a fluid.
+    pub fn expect_fluid(&self) -> &FluidSetup {
+        self.fluid.as_ref().expect("this case has a fluid")
+    }
+
+    /// Time at the end of the run (s).
+    pub fn end_time(&self) -> f64 {
+        self.plan.end_step as f64 * self.time_step
+    }
+}
+
+/// The fluid of a case, its coupling to the particles, and what drives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FluidSetup {
+    /// Density (kg/m^3).
+    pub density: f64,
+    /// Kinematic viscosity (m^2/s).
+    pub viscosity: f64,
+    /// Relaxation time (time steps).
+    pub relaxation_time: f64,
+    /// Collision operator.
+    pub collision: Collision,
+    /// Collision in cells that particles cover.
+    pub solids: SolidCollision,
+    /// The solid fraction of a cell.
+    pub fraction: Fraction,
     /// Where the balancing force acts.
     pub force_balance: ForceBalance,
     /// Directions in which a controller removes the mean volume flux.
     pub zero_net_flux: [bool; 3],
+    /// Rate at which it does (1/s): the paper's `u_Stokes / D`, or the viscous rate `nu / D^2` where that is faster.
+    pub control_rate: f64,
     /// Uniform acceleration of the fluid in addition to all else (m/s^2), for driven flows.
     pub body_acceleration: Vec3,
     /// Reference velocities and dimensionless numbers.
     pub scales: Scales,
-    /// Number of fluid steps to run.
+}
+
+/// How to run a case: nothing of this changes the physics, but the precision rounds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunPlan {
+    /// Number of time steps to run.
     pub end_step: u64,
     /// Averages are taken from this step on.
     pub average_from_step: u64,
     /// Thread ranks; 0 is one per core.
     pub threads: usize,
+    /// Storage of the populations.
+    pub precision: Precision,
+    /// Instruction set; `None` takes the best this processor has.
+    pub simd: Option<Simd>,
     /// What to write, when and where.
     pub output: OutputPlan,
 }
 
-impl Setup {
-    /// The solid fraction of a cell.
-    pub fn fraction(&self) -> Fraction {
-        if self.solids.is_saturated() {
-            Fraction::VOLUME
-        } else {
-            Fraction::Ramp(self.solid_ramp_width)
-        }
-    }
-
-    /// Rate at which the controller removes the net flux (1/s), in the directions where it does: the paper's
-    /// `u_Stokes / D`, or the viscous rate `nu / D^2` where that is faster.
-    pub fn control_rate(&self) -> Vec3 {
-        let Scales {
-            diameter,
-            viscosity,
-            stokes_velocity,
-            ..
-        } = self.scales;
-        let rate = (stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter));
-        self.zero_net_flux.map(|on| if on { rate } else { 0.0 }).into()
-    }
+/// The text that a [`Setup`] was resolved from, and its files.
+#[derive(Clone, Debug, Default)]
+pub struct Provenance {
+    /// Name of the case (file stem).
+    pub name: String,
+    /// Text of the case file with overrides applied, echoed into the summary.
+    pub text: String,
+    /// The files that the case names: the name as it stands there, and the contents.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Paths of the case and of these files; empty for a text or a case that was saved.
+    pub inputs: Vec<PathBuf>,
+    /// What the user should know although the case is valid, ready to print.
+    pub warnings: Vec<String>,
 }
 
 /// Reference velocities and dimensionless numbers of a settling problem, for the first kind of particle.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// Diameter of the sphere of equal volume (m).
-    pub diameter: f64,
-    /// Kinematic viscosity of the fluid (m^2/s).
-    pub viscosity: f64,
     /// Particle density over fluid density (-).
     pub density_ratio: f64,
     /// Archimedes number `g |s - 1| D^3 / nu^2` (-).
@@ -159,8 +200,6 @@ pub struct Scales {
     pub schiller_naumann_velocity: f64,
     /// Reynolds number at that velocity (-).
     pub schiller_naumann_reynolds: f64,
-    /// Solid volume over volume of the box (-).
-    pub volume_fraction: f64,
 }
 
 /// What to write, when (fluid steps; 0 is never) and where.

@@ -266,8 +266,8 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
 fn load(path: &Path, changes: &Changes) -> Result<Setup> {
     let read = || case::load(path, &changes.set);
     let mut setup = terminal::waiting("reading the case and placing its particles", read)?;
-    setup.threads = changes.threads.unwrap_or(setup.threads);
-    for warning in &setup.warnings {
+    setup.plan.threads = changes.threads.unwrap_or(setup.plan.threads);
+    for warning in &setup.provenance.warnings {
         warn(warning);
     }
     Ok(setup)

@@ -3,6 +3,7 @@
 mod bench;
 mod engine;
 mod failure;
+mod identity;
 mod keeper;
 mod measure;
 mod observe;
@@ -13,7 +14,7 @@ mod saved;
 mod snapshot;
 mod work;
 
-use crate::case::Setup;
+use crate::case::{FluidSetup, Setup};
 use crate::comm::Comm;
 use crate::coupling::{
     AnyFluid, CONTROL_INTERVAL, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams,
@@ -30,9 +31,10 @@ use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
 use engine::Context;
 use failure::Failure;
+pub use identity::identity;
 use keeper::Wishes;
 pub use measure::Measurement;
-pub use observe::{identity, instruction_set};
+pub use observe::instruction_set;
 pub use references::{Law, Suspension, settling_references};
 pub use resume::{resume, saved_setup};
 pub use run::{RunOptions, agreed, decompose, forecast, run};
@@ -73,14 +75,14 @@ impl Wet {
     ///
     /// # Errors
     /// On every rank, if one of them has not the memory.
-    fn new(setup: &Setup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
-        let (units, templates) = (setup.units, &setup.templates);
+    fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
+        let (units, templates) = (setup.units(), &setup.templates);
         let coupling = CouplingParams {
             units,
-            solids: setup.solids,
-            fraction: setup.fraction(),
+            solids: of.solids,
+            fraction: of.fraction,
             gravity: setup.gravity,
-            force_balance: setup.force_balance,
+            force_balance: of.force_balance,
         };
         let reach = templates
             .iter()
@@ -93,17 +95,17 @@ impl Wet {
                 .map(|particle| &templates[particle.template as usize])
         };
         let params = FluidParams {
-            relaxation_time: setup.relaxation_time,
-            collision: setup.collision,
-            solids: setup.solids,
-            simd: setup.simd.unwrap_or_else(Simd::best),
+            relaxation_time: of.relaxation_time,
+            collision: of.collision,
+            solids: of.solids,
+            simd: setup.plan.simd.unwrap_or_else(Simd::best),
         };
         let walls = LatticeWalls::new(&setup.walls, &units);
         let boundary = Boundary {
             motions: walls.motions(),
             wall_of: &|cell| walls.wall_of(cell),
         };
-        let fluid = AnyFluid::new(setup.precision, decomposition, comm, &params, &boundary)?;
+        let fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
         let driving = DrivingParams {
@@ -114,9 +116,12 @@ impl Wet {
                 .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
                 .sum(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
-            balance: setup.force_balance,
-            control_rate: setup.control_rate(),
-            body_acceleration: setup.body_acceleration,
+            balance: of.force_balance,
+            control_rate: of
+                .zero_net_flux
+                .map(|on| if on { of.control_rate } else { 0.0 })
+                .into(),
+            body_acceleration: of.body_acceleration,
         };
         Ok(Self {
             cells: cells[0] as f64,
@@ -157,9 +162,9 @@ impl Simulation {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        let wet = (!setup.dry).then(|| Wet::new(setup, decomposition, &comm));
+        let wet = (setup.fluid.as_ref()).map(|fluid| Wet::new(setup, fluid, decomposition, &comm));
         Ok(Self {
-            units: setup.units,
+            units: setup.units(),
             wet: wet.transpose()?,
             dem,
             comm: Rc::new(comm),

@@ -120,14 +120,14 @@ impl Study {
     pub fn steps(&self, run: usize) -> u64 {
         match self.file.bench.as_ref().map(|bench| bench.value) {
             Some(bench) => SAMPLES * bench.steps + bench.warm_up(&self.plan.runs[run].setup),
-            None => self.plan.runs[run].setup.end_step,
+            None => self.plan.runs[run].setup.plan.end_step,
         }
     }
 
     /// Cell updates of a run.
     fn updates(&self, run: usize) -> f64 {
         let (setup, steps) = (&self.plan.runs[run].setup, self.steps(run));
-        let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+        let cells = setup.fluid_cells();
         cells as f64 * steps as f64
     }
 
@@ -150,12 +150,12 @@ impl Study {
     /// Time (s) that what is left of a run will take; none for a dry run.
     pub fn seconds_left(&self, run: usize) -> Option<f64> {
         let setup = &self.plan.runs[run].setup;
-        if setup.dry {
+        if setup.fluid.is_none() {
             return None;
         }
         let part = match self.states[run] {
             State::Done(_) => 0.0,
-            State::Part { step } => 1.0 - step as f64 / setup.end_step as f64,
+            State::Part { step } => 1.0 - step as f64 / setup.plan.end_step as f64,
             State::Open { .. } => 1.0,
         };
         Some(part * self.updates(run) / (1e6 * self.speed().0))

@@ -101,7 +101,7 @@ fn main() {
 /// Runs the case on two ranks, with one large allocation less than it asks for.
 fn run(nth: usize, out: &Path) -> ! {
     let mut setup = case::from_text(CASE, "case", &[]).unwrap();
-    (setup.threads, setup.output.directory) = (2, out.to_path_buf());
+    (setup.plan.threads, setup.plan.output.directory) = (2, out.to_path_buf());
     let options = simulation::RunOptions {
         quiet: true,
         ..simulation::RunOptions::default()

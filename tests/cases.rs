@@ -84,16 +84,14 @@ fn last_row(series: &Path) -> Vec<(String, f64)> {
 }
 
 fn quantity(setup: &Setup, name: &str) -> f64 {
-    let scales = &setup.scales;
+    let scales = || setup.expect_fluid().scales;
     match name {
         "particles" => setup.particles.len() as f64,
-        // Of the fluid.
-        "cells" if setup.dry => 0.0,
-        "cells" => setup.domain.cell_count() as f64,
-        "end_step" => setup.end_step as f64,
-        "volume_fraction" => scales.volume_fraction,
-        "archimedes" => scales.archimedes,
-        "schiller_naumann_over_stokes" => scales.schiller_naumann_velocity / scales.stokes_velocity,
+        "cells" => setup.fluid_cells() as f64,
+        "end_step" => setup.plan.end_step as f64,
+        "volume_fraction" => setup.volume_fraction,
+        "archimedes" => scales().archimedes,
+        "schiller_naumann_over_stokes" => scales().schiller_naumann_velocity / scales().stokes_velocity,
         other => panic!("unknown quantity {other}"),
     }
 }
@@ -103,8 +101,12 @@ fn every_case_resolves_to_the_numbers_it_promises() {
     for path in cases() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let setup = case::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(setup.warnings, Vec::<String>::new(), "{name}");
-        assert_eq!(setup.output.directory, Path::new("out").join(&name), "{name}");
+        assert_eq!(setup.provenance.warnings, Vec::<String>::new(), "{name}");
+        assert_eq!(
+            setup.plan.output.directory,
+            Path::new("out").join(&name),
+            "{name}"
+        );
         let expected = expectations(&path);
         for expectation in &expected.setup {
             expectation.check(&name, quantity(&setup, &expectation.quantity));
@@ -124,8 +126,8 @@ fn every_case_is_after_some_steps_in_the_state_it_promises() {
         let expected = expectations(&path);
         let mut setup = case::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
         let directory = tempfile::tempdir().unwrap();
-        setup.end_step = expected.after_steps;
-        let output = &mut setup.output;
+        setup.plan.end_step = expected.after_steps;
+        let output = &mut setup.plan.output;
         output.directory = directory.path().to_path_buf();
         output.series_every = expected.after_steps;
         (output.fields_every, output.particles_every, output.picture_every) = (0, 0, 0);

@@ -42,8 +42,9 @@ fn setup() -> Setup {
             .wrapping_add(1_442_695_040_888_963_407);
         (random >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
     };
+    let speed = setup.expect_fluid().scales.stokes_velocity;
     for particle in &mut setup.particles {
-        particle.velocity = std::array::from_fn(|_| next() * setup.scales.stokes_velocity);
+        particle.velocity = std::array::from_fn(|_| next() * speed);
         particle.angular_velocity = std::array::from_fn(|_| next() * 100.0);
     }
     setup
@@ -51,10 +52,8 @@ fn setup() -> Setup {
 
 /// What a run ended with: hash, contacts begun, and particles that changed their rank.
 fn outcome(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) {
-    let setup = Setup {
-        simd: Some(simd),
-        ..setup.clone()
-    };
+    let mut setup = setup.clone();
+    setup.plan.simd = Some(simd);
     let results = on_threads(cut.ranks(), |comm| {
         let mut simulation = Simulation::new(&setup, cut, comm).unwrap();
         let owned = |s: &Simulation| {
@@ -88,7 +87,9 @@ fn outcome(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) 
 }
 
 fn same_bits(precision: Precision) {
-    let setup = Arc::new(Setup { precision, ..setup() });
+    let mut setup = setup();
+    setup.plan.precision = precision;
+    let setup = Arc::new(setup);
     assert_eq!(setup.particles.len(), 200);
     assert!(setup.templates[0].shape.as_sphere().is_some());
     let domain = setup.domain;

@@ -69,7 +69,7 @@ impl Place {
             format!("output.directory={out:?}"),
         ];
         let mut setup = case::load(&self.0.path().join("case.toml"), &changes)?;
-        setup.threads = threads;
+        setup.plan.threads = threads;
         simulation::run(&setup, &quiet()).map(|_| ())
     }
 

@@ -83,7 +83,7 @@ fn setup(text: &str, random: &mut ChaCha8Rng) -> Option<Setup> {
             return None;
         }
     };
-    let speed = 0.04 * setup.units.velocity();
+    let speed = 0.04 * setup.units().velocity();
     for particle in &mut setup.particles {
         particle.velocity = std::array::from_fn(|_| random.random_range(-speed..speed));
         particle.angular_velocity = std::array::from_fn(|_| random.random_range(-100.0..100.0));

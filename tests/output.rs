@@ -489,7 +489,7 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
     let case = root.join("falling.toml");
     std::fs::write(&case, FALLING).unwrap();
     let mut setup = turbid::case::load(&case, &[]).unwrap();
-    setup.output.directory = root.join("out");
+    setup.plan.output.directory = root.join("out");
     change(&mut setup);
     let options = RunOptions {
         quiet: true,
@@ -532,8 +532,9 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     let root = tempfile::tempdir().unwrap();
     let summary = falling_sphere(root.path(), |setup| {
         close(setup);
-        setup.dry = true;
-        setup.units.dt = 1e-3;
+        setup.fluid = None;
+        setup.plan.output.fields_every = 0;
+        setup.time_step = 1e-3;
     });
     let files = OutputFiles::new(root.path().join("out"));
     for absent in ["fields.pvd", "settling_velocity.png"] {
@@ -590,7 +591,7 @@ fn vector(path: &Path, name: &str) -> Vec3 {
 #[test]
 fn the_forces_in_the_file_of_particles_and_the_weight_are_what_a_particle_is_accelerated_by() {
     let root = tempfile::tempdir().unwrap();
-    falling_sphere(root.path(), |setup| setup.output.particles_every = 39);
+    falling_sphere(root.path(), |setup| setup.plan.output.particles_every = 39);
     let files = OutputFiles::new(root.path().join("out"));
     assert_eq!(vector(&files.particles(0), "hydrodynamic_force"), Vec3::zeros());
     let [before, after] = [39, 40].map(|step| files.particles(step));
@@ -624,7 +625,7 @@ fn surfaces_are_written_by_default_for_few_particles_and_else_if_asked_for() {
         let size = "domain.size={ diameters = [8, 8, 8] }".to_owned();
         let options = options.into_iter().map(str::to_owned).chain([list, size]);
         let setup = turbid::case::load(&case, &options.collect::<Vec<_>>()).unwrap();
-        assert_eq!(setup.output.surfaces_every, every, "{count}");
+        assert_eq!(setup.plan.output.surfaces_every, every, "{count}");
     }
 }
 
@@ -635,7 +636,7 @@ fn light_particles_settle_upwards_and_their_velocity_is_positive() {
         let mut light = setup.templates.to_vec();
         light[0].density = 500.0;
         setup.templates = light.into();
-        setup.output.series_every = 0;
+        setup.plan.output.series_every = 0;
     });
     let files = OutputFiles::new(root.path().join("out"));
     assert!(!files.series().exists() && !files.particle_series().exists());

@@ -50,7 +50,7 @@ fn run(text: &str, with_particles: bool) -> (SeriesTable, Summary) {
     if !with_particles {
         setup.particles.clear();
     }
-    setup.output.directory = folder.path().join("out");
+    setup.plan.output.directory = folder.path().join("out");
     let options = RunOptions {
         quiet: true,
         ..RunOptions::default()

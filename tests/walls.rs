@@ -35,9 +35,10 @@ fn setup(speed: f64) -> Setup {
     let mut setup = case::load(&path, &[]).unwrap();
     setup.particles.clear();
     // A sliding wall means a net flux.
-    setup.zero_net_flux = [false; 3];
+    let fluid = setup.fluid.as_mut().unwrap();
+    fluid.zero_net_flux = [false; 3];
+    fluid.collision = Collision::Trt { magic: 0.1875 };
     setup.domain.periodic = [true, true, false];
-    setup.collision = Collision::Trt { magic: 0.1875 };
     let wall = |name: &str, point, normal, velocity| Wall {
         name: name.into(),
         surface: Surface::Plane { point, normal },
@@ -57,10 +58,8 @@ fn setup(speed: f64) -> Setup {
 
 #[test]
 fn the_walls_of_a_shear_cell_feel_viscosity_times_shear_rate_times_area() {
-    let setup = Setup {
-        precision: Precision::F64,
-        ..setup(2e-3)
-    };
+    let mut setup = setup(2e-3);
+    setup.plan.precision = Precision::F64;
     let size = setup.domain.size();
     let expected = 1200.0 * 1e-5 * 2e-3 / size.z * size.x * size.y;
     for grid in [[1, 1, 1], [1, 2, 2]] {
@@ -86,7 +85,8 @@ fn the_walls_of_a_shear_cell_feel_viscosity_times_shear_rate_times_area() {
 fn a_fluid_that_gets_too_fast_in_the_last_steps_is_found_at_the_end() {
     let mut setup = setup(0.0);
     // From rest to the limit in three steps, between two measurements.
-    setup.body_acceleration = Vec3::x() * (0.15 * setup.units.acceleration());
+    let acceleration = 0.15 * setup.units().acceleration();
+    setup.fluid.as_mut().unwrap().body_acceleration = Vec3::x() * acceleration;
     let cut = Decomposition::new(setup.domain, 1).unwrap();
     let mut simulation = Simulation::new(&setup, &cut, Comm::Solo).unwrap();
     for _ in 0..2 {

@@ -1,9 +1,12 @@
 //! Checks of single values, each with key, place, value and remedy in its message.
 
+use super::FluidSetup;
 use super::file::{Duration, Every};
+use super::forms::Triple;
 use super::located::Located;
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::math::Vec3;
 use std::ops::Range;
 
 /// Lengths of time that steps are counted with (s).
@@ -11,6 +14,41 @@ use std::ops::Range;
 pub(super) struct Clock {
     pub(super) time_step: f64,
     pub(super) stokes_time: f64,
+}
+
+impl Clock {
+    /// Nothing settles without a fluid.
+    pub(super) fn of(time_step: f64, fluid: Option<&FluidSetup>) -> Self {
+        Self {
+            time_step,
+            stokes_time: fluid.map_or(f64::INFINITY, |fluid| fluid.scales.stokes_time),
+        }
+    }
+}
+
+/// A value that one of several alternatives may have.
+pub(super) trait Alternative {
+    /// Where it stands, if it is given in a section at `section`.
+    fn place(&self, section: &Range<usize>) -> Option<Range<usize>>;
+}
+
+impl<T> Alternative for Option<Located<T>> {
+    fn place(&self, _: &Range<usize>) -> Option<Range<usize>> {
+        self.as_ref().map(|value| value.span.clone())
+    }
+}
+
+impl<T> Alternative for Option<Vec<Located<T>>> {
+    fn place(&self, section: &Range<usize>) -> Option<Range<usize>> {
+        let first = |list: &Vec<Located<T>>| list.first().map_or(section.clone(), |value| value.span.clone());
+        self.as_ref().map(first)
+    }
+}
+
+impl<T, const N: usize> Alternative for Option<[Located<T>; N]> {
+    fn place(&self, _: &Range<usize>) -> Option<Range<usize>> {
+        self.as_ref().map(|list| list[0].span.clone())
+    }
 }
 
 impl Source {
@@ -48,6 +86,20 @@ impl Source {
         }
     }
 
+    /// Three finite numbers as a vector.
+    pub(super) fn vector(&self, key: &str, span: &Range<usize>, numbers: &Triple) -> Result<Vec3> {
+        let values = numbers.each_ref().map(|x| x.value);
+        Ok(self.finite(key, span, values)?.into())
+    }
+
+    /// Three finite numbers as a unit vector.
+    pub(super) fn direction(&self, key: &str, span: &Range<usize>, numbers: &Triple) -> Result<Vec3> {
+        (self.vector(key, span, numbers)?.try_normalize(0.0)).ok_or_else(|| {
+            let wanted = "a direction of any length but 0";
+            self.out_of_range(key, span, "[0, 0, 0]", wanted, "e.g. [0, 0, 1]")
+        })
+    }
+
     /// `key` is `value`, but must be `wanted`.
     pub(super) fn out_of_range(
         &self,
@@ -61,38 +113,27 @@ impl Source {
         self.error(span, &title, "out of range", remedy)
     }
 
-    /// The index of the one alternative that is given.
-    pub(super) fn exactly_one(
+    /// The name of the one alternative of a section, which stands at `place`, that is given.
+    pub(super) fn exactly_one<'a>(
         &self,
         section: &str,
         place: &Range<usize>,
-        alternatives: &[(&str, Option<Range<usize>>)],
-    ) -> Result<usize> {
-        let given: Vec<usize> = (0..alternatives.len())
-            .filter(|&i| alternatives[i].1.is_some())
+        alternatives: &[(&'a str, &dyn Alternative)],
+    ) -> Result<&'a str> {
+        let given: Vec<_> = (alternatives.iter())
+            .filter_map(|(name, value)| Some((*name, value.place(place)?)))
             .collect();
         let names: Vec<String> = alternatives.iter().map(|(name, _)| format!("`{name}`")).collect();
-        let names = names.join(", ");
-        match given[..] {
-            [one] => Ok(one),
-            [] => Err(self.error(
-                place,
-                &format!("`{section}` needs exactly one of {names}, but has none"),
-                "none is given here",
-                "add one of them",
-            )),
-            [first, second, ..] => {
-                let spans = [&alternatives[first].1, &alternatives[second].1];
-                let places: Vec<(&Range<usize>, &str)> = spans
-                    .iter()
-                    .filter_map(|span| span.as_ref())
-                    .zip(["given here", "and here"])
-                    .collect();
-                let title = format!(
-                    "`{section}` needs exactly one of {names}, but has {}",
-                    given.len()
-                );
-                Err(self.error_at(&places, &title, "remove all but one"))
+        let title = |has: &str| {
+            let names = names.join(", ");
+            format!("`{section}` needs exactly one of {names}, but has {has}")
+        };
+        match &given[..] {
+            [(name, _)] => Ok(*name),
+            [] => Err(self.error(place, &title("none"), "none is given here", "add one of them")),
+            [(_, first), (_, second), ..] => {
+                let places = [(first, "given here"), (second, "and here")];
+                Err(self.error_at(&places, &title(&given.len().to_string()), "remove all but one"))
             }
         }
     }

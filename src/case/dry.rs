@@ -1,11 +1,11 @@
 //! Particles without a fluid: their time step, and the cells that only the decomposition of the box needs.
 
-use super::file::{DrySection, LatticeSection};
+use super::checks::Alternative;
+use super::file::{Case, DrySection, LatticeSection};
 use super::hertz::Hertz;
 use super::located::Located;
 use super::materials::Materials;
 use super::source::Source;
-use super::{Scales, file::Case};
 use crate::error::Result;
 use crate::particle::Template;
 
@@ -85,11 +85,8 @@ pub(super) fn time_step(
     materials: &Materials,
 ) -> Result<f64> {
     let dry = &section.value;
-    let span = |value: &Option<Located<f64>>| value.as_ref().map(|v| v.span.clone());
-    let choices = [
-        ("time_step", span(&dry.time_step)),
-        ("impact_speed", span(&dry.impact_speed)),
-    ];
+    let choices: [(_, &dyn Alternative); 2] =
+        [("time_step", &dry.time_step), ("impact_speed", &dry.impact_speed)];
     source.exactly_one("dry", &section.span, &choices)?;
     if let Some(step) = &dry.time_step {
         return source.positive("dry.time_step", step, "in seconds");
@@ -125,19 +122,4 @@ pub(super) fn cell(edges: [f64; 3], templates: &[Template]) -> f64 {
         .find(fits)
         .unwrap_or(least);
     shortest / count as f64
-}
-
-/// Scales without a fluid: what has no meaning is zero or infinite.
-pub(super) fn scales(diameter: f64, volume_fraction: f64) -> Scales {
-    Scales {
-        diameter,
-        viscosity: 0.0,
-        density_ratio: f64::INFINITY,
-        archimedes: 0.0,
-        stokes_velocity: 0.0,
-        stokes_time: f64::INFINITY,
-        schiller_naumann_velocity: 0.0,
-        schiller_naumann_reynolds: 0.0,
-        volume_fraction,
-    }
 }

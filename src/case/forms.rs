@@ -129,9 +129,9 @@ pub(super) fn zero() -> Triple {
     [0.0.into(), 0.0.into(), 0.0.into()]
 }
 
-/// Implements `Deserialize` from an array, a table or a number, whichever the type has.
+/// Implements `Deserialize` from an array, a table, a number or a text, whichever the type has, and the schema of its two forms.
 macro_rules! forms {
-    ($type:ident, $expecting:literal $(, seq $seq:ident)? $(, map $map:ident)? $(, number $number:ident)? $(, text $text:ident)?) => {
+    ($type:ident: $first:ty | $second:ty, $expecting:literal $(, seq $seq:ident)? $(, map $map:ident)? $(, number $number:ident)? $(, text $text:ident)?) => {
         impl<'de> Deserialize<'de> for $type {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                 struct Form;
@@ -161,72 +161,22 @@ macro_rules! forms {
                 deserializer.deserialize_any(Form)
             }
         }
+
+        impl JsonSchema for $type {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($type).into()
+            }
+
+            fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+                let forms = [generator.subschema_for::<$first>(), generator.subschema_for::<$second>()];
+                json_schema!({ "title": stringify!($type), "anyOf": forms })
+            }
+        }
     };
 }
 
-forms!(Size, "[x, y, z] in metres or { diameters = [x, y, z] }", seq Metres, map Relative);
-forms!(Gravity, "a number (along -z) or [x, y, z] in m/s^2", seq Vector, number Downwards);
-forms!(Entry, "[x, y, z] or { position = [x, y, z], velocity = [x, y, z] }", seq Position, map Moving);
-
-forms!(Sizes, "[{ scale = ..., share = ... }] or { uniform = [0.8, 1.2], steps = 5 }", seq Shares, map Spread);
-
-forms!(LengthUnit, "a unit such as \"mm\", or a number of metres", number Metres, text Name);
-
-fn either(name: &'static str, first: &Schema, second: &Schema) -> Schema {
-    json_schema!({ "title": name, "anyOf": [first, second] })
-}
-
-impl JsonSchema for Size {
-    fn schema_name() -> Cow<'static, str> {
-        "Size".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let metres = generator.subschema_for::<Triple>();
-        either("Size", &metres, &generator.subschema_for::<RelativeSize>())
-    }
-}
-
-impl JsonSchema for Gravity {
-    fn schema_name() -> Cow<'static, str> {
-        "Gravity".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let number = generator.subschema_for::<f64>();
-        either("Gravity", &number, &generator.subschema_for::<[f64; 3]>())
-    }
-}
-
-impl JsonSchema for Entry {
-    fn schema_name() -> Cow<'static, str> {
-        "Entry".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let position = generator.subschema_for::<Triple>();
-        either("Entry", &position, &generator.subschema_for::<MovingEntry>())
-    }
-}
-
-impl JsonSchema for Sizes {
-    fn schema_name() -> Cow<'static, str> {
-        "Sizes".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let shares = generator.subschema_for::<Vec<SizeShare>>();
-        either("Sizes", &shares, &generator.subschema_for::<SizeSpread>())
-    }
-}
-
-impl JsonSchema for LengthUnit {
-    fn schema_name() -> Cow<'static, str> {
-        "LengthUnit".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let name = generator.subschema_for::<String>();
-        either("LengthUnit", &name, &generator.subschema_for::<f64>())
-    }
-}
+forms!(Size: Triple | RelativeSize, "[x, y, z] in metres or { diameters = [x, y, z] }", seq Metres, map Relative);
+forms!(Gravity: f64 | [f64; 3], "a number (along -z) or [x, y, z] in m/s^2", seq Vector, number Downwards);
+forms!(Entry: Triple | MovingEntry, "[x, y, z] or { position = [x, y, z], velocity = [x, y, z] }", seq Position, map Moving);
+forms!(Sizes: Vec<SizeShare> | SizeSpread, "[{ scale = ..., share = ... }] or { uniform = [0.8, 1.2], steps = 5 }", seq Shares, map Spread);
+forms!(LengthUnit: String | f64, "a unit such as \"mm\", or a number of metres", number Metres, text Name);

@@ -1,6 +1,6 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
-use super::checks::at;
+use super::checks::{Alternative, at};
 use super::file::{Case, MeshSection, ParticleSection, ShapeSection};
 use super::files::Files;
 use super::forms::{LengthUnit, Sizes, Triple};
@@ -183,14 +183,12 @@ impl Builder<'_> {
     /// Factor on all lengths that gives the shape the volume asked for (-).
     fn scale(&self) -> Result<f64> {
         if let ShapeSection::Cube(cube) = &self.section.shape.value {
-            let span = |value: &Option<Located<f64>>| value.as_ref().map(|v| v.span.clone());
-            let choices = [
-                ("edge", span(&cube.edge)),
-                ("equivalent_diameter", span(&cube.equivalent_diameter)),
+            let choices: [(_, &dyn Alternative); 2] = [
+                ("edge", &cube.edge),
+                ("equivalent_diameter", &cube.equivalent_diameter),
             ];
-            let section = self.shape_key();
             self.source
-                .exactly_one(&section, &self.section.shape.span, &choices)?;
+                .exactly_one(&self.shape_key(), &self.section.shape.span, &choices)?;
         }
         let Some(wanted) = self.equivalent_diameter() else {
             return Ok(1.0);

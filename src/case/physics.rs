@@ -1,6 +1,6 @@
 //! Gravity, viscosity, time step and collision of a case.
 
-use super::checks::at;
+use super::checks::{Alternative, at};
 use super::file::{
     Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection, SolidOperator,
 };
@@ -8,6 +8,7 @@ use super::forms::Gravity;
 use super::located::Located;
 use super::scales::Reference;
 use super::source::Source;
+use crate::coupling::Fraction;
 use crate::error::Result;
 use crate::fluid::{Collision, SolidCollision};
 use crate::math::Vec3;
@@ -71,14 +72,15 @@ pub(super) fn viscosity(
     reference: &Reference,
 ) -> Result<f64> {
     let fluid = &section.value;
-    let choices = [
-        ("viscosity", &fluid.viscosity),
-        ("archimedes", &fluid.archimedes),
-        ("galileo", &fluid.galileo),
+    let (viscosity, archimedes, galileo) = (&fluid.viscosity, &fluid.archimedes, &fluid.galileo);
+    let choices: [(_, &dyn Alternative); 3] = [
+        ("viscosity", viscosity),
+        ("archimedes", archimedes),
+        ("galileo", galileo),
     ];
-    let spans = choices.map(|(name, value)| (name, value.as_ref().map(|v| v.span.clone())));
-    let (name, value) = choices[source.exactly_one("fluid", &section.span, &spans)?];
-    let value = value.as_ref().expect("checked by exactly_one");
+    let name = source.exactly_one("fluid", &section.span, &choices)?;
+    let value = (viscosity.as_ref()).or(archimedes.as_ref()).or(galileo.as_ref());
+    let value = value.expect("checked by exactly_one");
     let remedy = match name {
         "viscosity" => "kinematic, in m^2/s; water has 1e-6",
         _ => "e.g. archimedes = 1000",
@@ -111,12 +113,9 @@ pub(super) fn time_step(
     density: f64,
 ) -> Result<(Units, f64)> {
     let lattice = &section.value;
-    let choices = [
-        (
-            "relaxation_time",
-            lattice.relaxation_time.as_ref().map(|v| v.span.clone()),
-        ),
-        ("time_step", lattice.time_step.as_ref().map(|v| v.span.clone())),
+    let choices: [(_, &dyn Alternative); 2] = [
+        ("relaxation_time", &lattice.relaxation_time),
+        ("time_step", &lattice.time_step),
     ];
     source.exactly_one("lattice", &section.span, &choices)?;
     if let Some(tau) = &lattice.relaxation_time {
@@ -133,8 +132,8 @@ pub(super) fn time_step(
     Ok((units, units.relaxation_time(viscosity)))
 }
 
-/// What happens in cells that particles cover, and the width of the ramp of the solid fraction (cells).
-pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, f64)> {
+/// Collision in cells that particles cover, and how their solid fraction follows from the body.
+pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
     match (
         lattice.coupling,
         &lattice.solid_operator,
@@ -164,7 +163,7 @@ pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(Solid
                     "in cells; 0.5 is usual",
                 )?,
             };
-            Ok((SolidCollision::ExactDifference, width))
+            Ok((SolidCollision::ExactDifference, Fraction::Ramp(width)))
         }
         (Coupling::Saturated, operator, None) => {
             let operator = operator.as_ref().map_or_else(Default::default, |o| o.value);
@@ -173,7 +172,7 @@ pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(Solid
                 SolidOperator::Sc2 => SolidCollision::Sc2,
                 SolidOperator::Sc3 => SolidCollision::Sc3,
             };
-            Ok((solids, 0.0))
+            Ok((solids, Fraction::VOLUME))
         }
     }
 }

@@ -4,7 +4,7 @@ mod listed;
 mod overlaps;
 mod random;
 
-use super::checks::at;
+use super::checks::{Alternative, at};
 use super::file::Case;
 use super::files::Files;
 use super::forms::{Entry, MovingEntry, OrientationSection, Triple};
@@ -56,38 +56,31 @@ impl Placer<'_> {
         for (index, section) in self.case.particles.iter().enumerate() {
             let kind = &section.value;
             let key = format!("particles.{index}");
-            let choices = [
-                (
-                    "volume_fraction",
-                    kind.volume_fraction.as_ref().map(|v| v.span.clone()),
-                ),
-                ("count", kind.count.as_ref().map(|v| v.span.clone())),
-                ("file", kind.file.as_ref().map(|v| v.span.clone())),
-                (
-                    "list",
-                    kind.list
-                        .as_ref()
-                        .map(|l| l.first().map_or(section.span.clone(), |e| e.span.clone())),
-                ),
+            let choices: [(_, &dyn Alternative); 4] = [
+                ("volume_fraction", &kind.volume_fraction),
+                ("count", &kind.count),
+                ("file", &kind.file),
+                ("list", &kind.list),
             ];
             let choice = self.source.exactly_one(&key, &section.span, &choices)?;
-            if choice < 2 {
+            if ["volume_fraction", "count"].contains(&choice) {
                 random.push((index, self.count(index, kind)?));
                 continue;
             }
-            for (name, span) in [
-                (
-                    "sizes",
-                    kind.sizes.as_ref().filter(|_| choice != 2).map(|v| &v.span),
-                ),
-                ("seed", kind.seed.as_ref().map(|v| &v.span)),
-                ("minimum_gap", kind.minimum_gap.as_ref().map(|v| &v.span)),
-            ] {
-                if let Some(span) = span {
+            let of_random: [(_, &dyn Alternative); 3] = [
+                ("sizes", &kind.sizes),
+                ("seed", &kind.seed),
+                ("minimum_gap", &kind.minimum_gap),
+            ];
+            // A file may say which size a particle has.
+            for (name, value) in of_random.into_iter().skip(usize::from(choice == "file")) {
+                if let Some(span) = value.place(&section.span) {
                     let title = format!(
                         "`{key}.{name}` belongs to random positions, but `{key}` lists its positions"
                     );
-                    return Err(self.source.error(span, &title, "has no effect here", "remove it"));
+                    return Err(self
+                        .source
+                        .error(&span, &title, "has no effect here", "remove it"));
                 }
             }
             if let Some(file) = &kind.file {
@@ -126,25 +119,15 @@ impl Placer<'_> {
             },
             Entry::Moving(moving) => (**moving).clone(),
         };
-        let numbers = |t: &Triple| {
-            self.source
-                .finite(key, &entry.span, t.each_ref().map(|x| x.value))
-        };
-        let position = self.inside(
-            &format!("`{key}`"),
-            &entry.span,
-            numbers(&moving.position)?.into(),
-        )?;
+        let vector = |numbers: &Triple| self.source.vector(key, &entry.span, numbers);
+        let position = self.inside(&format!("`{key}`"), &entry.span, vector(&moving.position)?)?;
         let kind = &self.kinds.sections[index];
         let given = match &moving.orientation {
             Some(section) => self.orientation(&format!("{key}.orientation"), section)?,
             None => Quat::identity(),
         };
         let pose = (position, kind.turned(&given));
-        let motion = [
-            numbers(&moving.velocity)?.into(),
-            numbers(&moving.angular_velocity)?.into(),
-        ];
+        let motion = [vector(&moving.velocity)?, vector(&moving.angular_velocity)?];
         Ok(Placed {
             particle: self.particle(0, kind.first, pose, motion),
             has_id: false,
@@ -176,14 +159,10 @@ impl Placer<'_> {
     /// An orientation from an axis and an angle, or from a quaternion.
     fn orientation(&self, key: &str, section: &Located<OrientationSection>) -> Result<Quat> {
         let (span, given) = (&section.span, &section.value);
-        let first = |numbers: &[Located<f64>]| numbers[0].span.clone();
-        let choices = [
-            ("axis", given.axis.as_ref().map(|axis| first(axis))),
-            ("quaternion", given.quaternion.as_ref().map(|q| first(q))),
-        ];
+        let choices: [(_, &dyn Alternative); 2] = [("axis", &given.axis), ("quaternion", &given.quaternion)];
         let example = "e.g. { axis = [0, 0, 1], angle = 45 }";
         let direction = "not all zero";
-        if self.source.exactly_one(key, span, &choices)? == 1 {
+        if self.source.exactly_one(key, span, &choices)? == "quaternion" {
             if let Some(angle) = &given.angle {
                 let title = format!("`{key}.angle` belongs to an axis, but there is a quaternion");
                 return Err(self
@@ -204,9 +183,7 @@ impl Placer<'_> {
             return Ok(Quat::new_unchecked(unit));
         }
         let axis = given.axis.as_ref().expect("checked by exactly_one");
-        let axis: Vec3 = (self.source)
-            .finite(&format!("{key}.axis"), span, axis.each_ref().map(|x| x.value))?
-            .into();
+        let axis = (self.source).vector(&format!("{key}.axis"), span, axis)?;
         let Some(axis) = axis.try_normalize(0.0) else {
             let key = format!("{key}.axis");
             return Err(self

@@ -3,7 +3,6 @@
 
 use super::Setup;
 use super::file::{Case, FluidSection, LatticeSection};
-use super::kinds::Kinds;
 use super::source::Source;
 use super::speeds::wall_speed;
 use crate::error::Result;
@@ -30,8 +29,6 @@ pub(super) struct Written<'a> {
     pub(super) case: &'a Case,
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
-    /// The section of each template.
-    pub(super) sections: Vec<usize>,
     /// Templates of which there are particles.
     pub(super) present: Vec<bool>,
     /// Where the case has each wall.
@@ -72,26 +69,21 @@ impl Setup {
     ///
     /// The cells across a body are the geometric mean of its thickness and its diameter.
     pub fn too_light(&self) -> Option<TooLight> {
+        let fluid = self.fluid.as_ref()?;
         let of = |template: usize| {
             let Template { shape, density, .. } = &self.templates[template];
-            let across = (shape.thickness() * shape.equivalent_diameter()).sqrt() / self.units.dx;
+            let across = (shape.thickness() * shape.equivalent_diameter()).sqrt() / self.domain.dx;
             TooLight {
                 template,
-                ratio: density / self.units.density,
+                ratio: density / fluid.density,
                 limit: UNSTABLE_RATIO_CELLS / across,
             }
         };
         (self.particles.iter())
             .map(|particle| of(particle.template as usize))
-            .filter(|light| !self.dry && light.ratio < light.limit)
+            .filter(|light| light.ratio < light.limit)
             .min_by(|a, b| (a.ratio / a.limit).total_cmp(&(b.ratio / b.limit)))
     }
-}
-
-/// The section of each template.
-pub(super) fn sections(kinds: &Kinds) -> Vec<usize> {
-    let of = |(index, kind): (usize, &super::kinds::Kind)| std::iter::repeat_n(index, kind.shares.len());
-    kinds.sections.iter().enumerate().flat_map(of).collect()
 }
 
 impl Written<'_> {
@@ -106,7 +98,7 @@ impl Written<'_> {
             doubt,
         } in self.velocities(setup)
         {
-            let lattice = speed / setup.units.velocity();
+            let lattice = speed / setup.units().velocity();
             if lattice > LARGEST_SPEED {
                 let remedy = doubt.unwrap_or_else(|| self.slower(setup, lattice));
                 let title = format!(
@@ -130,13 +122,13 @@ impl Written<'_> {
     }
 
     fn velocities(&self, setup: &Setup) -> Vec<Velocity<'_>> {
-        let mut all = Vec::new();
+        let (fluid, mut all) = (setup.expect_fluid(), Vec::new());
         let fastest = (0..self.present.len())
             .filter(|&template| self.present[template])
-            .map(|template| (template, setup.settling_speed(template)))
+            .map(|template| (template, setup.settling_speed(fluid, template)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((template, speed)) = fastest {
-            let section = self.sections[template];
+            let section = setup.sections[template];
             let diameter = setup.templates[template].shape.equivalent_diameter();
             all.push(Velocity {
                 name: format!("the settling velocity of `particles.{section}`"),
@@ -151,7 +143,7 @@ impl Written<'_> {
             (template, p.velocity().norm() + rim)
         });
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            let section = self.sections[template];
+            let section = setup.sections[template];
             let places = self.case.particles[section]
                 .value
                 .list
@@ -176,7 +168,7 @@ impl Written<'_> {
             });
         }
         if let Some(flow) = setup.driven_flow() {
-            let acceleration = setup.body_acceleration.norm();
+            let acceleration = fluid.body_acceleration.norm();
             all.push(Velocity {
                 name: "the flow that `driving.body_acceleration` drives".to_string(),
                 speed: flow.speed,
@@ -185,7 +177,7 @@ impl Written<'_> {
                     format!(
                         "it is in m/s^2, the gradient of the pressure over the density: is {:.4} meant, from \
                          {acceleration} Pa/m?",
-                        acceleration / setup.units.density
+                        acceleration / setup.fluid_density()
                     )
                 }),
             });
@@ -195,7 +187,7 @@ impl Written<'_> {
 
     /// The unit that was likely mixed up where a particle settles too fast.
     fn doubt_of_settling(&self, setup: &Setup, diameter: f64) -> Option<String> {
-        let (gravity, viscosity) = (setup.gravity.norm(), setup.scales.viscosity);
+        let (gravity, viscosity) = (setup.gravity.norm(), setup.expect_fluid().viscosity);
         if diameter > 0.05 {
             return Some(format!(
                 "lengths are in metres: is a diameter of {:.4e} m meant, not {diameter} m?",
@@ -212,13 +204,13 @@ impl Written<'_> {
 
     /// What lowers a speed on the lattice to the usual range, as far as that can be had.
     fn slower(&self, setup: &Setup, lattice: f64) -> String {
-        let factor = USUAL_SPEED / lattice;
-        let tau = 0.5 + (setup.relaxation_time - 0.5) * factor;
-        let cells = setup.scales.diameter / setup.domain.dx / factor;
+        let (fluid, factor) = (setup.expect_fluid(), USUAL_SPEED / lattice);
+        let tau = 0.5 + (fluid.relaxation_time - 0.5) * factor;
+        let cells = setup.diameter / setup.domain.dx / factor;
         let mut ways = Vec::new();
         if tau >= SUGGESTED.0 {
             ways.push(if self.lattice.time_step.is_some() {
-                format!("lattice.time_step = {:.4e}", setup.units.dt * factor)
+                format!("lattice.time_step = {:.4e}", setup.time_step * factor)
             } else {
                 format!("lattice.relaxation_time = {tau:.4}")
             });
@@ -231,7 +223,7 @@ impl Written<'_> {
             return format!(
                 "no usual time step or resolution lowers it to {USUAL_SPEED}: are all lengths in m, velocities in m/s, \
                  densities in kg/m^3, and the viscosity ({:.3e}) kinematic, in m^2/s?",
-                setup.scales.viscosity
+                fluid.viscosity
             );
         }
         format!("take {}", ways.join(" or "))
@@ -242,7 +234,7 @@ impl Written<'_> {
         let Some(viscosity) = &self.fluid.viscosity else {
             return Vec::new();
         };
-        let like_water = (950.0..1050.0).contains(&setup.units.density);
+        let like_water = (950.0..1050.0).contains(&setup.fluid_density());
         if !like_water || !WATER_DYNAMIC.contains(&viscosity.value) {
             return Vec::new();
         }
@@ -252,7 +244,7 @@ impl Written<'_> {
         );
         let remedy = format!(
             "if so, divide it by the density: {:.3e} m^2/s",
-            viscosity.value / setup.units.density
+            viscosity.value / setup.fluid_density()
         );
         vec![(self.source).warning(&viscosity.span, &title, "kinematic, in m^2/s", &remedy)]
     }
@@ -260,11 +252,11 @@ impl Written<'_> {
     /// Particles too light for the explicit coupling.
     fn light(&self, setup: &Setup) -> Option<String> {
         let light = setup.too_light()?;
-        let section = self.sections[light.template];
+        let section = setup.sections[light.template];
         let density = &self.case.particles[section].value.density;
-        let least = light.limit * setup.units.density;
-        let cells = setup.scales.diameter / setup.domain.dx * light.limit / light.ratio;
-        let remedy = if density.value < 25.0 && setup.units.density > 500.0 {
+        let least = light.limit * setup.fluid_density();
+        let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;
+        let remedy = if density.value < 25.0 && setup.fluid_density() > 500.0 {
             let grams = density.value;
             format!(
                 "densities are in kg/m^3: is {} meant, {grams} g/cm^3?",

@@ -1,6 +1,5 @@
 //! From what the user wrote to what a run needs: every derived number, and every check on the way.
 
-use super::Setup;
 use super::checks::Clock;
 use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls};
@@ -10,18 +9,17 @@ use super::kinds::kinds;
 use super::materials::Materials;
 use super::physics::{self, collision, gravity, time_step, viscosity};
 use super::placement::Placer;
-use super::plausible::{self, Written};
+use super::plausible::Written;
 use super::scales::Reference;
-use super::schedule::{Known, Schedule, are_few, names, reschedule, title};
+use super::schedule::{Known, are_few, names, reschedule, title};
 use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
+use super::{FluidSetup, Provenance, RunPlan, Setup};
 use crate::contact::Contour;
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::fluid::{Collision, Precision, SolidCollision};
 use crate::math::Vec3;
-use crate::units::Units;
 use crate::wall::Wall;
 use std::path::Path;
 
@@ -40,13 +38,14 @@ fn read(path: &Path, options: &[String], places: bool) -> Result<Setup> {
         .map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut setup = resolve(&source, &name, Files::on_disk(folder), places)?;
-    let named = setup.files.iter().map(|(name, _)| folder.join(name));
-    setup.inputs = std::iter::once(path.to_path_buf()).chain(named).collect();
+    let origin = &mut setup.provenance;
+    let named = origin.files.iter().map(|(name, _)| folder.join(name));
+    origin.inputs = std::iter::once(path.to_path_buf()).chain(named).collect();
     Ok(setup)
 }
 
 /// As [`load`], but particles that are placed at random are only counted, which takes no time: they are missing in
-/// [`Setup::particles`], and in [`Scales::volume_fraction`](super::Scales::volume_fraction) they are not.
+/// [`Setup::particles`], and in [`Setup::volume_fraction`] they are not.
 ///
 /// # Errors
 /// As [`load`], less those of placing them.
@@ -104,39 +103,42 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     refuse_walls(source, &case, &engine, &walls)?;
     let gravity = gravity(source, &case)?;
     let substeps = substeps(source, &case)?;
-    let reference = |density: f64| Reference {
-        diameter: kinds.diameter,
-        density_ratio: templates[0].density / density,
-        gravity: gravity.norm(),
-    };
-    // Density and viscosity of the fluid, if there is one.
-    let mut fluid = None;
-    let (units, relaxation_time, operator, solids, solid_ramp_width, precision);
-    match &medium {
+    let (time_step, mut fluid) = match &medium {
         Medium::Wet(section, lattice) => {
-            let density = source.positive(
-                "fluid.density",
-                &section.value.density,
-                "in kg/m^3; water has 1000",
-            )?;
-            let viscosity = viscosity(source, section, &reference(density))?;
-            fluid = Some((density, viscosity));
-            (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
-            operator = collision(source, &lattice.value)?;
-            precision = section.value.precision;
-            (solids, solid_ramp_width) = physics::solids(source, &lattice.value)?;
+            let density = &section.value.density;
+            let density = source.positive("fluid.density", density, "in kg/m^3; water has 1000")?;
+            let reference = Reference {
+                diameter: kinds.diameter,
+                density_ratio: templates[0].density / density,
+                gravity: gravity.norm(),
+            };
+            let viscosity = viscosity(source, section, &reference)?;
+            let (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
+            let collision = collision(source, &lattice.value)?;
+            let (solids, fraction) = physics::solids(source, &lattice.value)?;
+            let scales = reference.scales(viscosity);
+            let rate = scales.stokes_velocity.abs() / kinds.diameter;
+            let fluid = FluidSetup {
+                density,
+                viscosity,
+                relaxation_time,
+                collision,
+                solids,
+                fraction,
+                force_balance: (case.driving.force_balance.as_ref())
+                    .map_or_else(Default::default, |b| b.value),
+                zero_net_flux: [false; 3],
+                control_rate: rate.max(viscosity / (kinds.diameter * kinds.diameter)),
+                body_acceleration: Vec3::zeros(),
+                scales,
+            };
+            (units.dt, Some(fluid))
         }
         Medium::Dry(section) => {
-            units = Units {
-                dx: domain.dx,
-                dt: dry::time_step(source, section, substeps, templates, &materials)?,
-                density: 0.0,
-            };
-            (relaxation_time, operator) = (1.0, Collision::Bgk);
-            (solid_ramp_width, precision) = (0.5, Precision::F32);
-            solids = SolidCollision::ExactDifference;
+            let step = dry::time_step(source, section, substeps, templates, &materials)?;
+            (step, None)
         }
-    }
+    };
     let placer = Placer {
         source,
         case: &case,
@@ -163,70 +165,44 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         .sum();
     let solid = placed + counted;
     let volume_fraction = solid / placer.free_volume;
-    let scales = match fluid {
-        Some((density, viscosity)) => reference(density).scales(viscosity, volume_fraction),
-        None => dry::scales(kinds.diameter, volume_fraction),
-    };
-    let clock = Clock {
-        time_step: units.dt,
-        stokes_time: scales.stokes_time,
-    };
     let placed = particles.iter().map(|p| (p.template as usize, 1));
     let known = Known {
         name,
-        clock,
+        clock: Clock::of(time_step, fluid.as_ref()),
         size: domain.size(),
         few: are_few(templates, placed.chain(random)),
     };
-    let Schedule {
-        simd,
-        end_step,
-        average_from_step,
-        threads,
-        output,
-    } = Schedule::new(source, &case, &known)?;
+    let plan = RunPlan::new(source, &case, &known)?;
     let (walls, wall_spans): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.span)).unzip();
-    let (body_acceleration, zero_net_flux) = physics::driven(source, &case.driving, domain.periodic, || {
-        fluid.is_some() && flux_is_known_to_vanish(&domain, &walls, gravity)
-    })?;
-    let sections = plausible::sections(&kinds);
+    if let Some(fluid) = &mut fluid {
+        let vanishes = || flux_is_known_to_vanish(&domain, &walls, gravity);
+        (fluid.body_acceleration, fluid.zero_net_flux) =
+            physics::driven(source, &case.driving, domain.periodic, vanishes)?;
+    }
     let mut setup = Setup {
-        name: name.to_string(),
-        text,
-        files: files.into_read(),
-        inputs: Vec::new(),
-        warnings,
         domain,
-        units,
-        precision,
-        simd,
-        dry: fluid.is_none(),
-        relaxation_time,
-        collision: operator,
-        solids,
-        solid_ramp_width,
+        time_step,
+        fluid,
         sections: kinds.section_of_each(),
         frames: kinds.frames(),
         templates: kinds.templates.into(),
         particles,
+        diameter: kinds.diameter,
+        volume_fraction,
+        walls,
         contact,
         engine,
         substeps,
         gravity,
-        force_balance: case
-            .driving
-            .force_balance
-            .as_ref()
-            .map_or_else(Default::default, |b| b.value),
-        zero_net_flux,
-        body_acceleration,
-        walls,
-        scales,
-        end_step,
-        average_from_step,
-        threads,
-        output,
+        plan,
+        provenance: Provenance {
+            name: name.to_string(),
+            text,
+            files: files.into_read(),
+            inputs: Vec::new(),
+            warnings,
+        },
     };
     if let Medium::Wet(fluid, lattice) = &medium {
         let written = Written {
@@ -234,12 +210,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             case: &case,
             fluid: &fluid.value,
             lattice: &lattice.value,
-            sections,
             present,
             walls: wall_spans,
         };
         let found = written.judge(&setup)?;
-        setup.warnings.extend(found);
+        setup.provenance.warnings.extend(found);
     }
     Ok(setup)
 }

@@ -25,20 +25,17 @@ impl Reference {
     }
 
     /// The scales in a fluid of kinematic viscosity `viscosity` (m^2/s).
-    pub(super) fn scales(&self, viscosity: f64, volume_fraction: f64) -> Scales {
+    pub(super) fn scales(&self, viscosity: f64) -> Scales {
         let archimedes = self.buoyancy() / (viscosity * viscosity);
         let stokes_velocity = archimedes / 18.0 * viscosity / self.diameter;
         let reynolds = schiller_naumann_reynolds(archimedes);
         Scales {
-            diameter: self.diameter,
-            viscosity,
             density_ratio: self.density_ratio,
             archimedes,
             stokes_velocity,
             stokes_time: self.diameter / stokes_velocity,
             schiller_naumann_velocity: reynolds * viscosity / self.diameter,
             schiller_naumann_reynolds: reynolds,
-            volume_fraction,
         }
     }
 }
@@ -93,7 +90,7 @@ mod tests {
             (14641.0, 145.476, 0.221_144, 1.236_47),
         ] {
             let viscosity = (particle.buoyancy() / archimedes).sqrt();
-            let scales = particle.scales(viscosity, 0.0);
+            let scales = particle.scales(viscosity);
             let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 4e-6, "{a} is not {b}");
             close(scales.archimedes, archimedes);
             close(scales.schiller_naumann_reynolds, reynolds);

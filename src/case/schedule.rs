@@ -4,9 +4,9 @@ use super::checks::{Clock, at};
 use super::file::{Case, CheckpointEvery, Duration, EngineKind, Every};
 use super::overrides::option_keys;
 use super::source::Source;
-use super::{CheckpointSpacing, OutputPlan, Setup};
+use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
 use crate::error::Result;
-use crate::fluid::Simd;
+use crate::fluid::{Precision, Simd};
 use crate::math::Vec3;
 use crate::particle::{FEW_TRIANGLES, Template, surface_triangles};
 use std::path::{Path, PathBuf};
@@ -14,15 +14,6 @@ use std::time::Duration as WallTime;
 
 /// Wall time between checkpoints if a case says nothing: what is lost if the machine stops.
 pub const CHECKPOINT_INTERVAL: WallTime = WallTime::from_secs(600);
-
-/// What the sections `[run]` and `[output]` say, in steps.
-pub(super) struct Schedule {
-    pub(super) simd: Option<Simd>,
-    pub(super) end_step: u64,
-    pub(super) average_from_step: u64,
-    pub(super) threads: usize,
-    pub(super) output: OutputPlan,
-}
 
 /// Properties of a case that its schedule depends on.
 pub(super) struct Known<'a> {
@@ -34,28 +25,22 @@ pub(super) struct Known<'a> {
     pub(super) few: bool,
 }
 
-impl Schedule {
-    /// That of a case of which this much is known already.
+impl RunPlan {
+    /// What the sections `[run]` and `[output]` say of a case of which this much is known already.
     pub(super) fn new(source: &Source, case: &Case, known: &Known) -> Result<Self> {
         let clock = known.clock;
         let end_step = source.steps("run.end", &case.run.end, clock)?;
         Ok(Self {
-            simd: simd(source, case)?,
             end_step,
             average_from_step: average_from(source, case, clock, end_step)?,
             threads: case.run.threads,
+            precision: case
+                .fluid
+                .as_ref()
+                .map_or(Precision::F32, |fluid| fluid.value.precision),
+            simd: simd(source, case)?,
             output: output(source, case, known, end_step)?,
         })
-    }
-
-    fn of(setup: &Setup) -> Self {
-        Self {
-            simd: setup.simd,
-            end_step: setup.end_step,
-            average_from_step: setup.average_from_step,
-            threads: setup.threads,
-            output: setup.output.clone(),
-        }
     }
 
     /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
@@ -78,22 +63,18 @@ impl Schedule {
 pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> Result<()> {
     let particles = setup.particles.iter().map(|p| (p.template as usize, 1));
     let known = Known {
-        name: &setup.name,
-        clock: Clock {
-            time_step: setup.units.dt,
-            stokes_time: setup.scales.stokes_time,
-        },
+        name: &setup.provenance.name,
+        clock: Clock::of(setup.time_step, setup.fluid.as_ref()),
         size: setup.domain.size(),
         few: are_few(&setup.templates, particles),
     };
-    let resolve = |options: &[String]| -> Result<(Schedule, String)> {
+    let resolve = |options: &[String]| -> Result<(RunPlan, String)> {
         let source = Source::new(title(known.name), saved.to_string(), options);
         source.refuse_changes_of_the_case()?;
         let (case, text) = source.parse::<Case>()?;
-        Ok((Schedule::new(&source, &case, &known)?, text))
+        Ok((RunPlan::new(&source, &case, &known)?, text))
     };
-    let before = Schedule::of(setup);
-    let (mut schedule, mut text) = resolve(options)?;
+    let (mut plan, mut text) = resolve(options)?;
     // Contacts and surfaces are written as often as particles if nothing else is said.
     let named = |key: &str| {
         let also = match key {
@@ -104,20 +85,17 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
             .iter()
             .any(|option| names(option, key) || names(option, also))
     };
-    let pins: Vec<String> = (before.spacings().into_iter().zip(schedule.spacings()))
+    let pins: Vec<String> = (setup.plan.spacings().into_iter().zip(plan.spacings()))
         .filter(|((key, old), (_, new))| old != new && !named(key))
-        // There is no field to write, whatever the number.
-        .filter(|((key, _), _)| !(setup.dry && *key == "output.fields_every"))
         .map(|((key, old), _)| match old {
             0 if key != "run.average_from" => format!("{key}=\"never\""),
             steps => format!("{key}={{ steps = {steps} }}"),
         })
         .collect();
     if !pins.is_empty() {
-        (schedule, text) = resolve(&[options, &pins[..]].concat())?;
+        (plan, text) = resolve(&[options, &pins[..]].concat())?;
     }
-    setup.text = text;
-    setup.follow(schedule);
+    (setup.plan, setup.provenance.text) = (plan, text);
     Ok(())
 }
 
@@ -137,20 +115,6 @@ pub(super) fn names(option: &str, key: &str) -> bool {
 /// How messages call a case that was saved.
 pub(super) fn title(name: &str) -> String {
     format!("saved case {name}")
-}
-
-impl Setup {
-    fn follow(&mut self, schedule: Schedule) {
-        let Schedule {
-            simd,
-            end_step,
-            average_from_step,
-            threads,
-            output,
-        } = schedule;
-        (self.simd, self.end_step, self.average_from_step) = (simd, end_step, average_from_step);
-        (self.threads, self.output) = (threads, output);
-    }
 }
 
 impl Source {
@@ -236,7 +200,10 @@ fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<
     Ok(OutputPlan {
         directory,
         series_every: every("series_every", &output.series_every, 1000)?,
-        fields_every: every("fields_every", &output.fields_every, 5)?,
+        fields_every: match &case.dry {
+            Some(_) => 0,
+            None => every("fields_every", &output.fields_every, 5)?,
+        },
         particles_every,
         surfaces_every: match &output.surfaces_every {
             Some(_) => every("surfaces_every", &output.surfaces_every, 50)?,

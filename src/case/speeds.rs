@@ -9,8 +9,8 @@
 //!
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
-use super::Setup;
 use super::scales::Reference;
+use super::{FluidSetup, Setup};
 use crate::math::Vec3;
 use crate::wall::{Surface, Wall};
 
@@ -29,34 +29,30 @@ pub struct DrivenFlow {
 }
 
 impl Setup {
-    /// Seconds of the run.
-    fn seconds(&self) -> f64 {
-        self.end_step as f64 * self.units.dt
-    }
-
     /// The flow that the body acceleration drives, if there is one.
     pub fn driven_flow(&self) -> Option<DrivenFlow> {
+        let fluid = self.fluid.as_ref()?;
         let mut flow = DrivenFlow {
             speed: 0.0,
             length: f64::INFINITY,
             between_walls: false,
         };
-        for axis in (0..3).filter(|&i| self.domain.periodic[i] && self.body_acceleration[i] != 0.0) {
-            let acceleration = self.body_acceleration[axis].abs();
+        for axis in (0..3).filter(|&i| self.domain.periodic[i] && fluid.body_acceleration[i] != 0.0) {
+            let acceleration = fluid.body_acceleration[axis].abs();
             let width = self.width_across(axis);
-            let steady = steady_speed(acceleration, width, self.scales.viscosity);
-            let speed = steady.min(acceleration * self.seconds());
+            let steady = steady_speed(acceleration, width, fluid.viscosity);
+            let speed = steady.min(acceleration * self.end_time());
             if speed > flow.speed {
                 flow.length = width;
             }
             flow.speed = libm::hypot(flow.speed, speed);
         }
         if flow.length.is_infinite() {
-            flow.length = self.scales.diameter;
+            flow.length = self.diameter;
         } else {
             flow.between_walls = true;
         }
-        (flow.speed > 0.0 && !self.dry).then_some(flow)
+        (flow.speed > 0.0).then_some(flow)
     }
 
     /// Width (m) of the slit whose flow along an axis is at least as fast as that between the walls of the case.
@@ -74,17 +70,15 @@ impl Setup {
     }
 
     /// Largest speed (m/s) that particles of a template reach as they settle.
-    pub(super) fn settling_speed(&self, template: usize) -> f64 {
+    pub(super) fn settling_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
         let template = &self.templates[template];
-        let density_ratio = template.density / self.units.density;
+        let density_ratio = template.density / fluid.density;
         let reference = Reference {
             diameter: template.shape.equivalent_diameter(),
             density_ratio,
             gravity: self.gravity.norm(),
         };
-        let terminal = reference
-            .scales(self.scales.viscosity, 0.0)
-            .schiller_naumann_velocity;
+        let terminal = reference.scales(fluid.viscosity).schiller_naumann_velocity;
         let from_rest = (density_ratio - 1.0).abs() / (density_ratio + 0.5);
         // Gravity times the way along it.
         let drop: f64 = (0..3)
@@ -99,7 +93,7 @@ impl Setup {
             })
             .sum();
         terminal
-            .min(from_rest * self.gravity.norm() * self.seconds())
+            .min(from_rest * self.gravity.norm() * self.end_time())
             .min((2.0 * from_rest * drop).sqrt())
     }
 }
@@ -180,12 +174,18 @@ mod tests {
 
     #[test]
     fn a_particle_settles_no_faster_than_it_can_fall() {
-        let at = |options: &[&str]| setup(options).settling_speed(0);
-        let terminal = setup(&["driving.gravity=1e-3"]).scales.schiller_naumann_velocity;
+        let at = |options: &[&str]| {
+            let setup = setup(options);
+            setup.settling_speed(setup.expect_fluid(), 0)
+        };
+        let terminal = setup(&["driving.gravity=1e-3"])
+            .expect_fluid()
+            .scales
+            .schiller_naumann_velocity;
         close(at(&["driving.gravity=1e-3"]), terminal);
         close(
             at(&["driving.gravity=1e-3", "run.end.steps=1"]),
-            5e-4 * setup(&[]).units.dt,
+            5e-4 * setup(&[]).time_step,
         );
         let heavy = [
             "driving.gravity=10",

@@ -1,7 +1,7 @@
 //! Closed faces of the box and other walls.
 
+use super::checks::Alternative;
 use super::file::{Case, WallSection};
-use super::forms::Triple;
 use super::located::Located;
 use super::materials::Materials;
 use super::source::Source;
@@ -146,7 +146,8 @@ impl Builder<'_> {
                     return Err(self.source.error(&rotation.span, &title, "turns", remedy));
                 }
                 motion.velocity =
-                    self.vector(&format!("{key}.velocity"), &face.span, &face.value.velocity)?;
+                    self.source
+                        .vector(&format!("{key}.velocity"), &face.span, &face.value.velocity)?;
                 motion.angular_velocity = Vec3::ith(axis, turns);
                 let name = face.value.material.as_ref();
                 material = self
@@ -170,25 +171,6 @@ impl Builder<'_> {
         Ok(walls)
     }
 
-    fn vector(&self, key: &str, span: &Range<usize>, numbers: &Triple) -> Result<Vec3> {
-        let values = numbers.each_ref().map(|x| x.value);
-        Ok(self.source.finite(key, span, values)?.into())
-    }
-
-    fn direction(&self, key: &str, span: &Range<usize>, numbers: &Triple) -> Result<Vec3> {
-        let vector = self.vector(key, span, numbers)?;
-        vector.try_normalize(0.0).ok_or_else(|| {
-            let zero = "[0, 0, 0]";
-            self.source.out_of_range(
-                key,
-                span,
-                zero,
-                "a direction of any length but 0",
-                "e.g. [0, 0, 1]",
-            )
-        })
-    }
-
     fn listed(&self, index: usize, section: &Located<WallSection>) -> Result<PlacedWall> {
         let (key, span, wall) = (format!("walls.{index}"), &section.span, &section.value);
         let name = wall.name.value.trim();
@@ -198,39 +180,46 @@ impl Builder<'_> {
                 .source
                 .error(&wall.name.span, &title, "no name", "e.g. \"piston\""));
         }
-        let choices = [
-            ("plane", wall.plane.as_ref().map(|s| s.span.clone())),
-            ("pipe", wall.pipe.as_ref().map(|s| s.span.clone())),
-            ("rod", wall.rod.as_ref().map(|s| s.span.clone())),
-        ];
-        let chosen = choices[self.source.exactly_one(&key, span, &choices)?].0;
+        let choices: [(_, &dyn Alternative); 3] =
+            [("plane", &wall.plane), ("pipe", &wall.pipe), ("rod", &wall.rod)];
+        let chosen = self.source.exactly_one(&key, span, &choices)?;
         let key_of = |field: &str| format!("{key}.{chosen}.{field}");
         let surface = if let Some(plane) = &wall.plane {
             Surface::Plane {
-                point: self.vector(&key_of("point"), &plane.span, &plane.value.point)?,
-                normal: self.direction(&key_of("normal"), &plane.span, &plane.value.normal)?,
+                point: self
+                    .source
+                    .vector(&key_of("point"), &plane.span, &plane.value.point)?,
+                normal: self
+                    .source
+                    .direction(&key_of("normal"), &plane.span, &plane.value.normal)?,
             }
         } else {
             let round = wall.pipe.as_ref().or(wall.rod.as_ref());
             let round = round.expect("checked by exactly_one");
             let diameter = &round.value.diameter;
             Surface::Cylinder {
-                point: self.vector(&key_of("point"), &round.span, &round.value.point)?,
-                axis: self.direction(&key_of("axis"), &round.span, &round.value.axis)?,
+                point: self
+                    .source
+                    .vector(&key_of("point"), &round.span, &round.value.point)?,
+                axis: self
+                    .source
+                    .direction(&key_of("axis"), &round.span, &round.value.axis)?,
                 radius: 0.5 * self.source.positive(&key_of("diameter"), diameter, "in metres")?,
                 pipe: wall.pipe.is_some(),
             }
         };
         let (Surface::Plane { point, .. } | Surface::Cylinder { point, .. }) = surface;
         let motion = Motion {
-            velocity: self.vector(&format!("{key}.velocity"), span, &wall.velocity)?,
-            angular_velocity: self.vector(
+            velocity: self
+                .source
+                .vector(&format!("{key}.velocity"), span, &wall.velocity)?,
+            angular_velocity: self.source.vector(
                 &format!("{key}.angular_velocity"),
                 span,
                 &wall.angular_velocity,
             )?,
             pivot: match &wall.pivot {
-                Some(pivot) => self.vector(&format!("{key}.pivot"), span, pivot)?,
+                Some(pivot) => self.source.vector(&format!("{key}.pivot"), span, pivot)?,
                 None => point,
             },
         };

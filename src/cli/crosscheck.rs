@@ -111,7 +111,7 @@ mod both {
         let found = own_case::run(&setup, arguments.time, Some(&log))?;
         let outcome = Outcome {
             case: own_case::ID,
-            title: setup.name,
+            title: setup.provenance.name,
             seconds: start.elapsed().as_secs_f64(),
             result: Ok(found.findings),
         };

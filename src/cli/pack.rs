@@ -13,7 +13,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     let (rows, what) = match (&arguments.case, &arguments.from) {
         (Some(case), _) => {
             let setup = load(case, &arguments.changes)?;
-            refuse_input(&arguments.out, &setup.inputs)?;
+            refuse_input(&arguments.out, &setup.provenance.inputs)?;
             let rows = setup.particles.iter().map(|particle| {
                 let template = particle.template as usize;
                 Row {
@@ -26,7 +26,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
                     angular_velocity: particle.angular_velocity(),
                 }
             });
-            let fraction = setup.scales.volume_fraction;
+            let fraction = setup.volume_fraction;
             (rows.collect(), format!("volume fraction {fraction:.6}"))
         }
         (None, Some(directory)) => of_a_run(directory, arguments)?,

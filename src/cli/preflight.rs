@@ -7,7 +7,7 @@ mod output;
 pub(super) mod ranks;
 
 use super::machine::{bytes_per_cell, cores, in_bytes, in_time, mlups_per_thread, threads};
-use crate::case::Setup;
+use crate::case::{FluidSetup, Setup};
 use crate::comm;
 use crate::dem::{EngineChoice, LiggghtsProcess};
 use crate::error::{Error, Result};
@@ -17,9 +17,9 @@ use crate::simulation::decompose;
 
 /// Memory that a run takes (bytes) for its cells, and for its particles.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
-    let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+    let cells = setup.fluid_cells();
     [
-        cells as f64 * bytes_per_cell(setup.precision),
+        cells as f64 * bytes_per_cell(setup.plan.precision),
         setup.particles.len() as f64 * memory::PER_PARTICLE,
     ]
 }
@@ -59,11 +59,11 @@ fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
         return Ok(());
     }
     let [x, y, z] = setup.domain.cells;
-    let (box_of, remedy) = if setup.dry || particles > room.bytes {
+    let (box_of, remedy) = if cells <= 0.0 || particles > room.bytes {
         (String::new(), "take fewer particles".to_string())
     } else {
         let factor = ((room.bytes - particles) / cells).cbrt();
-        let per_diameter = factor * setup.scales.diameter / setup.domain.dx;
+        let per_diameter = factor * setup.diameter / setup.domain.dx;
         (
             format!("the box of {x} x {y} x {z} cells with "),
             format!(
@@ -90,16 +90,15 @@ fn row(name: &str, value: String, remark: &str) -> Row {
 /// Rows of name, value and remark.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
-    let cells = setup.domain.cell_count();
     let size = setup.domain.size();
-    if setup.dry {
+    if setup.fluid.is_some() {
+        let [x, y, z] = setup.domain.cells;
+        let size = size / setup.diameter;
+        let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
+        rows.push(row("cells", setup.fluid_cells().to_string(), &remark));
+    } else {
         let edges = format!("{:.4e} x {:.4e} x {:.4e} m", size.x, size.y, size.z);
         rows.push(row("box", edges, "no fluid"));
-    } else {
-        let [x, y, z] = setup.domain.cells;
-        let size = size / setup.scales.diameter;
-        let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
-        rows.push(row("cells", cells.to_string(), &remark));
     }
     let remark = nearest_limit().map_or(String::new(), |room| room.limit);
     rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
@@ -107,20 +106,14 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.push(row("particles", setup.particles.len().to_string(), ""));
     rows.push(row(
         "volume fraction",
-        format!("{:.5}", setup.scales.volume_fraction),
+        format!("{:.5}", setup.volume_fraction),
         "",
     ));
     rows.extend(bodies::shape_rows(setup));
-    rows.extend(if setup.dry {
-        dry_rows(setup)
-    } else {
-        flow::rows(setup)
-    });
+    rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
     rows.extend(engine_row(setup));
     rows.extend(contacts::rows(setup));
-    if !setup.dry {
-        rows.push(cost_row(setup));
-    }
+    rows.extend(setup.fluid.as_ref().map(|_| cost_row(setup)));
     rows.extend(output::rows(setup));
     rows
 }
@@ -143,17 +136,16 @@ fn engine_row(setup: &Setup) -> Option<Row> {
 
 /// What particles without a fluid do.
 fn dry_rows(setup: &Setup) -> Vec<Row> {
-    let units = &setup.units;
-    let remark = format!("averages from step {}", setup.average_from_step);
+    let remark = format!("averages from step {}", setup.plan.average_from_step);
     let mut rows = vec![
-        row("time step", format!("{:.6e} s", units.dt), ""),
-        row("steps", setup.end_step.to_string(), &remark),
-        row("time", format!("{:.4} s", setup.end_step as f64 * units.dt), ""),
+        row("time step", format!("{:.6e} s", setup.time_step), ""),
+        row("steps", setup.plan.end_step.to_string(), &remark),
+        row("time", format!("{:.4} s", setup.end_time()), ""),
     ];
     if let Some(contact) = &setup.contact {
         let speed = fall_speed(setup);
         if speed > 0.0 {
-            let steps = contacts::hertz(setup, contact).duration(speed) / units.dt;
+            let steps = contacts::hertz(setup, contact).duration(speed) / setup.time_step;
             let remark = format!("steps, Hertz impact at {speed:.3} m/s, a fall through the box");
             rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
         }
@@ -174,10 +166,10 @@ fn fall_speed(setup: &Setup) -> f64 {
 /// Time.
 fn cost_row(setup: &Setup) -> Row {
     let cells = setup.domain.cell_count();
-    let threads = threads(setup.threads);
-    let rate = mlups_per_thread(setup.precision) * threads.min(cores()) as f64;
-    let seconds = cells as f64 * setup.end_step as f64 / (rate * 1e6);
-    let precision = match setup.precision {
+    let threads = threads(setup.plan.threads);
+    let rate = mlups_per_thread(setup.plan.precision) * threads.min(cores()) as f64;
+    let seconds = cells as f64 * setup.plan.end_step as f64 / (rate * 1e6);
+    let precision = match setup.plan.precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
     };
@@ -190,16 +182,12 @@ fn cost_row(setup: &Setup) -> Row {
 
 /// What lies outside the usual range, each with an admissible value.
 pub(super) fn advice(setup: &Setup) -> Vec<String> {
-    let mut advice = if setup.dry {
-        Vec::new()
-    } else {
-        fluid_advice(setup)
-    };
+    let mut advice = (setup.fluid.as_ref()).map_or_else(Vec::new, |fluid| fluid_advice(setup, fluid));
     advice.extend(contacts::advice(setup));
-    if setup.threads > cores() {
+    if setup.plan.threads > cores() {
         advice.push(format!(
             "{} threads on {} cores only get in each other's way; leave --threads and run.threads out for one per core",
-            setup.threads,
+            setup.plan.threads,
             cores()
         ));
     }
@@ -210,9 +198,9 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
 }
 
 /// What lies outside the usual range of the lattice.
-fn fluid_advice(setup: &Setup) -> Vec<String> {
+fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
     let mut advice = Vec::new();
-    let tau = setup.relaxation_time;
+    let tau = fluid.relaxation_time;
     if tau < 0.51 {
         advice.push(format!(
             "lattice.relaxation_time = {tau:.5} is close to 0.5, where the method becomes unstable; 0.51 to 1 is usual"
@@ -222,7 +210,7 @@ fn fluid_advice(setup: &Setup) -> Vec<String> {
             "lattice.relaxation_time = {tau:.5} is above 1, where surfaces begin to slip; 0.51 to 1 is usual"
         ));
     }
-    let per_diameter = setup.scales.diameter / setup.domain.dx;
+    let per_diameter = setup.diameter / setup.domain.dx;
     if per_diameter < 5.0 {
         advice.push(format!(
             "lattice.cells_per_diameter = {per_diameter:.2} resolves particles poorly; 9 to 27 is usual, 5 the least"

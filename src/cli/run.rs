@@ -23,7 +23,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
         }
     }
     let summary = simulation::run(&setup, &options)?;
-    ended(summary.as_ref(), &setup.output.directory, &options)
+    ended(summary.as_ref(), &setup.plan.output.directory, &options)
 }
 
 /// The case, and what the signals set: what can fail on one process of an MPI job alone.
@@ -33,7 +33,7 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     options.overwrite = arguments.overwrite;
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
-        setup.output.directory.clone_from(out);
+        setup.plan.output.directory.clone_from(out);
     }
     preflight::refuse_what_does_not_fit(&setup)?;
     Ok((setup, options))

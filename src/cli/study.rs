@@ -172,7 +172,7 @@ fn list(study: &Study, only: Option<&str>) -> String {
             continue;
         }
         let setup = &run.setup;
-        let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+        let cells = setup.fluid_cells();
         let (time, state) = match &study.states[at] {
             State::Done(record) => {
                 let mut state = "done".to_string();

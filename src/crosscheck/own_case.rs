@@ -49,11 +49,7 @@ pub struct OwnCase {
 pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<OwnCase> {
     refuse_what_is_no_sphere(setup)?;
     let steps = steps(setup, time)?;
-    let recorded = if setup.dry {
-        None
-    } else {
-        Some(record(setup, steps)?)
-    };
+    let recorded = (setup.fluid.as_ref()).map(|_| record(setup, steps)).transpose()?;
     let mut pair = Pair::new(setup, steps, [native(setup)?, liggghts(setup, log)?]);
     let rest = vec![Load::default(); setup.particles.len()];
     for step in 0..steps {
@@ -95,8 +91,8 @@ fn refuse_what_is_no_sphere(setup: &Setup) -> Result<()> {
 /// Steps in `time`, or to the end of the case.
 fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
     let steps = match time {
-        None => setup.end_step,
-        Some(time) if time > 0.0 && time.is_finite() => (time / setup.units.dt).ceil().max(1.0) as u64,
+        None => setup.plan.end_step,
+        Some(time) if time > 0.0 && time.is_finite() => (time / setup.time_step).ceil().max(1.0) as u64,
         Some(time) => {
             return Err(Error::Input(format!(
                 "--time {time} is not a time above 0, in seconds"
@@ -104,12 +100,12 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
         }
     };
     let each = BYTES * setup.particles.len() as f64;
-    if !setup.dry && each * steps as f64 > MOST_BYTES {
+    if setup.fluid.is_some() && each * steps as f64 > MOST_BYTES {
         let most = (MOST_BYTES / each).floor();
         return Err(Error::Input(format!(
             "the loads of {} particles over {steps} steps are too many to record; run a shorter time, at most --time {:.4e}",
             setup.particles.len(),
-            most * setup.units.dt
+            most * setup.time_step
         )));
     }
     Ok(steps)
@@ -252,7 +248,7 @@ fn free_flight(setup: &Setup, found: &Comparison) -> Vec<Check> {
     let apart = &span.apart;
     let each = 4.0 * substeps(setup, span) * f64::EPSILON;
     // Loads may hold gravity up: then a sub-step adds what takes most of it away again.
-    let gained = setup.gravity.norm() * setup.units.dt / f64::from(setup.substeps);
+    let gained = setup.gravity.norm() * setup.time_step / f64::from(setup.substeps);
     let held = if span.speed > 0.0 {
         gained / span.speed
     } else {
@@ -379,7 +375,7 @@ fn notes(setup: &Setup, found: &Comparison) -> Vec<String> {
     for (engine, error) in &found.failures {
         notes.push(format!("{engine} does not come to the end: {error}"));
     }
-    let dt = setup.units.dt;
+    let dt = setup.time_step;
     notes.push(match found.first_contact {
         [None, None] => "nothing touches in either engine".to_string(),
         times => {
@@ -406,7 +402,7 @@ fn notes(setup: &Setup, found: &Comparison) -> Vec<String> {
             )
         }
     });
-    if !setup.dry && found.parting.is_some() {
+    if setup.fluid.is_some() && found.parting.is_some() {
         notes.push(
             "the loads are those of the native run all the time: what has parted is not where the fluid thinks it is".to_string(),
         );

@@ -97,10 +97,9 @@ pub struct Summary {
     /// The controller of the net flux; none in a dry run, and in files of older versions.
     #[serde(default)]
     pub net_flux_control: Option<NetFluxControl>,
-    /// Checksum over all numbers that decide the run and that are not above, but for the places of the particles; none in files of
-    /// older versions.
+    /// Hash over the other numbers that decide the run, less the initial state of the particles; none in files of older versions.
     #[serde(default)]
-    pub parameters: Option<String>,
+    pub setup_hash: Option<String>,
     /// Text of the case file with overrides applied.
     pub input: String,
 }
@@ -260,7 +259,7 @@ mod tests {
                 mean_acceleration: [0.0, 0.0, 1e-3],
                 largest_acceleration: 0.02,
             }),
-            parameters: None,
+            setup_hash: None,
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }
     }
@@ -286,7 +285,7 @@ mod tests {
             "mlups",
             "stages",
             "state_hash",
-            "parameters",
+            "setup_hash",
             "mach",
             "relative_viscosity",
             "cells_per_diameter",

@@ -3,7 +3,7 @@
 mod network;
 mod report;
 
-use super::observe::precision_name;
+use super::identity::precision_name;
 use super::run::{agreed, decompose, on_ranks};
 use super::{Simulation, Timings};
 use crate::case::Setup;
@@ -48,8 +48,11 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
         setup.particles.clear();
         setup.engine = EngineChoice::Native;
         // Something must move, without getting fast in any number of steps that a benchmark takes.
-        setup.zero_net_flux = [false; 3];
-        setup.body_acceleration = Vec3::x() * (1e-7 * setup.units.acceleration());
+        let units = setup.units();
+        if let Some(fluid) = &mut setup.fluid {
+            fluid.zero_net_flux = [false; 3];
+            fluid.body_acceleration = Vec3::x() * (1e-7 * units.acceleration());
+        }
     }
     let decomposition =
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(&setup)))?;
@@ -98,7 +101,7 @@ fn bench_rank(
         .iter()
         .map(|bytes| serde_json::from_slice(bytes).expect("written just now"))
         .collect();
-    let population_bytes = (2 * AnyFluid::saved_bytes(setup.precision)) as f64;
+    let population_bytes = (2 * AnyFluid::saved_bytes(setup.plan.precision)) as f64;
     let fractions: Vec<f64> = mlups
         .iter()
         .zip(&bandwidth)
@@ -123,7 +126,7 @@ fn bench_rank(
         cells,
         particles: setup.particles.len(),
         contacts: 0,
-        precision: precision_name(setup.precision).to_owned(),
+        precision: precision_name(setup.plan.precision).to_owned(),
         threads: comm.size(),
         ranks: comm.size(),
         grid: decomposition.grid,
@@ -219,10 +222,11 @@ end = { steps = 10 }
 
     fn report(threads: usize) -> BenchReport {
         let mut setup = from_text(CASE, "bench", &[]).unwrap();
-        setup.threads = threads;
+        setup.plan.threads = threads;
+        let speed = setup.expect_fluid().scales.stokes_velocity;
         for (n, particle) in (1_u32..).zip(&mut setup.particles) {
             let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
-            particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * setup.scales.stokes_velocity);
+            particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * speed);
         }
         let options = BenchOptions {
             steps: 8,

@@ -7,14 +7,11 @@ use serde::{Deserialize, Serialize};
 
 /// What drives a case, and what helps against a divergence; behind what has diverged.
 pub(super) fn hint(setup: &Setup) -> String {
+    let fluid = setup.fluid.as_ref();
     let vector = |a: Vec3| format!("{:?} m/s^2", <[f64; 3]>::from(a));
     let lattice = |speed: f64| {
-        let cells = if setup.dry {
-            0.0
-        } else {
-            speed / setup.units.velocity()
-        };
-        if cells > 0.0 {
+        let cells = speed / setup.units().velocity();
+        if fluid.is_some() && cells > 0.0 {
             format!(" ({cells:.3} cells per step)")
         } else {
             String::new()
@@ -22,20 +19,20 @@ pub(super) fn hint(setup: &Setup) -> String {
     };
     let mut drives = Vec::new();
     if setup.gravity != Vec3::zeros() {
-        let settling = lattice(setup.scales.schiller_naumann_velocity);
+        let settling = lattice(fluid.map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity));
         drives.push(format!(
             "gravity {}{}",
             vector(setup.gravity),
             settling.replace('(', "(u* ")
         ));
     }
-    if setup.body_acceleration != Vec3::zeros() {
+    if let Some(fluid) = fluid.filter(|fluid| fluid.body_acceleration != Vec3::zeros()) {
         let flow = setup
             .driven_flow()
             .map_or(String::new(), |flow| lattice(flow.speed));
         drives.push(format!(
             "body_acceleration {}{}",
-            vector(setup.body_acceleration),
+            vector(fluid.body_acceleration),
             flow.replace('(', "(up to ")
         ));
     }
@@ -64,7 +61,7 @@ pub(super) fn hint(setup: &Setup) -> String {
     let drives = drives.join(", ");
     match setup.too_light() {
         Some(light) => format!("; {light}; driven by {drives}"),
-        None if setup.dry => format!("; driven by {drives}"),
+        None if fluid.is_none() => format!("; driven by {drives}"),
         None => format!(
             "; driven by {drives}: a smaller time step (relaxation time) lowers all velocities on the lattice"
         ),

@@ -64,7 +64,7 @@ impl<'a> Keeper<'a> {
         start: Instant,
     ) -> Self {
         Self {
-            folder: OutputFiles::new(&setup.output.directory).checkpoints(),
+            folder: OutputFiles::new(&setup.plan.output.directory).checkpoints(),
             block: decomposition.block(simulation.comm.rank()),
             setup,
             start,
@@ -99,7 +99,7 @@ impl<'a> Keeper<'a> {
 
     /// What signals and the clock ask of this rank. Called when the ranks are about to tell each other.
     pub(super) fn wishes(&self, options: &RunOptions) -> Wishes {
-        let due = match self.setup.output.checkpoint_every {
+        let due = match self.setup.plan.output.checkpoint_every {
             CheckpointSpacing::WallTime(interval) => self.safe.elapsed() >= interval,
             CheckpointSpacing::Never | CheckpointSpacing::Steps(_) => false,
         };
@@ -120,9 +120,9 @@ impl<'a> Keeper<'a> {
         wishes: Wishes,
     ) -> Result<()> {
         let step = simulation.step;
-        let due = match self.setup.output.checkpoint_every {
+        let due = match self.setup.plan.output.checkpoint_every {
             CheckpointSpacing::Steps(every) => {
-                step > 0 && (step.is_multiple_of(every) || step >= self.setup.end_step)
+                step > 0 && (step.is_multiple_of(every) || step >= self.setup.plan.end_step)
             }
             CheckpointSpacing::Never | CheckpointSpacing::WallTime(_) => false,
         };
@@ -181,7 +181,7 @@ impl<'a> Keeper<'a> {
         self.write_seconds = shared
             .write_seconds
             .filter(|seconds| (0.0..1e9).contains(seconds));
-        let (done, end) = (simulation.step, self.setup.end_step);
+        let (done, end) = (simulation.step, self.setup.plan.end_step);
         if end < done {
             return Err(Error::Agreed {
                 code: 2,

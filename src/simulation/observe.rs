@@ -23,8 +23,7 @@ use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
 use share::Share;
 use std::time::Instant;
-pub(super) use summary::precision_name;
-pub use summary::{identity, instruction_set};
+pub use summary::instruction_set;
 use writer::{Writer, WriterState};
 
 /// Gathers and writes what the output plan asks for.
@@ -105,9 +104,9 @@ struct Picture {
 
 impl<'a> Observer<'a> {
     pub(super) fn new(setup: &'a Setup, decomposition: &'a Decomposition, comm: &Comm, quiet: bool) -> Self {
-        let plan = &setup.output;
+        let plan = &setup.plan.output;
         let samples = match plan.series_every {
-            0 => (setup.end_step / DEFAULT_SAMPLES).max(1),
+            0 => (setup.plan.end_step / DEFAULT_SAMPLES).max(1),
             asked => asked,
         };
         Self {
@@ -116,7 +115,7 @@ impl<'a> Observer<'a> {
             start: Instant::now(),
             every: [
                 samples,
-                if setup.dry { 0 } else { plan.fields_every },
+                plan.fields_every,
                 plan.particles_every,
                 plan.picture_every,
                 plan.contacts_every,
@@ -191,7 +190,7 @@ impl<'a> Observer<'a> {
         let due: Due = std::array::from_fn(|i| {
             let every = self.every[i];
             // There is nothing to see of a fluid at rest.
-            let shows = i != PICTURES || step > 0 || self.setup.dry;
+            let shows = i != PICTURES || step > 0 || self.setup.fluid.is_none();
             every > 0 && (last || step.is_multiple_of(every)) && self.done[i] != Some(step) && shows
         });
         if due == [false; KINDS] {
@@ -255,7 +254,7 @@ impl<'a> Observer<'a> {
         let row = measured.map(|measured| {
             let row = row::row(self.setup, simulation, &measured, touches);
             let wanted = |p: &Particle| self.last_path.is_some_and(|last| p.id <= last);
-            let paths = if self.setup.output.series_every > 0 {
+            let paths = if self.setup.plan.output.series_every > 0 {
                 gather::particles(simulation, wanted)
             } else {
                 Vec::new()
@@ -272,7 +271,7 @@ impl<'a> Observer<'a> {
     /// What rank 0 needs for a picture. Collective.
     fn picture(&self, simulation: &mut Simulation) -> Picture {
         let setup = self.setup;
-        if setup.dry {
+        if setup.fluid.is_none() {
             return Picture {
                 velocity: None,
                 particles: gather::particles(simulation, |_| true),

@@ -39,11 +39,11 @@ pub struct Suspension {
 }
 
 impl Suspension {
-    /// That of a case.
-    pub fn of(scales: &Scales) -> Self {
+    /// That of a fluid with so much of particles in it.
+    pub fn of(scales: &Scales, volume_fraction: f64) -> Self {
         Self {
             archimedes: scales.archimedes,
-            volume_fraction: scales.volume_fraction,
+            volume_fraction,
             reynolds: scales.schiller_naumann_reynolds,
             single_over_stokes: scales.schiller_naumann_velocity / scales.stokes_velocity,
         }
@@ -109,9 +109,8 @@ fn garside_al_dibouni(reynolds: f64) -> f64 {
 }
 
 /// Settling velocities over the Stokes velocity of a case, by the names of the laws.
-pub(super) fn references(scales: &Scales) -> [(&'static str, f64); 2] {
-    let suspension = Suspension::of(scales);
-    of_all_laws(suspension)
+pub(super) fn references(scales: &Scales, volume_fraction: f64) -> [(&'static str, f64); 2] {
+    of_all_laws(Suspension::of(scales, volume_fraction))
 }
 
 /// The same from what a summary keeps of the scales of its case; `volume_fraction` is without unit.
@@ -166,19 +165,16 @@ mod tests {
     fn a_case_and_its_summary_have_the_same_references() {
         // Archimedes number 1000, volume fraction 0.2.
         let scales = Scales {
-            diameter: 1.5e-3,
-            viscosity: 8.72491e-6,
             density_ratio: 3.3,
             archimedes: 1000.0,
             stokes_velocity: 0.323145,
             stokes_time: 0.00464188,
             schiller_naumann_velocity: 0.138886,
             schiller_naumann_reynolds: 23.8775,
-            volume_fraction: 0.2,
         };
         let kept = ReferenceScales {
-            diameter: scales.diameter,
-            viscosity: scales.viscosity,
+            diameter: 1.5e-3,
+            viscosity: 8.72491e-6,
             density_ratio: scales.density_ratio,
             archimedes: scales.archimedes,
             galileo: scales.archimedes.sqrt(),
@@ -187,7 +183,7 @@ mod tests {
             schiller_naumann_velocity: scales.schiller_naumann_velocity,
             schiller_naumann_reynolds: scales.schiller_naumann_reynolds,
         };
-        let of_case = references(&scales);
+        let of_case = references(&scales, 0.2);
         assert_eq!(of_case, settling_references(&kept, 0.2));
         let [zaki, yao] = of_case.map(|(_, velocity)| velocity * 0.323145 / 0.138886);
         assert!(

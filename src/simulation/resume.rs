@@ -30,7 +30,7 @@ pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>)
         name, text, files, ..
     } = &head.case;
     let mut setup = case::from_saved(name, text, files, changes)?;
-    setup.output.directory = directory.to_path_buf();
-    setup.threads = threads.unwrap_or(setup.threads);
+    setup.plan.output.directory = directory.to_path_buf();
+    setup.plan.threads = threads.unwrap_or(setup.plan.threads);
     Ok(setup)
 }

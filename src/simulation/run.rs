@@ -74,10 +74,10 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
 
 /// Takes the output directory, unless something in it must stay.
 fn claim(setup: &Setup, options: &RunOptions, origin: Origin) -> Result<Option<Lock>> {
-    let directory = &setup.output.directory;
+    let directory = &setup.plan.output.directory;
     let lock = directory::claim(directory)?;
     if origin == Origin::Start {
-        directory::refuse_inputs(directory, &setup.inputs)?;
+        directory::refuse_inputs(directory, &setup.provenance.inputs)?;
         if !options.overwrite {
             directory::refuse_results(directory)?;
         }
@@ -188,7 +188,7 @@ fn agree<R>(comm: &Comm, result: Result<R>) -> Result<R> {
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processes = processes();
-    let ranks = match processes.unwrap_or(setup.threads) {
+    let ranks = match processes.unwrap_or(setup.plan.threads) {
         0 => Decomposition::max_ranks(setup.domain, cores),
         asked => asked,
     };
@@ -241,7 +241,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         origin,
         start,
     } = plan;
-    let log = OutputFiles::new(&setup.output.directory).liggghts_log();
+    let log = OutputFiles::new(&setup.plan.output.directory).liggghts_log();
     let context = Context {
         log: Some(log),
         stop: Arc::clone(&options.stop),
@@ -251,7 +251,9 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {
         Origin::Start => {
-            in_rank_0(&simulation.comm, || directory::clear(&setup.output.directory))?;
+            in_rank_0(&simulation.comm, || {
+                directory::clear(&setup.plan.output.directory)
+            })?;
             Observer::new(setup, decomposition, &simulation.comm, options.quiet)
         }
         Origin::Checkpoint => {
@@ -268,7 +270,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     loop {
         observer.observe(&mut simulation, false)?;
         keeper.keep(&mut simulation, &mut observer, asked)?;
-        if asked.stop || simulation.step >= setup.end_step {
+        if asked.stop || simulation.step >= setup.plan.end_step {
             break;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
@@ -291,7 +293,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     }
     simulation.check()?;
     observer.observe(&mut simulation, true)?;
-    let interrupted = simulation.step < setup.end_step;
+    let interrupted = simulation.step < setup.plan.end_step;
     observer.finish(&mut simulation, interrupted)
 }
 

@@ -19,9 +19,9 @@ impl Simulation {
             cells: setup.domain.cells,
             bytes_per_cell: self.saved_bytes(),
             case: CaseText {
-                name: setup.name.clone(),
-                text: setup.text.clone(),
-                files: setup.files.clone(),
+                name: setup.provenance.name.clone(),
+                text: setup.provenance.text.clone(),
+                files: setup.provenance.files.clone(),
                 resolved: identity(setup).to_string(),
             },
         }
@@ -68,7 +68,7 @@ impl Simulation {
         let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let fits = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes())
-                && head.case.text == setup.text
+                && head.case.text == setup.provenance.text
                 && head.case.resolved == resolved;
             let shared = if fits {
                 serde_json::from_slice::<Shared>(saved.shared())
@@ -88,6 +88,6 @@ impl Simulation {
 
     /// Bytes of a checkpoint, about, of all ranks.
     pub(crate) fn snapshot_bytes(setup: &Setup) -> f64 {
-        (setup.domain.cell_count() * crate::coupling::AnyFluid::saved_bytes(setup.precision)) as f64
+        (setup.domain.cell_count() * crate::coupling::AnyFluid::saved_bytes(setup.plan.precision)) as f64
     }
 }

@@ -68,24 +68,16 @@ impl<'a> Work<'a> {
         let Setup {
             domain, templates, ..
         } = setup;
-        let ramp = if setup.dry {
-            0.0
-        } else {
-            setup.fraction().half_layer()
-        };
+        let ramp = setup.fluid.as_ref().map(|fluid| fluid.fraction.half_layer());
         let bodies: Vec<Body> = (setup.particles.iter())
             .map(|particle| {
                 let template = &templates[particle.template as usize];
                 let (lo, hi) = template.shape.bounds(&particle.orientation());
                 let position = domain.wrap(particle.position());
                 let edges = (hi - lo) / domain.dx;
-                let grown = edges.add_scalar(2.0 * ramp);
+                let grown = edges.add_scalar(2.0 * ramp.unwrap_or(0.0));
                 let volume = template.shape.volume() / domain.dx.powi(3);
-                let covered = if setup.dry {
-                    0.0
-                } else {
-                    volume * grown.product() / edges.product()
-                };
+                let covered = ramp.map_or(0.0, |_| volume * grown.product() / edges.product());
                 Body {
                     position,
                     template: particle.template,
@@ -98,22 +90,22 @@ impl<'a> Work<'a> {
             .collect();
         Self {
             contacts: contacts(setup, &bodies),
-            walls: if setup.dry {
-                Vec::new()
-            } else {
-                walls_inside(&setup.walls, domain)
-            },
+            walls: ramp.map_or_else(Vec::new, |_| walls_inside(&setup.walls, domain)),
             bodies,
             setup,
         }
     }
 
+    fn is_wet(&self) -> bool {
+        self.setup.fluid.is_some()
+    }
+
     /// What a cell of the fluid costs (s); nothing in a dry run.
     fn cell(&self) -> f64 {
-        if self.setup.dry {
-            0.0
+        if self.is_wet() {
+            costs::cell(self.setup.plan.precision)
         } else {
-            costs::cell(self.setup.precision)
+            0.0
         }
     }
 
@@ -128,7 +120,7 @@ impl<'a> Work<'a> {
 
     /// Bytes of a population.
     fn number(&self) -> usize {
-        match self.setup.precision {
+        match self.setup.plan.precision {
             Precision::F32 => 4,
             Precision::F64 => 8,
         }
@@ -163,8 +155,8 @@ impl<'a> Work<'a> {
             .chain(self.contacts.iter().map(|contact| contact.cost))
             .map(|work| work * work)
             .sum();
-        if !self.setup.dry {
-            weights.face += costs::face(self.setup.precision) + 5.0 * self.number() as f64 * costs::BYTE;
+        if self.is_wet() {
+            weights.face += costs::face(self.setup.plan.precision) + 5.0 * self.number() as f64 * costs::BYTE;
             weights.chunk = CHUNK;
         }
         weights

@@ -166,8 +166,8 @@ fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     } else {
         case::load(&study.case, &planned.options)?
     };
-    setup.output.directory.clone_from(&folder);
-    setup.threads = threads.unwrap_or(setup.threads);
+    setup.plan.output.directory.clone_from(&folder);
+    setup.plan.threads = threads.unwrap_or(setup.plan.threads);
     let parts = if resumed {
         Parts::read(&folder)
     } else {
@@ -175,7 +175,7 @@ fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
         Parts::default()
     };
     // They go when the run has ended.
-    setup.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
+    setup.plan.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
     let summary = if resumed {
         simulation::resume(&setup, options)?
     } else {
@@ -243,7 +243,7 @@ fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     })?;
     let mut left = json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "input": planned.setup.text,
+        "input": planned.setup.provenance.text,
         "identity": identity(&planned.setup),
         "seconds": start.elapsed().as_secs_f64(),
         "report": report,

@@ -170,12 +170,12 @@ impl TryFrom<toml::Value> for WarmUp {
 impl BenchSection {
     /// Steps before the first sample.
     pub fn warm_up(&self, setup: &Setup) -> u64 {
-        let steps = |time: f64| (time / setup.units.dt).ceil() as u64;
+        let steps = |time: f64| (time / setup.time_step).ceil() as u64;
         match self.warm_up.map(|warm_up| warm_up.0) {
             None => self.steps,
             Some(Duration::Steps(count)) => count,
             Some(Duration::Time(time)) => steps(time),
-            Some(Duration::StokesTimes(times)) => steps(times * setup.scales.stokes_time),
+            Some(Duration::StokesTimes(times)) => steps(times * setup.stokes_time().unwrap_or(f64::INFINITY)),
         }
     }
 }

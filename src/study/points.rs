@@ -140,7 +140,8 @@ impl Study {
     /// The suspension of a point, as planned.
     pub(super) fn suspension(&self, at: &At) -> Option<Suspension> {
         let (_, run) = self.runs_at(at).next()?;
-        Some(Suspension::of(&run.setup.scales))
+        let fluid = run.setup.fluid.as_ref()?;
+        Some(Suspension::of(&fluid.scales, run.setup.volume_fraction))
     }
 
     /// All points with these values, in the order of the axes; repetitions are averaged but on the axes `separate`.

@@ -189,7 +189,9 @@ impl Record {
         put("contacts_per_particle", averaged.mean("contacts") / particles);
         let flux = Vec3::from(["x", "y", "z"].map(|axis| averaged.mean(&format!("net_flux_{axis}"))));
         let along = flux.dot(&(setup.gravity / setup.gravity.norm()));
-        put("net_flux_over_stokes", along / setup.scales.stokes_velocity);
+        if let Some(fluid) = &setup.fluid {
+            put("net_flux_over_stokes", along / fluid.scales.stokes_velocity);
+        }
         for window in windows {
             if let Some(mean) = series.over([window.from, window.to]) {
                 put(&format!("{}_velocity", window.name.value), mean);

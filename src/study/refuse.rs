@@ -107,7 +107,7 @@ impl Study {
             }
             for run in &self.plan.runs {
                 let setup = &run.setup;
-                let end = setup.end_step as f64 * setup.units.dt / setup.scales.stokes_time;
+                let end = setup.end_time() / setup.stokes_time().unwrap_or(f64::INFINITY);
                 if value.to > end {
                     let title = format!(
                         "the window `{}` ends at {} t*, the run {} at {end:.2} t*",

@@ -103,7 +103,7 @@ impl<'a> Results<'a> {
     /// # Errors
     /// Those of reading the results of a run that has ended.
     pub fn state(&self, run: &PlannedRun, directory: &Path) -> Result<State> {
-        let wanted = canonical(&run.setup.text, &self.varied);
+        let wanted = canonical(&run.setup.provenance.text, &self.varied);
         let fits = |found: &&Found| {
             Some(&found.input) == wanted.as_ref()
                 && is_of(&found.json, &run.setup)
@@ -161,7 +161,7 @@ impl<'a> Results<'a> {
 /// How a benchmark is made, apart from its case.
 pub(super) fn measured_with(bench: &BenchSection, setup: &Setup, threads: Option<usize>) -> Json {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = match threads.unwrap_or(setup.threads) {
+    let threads = match threads.unwrap_or(setup.plan.threads) {
         0 => cores,
         threads => threads,
     };
@@ -247,12 +247,12 @@ fn is_of(json: &Json, setup: &Setup) -> bool {
     keys.all(|(key, wanted)| match told.get(key) {
         Some(known) => same(known, wanted),
         // What summaries of older versions do not tell.
-        None => key == "parameters",
+        None => key == "setup_hash",
     })
 }
 
 fn has_ended(summary: &Json, setup: &Setup) -> bool {
-    summary["interrupted"] == false && summary["steps"] == setup.end_step
+    summary["interrupted"] == false && summary["steps"] == setup.plan.end_step
 }
 
 /// The step of the newest checkpoint of a run, if it is of this case, and this program makes the same of it.

@@ -123,8 +123,8 @@ fn the_runs_are_all_combinations_less_those_skipped_first_repetitions_first() {
     ];
     assert_eq!(names(&study), expected);
     let cube = &study.plan.runs[3].setup;
-    assert_eq!(cube.average_from_step, 8);
-    assert!(cube.scales.volume_fraction > 0.15);
+    assert_eq!(cube.plan.average_from_step, 8);
+    assert!(cube.volume_fraction > 0.15);
     assert_ne!(cube.templates[0].shape.kind(), "sphere");
 }
 
@@ -134,13 +134,13 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
     let run = |folder: &str| {
         let study = load(&place).unwrap();
         let mut setup = case::load(&study.case, &study.plan.runs[0].options).unwrap();
-        setup.output.directory = place.path().join(folder).join("some_name");
+        setup.plan.output.directory = place.path().join(folder).join("some_name");
         let options = RunOptions {
             quiet: true,
             ..RunOptions::default()
         };
         simulation::run(&setup, &options).unwrap();
-        setup.output.directory.join("summary.json")
+        setup.plan.output.directory.join("summary.json")
     };
     run("unrelated");
     assert!(load(&place).unwrap().states[0].record().is_none());
@@ -180,7 +180,7 @@ fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
     let place = place(AXES);
     let study = load(&place).unwrap();
     let mut setup = case::load(&study.case, &study.plan.runs[1].options).unwrap();
-    setup.output.directory = study.out.join(&study.plan.runs[1].name);
+    setup.plan.output.directory = study.out.join(&study.plan.runs[1].name);
     let options = RunOptions {
         quiet: true,
         ..RunOptions::default()

@@ -36,16 +36,14 @@ const FORCE: f64 = 1e-4;
 /// walls along x over that on the fluid.
 fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
     let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
-    run.advance(setup.end_step)?;
-    let half = 0.5 * run.acceleration().x * setup.units.dt;
+    run.advance(setup.plan.end_step)?;
+    let half = 0.5 * run.acceleration().x * setup.time_step;
     let [_, ny, nz] = setup.domain.cells;
     let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
-    let profile = rows.map(|(y, z)| {
-        run.fluid().expect("the case has one").moments([1, y, z]).1[0] * setup.units.velocity() + half
-    });
+    let profile = rows.map(|(y, z)| run.fluid().expect("the case has one").moments([1, y, z]).1[0] * setup.units().velocity() + half);
     let profile = profile.collect();
     let drag: f64 = run.wall_loads().iter().map(|load| load.force.x).sum();
-    let fed = setup.units.density * setup.domain.volume() * setup.body_acceleration.x;
+    let fed = setup.fluid_density() * setup.domain.volume() * setup.expect_fluid().body_acceleration.x;
     Ok((profile, drag / fed))
 }
 
@@ -54,7 +52,8 @@ fn plates(trial: &Trial) -> Result<Findings> {
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
     let height = setup.domain.size().z;
-    let fastest = setup.body_acceleration.x * height * height / (8.0 * setup.scales.viscosity);
+    let fastest =
+        setup.expect_fluid().body_acceleration.x * height * height / (8.0 * setup.expect_fluid().viscosity);
     let points = (0..nz).map(|z| [(z as f64 + 0.5) / nz as f64, profile[1 + ny * z] / fastest]);
     let points: Vec<[f64; 2]> = points.collect();
     let exact = |s: f64| 4.0 * s * (1.0 - s);
@@ -104,7 +103,7 @@ fn duct(trial: &Trial, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
     let side = setup.domain.size().y;
-    let unit = setup.body_acceleration.x * side * side / setup.scales.viscosity;
+    let unit = setup.expect_fluid().body_acceleration.x * side * side / setup.expect_fluid().viscosity;
     // The axis lies between cells; the mean of the four beside it is that of the parabola there.
     let at = |y: usize, z: usize| profile[y + ny * z];
     let beside = |n: usize| [n / 2 - 1, n / 2];

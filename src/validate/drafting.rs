@@ -22,7 +22,7 @@ const UNTIL: f64 = 2.0;
 
 fn pair(trial: &Trial) -> Result<Findings> {
     let setup = trial.setup(TEXT, CASE.name, &[])?;
-    let (dt, diameter) = (setup.units.dt, setup.scales.diameter);
+    let (dt, diameter) = (setup.time_step, setup.diameter);
     let watch = Watch {
         trial,
         setup: &setup,
@@ -63,7 +63,7 @@ fn pair(trial: &Trial) -> Result<Findings> {
         let angle = (line.xy().norm()).atan2(line.z).to_degrees();
         if kissed.is_none() {
             // Once both move.
-            if -leading.1.z > 0.2 * setup.scales.schiller_naumann_velocity {
+            if -leading.1.z > 0.2 * setup.expect_fluid().scales.schiller_naumann_velocity {
                 drafting = drafting.max(trailing.1.z / leading.1.z);
             }
             if gap < touching {

@@ -46,12 +46,12 @@ fn throws(trial: &Trial) -> Result<Findings> {
     let own = [format!("particles.0.list=[{}]", list.join(", "))];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
     let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
-    run.advance(setup.end_step)?;
+    run.advance(setup.plan.end_step)?;
     let contacts = run.dem().contacts();
     if (contacts.begun, contacts.count) != (angles.len() as u64, 0) {
         return Err(unsteady("contacts that have not ended", contacts.count as f64));
     }
-    let radius = 0.5 * setup.scales.diameter;
+    let radius = 0.5 * setup.diameter;
     let slide = |angle: f64| 1.0 - FRICTION * (1.0 + RESTITUTION) / angle.to_radians().tan();
     let turn = |angle: f64| 2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius;
     let mut found = Findings::default();

@@ -39,11 +39,11 @@ fn impacts(trial: &Trial) -> Result<Findings> {
     for (law, tolerance) in TOLERANCES {
         let own = [format!("contact.law={law:?}")];
         let setup = trial.setup(TEXT, CASE.name, &own)?;
-        let (dt, radius) = (setup.units.dt, 0.5 * setup.scales.diameter);
+        let (dt, radius) = (setup.time_step, 0.5 * setup.diameter);
         let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
         let mut both = [Impact::default(), Impact::default()];
         let mut before = [f64::NEG_INFINITY; 2];
-        for step in 1..=setup.end_step {
+        for step in 1..=setup.plan.end_step {
             run.advance(1)?;
             let time = step as f64 * dt;
             let all = run.owned();

@@ -61,10 +61,10 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         *both = (both.0 + sum, both.1 + mixture);
     }
     let count = setup.particles.len() as f64;
-    let unit = setup.scales.stokes_velocity;
-    let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.units.dt / setup.scales.stokes_time;
+    let unit = setup.expect_fluid().scales.stokes_velocity;
+    let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.time_step / setup.expect_fluid().scales.stokes_time;
     let course = steps.iter().map(|(&step, (sum, mixture))| {
-        let time = step as f64 * setup.units.dt / setup.scales.stokes_time;
+        let time = step as f64 * setup.time_step / setup.expect_fluid().scales.stokes_time;
         [time, (mixture - sum / count) / unit]
     });
     let course: Vec<[f64; 2]> = course.collect();

@@ -54,16 +54,16 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
     let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
-    let stokes = setup.scales.stokes_velocity;
+    let stokes = setup.expect_fluid().scales.stokes_velocity;
     let (mut before, mut steady) = (0.0, false);
     let (mut sum, mut samples, mut acceleration, mut flux) = (0.0, 0.0, 0.0, 0.0);
     let mut passed = 0.0_f64;
-    while passed.abs() < setup.units.dx {
+    while passed.abs() < setup.domain.dx {
         run.advance(STRETCH)?;
         let mixture = run.mean_flow().velocity.z;
         let velocity = mixture - run.owned()[0].velocity().z;
         if steady {
-            passed += velocity * STRETCH as f64 * setup.units.dt;
+            passed += velocity * STRETCH as f64 * setup.time_step;
             sum += velocity;
             samples += 1.0;
             acceleration += run.acceleration().z;
@@ -72,13 +72,13 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
         // On the way through the lattice the velocity never stops changing altogether.
         steady |= (velocity - before).abs() < STEADY * velocity.abs();
         before = velocity;
-        if run.steps_done() >= setup.end_step {
+        if run.steps_done() >= setup.plan.end_step {
             return Err(unsteady("velocity (m/s)", velocity));
         }
     }
     let name = format!("L = {edge} D, {word}");
     let (velocity, acceleration) = (sum / samples, acceleration / samples);
-    let phi = setup.scales.volume_fraction;
+    let phi = setup.volume_fraction;
     // What carries the weight: all of the box, or the fluid in it.
     let carrier = match balance {
         ForceBalance::Mixture => 1.0,
@@ -94,12 +94,12 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
         expected,
         TOLERANCE,
     );
-    let weight = phi * (setup.scales.density_ratio - 1.0) * setup.gravity.norm();
+    let weight = phi * (setup.expect_fluid().scales.density_ratio - 1.0) * setup.gravity.norm();
     for (what, value) in [
         ("steps", run.steps_done() as f64),
         (
             "Reynolds number",
-            velocity * setup.scales.diameter / setup.scales.viscosity,
+            velocity * setup.diameter / setup.expect_fluid().viscosity,
         ),
         ("net flux over velocity", flux / samples / velocity),
         (

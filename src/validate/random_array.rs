@@ -53,13 +53,13 @@ fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) ->
         format!("particles.0.seed={seed}"),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let (phi, diameter) = (setup.scales.volume_fraction, setup.scales.diameter);
+    let (phi, diameter) = (setup.volume_fraction, setup.diameter);
     let count = setup.particles.len() as f64;
-    let viscosity = setup.scales.viscosity;
-    let (acceleration, volume) = (setup.body_acceleration.z, setup.domain.volume());
+    let viscosity = setup.expect_fluid().viscosity;
+    let (acceleration, volume) = (setup.expect_fluid().body_acceleration.z, setup.domain.volume());
     let unit = count * 3.0 * PI * viscosity * diameter;
     let time_constant = (1.0 - phi) * volume / (unit * expected);
-    let interval = (time_constant / setup.units.dt).ceil() as u64;
+    let interval = (time_constant / setup.time_step).ceil() as u64;
     let watch = Watch {
         trial,
         setup: &setup,

@@ -49,7 +49,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             let setup = trial.setup(TEXT, CASE.name, &own)?;
             let before = &setup.particles;
             let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
-            run.advance(setup.end_step)?;
+            run.advance(setup.plan.end_step)?;
             let contacts = run.dem().contacts();
             if (contacts.begun, contacts.count) != (2, 0) {
                 return Err(unsteady("contacts that have not ended", contacts.count as f64));

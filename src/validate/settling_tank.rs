@@ -66,7 +66,7 @@ impl Oil {
 /// Time (s), gap to the floor (diameters), downward velocity (m/s) after every step, and the largest sideways move
 /// (diameters).
 fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>, f64)> {
-    let diameter = setup.scales.diameter;
+    let diameter = setup.diameter;
     let start = setup.particles[0].position();
     let watch = Watch {
         trial,
@@ -81,7 +81,7 @@ fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>
         if let Some(sphere) = run.owned().first() {
             let gap = sphere.position().z / diameter - 0.5;
             let aside = (sphere.position() - start).xy().norm() / diameter;
-            let time = run.steps_done() as f64 * setup.units.dt;
+            let time = run.steps_done() as f64 * setup.time_step;
             rows.push([time, gap, -sphere.velocity().z, aside]);
             low = [-gap];
         }
@@ -107,7 +107,12 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
     let setup = trial.setup(TEXT, CASE.name, &own)?;
     let (course, aside) = course(trial, &setup, threads)?;
     let largest = course.iter().map(|at| at[2]).fold(f64::NEG_INFINITY, f64::max);
-    let title = format!("{}, N = {}, tau = {}", oil.name, oil.cells, setup.relaxation_time);
+    let title = format!(
+        "{}, N = {}, tau = {}",
+        oil.name,
+        oil.cells,
+        setup.expect_fluid().relaxation_time
+    );
     let mut found = Findings::default();
     let quantity = format!("largest velocity, {title} (m/s)");
     found.relative(&CASE, quantity, largest, fastest, oil.tolerance);
@@ -122,7 +127,7 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
         let there: Vec<[f64; 2]> = path.iter().filter(fallen).copied().collect();
         let here: Vec<[f64; 2]> = there.iter().map(|at| [at[0], gap_at(&course, at[0])]).collect();
         let quantity = format!("velocity over the measured path at gaps of 6 to 3 D, {title} (m/s)");
-        let [here, there] = [here, there].map(|points| -slope(&points) * setup.scales.diameter);
+        let [here, there] = [here, there].map(|points| -slope(&points) * setup.diameter);
         found.relative(&CASE, quantity, here, there, SLOPE);
         let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
         found.overlays.push(Overlay {

@@ -35,9 +35,9 @@ fn shear_rate(setup: &Setup) -> f64 {
 /// Runs a case and calls `look(time, particle)` for its particle after every step until it says so.
 fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()> {
     let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
-    while run.steps_done() < setup.end_step {
+    while run.steps_done() < setup.plan.end_step {
         run.advance(1)?;
-        if !look(run.steps_done() as f64 * setup.units.dt, &run.owned()[0]) {
+        if !look(run.steps_done() as f64 * setup.time_step, &run.owned()[0]) {
             break;
         }
     }
@@ -58,7 +58,7 @@ fn sphere(trial: &Trial) -> Result<Findings> {
         }
         true
     })?;
-    let reynolds = rate * (0.5 * setup.scales.diameter).powi(2) / setup.scales.viscosity;
+    let reynolds = rate * (0.5 * setup.diameter).powi(2) / setup.expect_fluid().viscosity;
     let expected = 0.5 * (1.0 - 0.108 * reynolds.powf(1.5));
     let mut found = Findings::default();
     let quantity = "sphere: spin over shear rate (-)";

@@ -51,11 +51,11 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
             let loads = run.wall_loads();
             let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
             if run.comm().rank() == 0 {
-                rows.push([rate * run.steps_done() as f64 * setup.units.dt, stress]);
+                rows.push([rate * run.steps_done() as f64 * setup.time_step, stress]);
             }
             Ok(false)
         })?;
-        let plain = setup.units.density * setup.scales.viscosity * rate;
+        let plain = setup.fluid_density() * setup.expect_fluid().viscosity * rate;
         let steady = series.iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
         let steady: Vec<f64> = steady.collect();
         let Some(mean) = estimate_mean(&steady) else {

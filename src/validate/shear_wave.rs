@@ -27,16 +27,16 @@ const TOLERANCE: f64 = 5e-3;
 /// The fluid of a case without its particles, at rest.
 pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
     let params = FluidParams {
-        relaxation_time: setup.relaxation_time,
-        collision: setup.collision,
-        solids: setup.solids,
-        simd: setup.simd.unwrap_or_else(Simd::best),
+        relaxation_time: setup.expect_fluid().relaxation_time,
+        collision: setup.expect_fluid().collision,
+        solids: setup.expect_fluid().solids,
+        simd: setup.plan.simd.unwrap_or_else(Simd::best),
     };
     let open = Boundary {
         motions: &[],
         wall_of: &|_| None,
     };
-    AnyFluid::new(setup.precision, &whole(setup), &Comm::Solo, &params, &open)
+    AnyFluid::new(setup.plan.precision, &whole(setup), &Comm::Solo, &params, &open)
 }
 
 /// One step of a fluid that nothing drives.
@@ -56,7 +56,7 @@ fn decay(setup: &Setup) -> Result<Vec<f64>> {
         2.0 * sum / length as f64
     };
     let mut amplitudes = vec![amplitude(&fluid)];
-    for _ in 0..setup.end_step {
+    for _ in 0..setup.plan.end_step {
         step(&mut fluid);
         amplitudes.push(amplitude(&fluid));
     }
@@ -82,24 +82,24 @@ fn waves(trial: &Trial) -> Result<Findings> {
         let amplitudes = decay(&setup)?;
         // The first tenth belongs to the start from equilibrium.
         let (first, last) = (amplitudes.len() / 10, amplitudes.len() - 1);
-        let time = (last - first) as f64 * setup.units.dt;
+        let time = (last - first) as f64 * setup.time_step;
         let k = TAU / setup.domain.size().z;
         let viscosity = (amplitudes[first] / amplitudes[last]).ln() / (k * k * time);
-        let title = format!("tau {}, {precision}", setup.relaxation_time);
+        let title = format!("tau {}, {precision}", setup.expect_fluid().relaxation_time);
         found.relative(
             &CASE,
             format!("viscosity, {title} (m^2/s)"),
             viscosity,
-            setup.scales.viscosity,
+            setup.expect_fluid().viscosity,
             TOLERANCE,
         );
         if precision == "f64" {
             let scaled = amplitudes.iter().enumerate().step_by(20).map(|(n, amplitude)| {
-                let rate = setup.scales.viscosity * k * k;
-                [rate * n as f64 * setup.units.dt, amplitude / AMPLITUDE]
+                let rate = setup.expect_fluid().viscosity * k * k;
+                [rate * n as f64 * setup.time_step, amplitude / AMPLITUDE]
             });
             curves.push((
-                format!("tau {}", setup.relaxation_time),
+                format!("tau {}", setup.expect_fluid().relaxation_time),
                 scaled.filter(|point| point[0] < 1.5).collect(),
             ));
         }

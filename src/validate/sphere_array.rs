@@ -112,12 +112,15 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
         format!("particles.0.list={centres:?}"),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let (viscosity, acceleration) = (setup.scales.viscosity, setup.body_acceleration.z);
+    let (viscosity, acceleration) = (
+        setup.expect_fluid().viscosity,
+        setup.expect_fluid().body_acceleration.z,
+    );
     let key = format!("{volume_fraction}");
     let expected = Table::new(REFERENCE).of("phi", &key, "K");
     // The mass of the cell over the drag per velocity.
     let time_constant = length.powi(3) / (6.0 * PI * viscosity * radius * expected);
-    let interval = (time_constant / setup.units.dt).ceil() as u64;
+    let interval = (time_constant / setup.time_step).ceil() as u64;
 
     let decomposition = whole(&setup);
     let (engine, load) = FixedParticles::new(&setup, &decomposition);
@@ -129,13 +132,13 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
         if (velocity - before).abs() < STEADY * velocity.abs() {
             break;
         }
-        if run.steps_done() >= setup.end_step {
+        if run.steps_done() >= setup.plan.end_step {
             return Err(unsteady("mean velocity (m/s)", velocity));
         }
     }
 
-    let tau = setup.relaxation_time;
-    let cells = diameter / setup.units.dx;
+    let tau = setup.expect_fluid().relaxation_time;
+    let cells = diameter / setup.domain.dx;
     let place = if shift.iter().all(|s| s.abs() < 1e-9) {
         "centre"
     } else {
@@ -147,14 +150,14 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     found.relative(&CASE, format!("K, {name}"), drag_factor, expected, TOLERANCE);
 
     // Independent of the flow: in the steady state the sphere takes up all momentum that is fed in where it is not.
-    let cell = setup.units.dx.powi(3);
-    let free = if setup.solids.is_saturated() {
+    let cell = setup.domain.dx.powi(3);
+    let free = if setup.expect_fluid().solids.is_saturated() {
         // Each cell is driven as far as it is fluid, and fractions are exact.
         (1.0 - volume_fraction) * length.powi(3)
     } else {
         cells_beside(&setup, radius) as f64 * cell / copies.pow(3) as f64
     };
-    let fed = setup.units.density * acceleration * free;
+    let fed = setup.fluid_density() * acceleration * free;
     let force = load.lock().expect("no holder of the load panics").force.z;
     found.relative(
         &CASE,
@@ -173,11 +176,11 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
 
 /// Cells that no sphere touches with the ramp of its solid fraction.
 fn cells_beside(setup: &Setup, radius: f64) -> usize {
-    let reach = radius + 0.5 * setup.solid_ramp_width * setup.units.dx;
+    let reach = radius + setup.expect_fluid().fraction.half_layer() * setup.domain.dx;
     let [nx, ny, nz] = setup.domain.cells;
     let clear = |n: &usize| {
         let cell = [n % nx, n / nx % ny, n / (nx * ny)];
-        let place = Vec3::from(cell.map(|c| (c as f64 + 0.5) * setup.units.dx));
+        let place = Vec3::from(cell.map(|c| (c as f64 + 0.5) * setup.domain.dx));
         let distance = |p: &Particle| setup.domain.nearest_image(place - p.position()).norm();
         setup.particles.iter().all(|p| distance(p) >= reach)
     };

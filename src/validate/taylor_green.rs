@@ -31,7 +31,7 @@ fn error(setup: &Setup) -> Result<f64> {
     // SI: a wrong conversion of the viscosity or of time is seen.
     let (k, rate) = (TAU / length as f64, {
         let k = TAU / setup.domain.size().x;
-        2.0 * setup.scales.viscosity * k * k
+        2.0 * setup.expect_fluid().viscosity * k * k
     });
     let flow = |x: usize, y: usize, time: f64| {
         let (a, b) = (k * (x as f64 + 0.5), k * (y as f64 + 0.5));
@@ -44,14 +44,14 @@ fn error(setup: &Setup) -> Result<f64> {
         let (velocity, density) = flow(x, y, 0.0);
         (1.0 + density, velocity)
     });
-    let steps = (2.0_f64.ln() / (rate * setup.units.dt)).round();
+    let steps = (2.0_f64.ln() / (rate * setup.time_step)).round();
     for _ in 0..steps as u64 {
         step(&mut fluid);
     }
     let cells = (0..length).flat_map(|x| (0..length).map(move |y| (x, y)));
     let square: f64 = cells
         .map(|(x, y)| {
-            let exact = flow(x, y, steps * setup.units.dt).0;
+            let exact = flow(x, y, steps * setup.time_step).0;
             let here = fluid.moments([x, y, 1]).1;
             (0..3).map(|a| (here[a] - exact[a]).powi(2)).sum::<f64>()
         })

@@ -39,11 +39,11 @@ pub(super) enum Fault {
 impl Fault {
     /// Makes a case wrong in this way, with all that its module compares with left right.
     pub(super) fn spoil(self, setup: &mut Setup) {
-        let contact = &mut setup.contact;
+        let (contact, fluid) = (&mut setup.contact, &mut setup.fluid);
         match self {
-            Self::RelaxationTime => setup.relaxation_time += 0.02,
-            Self::TimeStep => setup.units.dt *= 1.02,
-            Self::ForceUnit => setup.units.density *= 1.1,
+            Self::RelaxationTime => fluid.iter_mut().for_each(|fluid| fluid.relaxation_time += 0.02),
+            Self::TimeStep => setup.time_step *= 1.02,
+            Self::ForceUnit => fluid.iter_mut().for_each(|fluid| fluid.density *= 1.1),
             Self::GravitySign => setup.gravity = -setup.gravity,
             Self::Weight => {
                 let mut templates = setup.templates.to_vec();
@@ -62,10 +62,12 @@ impl Fault {
             }
             Self::Balance => {
                 use crate::coupling::ForceBalance::{FluidOnly, Mixture};
-                setup.force_balance = match setup.force_balance {
-                    FluidOnly => Mixture,
-                    Mixture => FluidOnly,
-                };
+                fluid.iter_mut().for_each(|fluid| {
+                    fluid.force_balance = match fluid.force_balance {
+                        FluidOnly => Mixture,
+                        Mixture => FluidOnly,
+                    };
+                });
             }
             Self::ContactPrefactor => {
                 let materials = contact.iter_mut().flat_map(|contact| &mut contact.materials);
@@ -309,9 +311,13 @@ fn changes_reach_the_cases_with_a_fluid_and_no_others() {
     let trial = Trial::new(vec!["lattice.relaxation_time=0.7".to_string()], 1);
     let wet = include_str!("../../validation/shear_wave/case.toml");
     let dry = include_str!("../../validation/hertz/case.toml");
-    let tau = trial.setup(wet, "wet", &[]).unwrap().relaxation_time;
+    let tau = trial
+        .setup(wet, "wet", &[])
+        .unwrap()
+        .expect_fluid()
+        .relaxation_time;
     assert!((tau - 0.7).abs() < 1e-15);
-    assert!(trial.setup(dry, "dry", &[]).unwrap().dry);
+    assert!(trial.setup(dry, "dry", &[]).unwrap().fluid.is_none());
 }
 
 #[test]

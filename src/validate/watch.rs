@@ -88,7 +88,9 @@ impl Watch<'_> {
                 .expect("plain data is always JSON")
                 .as_bytes(),
         );
-        let folder = kept.join("kept").join(format!("{}_{key:016x}", self.setup.name));
+        let folder = kept
+            .join("kept")
+            .join(format!("{}_{key:016x}", self.setup.provenance.name));
         let file = folder.join("rows.json");
         if let Some(known) = read::<R>(&file)
             && known.of == of
@@ -118,7 +120,7 @@ impl Watch<'_> {
             version: env!("CARGO_PKG_VERSION").to_string(),
             program: program(),
             setup: simulation::identity(self.setup),
-            case: self.setup.text.clone(),
+            case: self.setup.provenance.text.clone(),
         }
     }
 
@@ -136,7 +138,7 @@ impl Watch<'_> {
             let mut run = self.begin(&decomposition, comm)?;
             let mut keeper = Keeper::new(self, &decomposition, checkpoints);
             let mut rows = keeper.take_up(&mut run)?;
-            while run.steps_done() < self.setup.end_step {
+            while run.steps_done() < self.setup.plan.end_step {
                 run.advance(self.every)?;
                 if look(&mut run, &mut rows)? {
                     break;

@@ -40,7 +40,7 @@ struct Throw {
 }
 
 fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
-    let diameter = setup.scales.diameter;
+    let diameter = setup.diameter;
     let watch = Watch {
         trial,
         setup,
@@ -49,7 +49,7 @@ fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
         held: false,
     };
     let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
-        let time = run.steps_done() as f64 * setup.units.dt;
+        let time = run.steps_done() as f64 * setup.time_step;
         if let Some(sphere) = run.owned().first() {
             let gap = sphere.position().z / diameter - 0.5;
             rows.push([time, gap, sphere.velocity().z]);
@@ -83,12 +83,12 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             .as_ref()
             .map_or(1.0, |contact| contact.pair(0, 0).restitution);
         let throw = thrown(trial, &setup)?;
-        let viscosity = setup.scales.viscosity * setup.units.density;
-        let near = density * setup.scales.diameter * throw.approach / (9.0 * viscosity);
+        let viscosity = setup.expect_fluid().viscosity * setup.fluid_density();
+        let near = density * setup.diameter * throw.approach / (9.0 * viscosity);
         let part = throw.rebound / throw.approach / dry;
         found.note(format!("Stokes number near the wall, thrown at {stokes}"), near);
         found.note(format!("restitution over dry, thrown at {stokes}"), part);
-        let deep = throw.overlap / setup.scales.diameter;
+        let deep = throw.overlap / setup.diameter;
         found.note(format!("deepest overlap (D), thrown at {stokes}"), deep);
         measured.push([near, part]);
         paths.push((format!("St {stokes}"), throw.path));

@@ -3,6 +3,7 @@
 use super::*;
 use crate::contact::{Body, Contour, Geometry, measure, measure_wall};
 use crate::dem::{EngineChoice, LiggghtsOptions, LiggghtsProcess};
+use crate::fluid::Collision;
 use crate::math::{Quat, Vec3};
 
 const TEXT: &str = r"
@@ -36,19 +37,21 @@ fn close(a: f64, b: f64) {
 fn all_ways_to_give_the_viscosity_and_the_time_step_agree() {
     let one = setup(&[]);
     close(
-        one.scales.viscosity,
+        one.expect_fluid().viscosity,
         (9.80665 * 2.3 * 1.5e-3_f64.powi(3) / 1000.0).sqrt(),
     );
     close(
-        setup(&["fluid.galileo=31.622776601683793"]).scales.viscosity,
-        one.scales.viscosity,
+        setup(&["fluid.galileo=31.622776601683793"])
+            .expect_fluid()
+            .viscosity,
+        one.expect_fluid().viscosity,
     );
     let two = setup(&[
-        &format!("fluid.viscosity={:?}", one.scales.viscosity),
-        &format!("lattice.time_step={:?}", one.units.dt),
+        &format!("fluid.viscosity={:?}", one.expect_fluid().viscosity),
+        &format!("lattice.time_step={:?}", one.time_step),
     ]);
-    close(two.scales.archimedes, 1000.0);
-    close(two.relaxation_time, 0.55);
+    close(two.expect_fluid().scales.archimedes, 1000.0);
+    close(two.expect_fluid().relaxation_time, 0.55);
 }
 
 #[test]
@@ -56,40 +59,46 @@ fn the_box_in_metres_is_that_in_diameters_and_any_rounding_is_said() {
     let one = setup(&[]);
     assert_eq!(one.domain.cells, [32, 40, 48]);
     let metres = setup(&["domain.size=[6e-3, 7.5e-3, 9e-3]"]);
-    assert_eq!((metres.domain, metres.warnings.len()), (one.domain, 0));
+    assert_eq!((metres.domain, metres.provenance.warnings.len()), (one.domain, 0));
     let rounded = setup(&["domain.size=[6.05e-3, 7.5e-3, 9e-3]"]);
     assert_eq!(rounded.domain, one.domain);
     assert!(
-        rounded.warnings[0].contains("32 x 40 x 48"),
+        rounded.provenance.warnings[0].contains("32 x 40 x 48"),
         "{}",
-        rounded.warnings[0]
+        rounded.provenance.warnings[0]
     );
 }
 
 #[test]
 fn lengths_of_time_become_steps() {
     let one = setup(&[]);
-    let per_stokes_time = one.scales.stokes_time / one.units.dt;
-    assert_eq!(one.end_step, (30.0 * per_stokes_time).round() as u64);
-    assert_eq!(one.average_from_step, one.end_step / 3);
-    assert_eq!(one.output.fields_every, one.end_step / 5);
-    let seconds = format!("run.end.time={:?}", 1000.0 * one.units.dt);
+    let per_stokes_time = one.expect_fluid().scales.stokes_time / one.time_step;
+    assert_eq!(one.plan.end_step, (30.0 * per_stokes_time).round() as u64);
+    assert_eq!(one.plan.average_from_step, one.plan.end_step / 3);
+    assert_eq!(one.plan.output.fields_every, one.plan.end_step / 5);
+    let seconds = format!("run.end.time={:?}", 1000.0 * one.time_step);
     let two = setup(&[
         &seconds,
         "output.series_every.steps=7",
         "output.fields_every=never",
         "run.average_from.steps=0",
     ]);
-    assert_eq!((two.end_step, two.average_from_step), (1000, 0));
-    assert_eq!((two.output.series_every, two.output.fields_every), (7, 0));
-    assert_eq!(two.output.directory, Path::new("out/case"));
+    assert_eq!((two.plan.end_step, two.plan.average_from_step), (1000, 0));
+    assert_eq!(
+        (two.plan.output.series_every, two.plan.output.fields_every),
+        (7, 0)
+    );
+    assert_eq!(two.plan.output.directory, Path::new("out/case"));
 }
 
 #[test]
 fn a_case_without_weight_has_no_stokes_time_and_still_resolves() {
     let setup = setup(&["driving.gravity=0", "fluid.viscosity=1e-6", "run.end.steps=10"]);
-    assert!(setup.scales.stokes_time.is_infinite() && setup.scales.schiller_naumann_velocity == 0.0);
-    assert_eq!(setup.output.picture_every, 1);
+    assert!(
+        setup.expect_fluid().scales.stokes_time.is_infinite()
+            && setup.expect_fluid().scales.schiller_naumann_velocity == 0.0
+    );
+    assert_eq!(setup.plan.output.picture_every, 1);
 }
 
 #[test]
@@ -179,7 +188,7 @@ fn every_shape_has_the_volume_that_its_equivalent_diameter_asks_for() {
         let option = format!("{SHAPE}={{ {shape} equivalent_diameter = 1.2e-3 }} }}");
         let size = "domain.size.diameters=[5, 5, 6]";
         let setup = setup(&[&option, "particles.0.count=2", size]);
-        close(setup.scales.diameter, 1.2e-3);
+        close(setup.diameter, 1.2e-3);
         close(
             setup.templates[0].shape.volume(),
             std::f64::consts::PI / 6.0 * 1.2e-3_f64.powi(3),
@@ -276,7 +285,7 @@ fn sizes_have_their_shares_of_the_particles_and_the_volume_fraction_holds_for_al
     let count = |template: u64| setup.particles.iter().filter(|p| p.template == template).count();
     assert_eq!((count(0), count(1)), (5, 16));
     close(setup.templates[1].shape.circumradius(), 0.375e-3);
-    close(setup.scales.diameter, 1.5e-3);
+    close(setup.diameter, 1.5e-3);
     let spread = super::tests::setup(&["particles.0.sizes={ uniform = [0.5, 1], steps = 4 }"]);
     let radii: Vec<f64> = spread
         .templates
@@ -286,7 +295,7 @@ fn sizes_have_their_shares_of_the_particles_and_the_volume_fraction_holds_for_al
     for (radius, factor) in radii.iter().zip([0.5625, 0.6875, 0.8125, 0.9375]) {
         close(*radius, factor);
     }
-    let fraction = spread.scales.volume_fraction;
+    let fraction = spread.volume_fraction;
     assert!((0.095..0.11).contains(&fraction), "{fraction}");
 }
 
@@ -309,7 +318,7 @@ fn closed_faces_are_walls_that_bear_the_weight_and_particles_stay_between_them()
     assert_eq!(low.motion.pivot, Vec3::new(0.5 * size.x, 0.5 * size.y, 0.0));
     assert_eq!(high.motion.velocity, Vec3::new(1e-3, 2e-3, 0.0));
     assert!((high.surface.distance(Vec3::zeros()) - size.z).abs() < 1e-15);
-    let contact = setup.contact.unwrap();
+    let contact = setup.contact.as_ref().unwrap();
     close(contact.materials[high.material].youngs_modulus, 2e6);
     close(
         contact.materials[high.material].poisson_ratio,
@@ -318,8 +327,8 @@ fn closed_faces_are_walls_that_bear_the_weight_and_particles_stay_between_them()
     close(contact.pair(high.material, 0).restitution, 0.5);
     close(contact.pair(0, 0).restitution, 0.926);
     close(contact.pair(high.material, high.material).restitution, 0.926);
-    assert_eq!(setup.collision, Collision::Trt { magic: 0.1875 });
-    assert_eq!(setup.zero_net_flux, [false; 3]);
+    assert_eq!(setup.expect_fluid().collision, Collision::Trt { magic: 0.1875 });
+    assert_eq!(setup.expect_fluid().zero_net_flux, [false; 3]);
     for particle in &setup.particles {
         assert!((0.75e-3..=size.z - 0.75e-3).contains(&particle.position[2]));
     }
@@ -332,7 +341,7 @@ fn a_pipe_leaves_its_inside_to_fluid_and_particles() {
     let setup = setup(&[&format!("walls={pipe}"), "particles.0.volume_fraction=0.2"]);
     let inside = std::f64::consts::PI / 4.0 * 36e-6 * setup.domain.size().z;
     let solid = setup.particles.len() as f64 * setup.templates[0].shape.volume();
-    assert!((setup.scales.volume_fraction * inside / solid - 1.0).abs() < 0.02);
+    assert!((setup.volume_fraction * inside / solid - 1.0).abs() < 0.02);
     for particle in &setup.particles {
         assert!(setup.walls[0].surface.distance(particle.position()) >= 0.75e-3);
     }
@@ -352,7 +361,7 @@ fn bodies_of_all_kinds_share_a_closed_box_without_overlap() {
         "domain.periodic=[true, false, false]",
         "lattice.cells_per_diameter=9",
     ]);
-    assert!(setup.scales.volume_fraction > 0.3);
+    assert!(setup.volume_fraction > 0.3);
     let contours: Vec<Contour> = (setup.templates.iter())
         .map(|t| Contour::new(t.shape.clone(), 0.0))
         .collect();
@@ -392,14 +401,17 @@ fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact(
     let source = Source::new("case.toml".to_string(), DRY.to_string(), &[]);
     let setup =
         resolve(&source, "case", Files::on_disk(Path::new("")), true).unwrap_or_else(|e| panic!("{e}"));
-    assert!(setup.dry && setup.warnings.is_empty());
+    assert!(setup.fluid.is_none() && setup.provenance.warnings.is_empty());
     assert!((setup.domain.size() - Vec3::new(0.1, 0.05, 0.2)).norm() < 1e-12);
-    assert!(setup.domain.dx <= 0.25 * setup.scales.diameter);
+    assert!(setup.domain.dx <= 0.25 * setup.diameter);
     let material = setup.contact.as_ref().unwrap().materials[0];
     let contact = crate::case::Hertz::new(&setup.templates[0], &material);
-    close(50.0 * setup.units.dt, contact.duration(0.5));
-    assert_eq!((setup.walls.len(), setup.units.density.to_bits()), (6, 0));
-    assert!(setup.scales.stokes_time.is_infinite() && setup.contact.unwrap().enlargement.abs() < 1e-300);
+    close(50.0 * setup.time_step, contact.duration(0.5));
+    assert_eq!((setup.walls.len(), setup.fluid_density().to_bits()), (6, 0));
+    assert!(
+        setup.expect_fluid().scales.stokes_time.is_infinite()
+            && setup.contact.unwrap().enlargement.abs() < 1e-300
+    );
 }
 
 #[test]
@@ -410,11 +422,14 @@ fn an_outline_has_the_numbers_of_the_case_without_its_random_particles() {
     let whole = load(&path, &[]).unwrap();
     let outline = outline(&path, &[]).unwrap();
     assert!(whole.particles.len() > 20 && outline.particles.is_empty());
-    close(outline.scales.volume_fraction, whole.scales.volume_fraction);
-    assert_eq!((outline.end_step, outline.text), (whole.end_step, whole.text));
+    close(outline.volume_fraction, whole.volume_fraction);
+    assert_eq!(
+        (outline.plan.end_step, outline.provenance.text),
+        (whole.plan.end_step, whole.provenance.text)
+    );
     // Two hundred million particles.
     let huge = ["domain.size={ diameters = [1e3, 1e3, 1e3] }".to_string()];
-    let fraction = super::outline(&path, &huge).unwrap().scales.volume_fraction;
+    let fraction = super::outline(&path, &huge).unwrap().volume_fraction;
     assert!((fraction - 0.1).abs() < 1e-8, "{fraction}");
 }
 
@@ -443,7 +458,11 @@ fn random_particles_do_not_begin_in_contact_on_any_grid() {
             "{} of {grown}",
             smallest_gap(&dense)
         );
-        assert!(dense.warnings.is_empty(), "{:?}", dense.warnings);
+        assert!(
+            dense.provenance.warnings.is_empty(),
+            "{:?}",
+            dense.provenance.warnings
+        );
     }
 }
 
@@ -451,19 +470,23 @@ fn random_particles_do_not_begin_in_contact_on_any_grid() {
 fn random_particles_that_begin_in_contact_are_said() {
     let asked = setup(&["particles.0.minimum_gap=1e-5"]);
     assert!(
-        asked.warnings[0].contains("begin in contact"),
+        asked.provenance.warnings[0].contains("begin in contact"),
         "{:?}",
-        asked.warnings
+        asked.provenance.warnings
     );
     // There is no room for gaps of a third of a diameter at this volume fraction.
     let crowded = setup(&["particles.0.volume_fraction=0.3", "contact.enlargement=1.5"]);
     let grown = 2.0 * crowded.contact.as_ref().unwrap().enlargement;
     assert!(smallest_gap(&crowded) < grown);
     assert!(
-        crowded.warnings[0].contains("begin in contact"),
+        crowded.provenance.warnings[0].contains("begin in contact"),
         "{:?}",
-        crowded.warnings
+        crowded.provenance.warnings
     );
     let none = setup(&["particles.0.minimum_gap=1e-5", "contact.enabled=false"]);
-    assert!(none.warnings.is_empty(), "{:?}", none.warnings);
+    assert!(
+        none.provenance.warnings.is_empty(),
+        "{:?}",
+        none.provenance.warnings
+    );
 }

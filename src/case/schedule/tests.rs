@@ -29,7 +29,12 @@ fn strings(options: &[&str]) -> Vec<String> {
 
 /// A saved setup with options, as one that goes on has it.
 fn go_on(setup: &Setup, options: &[&str]) -> crate::Result<Setup> {
-    from_saved(&setup.name, &setup.text, &setup.files, &strings(options))
+    from_saved(
+        &setup.provenance.name,
+        &setup.provenance.text,
+        &setup.provenance.files,
+        &strings(options),
+    )
 }
 
 fn new(options: &[&str]) -> Setup {
@@ -51,7 +56,12 @@ fn a_saved_case_needs_no_file_on_disk() {
     let mesh = "particles.0.shape={ mesh = { file = \"data/stone.stl\", equivalent_diameter = 1.5e-3 } }";
     std::fs::write(&path, TEXT).unwrap();
     let before = load(&path, &strings(&[mesh, "particles.0.file=places.csv"])).unwrap();
-    let names: Vec<&str> = before.files.iter().map(|(name, _)| &name[..]).collect();
+    let names: Vec<&str> = before
+        .provenance
+        .files
+        .iter()
+        .map(|(name, _)| &name[..])
+        .collect();
     assert_eq!(names, ["data/stone.stl", "places.csv"]);
     drop(folder);
     let after = go_on(&before, &[]).unwrap();
@@ -60,13 +70,22 @@ fn a_saved_case_needs_no_file_on_disk() {
         after.templates[0].shape.volume().to_bits(),
         before.templates[0].shape.volume().to_bits()
     );
-    assert_eq!((&after.text, &after.files), (&before.text, &before.files));
     assert_eq!(
-        (after.end_step, after.output),
-        (before.end_step, before.output.clone())
+        (&after.provenance.text, &after.provenance.files),
+        (&before.provenance.text, &before.provenance.files)
+    );
+    assert_eq!(
+        (after.plan.end_step, after.plan.output),
+        (before.plan.end_step, before.plan.output.clone())
     );
 
-    let lost = from_saved(&before.name, &before.text, &before.files[..1], &[]).unwrap_err();
+    let lost = from_saved(
+        &before.provenance.name,
+        &before.provenance.text,
+        &before.provenance.files[..1],
+        &[],
+    )
+    .unwrap_err();
     assert!(
         lost.to_string()
             .contains("places.csv: it was not saved with the case"),
@@ -77,16 +96,20 @@ fn a_saved_case_needs_no_file_on_disk() {
 #[test]
 fn a_longer_run_keeps_the_spacing_of_all_rows_and_frames_however_often_it_goes_on() {
     let mut setup = new(&[]);
-    let (plan, from) = (setup.output.clone(), setup.average_from_step);
+    let (plan, from) = (setup.plan.output.clone(), setup.plan.average_from_step);
     assert_eq!((plan.series_every, plan.fields_every, from), (6, 1200, 2000));
     for end in [20_000, 90_000, 7_000] {
         setup = go_on(&setup, &[&format!("run.end.steps={end}")]).unwrap();
-        assert_eq!(setup.end_step, end);
-        assert_eq!((&setup.output, setup.average_from_step), (&plan, from));
+        assert_eq!(setup.plan.end_step, end);
+        assert_eq!((&setup.plan.output, setup.plan.average_from_step), (&plan, from));
         // The text alone says so, too.
         let again = go_on(&setup, &[]).unwrap();
         assert_eq!(
-            (again.end_step, &again.output, again.average_from_step),
+            (
+                again.plan.end_step,
+                &again.plan.output,
+                again.plan.average_from_step
+            ),
             (end, &plan, from)
         );
     }
@@ -106,10 +129,10 @@ fn what_an_option_names_is_as_it_says() {
         ],
     )
     .unwrap();
-    let plan = &longer.output;
+    let plan = &longer.plan.output;
     let saved = CheckpointSpacing::Steps(500);
     assert_eq!((plan.series_every, plan.checkpoint_every), (40, saved));
-    assert_eq!((longer.average_from_step, longer.threads), (0, 3));
+    assert_eq!((longer.plan.average_from_step, longer.plan.threads), (0, 3));
     assert_eq!(
         (plan.particles_every, plan.contacts_every, plan.picture_every),
         (0, 0, 50)
@@ -117,6 +140,7 @@ fn what_an_option_names_is_as_it_says() {
     // Contacts come with the particles, as they do in a new case.
     let plan = go_on(&setup, &["output.particles_every.steps=70"])
         .unwrap()
+        .plan
         .output;
     assert_eq!((plan.particles_every, plan.contacts_every), (70, 70));
 }
@@ -161,7 +185,7 @@ fn an_end_before_the_averages_begin_is_refused() {
 
 #[test]
 fn checkpoints_are_written_every_ten_minutes_unless_the_case_asks_for_others() {
-    let spacing = |options: &[&str]| new(options).output.checkpoint_every;
+    let spacing = |options: &[&str]| new(options).plan.output.checkpoint_every;
     let seconds = |s| CheckpointSpacing::WallTime(std::time::Duration::from_secs(s));
     assert_eq!(spacing(&[]), seconds(600));
     let asked = |value: &str| spacing(&[&format!("output.checkpoint_every={value}")]);

@@ -17,11 +17,9 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
         let shape = &template.shape;
         let diameter = shape.equivalent_diameter();
         let aspect = 2.0 * shape.circumradius() / shape.thickness();
-        let cells = if setup.dry {
-            String::new()
-        } else {
+        let cells = setup.fluid.as_ref().map_or_else(String::new, |_| {
             format!(", {:.2} cells thick", shape.thickness() / setup.domain.dx)
-        };
+        });
         let remark = format!(
             "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{cells}",
             shape.volume()

@@ -20,7 +20,12 @@ pub(super) fn hertz(setup: &Setup, contact: &ContactModel) -> Hertz {
 /// Weight of one particle of the first kind less its buoyancy (N).
 fn submerged_weight(setup: &Setup) -> f64 {
     let template = &setup.templates[0];
-    (template.density - setup.units.density).abs() * template.shape.volume() * setup.gravity.norm()
+    (template.density - setup.fluid_density()).abs() * template.shape.volume() * setup.gravity.norm()
+}
+
+/// Terminal velocity of one particle (m/s); 0 without a fluid.
+fn terminal_velocity(setup: &Setup) -> f64 {
+    (setup.fluid.as_ref()).map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity)
 }
 
 /// How long contacts last and how deep they are.
@@ -29,19 +34,20 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         return vec![row("contacts", "off".to_string(), "")];
     };
     let hertz = hertz(setup, contact);
-    let terminal = setup.scales.schiller_naumann_velocity;
-    let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.scales.diameter);
-    let cells = |d: f64| {
-        if setup.dry {
-            format!("{d:.3e} m")
-        } else {
-            format!("{:.3} cells", d / setup.domain.dx)
-        }
+    let terminal = terminal_velocity(setup);
+    let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.diameter);
+    let (weight, dx) = match setup.fluid {
+        Some(_) => ("submerged weight", Some(setup.domain.dx)),
+        None => ("weight", None),
+    };
+    let cells = |d: f64| match dx {
+        Some(dx) => format!("{:.3} cells", d / dx),
+        None => format!("{d:.3e} m"),
     };
     let mut rows = Vec::new();
     if terminal > 0.0 {
         for (speed, name) in [(terminal, "u*"), (0.1 * terminal, "u* / 10")] {
-            let steps = hertz.duration(speed) / setup.units.dt;
+            let steps = hertz.duration(speed) / setup.time_step;
             let substeps = match setup.substeps {
                 1 => String::new(),
                 n => format!(", {n} sub-steps each"),
@@ -57,7 +63,6 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         ));
     }
     let resting = hertz.static_depth(submerged_weight(setup));
-    let weight = if setup.dry { "weight" } else { "submerged weight" };
     let remark = format!("{}, one {weight}", cells(resting));
     rows.push(row("overlap, at rest", depth(resting), &remark));
     rows
@@ -68,9 +73,9 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
     let contact = setup.contact.as_ref()?;
     let hertz = hertz(setup, contact);
     let given = contact.materials[setup.templates[0].material].youngs_modulus;
-    let steps = hertz.duration(setup.scales.schiller_naumann_velocity) / setup.units.dt;
+    let steps = hertz.duration(terminal_velocity(setup)) / setup.time_step;
     let resolved = steps * f64::from(setup.substeps);
-    let depth = hertz.static_depth(submerged_weight(setup)) / setup.scales.diameter;
+    let depth = hertz.static_depth(submerged_weight(setup)) / setup.diameter;
     let (short, deep) = (resolved < USUAL_CONTACT_STEPS, depth > USUAL_DEPTH);
     if !short && !deep {
         return None;

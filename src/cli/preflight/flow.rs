@@ -1,12 +1,12 @@
 //! Numbers of the lattice, of settling and of driven flows.
 
 use super::{Row, row};
-use crate::case::Setup;
+use crate::case::{FluidSetup, Setup};
 use crate::fluid::{Collision, SolidCollision};
 
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
-    let lattice = velocity / setup.units.velocity();
+    let lattice = velocity / setup.units().velocity();
     format!(
         "on the lattice {lattice:.5}, Mach {:.4}",
         3.0_f64.sqrt() * lattice
@@ -36,7 +36,7 @@ fn gap_row(setup: &Setup) -> Option<Row> {
 }
 
 /// The flow that a body acceleration drives, and the controller of the net flux.
-fn driven_rows(setup: &Setup) -> Vec<Row> {
+fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let mut rows = Vec::new();
     if let Some(flow) = setup.driven_flow() {
         let bound = if flow.between_walls {
@@ -49,11 +49,11 @@ fn driven_rows(setup: &Setup) -> Vec<Row> {
             on_lattice(setup, flow.speed)
         );
         rows.push(row("driven flow", format!("{:.6e} m/s", flow.speed), &remark));
-        let reynolds = flow.speed * flow.length / setup.scales.viscosity;
+        let reynolds = flow.speed * flow.length / fluid.viscosity;
         let remark = format!("over {:.4e} m", flow.length);
         rows.push(row("Re of that flow", format!("{reynolds:.4}"), &remark));
     }
-    let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(setup.zero_net_flux))
+    let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(fluid.zero_net_flux))
         .filter_map(|(axis, on)| on.then_some(axis))
         .collect();
     rows.push(if axes.is_empty() {
@@ -61,7 +61,7 @@ fn driven_rows(setup: &Setup) -> Vec<Row> {
     } else {
         let remark = format!(
             "a controller removes the mean volume flux along these, at a rate of {:.3e} 1/s",
-            setup.control_rate().max()
+            fluid.control_rate
         );
         row("zero_net_flux", axes.join(", "), &remark)
     });
@@ -69,10 +69,13 @@ fn driven_rows(setup: &Setup) -> Vec<Row> {
 }
 
 /// How particles and fluid are coupled.
-fn coupling_row(setup: &Setup) -> Row {
-    let operator = match setup.solids {
+fn coupling_row(fluid: &FluidSetup) -> Row {
+    let operator = match fluid.solids {
         SolidCollision::ExactDifference => {
-            let note = format!("exact difference, ramp of {} cells", setup.solid_ramp_width);
+            let note = format!(
+                "exact difference, ramp of {} cells",
+                2.0 * fluid.fraction.half_layer()
+            );
             return row("coupling", "paper".into(), &note);
         }
         SolidCollision::Sc1 => "sc1",
@@ -84,9 +87,9 @@ fn coupling_row(setup: &Setup) -> Row {
 }
 
 /// Numbers of the lattice and of settling.
-pub(super) fn rows(setup: &Setup) -> Vec<Row> {
-    let (scales, units) = (&setup.scales, &setup.units);
-    let collision = match setup.collision {
+pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
+    let scales = &fluid.scales;
+    let collision = match fluid.collision {
         Collision::Bgk => "one relaxation time".to_string(),
         Collision::Trt { magic } => format!("two relaxation times, magic parameter {magic:.5}"),
     };
@@ -94,39 +97,35 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         row("density ratio", format!("{:.5}", scales.density_ratio), ""),
         row(
             "diameter",
-            format!("{:.6e} m", scales.diameter),
+            format!("{:.6e} m", setup.diameter),
             "of the sphere of equal volume",
         ),
         row(
             "cells per diameter",
-            format!("{:.3}", scales.diameter / setup.domain.dx),
+            format!("{:.3}", setup.diameter / setup.domain.dx),
             "",
         ),
-        row("cell", format!("{:.6e} m", units.dx), ""),
-        row("time step", format!("{:.6e} s", units.dt), ""),
+        row("cell", format!("{:.6e} m", setup.domain.dx), ""),
+        row("time step", format!("{:.6e} s", setup.time_step), ""),
         row(
             "relaxation time",
-            format!("{:.5}", setup.relaxation_time),
+            format!("{:.5}", fluid.relaxation_time),
             &format!("time steps; {collision}"),
         ),
-        coupling_row(setup),
-        row(
-            "viscosity",
-            format!("{:.6e} m^2/s", scales.viscosity),
-            "kinematic",
-        ),
+        coupling_row(fluid),
+        row("viscosity", format!("{:.6e} m^2/s", fluid.viscosity), "kinematic"),
     ];
     rows.extend(gap_row(setup));
-    rows.extend(driven_rows(setup));
-    let averages = format!("averages from step {}", setup.average_from_step);
+    rows.extend(driven_rows(setup, fluid));
+    let averages = format!("averages from step {}", setup.plan.average_from_step);
     if !scales.stokes_time.is_finite() {
-        rows.push(row("steps", setup.end_step.to_string(), &averages));
+        rows.push(row("steps", setup.plan.end_step.to_string(), &averages));
         return rows;
     }
     let on_lattice = |u: f64| on_lattice(setup, u);
     let star = scales.schiller_naumann_velocity;
-    let per_stokes_time = scales.stokes_time / units.dt;
-    let stokes_times = setup.end_step as f64 / per_stokes_time;
+    let per_stokes_time = scales.stokes_time / setup.time_step;
+    let stokes_times = setup.plan.end_step as f64 / per_stokes_time;
     rows.extend([
         row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
         row(
@@ -147,7 +146,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         ),
         row(
             "steps",
-            setup.end_step.to_string(),
+            setup.plan.end_step.to_string(),
             &format!("{stokes_times:.2} t*, {averages}"),
         ),
     ]);

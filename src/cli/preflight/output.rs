@@ -48,21 +48,21 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
             row(files.name, in_bytes(files.total()), &remark)
         })
         .collect();
-    let directory = format!("in {}, at most about", setup.output.directory.display());
+    let directory = format!("in {}, at most about", setup.plan.output.directory.display());
     rows.push(row("all output", in_bytes(total), &directory));
     rows
 }
 
 fn files(setup: &Setup) -> Vec<Files> {
-    let plan = &setup.output;
+    let plan = &setup.plan.output;
     // Those due, the first state included, and the last state.
     let due = |every: u64| {
-        let end = setup.end_step;
+        let end = setup.plan.end_step;
         end.checked_div(every)
             .map_or(0, |n| n + 1 + u64::from(!end.is_multiple_of(every)))
     };
     let particles = setup.particles.len() as f64;
-    let cells = if setup.dry { 0 } else { setup.domain.cell_count() };
+    let cells = setup.fluid_cells();
     let fine = surface_triangles(
         &setup.templates,
         setup.particles.iter().map(|p| (p.template as usize, 1)),
@@ -73,7 +73,7 @@ fn files(setup: &Setup) -> Vec<Files> {
         * (series::COLUMNS.len() as f64
             + particles.min(PATHS as f64) * particle_series::COLUMNS.len() as f64);
     let rows = due(plan.series_every);
-    let saved = if setup.dry {
+    let saved = if cells == 0 {
         0.0
     } else {
         Simulation::snapshot_bytes(setup)
@@ -84,9 +84,13 @@ fn files(setup: &Setup) -> Vec<Files> {
         bytes,
         remark,
     };
-    let fields = if setup.dry { 0 } else { due(plan.fields_every) };
     vec![
-        of("field output", fields, 20.0 * cells as f64, " before compression"),
+        of(
+            "field output",
+            due(plan.fields_every),
+            20.0 * cells as f64,
+            " before compression",
+        ),
         of(
             "particle output",
             due(plan.particles_every),
@@ -164,7 +168,7 @@ mod tests {
     fn a_run_writes_about_as_many_bytes_of_each_kind_as_are_foreseen() {
         let folder = tempfile::tempdir().unwrap();
         let mut setup = from_text(CASE, "case", &[]).unwrap();
-        setup.output.directory = folder.path().to_path_buf();
+        setup.plan.output.directory = folder.path().to_path_buf();
         let options = RunOptions {
             quiet: true,
             ..RunOptions::default()

@@ -123,7 +123,7 @@ impl Pair {
         let mut pair = Self {
             engines,
             domain: setup.domain,
-            dt: setup.units.dt,
+            dt: setup.time_step,
             down: setup.gravity.try_normalize(0.0).unwrap_or_else(Vec3::zeros),
             bodies,
             paths: vec![0.0; setup.particles.len()],

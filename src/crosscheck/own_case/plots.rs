@@ -6,7 +6,7 @@ use crate::crosscheck::Overlay;
 
 /// The curves.
 pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
-    let dt = setup.units.dt;
+    let dt = setup.time_step;
     let curve = |name: &str, value: &dyn Fn(&Sample) -> f64| {
         let points = found.samples.iter().map(|s| [s.step as f64 * dt, value(s)]);
         (name.to_string(), points.collect::<Vec<_>>())
@@ -19,7 +19,7 @@ pub(super) fn overlays(setup: &Setup, found: &Comparison) -> Vec<Overlay> {
     };
     let overlay = |name: &str, title: &str, quantity: &str, logarithmic: bool, curves| Overlay {
         name: name.to_string(),
-        title: format!("{}: {title}", setup.name),
+        title: format!("{}: {title}", setup.provenance.name),
         axes: ["time t (s)".to_string(), quantity.to_string()],
         logarithmic: [false, logarithmic],
         curves,
@@ -98,7 +98,7 @@ pub(super) fn series(setup: &Setup, found: &Comparison) -> Vec<Vec<String>> {
     let row = |s: &Sample| {
         let mut row = vec![
             s.step.to_string(),
-            format!("{:?}", s.step as f64 * setup.units.dt),
+            format!("{:?}", s.step as f64 * setup.time_step),
         ];
         row.extend([format!("{:?}", s.apart.position), s.apart.id.to_string()]);
         row.extend([s.apart.velocity, s.apart.spin].map(|x| format!("{x:?}")));

@@ -143,10 +143,8 @@ fn record_rank(
         step: 0,
         tape: Arc::clone(&tape),
     };
-    let setup = Setup {
-        precision: Precision::F64,
-        ..setup.clone()
-    };
+    let mut setup = setup.clone();
+    setup.plan.precision = Precision::F64;
     let mut run = Simulation::with_engine(&setup, decomposition, comm, Box::new(recorder))?;
     for _ in 0..steps {
         run.step()?;

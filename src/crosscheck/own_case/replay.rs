@@ -113,9 +113,9 @@ impl Scene {
     fn new(options: &[&str], speed: f64) -> Result<Self> {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
         let mut setup = case::from_text(CASE, ID, &options)?;
-        setup.threads = 1;
+        setup.plan.threads = 1;
         stir(&mut setup, speed);
-        let steps = setup.end_step;
+        let steps = setup.plan.end_step;
         Ok(Self {
             recorded: record(&setup, steps)?,
             setup,
@@ -152,7 +152,7 @@ impl Scene {
 
 /// Gives the spheres velocities and spins in all directions, up to `speed` (cells per step) along each axis.
 fn stir(setup: &mut Setup, speed: f64) {
-    let velocity = speed * setup.units.dx / setup.units.dt;
+    let velocity = speed * setup.domain.dx / setup.time_step;
     let mut state = 7_u64;
     let mut any = || {
         state = state
@@ -211,12 +211,12 @@ fn free(log: Option<&Path>) -> Result<Findings> {
     let setup = &scene.setup;
     let mut exact = Exact::new(setup);
     let mut errors: [Errors; 3] = [[0.0; 3]; 3];
-    let mut largest: Errors = [setup.scales.diameter, 0.0, 0.0];
+    let mut largest: Errors = [setup.diameter, 0.0, 0.0];
     let start = pair.particles(0)[0].position();
     let mut ways = [(); 3].map(|()| vec![[0.0, 0.0]]);
     for step in 0..scene.steps {
         let loads = scene.recorded.loads(step);
-        exact.advance(loads, setup.gravity, setup.units.dt);
+        exact.advance(loads, setup.gravity, setup.time_step);
         if !pair.advance(loads) {
             break;
         }
@@ -241,7 +241,7 @@ fn free(log: Option<&Path>) -> Result<Findings> {
         for [_, v, w] in &exact.states {
             (largest[1], largest[2]) = (largest[1].max(v.norm()), largest[2].max(w.norm()));
         }
-        let time = (step + 1) as f64 * setup.units.dt;
+        let time = (step + 1) as f64 * setup.time_step;
         for (way, states) in ways.iter_mut().zip([&states[0], &states[1], &exact.states]) {
             way.push([time, setup.domain.nearest_image(states[0][0] - start).z]);
         }
@@ -342,7 +342,7 @@ impl Replayed {
             .flat_map(|step| recorded.loads(step))
             .map(|load| load.force)
             .sum();
-        let given = (loads + weight * *steps as f64) * setup.units.dt;
+        let given = (loads + weight * *steps as f64) * setup.time_step;
         let exact = momentum(&setup.particles) + given;
         let scale = size(&setup.particles);
         let errors = self
@@ -422,7 +422,7 @@ impl Replayed {
     }
 
     fn overlays(&self, what: &str) -> Vec<Overlay> {
-        let dt = self.scene.setup.units.dt;
+        let dt = self.scene.setup.time_step;
         let series = |value: &dyn Fn(&super::compare::Sample) -> f64| -> Vec<[f64; 2]> {
             self.found
                 .samples

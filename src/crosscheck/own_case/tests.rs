@@ -53,7 +53,7 @@ fn setup(text: &str, options: &[&str]) -> Setup {
 }
 
 fn compare(a: &Setup, b: &Setup) -> Comparison {
-    let steps = a.end_step;
+    let steps = a.plan.end_step;
     let mut pair = Pair::new(a, steps, [native(a).unwrap(), native(b).unwrap()]);
     let rest = vec![Load::default(); a.particles.len()];
     assert!((0..steps).all(|_| pair.advance(&rest)));
@@ -66,7 +66,7 @@ fn an_engine_does_not_part_from_itself() {
     let found = compare(&one, &one);
     assert_eq!(found.parting, None);
     assert!(found.samples.iter().all(|s| s.apart == compare::Apart::default()));
-    assert_eq!(found.samples.last().unwrap().step, one.end_step);
+    assert_eq!(found.samples.last().unwrap().step, one.plan.end_step);
     // The one in the middle is thrown to the right and back.
     assert_eq!(found.begun, [3, 3]);
 }
@@ -77,7 +77,7 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
     let damped = setup(DRY, &["contact.restitution=0.5"]);
     let found = compare(&hertz, &damped);
     // The left pair has a way of 2 mm to go, the right one of 2.5 mm, and it takes some steps to part.
-    let contact = (2e-3 / 0.1 / hertz.units.dt).round() as u64;
+    let contact = (2e-3 / 0.1 / hertz.time_step).round() as u64;
     for first in found.first_contact {
         assert!(first.unwrap().abs_diff(contact) <= 2, "{:?}", found.first_contact);
     }
@@ -136,7 +136,8 @@ fn few_impacts_have_a_limit_under_the_same_laws_only() {
     }
     let tsuji = setup(DRY, &["contact.restitution=0.9", "contact.damping=tsuji"]);
     assert!(few_impacts(&tsuji, &found).is_some());
-    let wet = Setup { dry: false, ..tsuji };
+    let fluid = setup(WET, &[]).fluid;
+    let wet = Setup { fluid, ..tsuji };
     assert!(few_impacts(&wet, &found).is_some(), "loads are damped alike");
 }
 

@@ -1,7 +1,6 @@
 //! Pictures of a run: which plane they show, and colours that mean the same in all of them.
 
 use super::Picture;
-use super::row::stokes_time;
 use crate::case::Setup;
 use crate::error::Result;
 use crate::math::Vec3;
@@ -10,7 +9,7 @@ use std::path::Path;
 
 /// The plane that pictures of a case show.
 pub(super) fn plane(setup: &Setup) -> Plane {
-    let cut = setup.output.picture_plane;
+    let cut = setup.plan.output.picture_plane;
     let cut = cut.map(|(normal, position)| Cut { normal, position });
     Plane::of(&setup.domain, setup.gravity, cut)
 }
@@ -24,10 +23,10 @@ pub(super) fn write(
     range: Option<f64>,
 ) -> Result<()> {
     let scene = Scene {
-        case: &setup.name,
+        case: &setup.provenance.name,
         clock: Clock {
             time,
-            stokes_time: stokes_time(setup),
+            stokes_time: setup.stokes_time(),
         },
         plane: plane(setup),
         templates: &setup.templates,
@@ -50,7 +49,7 @@ pub(super) fn range(setup: &Setup, picture: &Picture) -> Option<f64> {
         None => largest(&mut picture.particles.iter().map(|p| p.velocity().norm())),
     };
     let moves = |speed: &f64| *speed > 0.0 && speed.is_finite();
-    (setup.output.picture_range)
+    (setup.plan.output.picture_range)
         .or_else(|| Some(expected(setup)).filter(moves))
         .or_else(|| Some(seen()).filter(moves))
 }
@@ -64,23 +63,19 @@ fn expected(setup: &Setup) -> f64 {
         wall.motion.velocity.norm() + turning
     });
     let particles = setup.particles.iter().map(|p| p.velocity().norm());
-    let driven = if setup.dry {
-        let drop: f64 = setup
-            .gravity
-            .iter()
-            .zip(&size)
-            .map(|(g, length)| g.abs() * length)
-            .sum();
-        (2.0 * drop).sqrt()
-    } else {
+    let (settling, driven) = if let Some(fluid) = &setup.fluid {
         // Poiseuille's flow in the narrowest closed direction, unless it has no time to develop.
         let width = (0..3).filter(|&i| !setup.domain.periodic[i]).map(|i| size[i]);
         let width = width.fold(f64::INFINITY, f64::min);
-        let time =
-            (setup.end_step as f64 * setup.units.dt).min(width * width / (8.0 * setup.scales.viscosity));
-        setup.body_acceleration.norm() * time
+        let time = setup.end_time().min(width * width / (8.0 * fluid.viscosity));
+        let settling = fluid.scales.schiller_naumann_velocity;
+        (settling, fluid.body_acceleration.norm() * time)
+    } else {
+        let drop: f64 = (setup.gravity.iter().zip(&size))
+            .map(|(g, length)| g.abs() * length)
+            .sum();
+        (0.0, (2.0 * drop).sqrt())
     };
-    let settling = setup.scales.schiller_naumann_velocity;
     walls
         .chain(particles)
         .chain([settling, driven])

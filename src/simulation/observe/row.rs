@@ -17,11 +17,11 @@ pub(super) fn settling_direction(setup: &Setup) -> Option<Vec3> {
     let weight: Vec3 = (setup.particles.iter())
         .map(|p| {
             let template = &setup.templates[p.template as usize];
-            (template.density - fluid_density(setup)) * template.shape.volume() * setup.gravity
+            (template.density - setup.fluid_density()) * template.shape.volume() * setup.gravity
         })
         .sum();
-    let speed = setup.scales.stokes_velocity;
-    (!setup.dry && speed > 0.0 && speed.is_finite())
+    let speed = stokes_velocity(setup);
+    (speed > 0.0 && speed.is_finite())
         .then(|| weight.try_normalize(0.0))
         .flatten()
 }
@@ -32,15 +32,9 @@ pub(super) fn settles_for_ever(setup: &Setup) -> bool {
         .is_some_and(|down| (0..3).all(|axis| setup.domain.periodic[axis] || down[axis] == 0.0))
 }
 
-/// Unit of `t*` (s), if a case has one.
-pub(super) fn stokes_time(setup: &Setup) -> Option<f64> {
-    let time = setup.scales.stokes_time;
-    (!setup.dry && time.is_finite() && time > 0.0).then_some(time)
-}
-
-/// Density of what surrounds the particles (kg/m^3).
-fn fluid_density(setup: &Setup) -> f64 {
-    if setup.dry { 0.0 } else { setup.units.density }
+/// Stokes velocity (m/s); 0 without a fluid.
+fn stokes_velocity(setup: &Setup) -> f64 {
+    (setup.fluid.as_ref()).map_or(0.0, |fluid| fluid.scales.stokes_velocity)
 }
 
 /// The row of the time series, on rank 0; `contacts` are those this rank is responsible for. Collective.
@@ -59,7 +53,6 @@ pub(super) fn row(
     measured: &Measurement,
     contacts: &[ContactState],
 ) -> Option<SeriesRow> {
-    let Setup { units, scales, .. } = setup;
     let own = simulation.dem.particles().owned();
     let known = gather::partners(simulation, contacts);
     let mut terms = Vec::new();
@@ -88,30 +81,29 @@ pub(super) fn row(
         return None;
     }
     let vector = |first: usize| Vec3::from_column_slice(&sums[first..first + 3]);
-    let time = simulation.step as f64 * units.dt;
+    let time = simulation.step as f64 * setup.time_step;
     let count = particles.max(1) as f64;
     let mean_velocity = vector(VELOCITY) / count;
     let over_stokes = settling_direction(setup).map_or(0.0, |down| {
-        (mean_velocity - mean.velocity).dot(&down) / scales.stokes_velocity
+        (mean_velocity - mean.velocity).dot(&down) / stokes_velocity(setup)
     });
-    let fluid_mass = fluid_density(setup) * simulation.fluid_volume();
-    let volume = if setup.dry {
-        setup.domain.volume()
-    } else {
-        simulation.fluid_volume()
+    let fluid_mass = setup.fluid_density() * simulation.fluid_volume();
+    let volume = match setup.fluid {
+        Some(_) => simulation.fluid_volume(),
+        None => setup.domain.volume(),
     };
     let walls = setup.walls.iter().zip(by_fluid).enumerate();
     Some(SeriesRow {
         step: simulation.step,
         time,
-        t_star: stokes_time(setup).map_or(0.0, |unit| time / unit),
+        t_star: setup.stokes_time().map_or(0.0, |unit| time / unit),
         settling_velocity: over_stokes,
         mean_particle_velocity: mean_velocity.into(),
         mean_particle_speed: sums[SPEED] / count,
         max_particle_speed,
         net_flux: mean.velocity.into(),
         contacts: contacts as usize,
-        max_overlap: depth / scales.diameter,
+        max_overlap: depth / setup.diameter,
         kinetic_energy_fluid: mean.kinetic_energy,
         kinetic_energy_translation: sums[TRANSLATION],
         kinetic_energy_rotation: sums[ROTATION],
@@ -171,7 +163,7 @@ fn put(terms: &mut Vec<Term>, first: usize, values: &[f64]) {
 fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
     let template = &setup.templates[particle.template as usize];
     let velocity = particle.velocity();
-    let excess = (template.density - fluid_density(setup)) * template.shape.volume();
+    let excess = (template.density - setup.fluid_density()) * template.shape.volume();
     let spin = particle.orientation().inverse() * particle.angular_velocity();
     // Where the box is periodic a height means nothing.
     let fall = Vec3::from_fn(|axis, _| {

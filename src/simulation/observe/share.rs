@@ -105,7 +105,7 @@ impl Share {
             let snapshot = FieldSnapshot {
                 domain: *domain,
                 block: *block,
-                time: step as f64 * setup.units.dt,
+                time: step as f64 * setup.time_step,
                 velocity: &fields.velocity,
                 pressure: &fields.pressure,
                 solid_fraction: &fields.solid_fraction,

@@ -34,9 +34,10 @@ impl Plates {
         let along = passes.try_normalize(0.0)?;
         let gap = (b - a).dot(&up);
         let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
-        (!setup.dry && parallel && !turns(first) && !turns(second)).then(|| Self {
+        let fluid = setup.fluid.as_ref()?;
+        (parallel && !turns(first) && !turns(second)).then(|| Self {
             along,
-            plain: setup.units.density * setup.scales.viscosity * passes.norm() / gap,
+            plain: fluid.density * fluid.viscosity * passes.norm() / gap,
         })
     }
 

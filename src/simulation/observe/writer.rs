@@ -1,6 +1,6 @@
 //! What rank 0 writes.
 
-use super::row::{settles_for_ever, settling_direction, stokes_time};
+use super::row::{settles_for_ever, settling_direction};
 use super::summary::{self, Outcome};
 use super::viscosity::Plates;
 use super::{CONTACTS, Due, FIELDS, Frame, KINDS, Looks, PARTICLES, PICTURES, SURFACES, pictures};
@@ -66,7 +66,7 @@ pub(in crate::simulation) struct WriterState {
 impl WriterState {
     /// Whether the tables hold the rows that they held then.
     pub(in crate::simulation) fn fits(&self, setup: &Setup) -> Result<()> {
-        let files = OutputFiles::new(&setup.output.directory);
+        let files = OutputFiles::new(&setup.plan.output.directory);
         let samples = self.settling.len();
         if [self.t_star.len(), self.steps.len()] != [samples; 2] || !self.max_mach.is_finite() {
             let what = "the samples for the averages in the common state are not whole";
@@ -128,7 +128,7 @@ impl<'a> Writer<'a> {
             contacts: Collection::resume(files.contacts_collection(), state.contacts)?,
             force_chains: Collection::resume(files.force_chains_collection(), state.force_chains)?,
             walls_written: state.walls_written,
-            picture_range: setup.output.picture_range.or(state.picture_range),
+            picture_range: setup.plan.output.picture_range.or(state.picture_range),
             t_star: state.t_star,
             settling: state.settling,
             steps: state.steps,
@@ -162,13 +162,13 @@ impl<'a> Writer<'a> {
     }
 
     fn starting_at(first: u64, setup: &'a Setup, quiet: bool) -> Self {
-        let files = OutputFiles::new(&setup.output.directory);
+        let files = OutputFiles::new(&setup.plan.output.directory);
         let work = Workload {
-            steps: setup.end_step,
+            steps: setup.plan.end_step,
             first,
-            cells: if setup.dry { 0 } else { setup.domain.cell_count() },
-            time_step: setup.units.dt,
-            stokes_time: stokes_time(setup),
+            cells: setup.fluid_cells(),
+            time_step: setup.time_step,
+            stokes_time: setup.stokes_time(),
         };
         Self {
             first,
@@ -203,7 +203,7 @@ impl<'a> Writer<'a> {
     ) -> Result<()> {
         let (setup, step) = (self.setup, frame.step);
         let domain = &setup.domain;
-        let time = step as f64 * setup.units.dt;
+        let time = step as f64 * setup.time_step;
         // The file as a whole, or what `index` has made of its pieces.
         let listed = |file: PathBuf, index: &dyn Fn(&Path, &Decomposition) -> Result<PathBuf>| match pieces {
             Some(cut) => index(&file, cut),
@@ -218,7 +218,9 @@ impl<'a> Writer<'a> {
         }
         if due[PARTICLES] {
             let path = listed(self.files.particles(step), &|file, cut| {
-                looks.points.write_index(file, domain, !setup.dry, cut.ranks())
+                looks
+                    .points
+                    .write_index(file, domain, setup.fluid.is_some(), cut.ranks())
             })?;
             self.particles.add(time, &path)?;
         }
@@ -261,7 +263,7 @@ impl<'a> Writer<'a> {
         self.max_mach = self.max_mach.max(row.max_mach);
         self.viscosity
             .extend(self.plates.as_ref().map(|plates| plates.relative_viscosity(row)));
-        if self.setup.output.series_every == 0 {
+        if self.setup.plan.output.series_every == 0 {
             return Ok(());
         }
         let (series, single) = match &mut self.series {
@@ -284,18 +286,23 @@ impl<'a> Writer<'a> {
         wall_seconds: f64,
     ) -> Result<Summary> {
         let setup = self.setup;
-        let first = self.steps.partition_point(|&step| step < setup.average_from_step);
+        let first = self
+            .steps
+            .partition_point(|&step| step < setup.plan.average_from_step);
         let steady = settles_for_ever(setup);
         let estimate = steady.then(|| estimate_mean(&self.settling[first..])).flatten();
         let settled = (steady.then(|| settled(&self.settling)).flatten())
             .map(|settled| (self.t_star[settled.first], settled.estimate));
         let averaged_over = estimate.map(|_| [self.t_star[first], self.t_star[self.t_star.len() - 1]]);
-        if settling_direction(setup).is_some() && !self.settling.is_empty() {
-            let references = references(&setup.scales);
+        if let Some(fluid) = &setup.fluid
+            && settling_direction(setup).is_some()
+            && !self.settling.is_empty()
+        {
+            let references = references(&fluid.scales, setup.volume_fraction);
             write_settling(
                 &self.files.settling_plot(),
                 &SettlingPlot {
-                    case: &setup.name,
+                    case: &setup.provenance.name,
                     t_star: &self.t_star,
                     velocity: &self.settling,
                     mean: averaged_over.zip(estimate),

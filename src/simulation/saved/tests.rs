@@ -36,9 +36,10 @@ end = { steps = 500 }
 
 fn setup(text: &str) -> Setup {
     let mut setup = from_text(text, "saved", &[]).unwrap();
+    let speed = setup.expect_fluid().scales.stokes_velocity;
     for (n, particle) in (1_u32..).zip(&mut setup.particles) {
         let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
-        particle.velocity = [part(5), part(11), part(17)].map(|v| 0.5 * v * setup.scales.stokes_velocity);
+        particle.velocity = [part(5), part(11), part(17)].map(|v| 0.5 * v * speed);
         particle.angular_velocity = [part(7), part(13), part(29)].map(|w| 50.0 * w);
     }
     setup
@@ -191,11 +192,9 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
     let periodic = CASE
         .replace("periodic = [true, true, false]", "")
         .replace("faces =", "#");
-    let setup = Setup {
-        precision: Precision::F64,
-        ..setup(&periodic)
-    };
-    assert_eq!(setup.zero_net_flux, [true; 3]);
+    let mut setup = setup(&periodic);
+    setup.plan.precision = Precision::F64;
+    assert_eq!(setup.expect_fluid().zero_net_flux, [true; 3]);
     goes_on(&setup, 20, 30, &[1, 5]);
     let cut = Decomposition::new(setup.domain, 1).unwrap();
     let mut simulation = Simulation::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();

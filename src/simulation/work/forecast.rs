@@ -144,7 +144,7 @@ impl Work<'_> {
                     send(&mut ranks, owner, rank, substeps * PARTICLE);
                 }
             }
-            if !self.setup.dry {
+            if self.is_wet() {
                 for (rank, share) in shares(cut, std::array::from_fn(|axis| self.slabs(body, cut, axis))) {
                     ranks[rank].covered += share * body.covered;
                     ranks[rank].work += share * body.cost;
@@ -174,7 +174,7 @@ impl Work<'_> {
             size,
             ..RankForecast::default()
         };
-        if self.setup.dry {
+        if !self.is_wet() {
             return forecast;
         }
         let row_ends = size[0].next_multiple_of(CHUNK) as f64 / size[0] as f64;
@@ -188,7 +188,7 @@ impl Work<'_> {
                 continue;
             }
             let numbers = numbers_across(*d, size);
-            forecast.work += numbers as f64 / 5.0 * costs::face(self.setup.precision);
+            forecast.work += numbers as f64 / 5.0 * costs::face(self.setup.plan.precision);
             let peer = cut.rank_at(to);
             if peer != rank {
                 let traffic = forecast.sends.entry(peer).or_default();
@@ -212,7 +212,7 @@ impl Work<'_> {
                     forecast.sends.entry(peer).or_default().messages += 3 * self.setup.substeps as usize;
                 }
             }
-            if !self.setup.dry {
+            if self.is_wet() {
                 for peer in cut.neighbours(rank, largest + 2.0 * cut.domain.dx) {
                     forecast.sends.entry(peer).or_default().messages += 1;
                 }

@@ -53,7 +53,7 @@ fn the_layers_along_all_axes_have_the_same_work() {
     for setup in [bed(), suspension()] {
         let weights = Work::of(&setup).weights();
         let total = weights.total();
-        let cells = setup.domain.cell_count() as f64 * costs::cell(setup.precision);
+        let cells = setup.domain.cell_count() as f64 * costs::cell(setup.plan.precision);
         assert!(total > cells);
         for layers in &weights.layers {
             assert!((layers.iter().sum::<f64>() / total - 1.0).abs() < 1e-12);
@@ -74,7 +74,7 @@ fn a_sphere_is_spread_over_the_cells_that_it_covers() {
         let cell = [n % nx, n / nx % ny, n / nx / ny];
         let centre = Vec3::from(cell.map(|c| (c as f64 + 0.5) * domain.dx));
         let distance = domain.nearest_image(centre - body.position).norm() / domain.dx;
-        if distance < 4.0 + setup.fraction().half_layer() {
+        if distance < 4.0 + setup.expect_fluid().fraction.half_layer() {
             covered += 1.0;
             for axis in 0..3 {
                 counts[axis][cell[axis]] += 1.0;
@@ -115,7 +115,7 @@ fn a_suspension_is_cut_into_equal_blocks() {
 #[test]
 fn a_dry_box_is_cut_by_its_particles() {
     let mut setup = bed();
-    setup.dry = true;
+    setup.fluid = None;
     let work = Work::of(&setup);
     let cut = Decomposition::balanced(setup.domain, 4, &work.weights()).unwrap();
     let forecast = work.forecast(&cut);
@@ -140,7 +140,7 @@ fn thick_walls_are_no_work_and_closed_faces_are_no_cells() {
     let half = case::from_text(&text(wall), "half", &[]).unwrap();
     let layers = &Work::of(&half).weights().layers[0];
     // Fluid up to 40 cells, in chunks of 16.
-    let cell = costs::cell(half.precision) * 64.0 * 64.0;
+    let cell = costs::cell(half.plan.precision) * 64.0 * 64.0;
     for (x, layer) in layers.iter().enumerate().filter(|(x, _)| !(14..28).contains(x)) {
         let expected = if x < 48 { cell } else { 0.0 };
         assert!((layer - expected).abs() < 1e-6 * cell, "{x}: {layer} {expected}");

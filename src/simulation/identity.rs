@@ -1,0 +1,267 @@
+//! Identity of a run: what its summary, its checkpoints and the rows of a study compare to tell whether they are of the same set-up.
+//!
+//! Nothing here follows from how the program is written: every key and every name of a choice is spelled out below, so that renaming
+//! a type or a field changes no identity. The hash is that of one text in [canonical form](canonical):
+//!
+//! | in it | not in it |
+//! |---|---|
+//! | collision, coupling, force balance, flux control and body acceleration of the fluid, its density | box, cells, time step, relaxation time, precision: they stand beside the hash |
+//! | contact model with all materials and pairs, sub-steps, gravity, walls | end, averages, threads, instruction set, output |
+//! | volume, inertia, density and material of each template | position and motion of the particles, commands for LIGGGHTS: they follow from the text of the case |
+//! | files that the case names, by their contents | where they lie |
+
+use crate::case::{FluidSetup, Setup};
+use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
+use crate::coupling::{ForceBalance, Fraction};
+use crate::fluid::{Collision, Precision, SolidCollision};
+use crate::math::Vec3;
+use crate::particle::Template;
+use crate::wall::{Surface, Wall};
+use serde_json::{Value as Json, json};
+use std::fmt::Write;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Derived numbers that decide a run, by the keys of `summary.json`: two runs whose cases read alike may differ here, where a
+/// default has changed between versions.
+pub fn identity(setup: &Setup) -> Json {
+    let fluid = setup.fluid.as_ref();
+    json!({
+        "volume_fraction": setup.volume_fraction,
+        "cells": setup.fluid_cells(),
+        "dx": setup.domain.dx,
+        "time_step": setup.time_step,
+        "relaxation_time": relaxation_time(fluid),
+        "precision": precision_name(setup.plan.precision),
+        "dry": fluid.is_none(),
+        "collision": fluid.map(|fluid| collision_name(fluid.collision)),
+        "coupling": fluid.map(|fluid| coupling_name(fluid.solids)),
+        "force_balance": fluid.map(|fluid| balance_name(fluid.force_balance)),
+        "setup_hash": setup_hash(setup),
+    })
+}
+
+/// Relaxation time (time steps) as files give it: 1 without a fluid.
+pub(super) fn relaxation_time(fluid: Option<&FluidSetup>) -> f64 {
+    fluid.map_or(1.0, |fluid| fluid.relaxation_time)
+}
+
+/// XXH3 (64 bits, 16 hexadecimal digits) of the numbers that the [module](self) lists, in canonical form.
+pub(super) fn setup_hash(setup: &Setup) -> String {
+    let file = |(name, bytes): &(String, Vec<u8>)| json!([name, format!("{:016x}", xxh3_64(bytes))]);
+    let mut text = String::new();
+    canonical(
+        &json!({
+            "contact": setup.contact.as_ref().map(contact),
+            "files": setup.provenance.files.iter().map(file).collect::<Vec<_>>(),
+            "fluid": setup.fluid.as_ref().map(fluid),
+            "gravity": vector(setup.gravity),
+            "substeps": setup.substeps,
+            "templates": setup.templates.iter().map(template).collect::<Vec<_>>(),
+            "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
+        }),
+        &mut text,
+    );
+    format!("{:016x}", xxh3_64(text.as_bytes()))
+}
+
+/// Appends JSON without spaces, its keys sorted, and every number as the shortest decimal that reads back as the same `f64`, in
+/// scientific notation (`1.5e-3`, `2e0`; never `-0e0`). What is absent or not finite is `null`.
+fn canonical(value: &Json, text: &mut String) {
+    match value {
+        Json::Number(number) => {
+            let number = number.as_f64().expect("all are finite") + 0.0;
+            let _ = write!(text, "{number:e}");
+        }
+        Json::Array(values) => {
+            text.push('[');
+            for (n, value) in values.iter().enumerate() {
+                text.push_str(if n > 0 { "," } else { "" });
+                canonical(value, text);
+            }
+            text.push(']');
+        }
+        Json::Object(map) => {
+            let mut entries: Vec<_> = map.iter().collect();
+            entries.sort_by_key(|(key, _)| *key);
+            text.push('{');
+            for (n, (key, value)) in entries.into_iter().enumerate() {
+                let _ = write!(text, "{}{}:", if n > 0 { "," } else { "" }, json!(key));
+                canonical(value, text);
+            }
+            text.push('}');
+        }
+        Json::Null | Json::Bool(_) | Json::String(_) => {
+            let _ = write!(text, "{value}");
+        }
+    }
+}
+
+fn vector(v: Vec3) -> [f64; 3] {
+    v.into()
+}
+
+fn collision(collision: Collision) -> Json {
+    let magic = match collision {
+        Collision::Bgk => None,
+        Collision::Trt { magic } => Some(magic),
+    };
+    json!({ "magic_parameter": magic, "operator": collision_name(collision) })
+}
+
+fn fluid(fluid: &FluidSetup) -> Json {
+    let operator = match fluid.solids {
+        SolidCollision::ExactDifference => "exact_difference",
+        SolidCollision::Sc1 => "sc1",
+        SolidCollision::Sc2 => "sc2",
+        SolidCollision::Sc3 => "sc3",
+    };
+    let ramp_width = match fluid.fraction {
+        Fraction::Ramp(width) => Some(width),
+        Fraction::Volume(_) => None,
+    };
+    json!({
+        "body_acceleration": vector(fluid.body_acceleration),
+        "collision": collision(fluid.collision),
+        "coupling": { "operator": operator, "ramp_width": ramp_width },
+        "density": fluid.density,
+        "force_balance": balance_name(fluid.force_balance),
+        "zero_net_flux": fluid.zero_net_flux,
+    })
+}
+
+fn contact(model: &ContactModel) -> Json {
+    let materials = (model.materials.iter())
+        .map(|m| json!({ "poisson_ratio": m.poisson_ratio, "youngs_modulus": m.youngs_modulus }));
+    let pairs = model.pairs.iter().map(|pair| {
+        json!({
+            "friction_kinetic": pair.friction_kinetic,
+            "friction_static": pair.friction_static,
+            "restitution": pair.restitution,
+            "transition_velocity": pair.transition_velocity,
+        })
+    });
+    json!({
+        "damping": match model.damping {
+            DampingLaw::HuntCrossley => "hunt_crossley",
+            DampingLaw::Tsuji => "tsuji",
+        },
+        "enlargement": model.enlargement,
+        "law": match model.law {
+            ElasticLaw::Paper => "paper",
+            ElasticLaw::OverlapEnergy => "overlap_energy",
+            ElasticLaw::Hertz => "hertz",
+        },
+        "materials": materials.collect::<Vec<_>>(),
+        "pairs": pairs.collect::<Vec<_>>(),
+        "samples": match model.geometry {
+            Geometry::Exact => None,
+            Geometry::Sampled { samples } => Some(samples),
+        },
+    })
+}
+
+fn template(template: &Template) -> Json {
+    let shape = &template.shape;
+    json!({
+        "density": template.density,
+        "inertia_per_mass": vector(shape.inertia_per_mass()),
+        "material": template.material,
+        "shape": shape.kind(),
+        "volume": shape.volume(),
+    })
+}
+
+fn wall(wall: &Wall) -> Json {
+    let surface = match wall.surface {
+        Surface::Plane { point, normal } => {
+            json!({ "kind": "plane", "normal": vector(normal), "point": vector(point) })
+        }
+        Surface::Cylinder {
+            point, axis, radius, ..
+        } => json!({
+            "axis": vector(axis),
+            "kind": surface_name(&wall.surface),
+            "point": vector(point),
+            "radius": radius,
+        }),
+    };
+    json!({
+        "angular_velocity": vector(wall.motion.angular_velocity),
+        "material": wall.material,
+        "name": wall.name,
+        "pivot": vector(wall.motion.pivot),
+        "surface": surface,
+        "velocity": vector(wall.motion.velocity),
+    })
+}
+
+pub(super) fn surface_name(surface: &Surface) -> &'static str {
+    match surface {
+        Surface::Plane { .. } => "plane",
+        Surface::Cylinder { pipe: true, .. } => "pipe",
+        Surface::Cylinder { .. } => "rod",
+    }
+}
+
+pub(super) fn precision_name(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    }
+}
+
+/// As in the case file.
+pub(super) fn collision_name(collision: Collision) -> &'static str {
+    match collision {
+        Collision::Bgk => "bgk",
+        Collision::Trt { .. } => "trt",
+    }
+}
+
+/// As in the case file.
+pub(super) fn coupling_name(solids: SolidCollision) -> &'static str {
+    if solids.is_saturated() {
+        "saturated"
+    } else {
+        "paper"
+    }
+}
+
+/// As in the case file.
+pub(super) fn balance_name(balance: ForceBalance) -> &'static str {
+    match balance {
+        ForceBalance::Mixture => "mixture",
+        ForceBalance::FluidOnly => "fluid_only",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case;
+    use std::path::Path;
+
+    /// Walls that move, in a fluid; no fluid; a shape from a file. A value that changes makes every checkpoint and every finished
+    /// run of a study one of another set-up: raise `FORMAT` of the checkpoints, and say so in the changelog.
+    const GOLDEN: [(&str, &str); 3] = [("shear_cell", "0"), ("dry_box", "0"), ("stl_particles", "0")];
+
+    #[test]
+    fn the_identity_of_a_case_depends_on_its_numbers_and_on_no_name_in_the_program() {
+        let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+        let found = GOLDEN.map(|(name, _)| {
+            let path = cases.join(name).with_extension("toml");
+            let setup = case::outline(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+            (name, setup_hash(&setup))
+        });
+        assert_eq!(found, GOLDEN.map(|(name, hash)| (name, hash.to_string())));
+    }
+
+    #[test]
+    fn the_canonical_form_sorts_keys_and_writes_numbers_in_one_way() {
+        let mut text = String::new();
+        let value = json!({ "b": [1, 1.0, 0.1, -0.0, 1e-300, f64::NAN], "a": { "d": "x\"y", "c": true } });
+        canonical(&value, &mut text);
+        let expected = r#"{"a":{"c":true,"d":"x\"y"},"b":[1e0,1e0,1e-1,0e0,1e-300,null]}"#;
+        assert_eq!(text, expected);
+    }
+}
