@@ -3,6 +3,8 @@
 #[cfg(feature = "liggghts")]
 mod damped;
 #[cfg(feature = "liggghts")]
+pub mod files;
+#[cfg(feature = "liggghts")]
 mod free_flight;
 #[cfg(feature = "liggghts")]
 mod gas;
@@ -17,8 +19,6 @@ pub mod own_case;
 #[cfg(feature = "liggghts")]
 mod periodic;
 #[cfg(feature = "liggghts")]
-pub mod report;
-#[cfg(feature = "liggghts")]
 mod settling;
 #[cfg(feature = "liggghts")]
 mod statics;
@@ -27,54 +27,13 @@ mod theory;
 #[cfg(feature = "liggghts")]
 mod tools;
 
+use crate::checks::Findings;
+#[cfg(feature = "liggghts")]
+use crate::checks::{Check, Moment};
 use crate::error::Result;
-use crate::math::Vec3;
-pub use crate::output::Overlay;
-use serde::Serialize;
+#[cfg(feature = "liggghts")]
+use crate::output::Overlay;
 use std::path::Path;
-
-/// One number of both engines. The keys of its JSON are stable.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
-    /// Id of the case.
-    pub case: &'static str,
-    /// What is compared, with its unit.
-    pub quantity: String,
-    /// Of the native engine.
-    pub native: Option<f64>,
-    /// Of LIGGGHTS.
-    pub liggghts: Option<f64>,
-    /// What theory says: decides who is wrong.
-    pub analytic: Option<f64>,
-    /// What is held against the tolerance: the difference of two of the values, absolute or relative as `reason` says.
-    pub difference: f64,
-    /// Largest admissible difference.
-    pub tolerance: f64,
-    /// Which difference, and why this tolerance.
-    pub reason: &'static str,
-    /// Whether the difference is within the tolerance.
-    pub pass: bool,
-}
-
-/// Spheres of one moment in both engines, for VTK.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Moment {
-    /// Time (s).
-    pub time: f64,
-    /// Centre (m), velocity (m/s), angular velocity (1/s) and radius (m) by id; native, then LIGGGHTS.
-    pub spheres: [Vec<(Vec3, Vec3, Vec3, f64)>; 2],
-}
-
-/// What a case found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Findings {
-    /// Numbers.
-    pub checks: Vec<Check>,
-    /// Plots.
-    pub overlays: Vec<Overlay>,
-    /// Trajectories, in ascending time; may be empty.
-    pub moments: Vec<Moment>,
-}
 
 /// A case of the suite.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@
 //!
 //! ```text
 //! front     main -> cli
-//! whole     validate   report   study   crosscheck   simulation   case   output   packing   checkpoint
+//! whole     validate   report   study   crosscheck   checks   simulation   case   output   packing   checkpoint
 //! border    coupling                the only place where lattice units meet SI at run time
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
@@ -19,6 +19,7 @@
 
 pub mod case;
 pub mod checkpoint;
+pub mod checks;
 pub mod cli;
 pub mod crosscheck;
 pub mod engine;

@@ -191,9 +191,9 @@ impl Study {
         let mut tables = tables.collect::<Result<Vec<_>>>()?;
         let mut checks = Vec::new();
         for section in &self.file.checks {
-            let verdict = self.check(section)?;
-            checks.extend(verdict.checks);
-            for mut table in verdict.tables {
+            let (found, of_checks) = self.check(section)?;
+            checks.extend(found);
+            for mut table in of_checks {
                 let same =
                     |known: &&document::Table| known.name.trim_end_matches(char::is_numeric) == table.name;
                 let known = tables.iter().filter(same).count();

@@ -14,7 +14,6 @@ mod liggghts;
 mod periodic_settling;
 mod random_array;
 mod reference;
-pub mod report;
 mod restitution;
 mod settling_tank;
 mod shear;
@@ -27,41 +26,12 @@ mod trial;
 mod watch;
 mod wet_impact;
 
+use crate::checks::Check;
+pub use crate::checks::Findings;
 use crate::error::Result;
-pub use crate::output::Overlay;
-use serde::Serialize;
-pub use suite::{Outcome, Score, run};
+use crate::output::Overlay;
+pub use suite::{list, run};
 pub use trial::Trial;
-
-/// One number against its reference. The keys of its JSON are stable.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
-    /// Name of the case.
-    pub case: &'static str,
-    /// What is measured, with its unit.
-    pub quantity: String,
-    /// What came out.
-    pub measured: f64,
-    /// What is to come out.
-    pub reference: f64,
-    /// Largest admissible distance of the two, in the unit of both.
-    pub tolerance: f64,
-    /// Whether they are that close.
-    pub pass: bool,
-    /// Where the reference is from: author, year, DOI.
-    pub source: &'static str,
-}
-
-/// What a part of a case found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Findings {
-    /// Numbers that have a reference.
-    pub checks: Vec<Check>,
-    /// Numbers that belong to the result but have none.
-    pub notes: Vec<(String, f64)>,
-    /// Plots.
-    pub overlays: Vec<Overlay>,
-}
 
 /// How long one is willing to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
@@ -173,14 +143,8 @@ impl Findings {
         tolerance: f64,
     ) {
         self.checks.push(Check {
-            case: case.name,
-            quantity: quantity.into(),
-            measured,
-            reference,
-            tolerance,
-            // What is no number is close to nothing.
-            pass: (measured - reference).abs() <= tolerance,
-            source: case.source,
+            case: case.name.to_string(),
+            ..Check::new(quantity, measured, reference, tolerance, case.source)
         });
     }
 
@@ -202,9 +166,9 @@ impl Findings {
     }
 
     /// Another source for the check made last.
-    fn from(&mut self, source: &'static str) {
+    fn from(&mut self, source: &str) {
         if let Some(check) = self.checks.last_mut() {
-            check.source = source;
+            check.source = source.to_string();
         }
     }
 

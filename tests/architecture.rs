@@ -11,18 +11,22 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck simulation case output packing fluid dem contact particle comm memory error",
+        "validate report study crosscheck checks simulation case output packing fluid dem contact particle comm memory error",
     ),
     (
         "validate",
-        "crosscheck simulation case output checkpoint coupling fluid dem contact particle shape domain comm math input error",
+        "crosscheck checks simulation case output checkpoint coupling fluid dem contact particle shape domain comm math input error",
     ),
-    ("report", "study simulation output input error"),
-    ("study", "simulation case output checkpoint comm math input error"),
+    ("report", "study checks simulation output input error"),
+    (
+        "study",
+        "checks simulation case output checkpoint comm math input error",
+    ),
     (
         "crosscheck",
-        "simulation case output dem contact particle shape wall domain comm units math error",
+        "checks simulation case output dem contact particle shape wall domain comm units math error",
     ),
+    ("checks", "output math error"),
     (
         "simulation",
         "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing memory error",

@@ -4,7 +4,7 @@ use super::Changes;
 use super::terminal::say;
 use crate::crosscheck;
 #[cfg(not(feature = "liggghts"))]
-use crate::engine::liggghts_is_missing;
+use crate::dem::liggghts_is_missing;
 use crate::error::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -57,10 +57,10 @@ pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
 #[cfg(feature = "liggghts")]
 mod both {
     use super::{CrosscheckArguments, Result};
+    use crate::checks::{self, Ending, Outcome, Score};
     use crate::cli::terminal::say;
     use crate::cli::{load, preflight, suite};
-    use crate::crosscheck::report::{self, Outcome};
-    use crate::crosscheck::{CASES, Case, own_case};
+    use crate::crosscheck::{CASES, Case, files, own_case};
     use crate::error::Error;
     use std::time::Instant;
 
@@ -72,10 +72,10 @@ mod both {
             None => whole_suite(arguments)?,
         };
         if let Some(json) = &arguments.json {
-            report::write_json(json, &outcomes)?;
+            checks::write_json(json, &outcomes)?;
         }
-        say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
-        Ok(report::Score::of(&outcomes).is_full())
+        say(&checks::summary(&outcomes, start.elapsed().as_secs_f64()));
+        Ok(Score::of(&outcomes).is_full())
     }
 
     /// The suite, or those of its cases that are named. A case that fails does not keep the next one from running.
@@ -88,15 +88,15 @@ mod both {
         }
         let cases = chosen(&arguments.only)?;
         let ids: Vec<&str> = cases.iter().map(|case| case.id).collect();
-        let logs = report::prepare(&arguments.out, &ids)?;
+        let logs = files::prepare(&arguments.out, &ids)?;
         let mut outcomes = Vec::new();
         for case in cases {
-            let outcome = Outcome::of(case.id, case.title, || (case.run)(Some(&logs)));
-            say(&report::table(&outcome, arguments.tolerance_report));
-            report::write_case(&arguments.out, &outcome)?;
+            let outcome = Outcome::of_engines(case.id, case.title, || (case.run)(Some(&logs)));
+            say(&checks::table(&outcome, arguments.tolerance_report));
+            files::write_case(&arguments.out, &outcome)?;
             outcomes.push(outcome);
             // What is done is on disk, whatever becomes of the rest.
-            report::write_tables(&arguments.out, &outcomes)?;
+            checks::write_tables(&arguments.out, "crosscheck", &outcomes)?;
         }
         Ok(outcomes)
     }
@@ -105,24 +105,21 @@ mod both {
     fn own(arguments: &CrosscheckArguments, file: &std::path::Path) -> Result<Vec<Outcome>> {
         let setup = load(file, &arguments.changes)?;
         preflight::refuse_what_does_not_fit(&setup)?;
-        let logs = report::prepare(&arguments.out, &[own_case::ID])?;
+        let logs = files::prepare(&arguments.out, &[own_case::ID])?;
         let log = logs.join(format!("{}.log", own_case::ID));
         let start = Instant::now();
-        let found = own_case::run(&setup, arguments.time, Some(&log))?;
+        let (findings, parting) = own_case::run(&setup, arguments.time, Some(&log))?;
         let outcome = Outcome {
-            case: own_case::ID,
+            case: own_case::ID.to_string(),
             title: setup.provenance.name,
+            engines: true,
             seconds: start.elapsed().as_secs_f64(),
-            result: Ok(found.findings),
+            ending: Ending::Found(findings),
         };
-        say(&report::table(&outcome, arguments.tolerance_report));
-        for note in &found.notes {
-            say(&format!("  {note}"));
-        }
-        report::write_case(&arguments.out, &outcome)?;
-        report::write_series(&arguments.out, own_case::ID, &found.series)?;
+        say(&checks::table(&outcome, arguments.tolerance_report));
+        say(&parting);
         let outcomes = vec![outcome];
-        report::write_tables(&arguments.out, &outcomes)?;
+        checks::write_tables(&arguments.out, "crosscheck", &outcomes)?;
         Ok(outcomes)
     }
 

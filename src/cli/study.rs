@@ -3,6 +3,7 @@
 use super::machine::{in_time, mlups_per_thread, threads};
 use super::terminal::{say, warn};
 use super::{Manner, preflight, run};
+use crate::checks::Score;
 use crate::comm;
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
@@ -77,13 +78,10 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     )?;
     let document = study.document()?;
     if !quiet {
-        let passed = document.checks.iter().filter(|check| check.pass).count();
+        let score = Score::of_checks(&document.checks);
         let mut text = format!(
-            "{} of {} runs done, {} of {} checks passed",
-            document.runs.done,
-            document.runs.total,
-            passed,
-            document.checks.len()
+            "{} of {} runs done, {score}",
+            document.runs.done, document.runs.total
         );
         match document.unsettled.len() {
             0 => {}

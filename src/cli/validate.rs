@@ -3,8 +3,9 @@
 use super::suite::chosen;
 use super::terminal::say;
 use super::{Changes, Manner, run, walltime};
+use crate::checks::{self, Score};
 use crate::error::{Error, Result};
-use crate::validate::{self, CASES, Case, Level, Score, Trial, report};
+use crate::validate::{self, CASES, Case, Level, Trial};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -39,7 +40,7 @@ pub(super) struct ValidateArguments {
 /// Runs the cases; whether all checks passed.
 pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if arguments.list {
-        say(&report::list(CASES));
+        say(&validate::list(CASES));
         return Ok(true);
     }
     let start = Instant::now();
@@ -51,7 +52,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
         .map(|place| &CASES[place]);
     let cases: Vec<&'static Case> = cases.filter(meant).collect();
     if let Some(out) = &arguments.out {
-        report::prepare(out)?;
+        checks::prepare(out)?;
     }
     let manner = Manner {
         quiet: false,
@@ -70,15 +71,15 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     trial.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
     let outcomes = validate::run(&cases, level, &trial, |outcome| {
-        say(&report::table(outcome));
+        say(&checks::table(outcome, false));
         if let Some(out) = &arguments.out {
             // The next cases run all the same.
-            let written = report::write_plots(out, outcome);
+            let written = checks::write_plots(out, outcome);
             failure = failure.take().or(written.err());
         }
     });
     if let Some(json) = &arguments.json {
-        report::write_json(json, &outcomes)?;
+        checks::write_json(json, &outcomes)?;
     }
     let score = Score::of(&outcomes);
     let interrupted = score.interrupted > 0;
@@ -89,13 +90,13 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
             kept.display()
         ));
     }
-    say(&report::summary(&outcomes, start.elapsed().as_secs_f64()));
+    say(&checks::summary(&outcomes, start.elapsed().as_secs_f64()));
     if let Some(out) = &arguments.out {
         // Tables of all that was asked for stay until there are others.
         if interrupted {
             say("the same command goes on");
         } else {
-            report::write_tables(out, &outcomes)?;
+            checks::write_tables(out, "validation", &outcomes)?;
         }
     }
     match failure {

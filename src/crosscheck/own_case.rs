@@ -1,23 +1,26 @@
-//! The spheres of a user's case in both engines, from the same state and under the same loads.
+//! The spheres of a user's case in both engines, from the same state and under the same loads: where they part.
 //!
 //! A dry case has its contacts, walls and gravity. Of a case with a fluid the loads are recorded in a four-way run with the
 //! native engine, and these loads are replayed through both engines: so the engines are compared, and not what the fluid
 //! makes of their differences.
 
 mod compare;
-mod plots;
 mod record;
 mod replay;
 
-use super::{Check, Findings};
+use super::tools::Judge;
 use crate::case::Setup;
+use crate::checks::{Check, Findings, aligned};
 use crate::comm::Comm;
-use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
-use crate::dem::{DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams};
+use crate::contact::{DampingLaw, ElasticLaw};
+use crate::dem::{
+    DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams,
+};
 use crate::domain::Decomposition;
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 use crate::error::{Error, Result};
-use compare::{Comparison, FEW, PARTED, Pair, Span};
+use crate::output::numbers::small;
+use compare::{Comparison, PARTED, Pair, QUANTITIES, Span};
 use record::record;
 pub use replay::replay;
 use std::path::Path;
@@ -30,27 +33,23 @@ const MOST_BYTES: f64 = 4e9;
 /// Bytes of one load while it is recorded.
 const BYTES: f64 = 112.0;
 
-/// What a case showed.
-#[derive(Clone, Debug)]
-pub struct OwnCase {
-    /// Checks, plots, trajectories.
-    pub findings: Findings,
-    /// Where the engines part, and what is known of the reasons, one sentence each.
-    pub notes: Vec<String>,
-    /// Differences and statistics over time, as a table with a header.
-    pub series: Vec<Vec<String>>,
-}
+const JUDGE: Judge = Judge(ID);
 
-/// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to `log`.
+/// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to `log`. The text says where the
+/// engines part, and what is known of the reasons.
 ///
 /// # Errors
 /// [`Error::Input`] if the case has other bodies than spheres, or is too long to record; what LIGGGHTS says to its set-up;
 /// and how a run that records loads fails. An engine that fails on the way is a check that fails.
-pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<OwnCase> {
+pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Findings, String)> {
     refuse_what_is_no_sphere(setup)?;
     let steps = steps(setup, time)?;
-    let recorded = (setup.fluid.as_ref()).map(|_| record(setup, steps)).transpose()?;
-    let mut pair = Pair::new(setup, steps, [native(setup)?, liggghts(setup, log)?]);
+    let recorded = if setup.fluid.is_none() {
+        None
+    } else {
+        Some(record(setup, steps)?)
+    };
+    let mut pair = Pair::new(setup, [native(setup)?, liggghts(setup, log)?]);
     let rest = vec![Load::default(); setup.particles.len()];
     for step in 0..steps {
         let loads = recorded.as_ref().map_or(&rest[..], |r| r.loads(step));
@@ -58,24 +57,23 @@ pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<OwnCa
             break;
         }
     }
-    let found = pair.finish();
-    let mut checks = Vec::new();
+    let found = &pair.found;
+    let mut checks = vec![both_arrive(found, steps)];
     if let Some(recorded) = recorded.as_ref().filter(|_| found.steps[0] == steps) {
-        checks.push(same_as_recorded(recorded, &pair));
+        checks.push(repeats(JUDGE, "", recorded, &pair));
     }
-    checks.push(both_arrive(&found, steps));
-    checks.extend(free_flight(setup, &found));
-    checks.extend(few_impacts(setup, &found));
-    checks.extend(at_the_end(&found));
-    Ok(OwnCase {
-        notes: notes(setup, &found),
-        series: plots::series(setup, &found),
-        findings: Findings {
-            checks,
-            overlays: plots::overlays(setup, &found),
-            moments: found.moments,
-        },
-    })
+    checks.extend(found.before_contact.map(|span| free_flight(setup, &span)));
+    checks.extend(QUANTITIES.iter().zip(&found.largest).map(|(quantity, largest)| {
+        let reason = "reported only: contacts multiply differences, so no theory gives a limit";
+        let quantity = format!("largest difference of {quantity} (-)");
+        JUDGE.given(quantity, [None; 3], largest.value, f64::INFINITY, reason)
+    }));
+    checks.push(begun(JUDGE, "", found));
+    let findings = Findings {
+        checks,
+        ..Findings::default()
+    };
+    Ok((findings, parting(setup, found) + &notes(setup, found)))
 }
 
 fn refuse_what_is_no_sphere(setup: &Setup) -> Result<()> {
@@ -113,13 +111,9 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
 
 /// The native engine with the case at rest.
 fn native(setup: &Setup) -> Result<Box<dyn DemEngine>> {
-    Ok(Box::new(Native::new(
-        native_params(setup),
-        whole(setup),
-        0,
-        setup.templates.clone(),
-        &setup.particles,
-    )?))
+    let (whole, templates) = (whole(setup), setup.templates.clone());
+    let engine = Native::new(native_params(setup), whole, 0, templates, &setup.particles)?;
+    Ok(Box::new(engine))
 }
 
 fn native_params(setup: &Setup) -> NativeParams {
@@ -145,14 +139,9 @@ fn liggghts(setup: &Setup, log: Option<&Path>) -> Result<Box<dyn DemEngine>> {
         log: log.map(Path::to_path_buf),
         ..LiggghtsParams::default()
     };
-    let templates = setup.templates.clone();
-    Ok(Box::new(Liggghts::new(
-        params,
-        whole(setup),
-        &Comm::Solo,
-        templates,
-        &setup.particles,
-    )?))
+    let (whole, templates) = (whole(setup), setup.templates.clone());
+    let engine = Liggghts::new(params, whole, &Comm::Solo, templates, &setup.particles)?;
+    Ok(Box::new(engine))
 }
 
 /// The box in one piece.
@@ -160,169 +149,59 @@ fn whole(setup: &Setup) -> Decomposition {
     Decomposition::with_grid(setup.domain, [1; 3])
 }
 
-fn same_as_recorded(recorded: &record::Recording, pair: &Pair) -> Check {
-    let replayed = pair.particles(0);
-    let difference = (recorded.last.iter().zip(replayed))
-        .map(|(a, b)| {
-            if a == b {
-                0.0
-            } else {
-                (a.position() - b.position()).norm().max(f64::MIN_POSITIVE)
-            }
-        })
-        .fold(0.0, f64::max);
-    Check {
-        case: ID,
-        quantity: "replayed less recorded native run: position (m)".to_string(),
-        native: None,
-        liggghts: None,
-        analytic: None,
-        difference,
-        tolerance: 0.0,
-        reason: "the native engine under recorded loads repeats the recorded run bit for bit",
-        pass: difference <= 0.0,
-    }
-}
-
 fn both_arrive(found: &Comparison, steps: u64) -> Check {
     let [native, liggghts] = found.steps.map(|done| done as f64);
     let difference = (steps as f64 - native).max(steps as f64 - liggghts);
-    Check {
-        case: ID,
-        quantity: "steps done".to_string(),
-        native: Some(native),
-        liggghts: Some(liggghts),
-        analytic: Some(steps as f64),
-        difference,
-        tolerance: 0.0,
-        reason: "both engines must come to the end; the notes say why one does not",
-        pass: difference <= 0.0,
-    }
+    let values = [native, liggghts, steps as f64].map(Some);
+    let reason = "both engines must come to the end; the text below says why one does not";
+    JUDGE.given("steps done", values, difference, 0.0, reason)
 }
 
-/// What rounding alone makes of positions (over D): every sub-step of either engine rounds a position and what a velocity adds
-/// to it, by at most 4 units in the last place of the box and of the way in all.
-fn rounding(setup: &Setup, found: &Comparison, span: &Span) -> f64 {
-    let way = setup.domain.size().amax() + span.path;
-    4.0 * substeps(setup, span) * f64::EPSILON * way / found.least_diameter
+/// The native engine repeats the recorded run.
+fn repeats(judge: Judge, what: &str, recorded: &record::Recording, pair: &Pair) -> Check {
+    let both = recorded.last.iter().zip(pair.particles(0));
+    let different = both.filter(|(a, b)| a != b).count() as f64;
+    let quantity = format!("{what}particles that do not repeat the recorded run (-)");
+    let reason = "the native engine under recorded loads repeats the recorded run bit for bit";
+    judge.given(quantity, [None; 3], different, 0.0, reason)
 }
 
-fn substeps(setup: &Setup, span: &Span) -> f64 {
-    span.steps as f64 * f64::from(setup.substeps)
+/// Contacts that began in both engines.
+fn begun(judge: Judge, what: &str, found: &Comparison) -> Check {
+    let [native, liggghts] = found.begun.map(|count| count as f64);
+    let values = [Some(native), Some(liggghts), None];
+    let reason = "reported only: the native engine looks at every sub-step, LIGGGHTS at every step";
+    let quantity = format!("{what}contacts that began (-)");
+    judge.given(quantity, values, (native - liggghts).abs(), f64::INFINITY, reason)
 }
 
 /// Before anything touches both engines integrate the same constant loads: only rounding can part them.
-fn free_flight(setup: &Setup, found: &Comparison) -> Vec<Check> {
-    let Some(span) = &found.before_contact else {
-        return Vec::new();
-    };
-    let check = |what: &str, difference: f64, tolerance: f64, reason: &'static str| {
-        let (tolerance, reason) = if commands(setup).is_empty() {
-            (tolerance, reason)
-        } else {
-            (
-                f64::INFINITY,
-                "reported only: LIGGGHTS alone gets the commands of the case",
-            )
-        };
-        Check {
-            case: ID,
-            quantity: format!("largest {what} in {} steps before a contact (-)", span.steps),
-            native: None,
-            liggghts: None,
-            analytic: Some(0.0),
-            difference,
-            tolerance,
-            reason,
-            pass: difference <= tolerance,
-        }
-    };
-    // What rests does not differ, and has no speed to divide by.
-    let over = |difference: f64, unit: f64| {
-        if difference > 0.0 {
-            difference / unit
-        } else {
-            difference
-        }
-    };
-    let apart = &span.apart;
-    let each = 4.0 * substeps(setup, span) * f64::EPSILON;
+fn free_flight(setup: &Setup, span: &Span) -> Check {
+    let over = |difference: f64, unit: f64| if difference > 0.0 { difference / unit } else { 0.0 };
+    let [position, velocity, spin] = span.apart;
+    let apart = [position, over(velocity, span.speed), over(spin, span.spin)];
     // Loads may hold gravity up: then a sub-step adds what takes most of it away again.
     let gained = setup.gravity.norm() * setup.time_step / f64::from(setup.substeps);
-    let held = if span.speed > 0.0 {
-        gained / span.speed
+    let way = setup.domain.size().amax() + span.speed * span.steps as f64 * setup.time_step;
+    let diameters = setup.templates.iter().map(|t| t.shape.equivalent_diameter());
+    let largest = (way / diameters.fold(f64::INFINITY, f64::min)).max(1.0 + over(gained, span.speed));
+    let substeps = span.steps as f64 * f64::from(setup.substeps);
+    let (tolerance, reason) = if commands(setup).is_empty() {
+        (
+            4.0 * substeps * f64::EPSILON * largest,
+            "rounding alone: every sub-step of either engine rounds position, velocity and spin and what is added to them, by at \
+             most 4 units in the last place of box and way, or of the speed and of what gravity adds, in all",
+        )
     } else {
-        0.0
+        let reason = "reported only: LIGGGHTS alone gets the commands of the case";
+        (f64::INFINITY, reason)
     };
-    vec![
-        check(
-            "distance over D",
-            apart.position,
-            rounding(setup, found, span),
-            "rounding alone: every sub-step of either engine rounds a position and what a velocity adds to it, at most 4 units in \
-             the last place of the box and of the way in all",
-        ),
-        check(
-            "difference of velocities over the largest",
-            over(apart.velocity, span.speed),
-            each * (1.0 + held),
-            "rounding alone: every sub-step of either engine rounds a velocity and what load and gravity add to it, at most 4 \
-             units in the last place of the largest velocity and of what gravity adds, in all",
-        ),
-        check(
-            "difference of spins over the largest",
-            over(apart.spin, span.spin),
-            each,
-            "rounding alone: every sub-step of either engine rounds a spin and what a torque adds to it, at most 4 units in the \
-             last place of the largest spin in all",
-        ),
-    ]
-}
-
-/// Under the same laws rounding has a limit as long as impacts are few; none if it is too large to say anything, or nothing
-/// touches.
-fn few_impacts(setup: &Setup, found: &Comparison) -> Option<Check> {
-    let span = found.few_impacts.as_ref().filter(|_| has_the_same_laws(setup))?;
-    let free = found.before_contact.map_or(0, |free| free.steps);
-    // An impact turns the line of flight by the error over the radius, on either side.
-    let growth = (10.0 + 4.0 * span.path / found.least_diameter).powi(FEW as i32);
-    let tolerance = rounding(setup, found, span) * growth;
-    if span.steps <= free || tolerance > PARTED {
-        return None;
-    }
-    let apart = span.apart.position;
-    Some(Check {
-        case: ID,
-        quantity: format!(
-            "largest distance over D in {} steps with {FEW} impacts of a particle at most (-)",
-            span.steps
-        ),
-        native: None,
-        liggghts: None,
-        analytic: Some(0.0),
-        difference: apart,
-        tolerance,
-        reason: "the same laws (Hertz, no friction; no damping, or that of Tsuji without loads), so rounding alone: as before a \
-                 contact, and each of three impacts multiplies it by at most 10 and 4 times the longest way over D",
-        pass: apart <= tolerance,
-    })
-}
-
-/// Whether both engines have the same laws of contact to rounding, and LIGGGHTS no commands of the user.
-fn has_the_same_laws(setup: &Setup) -> bool {
-    let Some(contact) = &setup.contact else {
-        return false;
-    };
-    let moving = (setup.walls.iter().map(|wall| wall.motion))
-        .any(|motion| motion.velocity.norm() > 0.0 || motion.angular_velocity.norm() > 0.0);
-    different_laws(contact).is_empty()
-        && contact.geometry == Geometry::Exact
-        && !moving
-        && commands(setup).is_empty()
-}
-
-fn is_damped(contact: &ContactModel) -> bool {
-    contact.pairs.iter().any(|pair| pair.restitution < 1.0)
+    let quantity = format!(
+        "largest of all differences in {} steps before a contact (-)",
+        span.steps
+    );
+    let difference = apart.into_iter().fold(0.0, f64::max);
+    JUDGE.given(quantity, [None, None, Some(0.0)], difference, tolerance, reason)
 }
 
 /// Commands of the user, which only LIGGGHTS gets.
@@ -333,115 +212,85 @@ fn commands(setup: &Setup) -> &[String] {
     }
 }
 
-/// What both engines show at the end: no theory says how far they may part once something has touched.
-fn at_the_end(found: &Comparison) -> Vec<Check> {
-    let Some(last) = found.samples.last() else {
-        return Vec::new();
-    };
-    let reported = |quantity: &str, [native, liggghts]: [f64; 2]| Check {
-        case: ID,
-        quantity: quantity.to_string(),
-        native: Some(native),
-        liggghts: Some(liggghts),
-        analytic: None,
-        difference: (native - liggghts).abs(),
-        tolerance: f64::INFINITY,
-        reason: "absolute difference at the end, reported only: contacts multiply differences, so no theory gives a limit",
-        pass: true,
-    };
-    let mut checks = vec![
-        Check {
-            native: None,
-            liggghts: None,
-            difference: last.apart.position,
-            ..reported("largest distance over D at the end (-)", [0.0; 2])
-        },
-        reported("contacts that began (-)", found.begun.map(|n| n as f64)),
-        reported("contacts at the end (-)", last.contacts.map(|n| n as f64)),
-        reported("largest overlap over D at the end (-)", last.overlap),
-        reported("mean kinetic energy at the end (J)", last.energy),
+/// A table of where the engines part: which quantity, which particle, when, and by how much at most.
+fn parting(setup: &Setup, found: &Comparison) -> String {
+    let time = |step: u64| format!("{:.6e}", step as f64 * setup.time_step);
+    let heads = [
+        "",
+        "parts at (s)",
+        "particle",
+        "in contact",
+        "largest",
+        "particle",
+        "at (s)",
     ];
-    if last.falling.iter().any(|v| *v != 0.0) {
-        checks.push(reported(
-            "mean velocity along gravity at the end (m/s)",
-            last.falling,
-        ));
+    let mut rows = vec![heads.map(String::from).to_vec()];
+    for ((quantity, parting), largest) in QUANTITIES.iter().zip(&found.parting).zip(&found.largest) {
+        let [at, id, touching] = match parting {
+            None => ["never", "-", "-"].map(String::from),
+            Some(apart) => {
+                let touching = if apart.touching { "yes" } else { "no" };
+                [time(apart.step), apart.id.to_string(), touching.to_string()]
+            }
+        };
+        let most = [small(largest.value), largest.id.to_string(), time(largest.step)];
+        rows.push([vec![(*quantity).to_string(), at, id, touching], most.to_vec()].concat());
     }
-    checks
+    let lines = aligned(&rows).join("\n  ");
+    let place = found.parting[0].map_or_else(String::new, |apart| {
+        let [x, y, z] = apart.place;
+        format!(
+            "\n  particle {} then is at ({x:.6e}, {y:.6e}, {z:.6e}) m",
+            apart.id
+        )
+    });
+    format!("  engines part where they differ by more than {PARTED:.0e}:\n  {lines}{place}\n")
 }
 
-fn notes(setup: &Setup, found: &Comparison) -> Vec<String> {
+/// What is known of the reasons, a line each.
+fn notes(setup: &Setup, found: &Comparison) -> String {
     let mut notes = Vec::new();
     for (engine, error) in &found.failures {
         notes.push(format!("{engine} does not come to the end: {error}"));
     }
     let dt = setup.time_step;
-    notes.push(match found.first_contact {
-        [None, None] => "nothing touches in either engine".to_string(),
-        times => {
-            let say =
-                |step: Option<u64>| step.map_or("never".to_string(), |n| format!("{:.6e} s", n as f64 * dt));
-            format!(
-                "first contact: native {}, LIGGGHTS {}",
-                say(times[0]),
-                say(times[1])
-            )
-        }
-    });
-    notes.push(match &found.parting {
-        None => format!("no particle parts by more than {PARTED:.0e} D"),
-        Some(parting) => {
-            let [x, y, z] = parting.place;
-            format!(
-                "the first to part by more than {PARTED:.0e} D is particle {} at ({x:.6e}, {y:.6e}, {z:.6e}) m, t = {:.6e} s \
-                 (step {}), {}",
-                parting.id,
-                parting.step as f64 * dt,
-                parting.step,
-                if parting.touching { "in contact" } else { "in free flight" },
-            )
-        }
-    });
-    if setup.fluid.is_some() && found.parting.is_some() {
+    let say = |step: Option<u64>| step.map_or("never".to_string(), |n| format!("{:.6e} s", n as f64 * dt));
+    let [native, liggghts] = found.first_contact.map(say);
+    notes.push(format!("first contact: native {native}, LIGGGHTS {liggghts}"));
+    if setup.fluid.is_some() && found.parting[0].is_some() {
         notes.push(
             "the loads are those of the native run all the time: what has parted is not where the fluid thinks it is".to_string(),
         );
     }
-    notes.extend(setup.contact.as_ref().map_or_else(Vec::new, different_laws));
+    if let Some(contact) = &setup.contact {
+        let mut same = Vec::new();
+        if contact.law != ElasticLaw::Hertz {
+            same.push("--set contact.law=hertz");
+        }
+        if contact.damping != DampingLaw::Tsuji && contact.pairs.iter().any(|pair| pair.restitution < 1.0) {
+            same.push("--set contact.damping=tsuji");
+        }
+        if !same.is_empty() {
+            notes.push(format!(
+                "the engines have different laws of contact; the native one takes those of LIGGGHTS with {}",
+                same.join(" ")
+            ));
+        }
+        if contact.pairs.iter().any(|pair| pair.friction_static > 0.0) {
+            notes.push(
+                "friction differs by design: LIGGGHTS has a spring along the surfaces and one coefficient, the native engine a law \
+                 of the sliding speed; --set contact.friction_static=0 switches both off"
+                    .to_string(),
+            );
+        }
+    }
     if !commands(setup).is_empty() {
-        let quoted: Vec<String> = commands(setup).iter().map(|text| format!("`{text}`")).collect();
         notes.push(format!(
-            "LIGGGHTS alone gets the commands of the case, so what they change is a difference between the engines: {}",
-            quoted.join(", ")
+            "LIGGGHTS alone gets the commands of the case, so what they change is a difference between the engines: `{}`",
+            commands(setup).join("`, `")
         ));
     }
-    notes
-}
-
-/// What makes the engines part whatever they do.
-fn different_laws(contact: &ContactModel) -> Vec<String> {
-    let mut notes = Vec::new();
-    let mut same = Vec::new();
-    if contact.law != ElasticLaw::Hertz {
-        same.push("--set contact.law=hertz");
-    }
-    if contact.damping != DampingLaw::Tsuji && is_damped(contact) {
-        same.push("--set contact.damping=tsuji");
-    }
-    if !same.is_empty() {
-        notes.push(format!(
-            "the engines have different laws of contact; the native one takes those of LIGGGHTS with {}",
-            same.join(" ")
-        ));
-    }
-    if contact.pairs.iter().any(|pair| pair.friction_static > 0.0) {
-        notes.push(
-            "friction differs by design: LIGGGHTS has a spring along the surfaces and one coefficient, the native engine a law of \
-             the sliding speed; --set contact.friction_static=0 switches both off"
-                .to_string(),
-        );
-    }
-    notes
+    notes.iter().map(|note| format!("  {note}\n")).collect()
 }
 
 #[cfg(test)]

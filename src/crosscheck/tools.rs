@@ -316,22 +316,15 @@ impl Judge {
     pub(super) fn given(
         self,
         quantity: impl Into<String>,
-        [native, liggghts, analytic]: [Option<f64>; 3],
+        values: [Option<f64>; 3],
         difference: f64,
         tolerance: f64,
-        reason: &'static str,
+        reason: &str,
     ) -> Check {
         Check {
-            case: self.0,
-            quantity: quantity.into(),
-            native,
-            liggghts,
-            analytic,
-            difference,
-            tolerance,
-            reason,
-            // Not a number fails.
-            pass: difference <= tolerance,
+            case: self.0.to_string(),
+            engines: Some(values),
+            ..Check::new(quantity, difference, 0.0, tolerance, reason)
         }
     }
 
@@ -343,7 +336,7 @@ impl Judge {
         between: Between,
         unit: f64,
         tolerance: f64,
-        reason: &'static str,
+        reason: &str,
     ) -> Check {
         let [native, liggghts, analytic] = values;
         let pairs = match between {
@@ -363,7 +356,7 @@ impl Judge {
         values: [Option<f64>; 3],
         between: Between,
         tolerance: f64,
-        reason: &'static str,
+        reason: &str,
     ) -> Check {
         let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
         self.absolute(quantity, values, between, unit, tolerance, reason)
@@ -431,11 +424,11 @@ mod tests {
     fn the_worst_of_the_differences_asked_for_decides() {
         let values = [Some(1.0), Some(1.2), Some(1.1)];
         let differs = |between| JUDGE.absolute("x", values, between, 1.0, 0.15, "");
-        assert!((differs(Between::Engines).difference - 0.2).abs() < 1e-12);
+        assert!((differs(Between::Engines).measured - 0.2).abs() < 1e-12);
         assert!(!differs(Between::Engines).pass);
-        assert!((differs(Between::Theory).difference - 0.1).abs() < 1e-12);
+        assert!((differs(Between::Theory).measured - 0.1).abs() < 1e-12);
         assert!(differs(Between::Theory).pass);
-        assert!((differs(Between::All).difference - 0.2).abs() < 1e-12);
+        assert!((differs(Between::All).measured - 0.2).abs() < 1e-12);
         assert!(worst([0.0, f64::NAN, 1.0]).is_nan());
     }
 

@@ -1,11 +1,12 @@
 //! What is told of a study.
 
 use super::find::Source;
-use super::numbers::{duration, number};
+use super::numbers::duration;
 use super::{Block, Section};
+use crate::checks::{self, Check, Score};
 use crate::error::Result;
 use crate::output::picture::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
-use crate::study::document::{Check, Document, Figure, Point, Series, Style};
+use crate::study::document::{Document, Figure, Point, Series, Style};
 
 pub(super) fn section(source: &Source) -> Result<Section> {
     Ok(of(&Document::read(&source.directory)?))
@@ -13,11 +14,11 @@ pub(super) fn section(source: &Source) -> Result<Section> {
 
 fn of(document: &Document) -> Section {
     let mut blocks = vec![Block::Text(head(document))];
-    let passed = document.checks.iter().filter(|check| check.pass).count();
-    let checks = [passed, document.checks.len()];
+    let score = Score::of_checks(&document.checks);
+    let checks = [score.passed, score.checks];
     if !document.checks.is_empty() {
         blocks.push(Block::Heading("Checks".into()));
-        blocks.push(Block::Text(format!("{passed} of {} passed.", checks[1])));
+        blocks.push(Block::Text(format!("{score}.")));
         blocks.push(check_table(&document.checks));
     }
     if !document.figures.is_empty() {
@@ -78,22 +79,18 @@ fn head(document: &Document) -> String {
 
 fn check_table(checks: &[Check]) -> Block {
     let row = |check: &Check| {
-        let off = check.measured - check.reference;
-        let part = 100.0 * off / check.reference.abs();
-        let deviation = if part.is_finite() {
-            format!("{part:+.1} %")
-        } else {
-            number(off)
+        let verdict = match (check.pass, check.is_reported()) {
+            (_, true) => "",
+            (true, _) => "pass",
+            (false, _) => "**FAIL**",
         };
-        vec![
-            check.quantity.clone(),
-            number(check.measured),
-            number(check.reference),
-            deviation,
-            number(check.tolerance),
-            if check.pass { "pass" } else { "**FAIL**" }.to_string(),
-            check.source.clone(),
+        let numbers = checks::cells(check);
+        [
+            vec![check.quantity.clone()],
+            numbers.to_vec(),
+            vec![verdict.to_string(), check.source.clone()],
         ]
+        .concat()
     };
     let columns = [
         "quantity",

@@ -1,9 +1,10 @@
 //! Claims about pages.
 
 use super::*;
+use crate::checks::Check;
 use crate::output::picture::Format::{Png, Svg};
 use crate::output::{SeriesRow, SeriesWriter};
-use crate::study::document::{self, Axis, Check, Document, Panel, Point, Runs, Series, Style, Table};
+use crate::study::document::{self, Axis, Document, Panel, Point, Runs, Series, Style, Table};
 
 /// The table of a run that accelerates.
 fn write_series(directory: &Path) {
@@ -27,12 +28,8 @@ fn write_series(directory: &Path) {
 fn write_study(directory: &Path, title: &str) {
     fs::create_dir_all(directory).unwrap();
     let check = |quantity: &str, pass| Check {
-        quantity: quantity.into(),
-        measured: 0.21,
-        reference: 0.2,
-        tolerance: 0.02,
         pass,
-        source: "Marquardt et al. (2024)".into(),
+        ..Check::new(quantity, 0.21, 0.2, 0.02, "Marquardt et al. (2024)")
     };
     let series = Series {
         label: "spheres".into(),
@@ -129,9 +126,9 @@ fn a_study_has_its_checks_figures_and_tables_on_its_page() {
         "# A study\n",
         "3 of 4 runs done in 30 s, about 10 s left",
         "turbid study study.toml",
-        "1 of 2 passed.",
+        "1 of 2 checks passed.",
         "`run.average_from`: phi0.3-seed1.",
-        "| u / u_Stokes | 0.2100 | 0.2000 | +5.0 % | 0.02000 | pass | Marquardt et al. (2024) |",
+        "| u / u_Stokes | 0.21000 | 0.20000 | +5.00 % | 10 % | pass | Marquardt et al. (2024) |",
         "**FAIL**",
         "![Velocity](figures/velocity_phi.svg)",
         "Two seeds.",

@@ -2,14 +2,15 @@
 
 use super::Study;
 use super::convergence::{Convergence, Sample};
-use super::document::{Check, Table};
+use super::document::Table;
 use super::file::{CheckKind, CheckSection};
 use super::points::{At, Known};
 use super::record::Quantity;
 use super::reference::Expected;
 use super::table::{Found, of_convergence};
 use crate::case::located::Located;
-use crate::error::Result;
+use crate::checks::Check;
+use crate::error::{Error, Result};
 
 /// Standard errors by which an error may seem to grow from one grid to the next.
 const NOISE: f64 = 2.0;
@@ -17,30 +18,27 @@ const NOISE: f64 = 2.0;
 const SAME: f64 = 1e-9;
 
 /// What a section of checks has found.
-#[derive(Default)]
-pub(super) struct Verdict {
-    pub(super) checks: Vec<Check>,
-    pub(super) tables: Vec<Table>,
-}
+type Verdict = (Vec<Check>, Vec<Table>);
 
 impl Study {
     /// All comparisons that a section asks for.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::error::Error::Input) if it lacks a key, or names an axis, a value or a reference that is not there.
+    /// [`Error::Input`] if it lacks a key, or names an axis, a value or a reference that is not there.
     pub(super) fn check(&self, section: &Located<CheckSection>) -> Result<Verdict> {
         match section.value.kind {
-            CheckKind::Within => self.within(section),
-            CheckKind::Ordered => self.ordered(section),
-            CheckKind::Scatter => self.scatter(section),
+            CheckKind::Within => Ok((self.within(section)?, Vec::new())),
+            CheckKind::Ordered => Ok((self.ordered(section)?, Vec::new())),
+            CheckKind::Scatter => Ok((self.scatter(section)?, Vec::new())),
             CheckKind::Convergence => self.convergence(section),
         }
     }
 
-    fn within(&self, section: &Located<CheckSection>) -> Result<Verdict> {
+    /// Every point against its reference, and how far all of them together lie to one side.
+    fn within(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
         let check = &section.value;
         let reference = self.needed(section, check.reference.as_ref(), "reference = { .. }")?;
-        let tolerance = match (&check.tolerance, &check.absolute) {
+        let (size, relative) = match (&check.tolerance, &check.absolute) {
             (Some(part), None) => (part.value, true),
             (None, Some(absolute)) => (absolute.value, false),
             _ => return Err(self.lacks(section, "one of tolerance = 0.1 (a part) and absolute = 0.1")),
@@ -48,31 +46,25 @@ impl Study {
         let mut checks = Vec::new();
         for (at, value) in self.values(section)? {
             let label = self.label(section, &at);
-            let expected = match self.reference_at(reference, &check.y.value, &at)? {
-                Expected::NotMeant => continue,
-                Expected::Absent => None,
-                Expected::Value(expected) => Some(expected),
-            };
+            let expected = self.reference_at(reference, &check.y.value, &at)?;
             checks.push(match (value, expected) {
-                (Some(quantity), Some(expected)) => {
-                    let (size, part) = tolerance;
-                    let tolerance = if part { size * expected.abs() } else { size };
-                    near(label, quantity.value, expected, tolerance, &check.source)
-                }
+                (_, Expected::NotMeant) => continue,
                 (None, _) => without_quantity(section, &label),
-                (Some(quantity), None) => Check {
-                    measured: quantity.value,
-                    ..fails(format!("{label}: the reference has no value here"), &check.source)
-                },
+                (Some(quantity), Expected::Value(expected)) => {
+                    let tolerance = if relative { size * expected.abs() } else { size };
+                    Check::new(label, quantity.value, expected, tolerance, &*check.source)
+                }
+                (Some(quantity), Expected::Absent) => {
+                    let label = format!("{label}: the reference has no value here");
+                    Check::new(label, quantity.value, f64::NAN, 0.0, &*check.source)
+                }
             });
         }
-        Ok(Verdict {
-            checks,
-            ..Verdict::default()
-        })
+        checks.extend(Check::bias(&self.name(section), &checks, relative));
+        Ok(checks)
     }
 
-    fn ordered(&self, section: &Located<CheckSection>) -> Result<Verdict> {
+    fn ordered(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
         let check = &section.value;
         let (bound, above) = match (&check.above, &check.below) {
             (Some(above), None) => (above.value, true),
@@ -80,83 +72,56 @@ impl Study {
             _ => return Err(self.lacks(section, "one of above = 0.0 and below = 0.0")),
         };
         let word = if above { "above" } else { "below" };
-        let checks = (self.values(section)?.iter())
-            .map(|(at, quantity)| match quantity {
-                None => without_quantity(section, &self.label(section, at)),
-                Some(quantity) => Check {
-                    quantity: format!("{} ({word})", self.label(section, at)),
-                    measured: quantity.value,
-                    reference: bound,
-                    tolerance: 0.0,
-                    pass: if above {
-                        quantity.value > bound
-                    } else {
-                        quantity.value < bound
-                    },
-                    source: check.source.clone(),
-                },
-            })
-            .collect();
-        Ok(Verdict {
-            checks,
-            ..Verdict::default()
-        })
+        let of = |(at, quantity): &(At, Option<Quantity>)| {
+            let label = self.label(section, at);
+            let Some(Quantity { value, .. }) = *quantity else {
+                return without_quantity(section, &label);
+            };
+            Check {
+                pass: if above { value > bound } else { value < bound },
+                ..Check::new(format!("{label} ({word})"), value, bound, 0.0, &*check.source)
+            }
+        };
+        Ok(self.values(section)?.iter().map(of).collect())
     }
 
     /// Every single run against the mean over all, once all are done.
-    fn scatter(&self, section: &Located<CheckSection>) -> Result<Verdict> {
+    fn scatter(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
         let check = &section.value;
-        let part = self
-            .needed(section, check.tolerance.as_ref(), "tolerance = 0.05")?
-            .value;
+        let part = self.needed(section, check.tolerance.as_ref(), "tolerance = 0.05")?;
         let selection = self.plan.selection(&self.source, &section.span, &check.only)?;
         let runs: Vec<_> = (self.plan.runs.iter().zip(&self.states))
             .filter(|(run, _)| selection.holds(&run.at))
             .collect();
         if runs.len() < 2 {
             let title = "scatter of a single run";
-            return Err(self
-                .source
-                .error(&section.span, title, "here", "it takes two runs or more"));
+            let remedy = "it takes two runs or more";
+            return Err(self.source.error(&section.span, title, "here", remedy));
         }
-        let records: Option<Vec<_>> = runs
-            .iter()
-            .map(|(run, state)| Some((run, state.record()?)))
+        let records: Option<Vec<_>> =
+            (runs.iter().map(|(run, state)| Some((run, state.record()?)))).collect();
+        let values: Vec<_> = (records.unwrap_or_default().iter())
+            .map(|(run, record)| (&run.name, record.value(&check.y.value)))
             .collect();
-        let values: Vec<(&str, Option<f64>)> = (records.unwrap_or_default().iter())
-            .map(|(run, record)| (run.name.as_str(), record.value(&check.y.value)))
-            .collect();
-        let mean = values
-            .iter()
-            .map(|(_, value)| value.unwrap_or(f64::NAN))
-            .sum::<f64>()
-            / values.len() as f64;
-        let label = self.name(section);
-        let checks = (values.iter())
-            .map(|(run, value)| {
-                let label = format!("{label}, {run}");
-                match value {
-                    None => without_quantity(section, &label),
-                    Some(value) => near(label, *value, mean, part * mean.abs(), &check.source),
-                }
-            })
-            .collect();
-        Ok(Verdict {
-            checks,
-            ..Verdict::default()
-        })
+        let sum: f64 = values.iter().map(|(_, value)| value.unwrap_or(f64::NAN)).sum();
+        let mean = sum / values.len() as f64;
+        let of = |(run, value): &(&String, Option<f64>)| {
+            let label = format!("{}, {run}", self.name(section));
+            match value {
+                None => without_quantity(section, &label),
+                Some(value) => Check::new(label, *value, mean, part.value * mean.abs(), &*check.source),
+            }
+        };
+        Ok(values.iter().map(of).collect())
     }
 
     fn convergence(&self, section: &Located<CheckSection>) -> Result<Verdict> {
         let check = &section.value;
-        let x = self.needed(
-            section,
-            check.x.as_ref(),
-            "x = \"axis of the cells per diameter\"",
-        )?;
-        let x = self.plan.axis(&self.source, x)?;
-        let mut verdict = Verdict::default();
-        let mut series: Vec<(At, Option<Vec<Sample>>)> = Vec::new();
+        let how = "x = \"axis of the cells per diameter\"";
+        let x = self
+            .plan
+            .axis(&self.source, self.needed(section, check.x.as_ref(), how)?)?;
+        let (mut checks, mut series) = (Vec::new(), Vec::<(At, Option<Vec<Sample>>)>::new());
         let separate = (check.separate.iter())
             .map(|name| self.plan.axis(&self.source, name))
             .collect::<Result<Vec<_>>>()?;
@@ -168,24 +133,23 @@ impl Study {
             };
             let mut of = at;
             of[x] = None;
-            if !series.iter().any(|(known, _)| *known == of) {
-                series.push((of.clone(), Some(Vec::new())));
+            if known == Known::Unnamed {
+                checks.push(without_quantity(section, &self.label(section, &of)));
             }
-            let Some((_, samples)) = series.iter_mut().find(|(known, _)| *known == of) else {
-                continue;
-            };
-            match (known, samples.as_mut()) {
+            let place = series.iter().position(|(known, _)| *known == of);
+            let place = place.unwrap_or_else(|| {
+                series.push((of, Some(Vec::new())));
+                series.len() - 1
+            });
+            match (known, &mut series[place].1) {
                 (Known::Value(Quantity { value, error }), Some(all)) => {
                     all.push(Sample { cells, value, error });
                 }
-                _ => *samples = None,
-            }
-            if known == Known::Unnamed {
-                let label = self.label(section, &of);
-                verdict.checks.push(without_quantity(section, &label));
+                // A series counts when all its runs are done.
+                (_, samples) => *samples = None,
             }
         }
-        let mut found: Vec<Found> = Vec::new();
+        let (mut found, mut points) = (Vec::new(), Vec::new());
         for (at, samples) in series {
             let Some(samples) = samples else {
                 continue;
@@ -193,32 +157,27 @@ impl Study {
             let label = self.label(section, &at);
             let Some(convergence) = Convergence::of(&samples) else {
                 let quantity = format!("{label}: fewer than three grids");
-                verdict.checks.push(fails(quantity, &check.source));
+                checks.push(Check::failed(quantity, &*check.source));
                 continue;
             };
             if let Some(from) = check.monotone_from {
-                verdict
-                    .checks
-                    .extend(monotone(&convergence, &label, from, &check.source));
+                checks.extend(monotone(&convergence, &label, from, &check.source));
             }
             if let (Some(cells), Some(part)) = (check.at, &check.tolerance) {
                 let here = |sample: &&Sample| (sample.cells - cells).abs() < SAME;
-                let label = format!("{label}, {cells} cells per diameter, against the extrapolation");
-                let sample = convergence.samples.iter().find(here);
-                verdict.checks.push(match (sample, convergence.limit()) {
-                    (Some(sample), Some(limit)) => near(
-                        label,
-                        sample.value,
-                        limit,
-                        part.value * limit.abs(),
-                        &check.source,
-                    ),
-                    (Some(sample), None) => Check {
-                        measured: sample.value,
-                        ..fails(format!("{label}: the order is not resolved"), &check.source)
-                    },
-                    (None, _) => fails(format!("{label}: there is no such grid"), &check.source),
-                });
+                let value = convergence.samples.iter().find(here).map(|sample| sample.value);
+                let limit = convergence.limit();
+                let missing = match (value, limit) {
+                    (Some(_), Some(_)) => "",
+                    (Some(_), None) => ": the order is not resolved",
+                    (None, _) => ": there is no such grid",
+                };
+                let label =
+                    format!("{label}, {cells} cells per diameter, against the extrapolation{missing}");
+                let (value, limit) = (value.unwrap_or(f64::NAN), limit.unwrap_or(f64::NAN));
+                let point = Check::new(label, value, limit, part.value * limit.abs(), &*check.source);
+                checks.push(point.clone());
+                points.push(point);
             }
             found.push(Found {
                 title: self.title(&at, |_| true),
@@ -226,10 +185,14 @@ impl Study {
                 convergence,
             });
         }
-        if !found.is_empty() {
-            verdict.tables.extend(of_convergence(&self.name(section), &found));
-        }
-        Ok(verdict)
+        let label = format!("{}, against the extrapolation", self.name(section));
+        checks.extend(Check::bias(&label, &points, true));
+        let tables = if found.is_empty() {
+            Vec::new()
+        } else {
+            of_convergence(&self.name(section), &found).into()
+        };
+        Ok((checks, tables))
     }
 
     /// The points of a check whose runs are done, without a value where these do not have the quantity.
@@ -268,44 +231,16 @@ impl Study {
         key.ok_or_else(|| self.lacks(section, how))
     }
 
-    fn lacks(&self, section: &Located<CheckSection>, how: &str) -> crate::error::Error {
-        self.source.error(
-            &section.span,
-            "this check lacks a key",
-            "here",
-            &format!("give it {how}"),
-        )
-    }
-}
-
-fn near(quantity: String, measured: f64, reference: f64, tolerance: f64, source: &str) -> Check {
-    Check {
-        quantity,
-        measured,
-        reference,
-        tolerance,
-        // What is no number is near nothing.
-        pass: (measured - reference).abs() <= tolerance,
-        source: source.to_string(),
-    }
-}
-
-/// A check that cannot be made, and so is not passed.
-fn fails(quantity: String, source: &str) -> Check {
-    Check {
-        quantity,
-        measured: f64::NAN,
-        reference: f64::NAN,
-        tolerance: 0.0,
-        pass: false,
-        source: source.to_string(),
+    fn lacks(&self, section: &Located<CheckSection>, how: &str) -> Error {
+        let remedy = format!("give it {how}");
+        (self.source).error(&section.span, "this check lacks a key", "here", &remedy)
     }
 }
 
 /// The check of a point whose runs do not have the quantity.
 fn without_quantity(section: &Located<CheckSection>, label: &str) -> Check {
     let CheckSection { y, source, .. } = &section.value;
-    fails(format!("{label}: the runs have no `{}`", y.value), source)
+    Check::failed(format!("{label}: the runs have no `{}`", y.value), &**source)
 }
 
 /// The largest rise of the error from one grid to the next, against what its statistical errors explain, if they are known.
@@ -317,7 +252,8 @@ fn monotone(convergence: &Convergence, label: &str, from: f64, source: &str) -> 
         "{label}, largest rise of the error from a grid to the next from {from} cells on (part of the extrapolation)"
     );
     let Some(limit) = convergence.limit() else {
-        return Some(fails(format!("{quantity}: the order is not resolved"), source));
+        let quantity = format!("{quantity}: the order is not resolved");
+        return Some(Check::failed(quantity, source));
     };
     let rises = fine.windows(2).map(|pair| {
         let [before, after] = [pair[0], pair[1]].map(|sample| (sample.value / limit - 1.0).abs());
@@ -330,14 +266,14 @@ fn monotone(convergence: &Convergence, label: &str, from: f64, source: &str) -> 
     let over = |rise: &(f64, Option<f64>)| rise.0 - rise.1.unwrap_or(0.0);
     let (rise, noise) = rises.max_by(|a, b| over(a).total_cmp(&over(b)))?;
     let explained = noise.map_or(String::new(), |_| format!("; tolerance: {NOISE} standard errors"));
-    Some(Check {
-        quantity: quantity + &explained,
-        measured: rise.max(0.0),
-        reference: 0.0,
-        tolerance: noise.unwrap_or(0.0),
-        pass: rise <= noise.unwrap_or(0.0),
-        source: source.to_string(),
-    })
+    let tolerance = noise.unwrap_or(0.0);
+    Some(Check::new(
+        quantity + &explained,
+        rise.max(0.0),
+        0.0,
+        tolerance,
+        source,
+    ))
 }
 
 #[cfg(test)]
@@ -373,12 +309,5 @@ mod tests {
             "all of it noise: {verdict:?}"
         );
         assert!(verdict.quantity.contains("2 standard errors"));
-    }
-
-    #[test]
-    fn a_number_that_is_none_is_near_nothing() {
-        assert!(near(String::new(), 1.04, 1.0, 0.05, "").pass);
-        assert!(!near(String::new(), 1.06, 1.0, 0.05, "").pass);
-        assert!(!near(String::new(), f64::NAN, 1.0, 0.05, "").pass);
     }
 }

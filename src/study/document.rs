@@ -1,9 +1,10 @@
 //! What a study has found, resolved to numbers: `study.json`, which `turbid report` draws.
 
+use crate::checks::Check;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::output::write_bytes;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Name of the file in the directory of a study.
@@ -114,29 +115,6 @@ pub struct Table {
     pub columns: Vec<String>,
     /// Rows, each as long as `columns`.
     pub rows: Vec<Vec<String>>,
-}
-
-/// A number held against a reference.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Check {
-    /// What it is, with its unit.
-    pub quantity: String,
-    /// The number of this study; none (`null`, NaN) if it could not be had.
-    #[serde(deserialize_with = "number_or_none")]
-    pub measured: f64,
-    /// What it should be; none (`null`, NaN) if it could not be had.
-    #[serde(deserialize_with = "number_or_none")]
-    pub reference: f64,
-    /// How far it may be off, in the unit of both.
-    pub tolerance: f64,
-    /// Whether it is not.
-    pub pass: bool,
-    /// Where the reference is from.
-    pub source: String,
-}
-
-fn number_or_none<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 /// How much of a study is done.

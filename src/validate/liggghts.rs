@@ -24,7 +24,7 @@ mod with {
     use super::CASE;
     use crate::crosscheck::CASES;
     use crate::error::{Error, Result};
-    use crate::validate::{Check, Findings, Trial};
+    use crate::validate::{Findings, Trial};
 
     /// Cases of the cross-check that take seconds.
     const IDS: [&str; 5] = ["static-pair", "head-on", "restitution", "sliding", "free-flight"];
@@ -36,17 +36,10 @@ mod with {
             let case = CASES.iter().find(|case| case.id == id);
             let case = case.ok_or_else(|| Error::Input(format!("the cross-check has no case {id}")))?;
             let checks = (case.run)(None)?.checks.into_iter();
-            // The others are only reported.
-            let checks = checks.filter(|check| check.tolerance.is_finite());
-            found.checks.extend(checks.map(|check| Check {
-                case: CASE.name,
-                quantity: format!("{id}: difference of {}", check.quantity),
-                measured: check.difference,
-                reference: 0.0,
-                tolerance: check.tolerance,
-                pass: check.pass && check.difference <= check.tolerance,
-                source: CASE.source,
-            }));
+            for check in checks.filter(|check| check.tolerance.is_finite()) {
+                let quantity = format!("{id}: difference of {}", check.quantity);
+                found.absolute(&CASE, quantity, check.measured, 0.0, check.tolerance);
+            }
         }
         Ok(found)
     }

@@ -1,83 +1,66 @@
 //! Runs cases side by side: parts that need one core in parallel, longest first, then those that take all.
 
 use super::{Case, Findings, Level, Part, Trial};
+use crate::checks::{Ending, Outcome};
 use crate::error::{Error, Result};
+use crate::output::numbers::significant;
+use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A case after its run.
-#[derive(Debug)]
-pub struct Outcome {
-    /// The case.
-    pub case: &'static Case,
-    /// How long its parts took, one after another (s).
-    pub seconds: f64,
-    /// What it found, or why it did not come to its end; `None` if this program cannot run it.
-    pub result: Option<Result<Findings>>,
-}
-
-impl Outcome {
-    /// Puts the parts of a case together, in their order. A case that checks nothing has failed.
-    fn of(case: &'static Case, parts: Vec<(f64, Result<Findings>)>) -> Self {
-        let seconds = parts.iter().map(|(seconds, _)| seconds).sum();
-        let mut all = Ok(Findings::default());
-        for (_, part) in parts {
-            all = match (all, part) {
-                (Ok(mut sum), Ok(found)) => {
-                    sum.append(found);
-                    Ok(sum)
-                }
-                (Err(first), _) | (Ok(_), Err(first)) => Err(first),
-            };
-        }
-        let result = match all {
-            Ok(found) if found.checks.is_empty() => Err(Error::Input("the case checked nothing".to_string())),
-            result => result,
+/// The cases: level, time, question and source of each; then the time of each level.
+pub fn list(cases: &[Case]) -> String {
+    let width = cases.iter().map(|case| case.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for case in cases {
+        let [quick, full] = [Level::Quick, Level::Full].map(|level| case.seconds(level));
+        let times = match case.level() {
+            Level::Quick if full > quick => format!("quick, {}; full, {}", duration(quick), duration(full)),
+            Level::Quick => format!("quick, {}", duration(quick)),
+            Level::Full => format!("full, {}", duration(full)),
         };
-        Self {
-            case,
-            seconds,
-            result: Some(result),
+        let _ = writeln!(text, "  {:width$}  {} ({times})", case.name, case.question);
+        let _ = writeln!(text, "  {:width$}  {}", "", case.source);
+        if let Some(why) = case.missing {
+            let _ = writeln!(text, "  {:width$}  not here: {why}", "");
         }
+    }
+    let all = |level| duration(cases.iter().map(|case| case.seconds(level)).sum());
+    let [quick, full] = [Level::Quick, Level::Full].map(all);
+    let _ = writeln!(
+        text,
+        "times are of one core; together: quick, {quick}; full, {full}"
+    );
+    text
+}
+
+/// A time of computation on one core.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 60.0 => format!("{} s", significant(s.max(1.0), 1)),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{} h", significant(s / 3600.0, 2)),
     }
 }
 
-/// How the checks of all cases came out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Score {
-    /// Checks that passed.
-    pub passed: usize,
-    /// All checks; a case that did not come to its end counts as one.
-    pub checks: usize,
-    /// Cases that this program cannot run.
-    pub missing: usize,
-    /// Cases that were stopped.
-    pub interrupted: usize,
-}
-
-impl Score {
-    /// Counts the checks of all cases.
-    pub fn of(outcomes: &[Outcome]) -> Self {
-        let mut score = Self::default();
-        for outcome in outcomes {
-            match &outcome.result {
-                Some(Ok(found)) => {
-                    score.checks += found.checks.len();
-                    score.passed += found.checks.iter().filter(|check| check.pass).count();
-                }
-                Some(Err(Error::Interrupted)) => score.interrupted += 1,
-                Some(Err(_)) => score.checks += 1,
-                None => score.missing += 1,
-            }
-        }
-        score
+/// Puts the parts of a case together, in their order.
+fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
+    let (mut seconds, mut all) = (0.0, Ok(Findings::default()));
+    for (time, part) in parts {
+        seconds += time;
+        all = all.and_then(|mut sum: Findings| {
+            sum.append(part?);
+            Ok(sum)
+        });
     }
-
-    /// Whether every check passed.
-    pub fn is_full(&self) -> bool {
-        self.passed == self.checks
+    Outcome {
+        case: case.name.to_string(),
+        title: case.question.to_string(),
+        engines: false,
+        seconds,
+        ending: case.missing.map_or_else(|| all.into(), Ending::Missing),
     }
 }
 
@@ -101,13 +84,7 @@ pub fn run(
     let (mut narrow, mut wide) = (Vec::new(), Vec::new());
     for (index, case) in cases.iter().enumerate() {
         if case.missing.is_some() {
-            let outcome = Outcome {
-                case,
-                seconds: 0.0,
-                result: None,
-            };
-            done(&outcome);
-            state.outcomes[index] = Some(outcome);
+            state.end(index, &mut done);
             continue;
         }
         for (place, part) in chosen(case).into_iter().enumerate() {
@@ -170,12 +147,17 @@ struct Gathered {
 
 impl Gathered {
     fn take(&mut self, index: usize, place: usize, found: Timed, done: &mut impl FnMut(&Outcome)) {
-        let (case, parts) = &mut self.cases[index];
+        let parts = &mut self.cases[index].1;
         parts[place] = Some(found);
         if parts.iter().all(Option::is_some) {
-            let outcome = Outcome::of(case, std::mem::take(parts).into_iter().flatten().collect());
-            done(&outcome);
-            self.outcomes[index] = Some(outcome);
+            self.end(index, done);
         }
+    }
+
+    fn end(&mut self, index: usize, done: &mut impl FnMut(&Outcome)) {
+        let (case, parts) = &mut self.cases[index];
+        let outcome = outcome(case, std::mem::take(parts).into_iter().flatten().collect());
+        done(&outcome);
+        self.outcomes[index] = Some(outcome);
     }
 }

@@ -3,6 +3,7 @@
 use super::watch::Watch;
 use super::*;
 use crate::case::Setup;
+use crate::checks::{self, Ending, Score};
 use crate::error::Error;
 use crate::shape::Sphere;
 use std::collections::BTreeSet;
@@ -187,9 +188,9 @@ fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_faile
         let score = Score::of(&outcomes);
         assert_eq!((score.passed, score.checks), (0, 1));
         assert!(!score.is_full());
-        let json: serde_json::Value = serde_json::from_str(&report::json(&outcomes)).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&checks::json(&outcomes)).unwrap();
         assert_eq!(json[0]["pass"], false);
-        assert!(report::table(&outcomes[0]).contains("FAIL"));
+        assert!(checks::table(&outcomes[0], false).contains("FAIL"));
     }
 }
 
@@ -216,7 +217,7 @@ fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has
     let quantities = |level| {
         let outcomes = run(&[&ABSENT, &BOTH], level, &Trial::new(Vec::new(), 2), |_| {});
         assert_eq!(Score::of(&outcomes).missing, 1);
-        let Some(Ok(found)) = &outcomes[1].result else {
+        let Ending::Found(found) = &outcomes[1].ending else {
             panic!("it runs");
         };
         let all = found.checks.iter().map(|check| check.quantity.clone());
@@ -302,8 +303,8 @@ fn cases_that_are_stopped_have_neither_passed_nor_failed() {
     let outcomes = run(&[&hertz::CASE, &friction::CASE], Level::Quick, &trial, |_| {});
     let score = Score::of(&outcomes);
     assert_eq!((score.interrupted, score.checks, score.passed), (2, 0, 0));
-    assert!(report::summary(&outcomes, 1.0).contains("2 cases stopped before their end"));
-    assert_eq!(report::json(&outcomes).trim(), "[]");
+    assert!(checks::summary(&outcomes, 1.0).contains("2 cases stopped before their end"));
+    assert_eq!(checks::json(&outcomes).trim(), "[]");
 }
 
 #[test]
@@ -328,7 +329,7 @@ fn a_report_says_each_check_in_a_row_of_each_of_its_forms() {
         &Trial::new(Vec::new(), 1),
         |_| {},
     );
-    let json: serde_json::Value = serde_json::from_str(&report::json(&outcomes)).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&checks::json(&outcomes)).unwrap();
     let rows = json.as_array().unwrap();
     let keys: Vec<&str> = rows[0].as_object().unwrap().keys().map(String::as_str).collect();
     for key in [
@@ -343,13 +344,16 @@ fn a_report_says_each_check_in_a_row_of_each_of_its_forms() {
         assert!(keys.contains(&key), "{keys:?}");
     }
     let directory = tempfile::tempdir().unwrap();
-    report::prepare(directory.path()).unwrap();
-    report::write_plots(directory.path(), &outcomes[0]).unwrap();
-    report::write_tables(directory.path(), &outcomes).unwrap();
+    checks::prepare(directory.path()).unwrap();
+    checks::write_plots(directory.path(), &outcomes[0]).unwrap();
+    checks::write_tables(directory.path(), "validation", &outcomes).unwrap();
     let read = |name: &str| fs::read_to_string(directory.path().join(name)).unwrap();
     assert_eq!(read("validation.csv").lines().count(), rows.len() + 1);
     assert_eq!(read("validation.md").matches("| ok |").count(), rows.len());
-    assert_eq!(report::table(&outcomes[0]).matches("  ok").count(), rows.len());
+    assert_eq!(
+        checks::table(&outcomes[0], false).matches("  ok").count(),
+        rows.len()
+    );
     for name in [
         "friction_tangential.png",
         "friction_tangential.svg",

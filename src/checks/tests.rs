@@ -1,23 +1,14 @@
-//! Claims about what a report says.
+//! Claims about checks and what is told of them.
 
-use super::files::{csv, curves, json};
+use super::files::curves;
 use super::*;
-use crate::crosscheck::{CASES, Moment, Overlay};
-use crate::math::Vec3;
 use crate::output::picture::CurveStyle;
-use std::fs;
 
 fn check(quantity: &str, native: Option<f64>, difference: f64, tolerance: f64) -> Check {
     Check {
-        case: "impact",
-        quantity: quantity.to_string(),
-        native,
-        liggghts: Some(-1.5e-9),
-        analytic: None,
-        difference,
-        tolerance,
-        reason: "rounding, \"alone\"",
-        pass: difference <= tolerance,
+        case: "impact".to_string(),
+        engines: Some([native, Some(-1.5e-9), None]),
+        ..Check::new(quantity, difference, 0.0, tolerance, "rounding, \"alone\"")
     }
 }
 
@@ -26,11 +17,11 @@ fn outcome(checks: Vec<Check>) -> Outcome {
         checks,
         ..Findings::default()
     };
-    Outcome::of("impact", "two spheres meet", || Ok(found))
+    Outcome::of_engines("impact", "two spheres meet", || Ok(found))
 }
 
 fn broken() -> Outcome {
-    Outcome::of("crash", "a worker dies", || {
+    Outcome::of_engines("crash", "a worker dies", || {
         Err(Error::Input("killed by signal 9\nits log".to_string()))
     })
 }
@@ -85,7 +76,7 @@ fn what_is_only_reported_is_not_called_ok() {
 fn a_case_that_ends_in_an_error_or_checks_nothing_is_a_check_that_fails() {
     let text = table(&broken(), false);
     assert!(
-        text.contains("FAIL  did not come to its end: killed by signal 9\n  its log"),
+        text.contains("FAIL  did not complete: killed by signal 9\n  its log"),
         "{text}"
     );
     let outcomes = [
@@ -106,14 +97,57 @@ fn a_case_that_ends_in_an_error_or_checks_nothing_is_a_check_that_fails() {
 }
 
 #[test]
-fn a_difference_that_is_no_number_or_too_large_passes_nothing_whatever_the_case_says() {
-    for difference in [f64::NAN, 2.0] {
-        let claimed = Check {
-            pass: true,
-            ..check("claimed", None, difference, 1.0)
-        };
-        assert!(!outcome(vec![claimed]).rows()[0].pass);
+fn a_number_that_is_none_or_too_far_passes_nothing_and_one_without_a_limit_is_only_reported() {
+    for measured in [f64::NAN, 2.0] {
+        assert!(!Check::new("x", measured, 0.5, 1.0, "").pass);
     }
+    assert!(Check::new("x", 1.5, 0.5, 1.0, "").pass);
+    assert!(!Check::new("x", f64::NAN, 0.0, f64::INFINITY, "").is_reported());
+    assert!(!Check::failed("x", "").pass);
+}
+
+#[test]
+fn points_that_all_lie_to_one_side_have_a_bias_though_each_is_within_its_tolerance() {
+    let point = |measured: f64| Check::new("u", measured, 2.0, 0.2, "");
+    let low = [1.9, 1.94, 1.86].map(point);
+    let bias = Check::bias("u", &low, true).unwrap();
+    assert!(
+        (bias.measured + 0.05).abs() < 1e-12 && bias.is_reported(),
+        "{bias:?}"
+    );
+    assert!(
+        bias.quantity.contains("3 points (part of the reference)"),
+        "{bias:?}"
+    );
+    let absolute = Check::bias("u", &low, false).unwrap();
+    assert!((absolute.measured + 0.1).abs() < 1e-12);
+    let around = [1.9, 2.1].map(point);
+    assert!(Check::bias("u", &around, true).unwrap().measured.abs() < 1e-12);
+    let lost = [point(1.9), Check::failed("u", "")];
+    assert_eq!(
+        Check::bias("u", &lost, true),
+        None,
+        "one point says nothing of a bias"
+    );
+    let score = Score::of_checks(&[low.to_vec(), vec![bias]].concat());
+    assert_eq!((score.passed, score.checks, score.reported), (3, 3, 1));
+}
+
+#[test]
+fn checks_without_engines_have_keys_of_their_own_and_survive_being_written_and_read() {
+    let missing = Check::failed("y", "Hertz (1882)");
+    let reported = Check::new("z", 0.5, 0.0, f64::INFINITY, "");
+    let written = serde_json::to_string(&[missing, reported.clone()]).unwrap();
+    let list: serde_json::Value = serde_json::from_str(&written).unwrap();
+    let mut keys: Vec<&String> = list[0].as_object().unwrap().keys().collect();
+    keys.sort_unstable();
+    assert_eq!(
+        keys,
+        ["measured", "pass", "quantity", "reference", "source", "tolerance"]
+    );
+    assert!(list[0]["measured"].is_null() && list[1]["tolerance"].is_null());
+    let read: Vec<Check> = serde_json::from_str(&written).unwrap();
+    assert!(read[0].measured.is_nan() && !read[0].pass && read[1] == reported);
 }
 
 #[test]
@@ -149,13 +183,13 @@ fn the_json_is_a_list_of_objects_with_the_promised_keys() {
 
 #[test]
 fn the_csv_has_one_row_for_each_check_and_survives_commas_and_quotes() {
-    let bytes = csv(&[
+    let bytes = csv(&all(&[
         outcome(vec![
             check("a, b", Some(1.25), 0.5, 1.0),
             check("c", None, 0.0, 0.0),
         ]),
         broken(),
-    ]);
+    ]));
     let mut reader = csv::Reader::from_reader(&bytes[..]);
     assert_eq!(&reader.headers().unwrap()[0], "case");
     let rows: Vec<csv::StringRecord> = reader.records().map(std::result::Result::unwrap).collect();
@@ -194,7 +228,12 @@ fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
         styles(&["analytic", "native", "LIGGGHTS"]),
         [usual[2], usual[0], usual[1]]
     );
-    assert_eq!(styles(&["native - LIGGGHTS"]), [CurveStyle::Other(0)]);
+    assert_eq!(styles(&["native - LIGGGHTS"]), [CurveStyle::Solid]);
+    assert_eq!(
+        styles(&["reference: x", "measured", "fit"]),
+        [CurveStyle::Pale, CurveStyle::Solid, CurveStyle::Dashed]
+    );
+    assert_eq!(styles(&["a", "b", "c"])[2], CurveStyle::Other(2));
     assert_eq!(
         styles(&["native", "LIGGGHTS", "x", "y"])[2..],
         [CurveStyle::Other(0), CurveStyle::Other(1)]
@@ -215,64 +254,4 @@ fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
             ("LIGGGHTS", "")
         ]
     );
-}
-
-#[test]
-fn a_case_leaves_its_plots_and_trajectories_and_the_next_run_clears_only_them() {
-    let root = tempfile::tempdir().unwrap();
-    let directory = root.path().join("out");
-    assert_eq!(prepare(&directory, &["impact"]).unwrap(), directory.join("logs"));
-    let sphere = (Vec3::new(-1.0, 0.0, 3.0), Vec3::x(), Vec3::zeros(), 0.5);
-    let moment = |time| Moment {
-        time,
-        spheres: [
-            vec![sphere, (Vec3::zeros(), Vec3::x(), Vec3::zeros(), 0.25)],
-            vec![sphere],
-        ],
-    };
-    let found = Findings {
-        checks: vec![check("good", None, 0.0, 0.0)],
-        overlays: vec![overlay(&["native", "LIGGGHTS"])],
-        moments: vec![moment(0.0), moment(0.5)],
-    };
-    let outcomes = [Outcome::of("impact", "", || Ok(found))];
-    write_case(&directory, &outcomes[0]).unwrap();
-    write_tables(&directory, &outcomes).unwrap();
-    let own = [
-        "impact_force.png",
-        "impact_force.svg",
-        "impact_native.pvd",
-        "impact_liggghts.pvd",
-        "impact_native/0000.vtp",
-        "impact_liggghts/0001.vtp",
-    ];
-    for name in own {
-        assert!(directory.join(name).metadata().unwrap().len() > 100, "{name}");
-    }
-    let pvd = fs::read_to_string(directory.join("impact_native.pvd")).unwrap();
-    assert!(pvd.contains("timestep=\"0.5\"") && pvd.contains("file=\"impact_native/0001.vtp\""));
-    let foreign = ["impactful.png", "notes.txt", "other_native.pvd", "logs/other.log"];
-    for name in foreign {
-        fs::write(directory.join(name), "x").unwrap();
-    }
-    fs::write(directory.join("logs/impact-0.9.log"), "x").unwrap();
-    prepare(&directory, &["impact"]).unwrap();
-    for name in own.iter().chain(&["logs/impact-0.9.log"]) {
-        assert!(!directory.join(name).exists(), "{name} is stale");
-    }
-    for name in foreign.iter().chain(&["crosscheck.csv"]) {
-        assert!(directory.join(name).exists(), "{name} is not of the case");
-    }
-}
-
-#[test]
-fn the_list_names_every_case_with_what_it_shows() {
-    let text = crate::crosscheck::list();
-    assert_eq!(text.lines().count(), CASES.len());
-    for (line, case) in text.lines().zip(CASES) {
-        assert!(
-            line.trim_start().starts_with(case.id) && line.ends_with(case.title),
-            "{line}"
-        );
-    }
 }
