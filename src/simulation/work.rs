@@ -80,7 +80,7 @@ impl<'a> Work<'a> {
                 let position = domain.wrap(particle.position());
                 let edges = (hi - lo) / domain.dx;
                 let grown = edges.add_scalar(2.0 * ramp);
-                let volume = template.shape.volume() / domain.dx.powi(3);
+                let volume = template.shape.volume() / (domain.dx * domain.dx * domain.dx);
                 let covered = if setup.dry {
                     0.0
                 } else {
