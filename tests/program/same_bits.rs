@@ -5,7 +5,6 @@ use crate::common::{Place, column_of};
 use std::fmt::Write;
 
 const RANKS: [usize; 6] = [2, 3, 4, 5, 6, 8];
-const PRECISIONS: [&str; 2] = ["f32", "f64"];
 
 /// A case of 300 steps; lengths in cells are those in tenths of a millimetre.
 fn case(domain: &str, particles: &str, more: &str) -> String {
@@ -107,85 +106,82 @@ fn outcome(place: &Place) -> [Vec<u8>; 3] {
     ]
 }
 
-const RUN: [&str; 5] = ["run", "case.toml", "--overwrite", "--quiet", "--set"];
+/// Options of a run: precision and coupling.
+fn options(precision: &str, coupling: &str) -> Vec<String> {
+    let run = "run case.toml --overwrite --quiet --set"
+        .split(' ')
+        .map(str::to_owned);
+    let keys = [
+        format!("fluid.precision={precision}"),
+        "--set".to_owned(),
+        format!("lattice.coupling={coupling}"),
+    ];
+    run.chain(keys).collect()
+}
 
-fn on_threads(place: &Place, threads: usize, precision: &str) -> [Vec<u8>; 3] {
-    let precision = format!("fluid.precision={precision}");
-    place.well(&[&RUN[..], &[&precision, "--threads", &threads.to_string()]].concat());
+fn on_threads(place: &Place, threads: usize, options: &[&str]) -> [Vec<u8>; 3] {
+    place.well(&[options, &["--threads", &threads.to_string()]].concat());
     outcome(place)
 }
 
 #[cfg(feature = "mpi")]
-fn on_processes(place: &Place, processes: usize, precision: &str) -> [Vec<u8>; 3] {
-    let precision = format!("fluid.precision={precision}");
-    let mut job = place.limited_job(processes, &[&RUN[..], &[&precision]].concat());
-    crate::common::well(&mut job);
+fn on_processes(place: &Place, processes: usize, options: &[&str]) -> [Vec<u8>; 3] {
+    crate::common::well(&mut place.limited_job(processes, options));
     outcome(place)
 }
 
-fn same_on_all(case: &str) {
-    same_with(case);
-    same_with(&case.replace(
-        "relaxation_time = 0.55",
-        "relaxation_time = 0.55\ncoupling = \"paper\"",
-    ));
-}
-
-fn same_with(case: &str) {
+/// Threads and processes by turns, so that each number of ranks has both with each coupling and in each precision; what one thread
+/// leaves of the first.
+fn same_on_all(case: &str) -> [Vec<u8>; 3] {
     let place = Place::new(case);
-    for precision in PRECISIONS {
-        let expected = on_threads(&place, 1, precision);
-        for ranks in RANKS {
-            let found = on_threads(&place, ranks, precision);
-            assert!(found == expected, "{precision} on {ranks} threads");
-            #[cfg(feature = "mpi")]
-            {
-                let found = on_processes(&place, ranks, precision);
-                assert!(found == expected, "{precision} on {ranks} processes");
+    let mut first = None;
+    for (c, coupling) in ["saturated", "paper"].into_iter().enumerate() {
+        for (p, precision) in ["f32", "f64"].into_iter().enumerate() {
+            let options = options(precision, coupling);
+            let options: Vec<&str> = options.iter().map(String::as_str).collect();
+            let expected = on_threads(&place, 1, &options);
+            for (r, ranks) in RANKS.into_iter().enumerate() {
+                let by_threads = (c + p + r) % 2 == 0;
+                if by_threads {
+                    let found = on_threads(&place, ranks, &options);
+                    assert!(found == expected, "{options:?} on {ranks} threads");
+                }
+                #[cfg(feature = "mpi")]
+                if !by_threads {
+                    let found = on_processes(&place, ranks, &options);
+                    assert!(found == expected, "{options:?} on {ranks} processes");
+                }
             }
+            first.get_or_insert(expected);
         }
     }
+    first.unwrap()
 }
 
 #[test]
 fn touching_spheres_have_the_same_bits_on_any_ranks() {
-    let place = Place::new(&spheres());
-    let [_, series, _] = on_threads(&place, 2, "f32");
-    assert!(
-        column_of(&series[..], "contacts").iter().sum::<f64>() > 100.0,
-        "they touch"
-    );
-    same_on_all(&spheres());
+    let [_, series, _] = same_on_all(&spheres());
+    let contacts: f64 = column_of(&series[..], "contacts").iter().sum();
+    assert!(contacts > 100.0, "they touch");
 }
 
 #[test]
 fn cubes_with_sub_steps_have_the_same_bits_on_any_ranks() {
-    let place = Place::new(&cubes());
-    let [_, series, _] = on_threads(&place, 2, "f32");
-    assert!(
-        column_of(&series[..], "contacts").iter().sum::<f64>() > 100.0,
-        "they touch"
-    );
-    same_on_all(&cubes());
+    let [_, series, _] = same_on_all(&cubes());
+    let contacts: f64 = column_of(&series[..], "contacts").iter().sum();
+    assert!(contacts > 100.0, "they touch");
 }
 
 #[test]
 fn contacts_with_walls_have_the_same_bits_on_any_ranks() {
-    let place = Place::new(&walls());
-    let [_, series, _] = on_threads(&place, 2, "f32");
-    assert!(
-        column_of(&series[..], "wall_force_z")
-            .iter()
-            .any(|&force| force < 0.0),
-        "they meet the wall"
-    );
-    same_on_all(&walls());
+    let [_, series, _] = same_on_all(&walls());
+    let forces = column_of(&series[..], "wall_force_z");
+    assert!(forces.iter().any(|&force| force < 0.0), "they meet the wall");
 }
 
 #[test]
 fn particles_that_cross_faces_edges_and_corners_have_the_same_bits_on_any_ranks() {
-    let place = Place::new(&crossing());
-    let [_, _, paths] = on_threads(&place, 8, "f32");
+    let [_, _, paths] = same_on_all(&crossing());
     let mut reader = csv::Reader::from_reader(&paths[..]);
     let rows: Vec<Vec<f64>> = reader.deserialize().map(Result::unwrap).collect();
     // Of the first 16 particles (plane z = 0): how many borders, half a box apart, each has crossed in all.
@@ -200,5 +196,4 @@ fn particles_that_cross_faces_edges_and_corners_have_the_same_bits_on_any_ranks(
         crossed[borders(before, after)] += 1;
     }
     assert_eq!(crossed, [0, 4, 8, 4], "faces, edges and corners");
-    same_on_all(&crossing());
 }
