@@ -1,5 +1,5 @@
 //! The readers of files that may come from strangers, each as a function of bytes that must return, whatever they are: `true` if
-//! the bytes were accepted. The fuzz targets call them with what libFuzzer comes up with, `tests/readers.rs` with the files in
+//! the bytes were accepted. The fuzz targets call them with what libFuzzer comes up with, `tests/library/seeds.rs` with the files in
 //! `seeds/`.
 
 #![allow(dead_code, reason = "each fuzz target uses one of them")]

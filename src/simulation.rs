@@ -110,7 +110,7 @@ impl Wet {
         comm.sum(&mut cells);
         let driving = DrivingParams {
             units,
-            volume: cells[0] as f64 * units.dx.powi(3),
+            volume: cells[0] as f64 * (units.dx * units.dx * units.dx),
             periodic: setup.domain.periodic,
             submerged_weight: each()
                 .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
@@ -359,9 +359,9 @@ impl Simulation {
 
     /// Volume of all cells that are in no wall (m^3); zero in a dry run.
     pub fn fluid_volume(&self) -> f64 {
-        self.wet
-            .as_ref()
-            .map_or(0.0, |wet| wet.cells * self.units.dx.powi(3))
+        self.wet.as_ref().map_or(0.0, |wet| {
+            wet.cells * (self.units.dx * self.units.dx * self.units.dx)
+        })
     }
 
     /// Mean values over the box at the last measurement of the controller, up to [`CONTROL_INTERVAL`] steps ago; zeros in a dry

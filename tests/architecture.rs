@@ -1,10 +1,15 @@
 //! Who may use whom: the table of ARCHITECTURE.md, held against every path that the code names.
 
-use proc_macro2::{Delimiter, TokenStream, TokenTree};
-use std::collections::BTreeSet;
+#[path = "architecture/recipes.rs"]
+mod recipes;
+#[path = "architecture/sources.rs"]
+mod sources;
+
+use proc_macro2::TokenTree;
+use sources::{is, is_mark, root, sources, visit};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
 
 /// Every module and the modules it may use, which all stand below it: no arrow points up, so there is no cycle.
 const MAY_USE: &[(&str, &str)] = &[
@@ -15,7 +20,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "validate",
-        "crosscheck checks simulation case output checkpoint coupling fluid dem contact particle shape domain comm math input error",
+        "crosscheck checks simulation case output checkpoint coupling fluid dem particle shape domain comm math input error",
     ),
     ("report", "study checks simulation output input error"),
     (
@@ -24,7 +29,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "crosscheck",
-        "checks simulation case output dem contact particle shape wall domain comm units math error",
+        "checks simulation case output engine dem contact particle shape wall domain comm math error",
     ),
     ("checks", "output math error"),
     (
@@ -36,7 +41,9 @@ const MAY_USE: &[(&str, &str)] = &[
         "packing coupling fluid dem contact particle shape wall domain units math input memory error",
     ),
     ("output", "checkpoint particle shape wall domain math input error"),
-    ("packing", "contact particle shape wall domain math input"),
+    ("mesh", "shape math input"),
+    ("engine", "dem error"),
+    ("packing", "contact shape wall domain math input"),
     ("checkpoint", "domain comm input memory error"),
     (
         "coupling",
@@ -46,7 +53,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("dem", "contact particle shape wall domain comm math error"),
     ("contact", "shape wall domain math"),
     ("particle", "shape math"),
-    ("shape", "math input"),
+    ("shape", "math"),
     ("wall", "math"),
     ("lattice", ""),
     ("domain", "math"),
@@ -59,35 +66,45 @@ const MAY_USE: &[(&str, &str)] = &[
     ("error", ""),
 ];
 
-/// What `lib.rs` re-exports, and from where.
-const ROOT_NAMES: &[(&str, &str)] = &[("Error", "error"), ("Result", "error")];
-
 /// Modules whose numbers become part of the state of a run.
-const STATE: &str = "case packing coupling fluid dem contact particle shape wall lattice domain units math";
+const STATE: &str =
+    "simulation case packing coupling fluid dem contact particle shape wall lattice domain units math";
 
-/// Methods of numbers that the system or the processor rounds as it likes.
-const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh exp exp2 exp_m1 ln ln_1p log log2 log10 \
-                       powf cbrt hypot mul_add";
+/// Functions of numbers that the system, the processor or the compiler rounds as it likes.
+const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 exp_m1 ln ln_1p log log2 \
+                       log10 powi powf cbrt hypot mul_add";
+
+/// Laws of the literature that are drawn beside a result: they go into files and nowhere else.
+const ONLY_WRITTEN: &str = "simulation/references";
 
 /// Who may write to the terminal.
-const MAY_PRINT: &[&str] = &["cli", "output/progress.rs"];
+const MAY_PRINT: [&str; 2] = ["cli", "output/progress"];
 
 #[test]
-fn modules_use_only_what_the_table_allows() {
+fn modules_use_what_the_table_allows_and_all_of_it() {
     let mut wrong = String::new();
+    let mut arrows: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for file in sources() {
-        let Some((_, allowed)) = MAY_USE.iter().find(|(module, _)| *module == file.module) else {
-            continue; // lib.rs, or a module that the next test complains of
-        };
-        let allowed: BTreeSet<&str> = allowed.split_whitespace().collect();
-        for used in uses(&file) {
-            if used != file.module && !allowed.contains(used.as_str()) {
-                let _ = writeln!(
-                    wrong,
-                    "src/{}: `{}` must not use `{used}`",
-                    file.path, file.module
-                );
+        let used = arrows.entry(file.module.clone()).or_default();
+        // A `lib.rs` names all; a module that is not in the table is another test's.
+        let row = MAY_USE.iter().find(|(module, _)| *module == file.module);
+        for other in file.uses() {
+            let allowed = row.is_none_or(|(_, allowed)| allowed.split_whitespace().any(|name| name == other));
+            if other != file.module && !allowed {
+                let _ = writeln!(wrong, "{}: `{}` must not use `{other}`", file.path, file.module);
             }
+            used.insert(other);
+        }
+    }
+    for (module, allowed) in MAY_USE {
+        for other in allowed
+            .split_whitespace()
+            .filter(|other| !arrows[*module].contains(*other))
+        {
+            let _ = writeln!(
+                wrong,
+                "no file of `{module}` uses `{other}`: take it off the table"
+            );
         }
     }
     assert!(wrong.is_empty(), "\n{wrong}");
@@ -165,12 +182,7 @@ fn only_the_command_line_and_the_progress_write_to_the_terminal() {
     let mut wrong = String::new();
     for file in sources() {
         // What tests print is captured.
-        let is_test = file.path.ends_with("tests.rs");
-        if is_test
-            || MAY_PRINT
-                .iter()
-                .any(|who| *who == file.module || *who == file.path)
-        {
+        if file.is_test() || MAY_PRINT.iter().any(|who| file.is_in(who)) {
             continue;
         }
         visit(file.tokens.clone(), &mut |tokens, at| {
@@ -181,33 +193,45 @@ fn only_the_command_line_and_the_progress_write_to_the_terminal() {
                 && !(at > 0 && is_mark(tokens, at - 1, '.'))
                 && matches!(&tokens.get(at + 1), Some(TokenTree::Group(_)));
             if prints || opens {
-                let _ = writeln!(wrong, "src/{}: {}", file.path, tokens[at]);
+                let _ = writeln!(wrong, "{}: {}", file.path, tokens[at]);
             }
         });
     }
     assert!(wrong.is_empty(), "\n{wrong}");
 }
 
+/// Whether a token is a function of [`INEXACT`]: `x.sin()`, `f64::sin(x)`, or handed over as `f64::sin`.
+fn is_inexact(tokens: &[TokenTree], at: usize) -> bool {
+    let TokenTree::Ident(name) = &tokens[at] else {
+        return false;
+    };
+    let called = matches!(tokens.get(at + 1), Some(TokenTree::Group(_)));
+    let method = called && at > 0 && is_mark(tokens, at - 1, '.');
+    // After another name than this it is somebody else's function.
+    let of_numbers = |at: usize| {
+        ["f32", "f64", "T", "Self", "Real"]
+            .iter()
+            .any(|kind| is(tokens, at, kind))
+    };
+    let path =
+        at >= 3 && is_mark(tokens, at - 1, ':') && (of_numbers(at - 3) || is_mark(tokens, at - 3, '>'));
+    (method || path) && INEXACT.split_whitespace().any(|inexact| name == inexact)
+}
+
 #[test]
 fn what_feeds_the_state_is_rounded_alike_on_every_machine() {
-    let state: BTreeSet<&str> = STATE.split_whitespace().collect();
-    let inexact: BTreeSet<&str> = INEXACT.split_whitespace().collect();
     let mut wrong = String::new();
     for file in sources() {
-        if !state.contains(file.module.as_str()) || file.path.ends_with("tests.rs") {
+        let of_state = STATE.split_whitespace().any(|module| file.module == module);
+        if !of_state || file.is_test() || file.is_in(ONLY_WRITTEN) {
             continue;
         }
         visit(file.tokens.clone(), &mut |tokens, at| {
-            let TokenTree::Ident(name) = &tokens[at] else {
-                return;
-            };
-            let called = matches!(tokens.get(at + 1), Some(TokenTree::Group(_)));
-            let method = at > 0 && is_mark(tokens, at - 1, '.');
-            if called && method && inexact.contains(name.to_string().as_str()) {
+            if is_inexact(tokens, at) {
                 let _ = writeln!(
                     wrong,
-                    "src/{}: `{name}`; the crate libm has one for all machines",
-                    file.path
+                    "{}: `{}`; products, or the crate libm, are the same on all machines",
+                    file.path, tokens[at]
                 );
             }
         });
@@ -216,201 +240,28 @@ fn what_feeds_the_state_is_rounded_alike_on_every_machine() {
 }
 
 #[test]
+fn inexact_functions_are_found_however_they_are_called() {
+    let found = |text: &str| {
+        let mut count = 0;
+        visit(text.parse().unwrap(), &mut |tokens, at| {
+            count += usize::from(is_inexact(tokens, at));
+        });
+        count
+    };
+    assert_eq!(found("x.sin() + x . powi (2)"), 2);
+    assert_eq!(found("f64::sin(x) + <f32>::exp(x) + list.map(f64::cos)"), 3);
+    assert_eq!(
+        found("libm::sin(x) + Quat::exp(x) + x.sqrt() + f64::sqrt(x); fn sin() {}"),
+        0
+    );
+}
+
+#[test]
 fn only_comm_names_mpi() {
     for file in sources().into_iter().filter(|file| file.module != "comm") {
         visit(file.tokens.clone(), &mut |tokens, at| {
             let named = is(tokens, at, "mpi") && is_mark(tokens, at + 1, ':');
-            assert!(!named, "src/{} names mpi; only comm may", file.path);
+            assert!(!named, "{} names mpi; only comm may", file.path);
         });
     }
-}
-
-#[test]
-fn paths_are_found_however_they_are_written() {
-    let found = |path: &str, text: &str| {
-        let file = Source::new(path.to_owned(), text);
-        uses(&file).into_iter().collect::<Vec<_>>().join(" ")
-    };
-    assert_eq!(
-        found("fluid.rs", "use crate::{comm::Comm, math::{self, Vec3}};"),
-        "comm math"
-    );
-    assert_eq!(
-        found("fluid.rs", "fn f() { crate::dem::step(super::case::load()) }"),
-        "case dem"
-    );
-    assert_eq!(found("fluid/halo.rs", "use super::{layout, super::dem};"), "dem");
-    assert_eq!(
-        found("fluid/halo.rs", "use super::super::{dem, case};"),
-        "case dem"
-    );
-    assert_eq!(
-        found(
-            "fluid/halo.rs",
-            "use super::layout; mod a { use super::super::b; }"
-        ),
-        ""
-    );
-    assert_eq!(
-        found("fluid.rs", "mod tests { use super::*; use super::super::dem; }"),
-        "dem"
-    );
-    assert_eq!(
-        found("dem.rs", "macro_rules! m { () => { $crate::fluid::go() } }"),
-        "fluid"
-    );
-    assert_eq!(
-        found("dem.rs", "pub(crate) fn f() -> crate::Result<()> {}"),
-        "error"
-    );
-    assert_eq!(
-        found(
-            "dem.rs",
-            "/// [`crate::fluid`]\nconst A: &str = \"crate::fluid\"; // crate::fluid"
-        ),
-        ""
-    );
-    assert_eq!(found("main.rs", "fn main() { turbid::cli::main() }"), "cli");
-    let glob = std::panic::catch_unwind(|| found("dem.rs", "use crate::*;"));
-    assert!(glob.is_err(), "a glob of the root names everything");
-}
-
-/// A file of `src`, with its comments gone.
-struct Source {
-    /// Below `src`, with slashes.
-    path: String,
-    /// Module of the top level it belongs to.
-    module: String,
-    /// How deep below the root of the crate its items are.
-    depth: usize,
-    tokens: TokenStream,
-}
-
-impl Source {
-    fn new(path: String, text: &str) -> Self {
-        let names: Vec<&str> = path.trim_end_matches(".rs").split('/').collect();
-        let tokens = text.parse().unwrap_or_else(|e| panic!("src/{path}: {e}"));
-        let is_root = matches!(names[0], "lib" | "main");
-        let is_mod = names.last() == Some(&"mod");
-        Self {
-            module: names[0].to_owned(),
-            depth: if is_root {
-                0
-            } else {
-                names.len() - usize::from(is_mod)
-            },
-            tokens,
-            path,
-        }
-    }
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn sources() -> Vec<Source> {
-    let src = root().join("src");
-    let (mut open, mut found) = (vec![src.clone()], Vec::new());
-    while let Some(folder) = open.pop() {
-        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-        let (folders, files): (Vec<PathBuf>, Vec<PathBuf>) = entries.partition(|path| path.is_dir());
-        open.extend(folders);
-        for file in files
-            .iter()
-            .filter(|file| file.extension().is_some_and(|e| e == "rs"))
-        {
-            let parts = file.strip_prefix(&src).unwrap().iter();
-            let path: Vec<_> = parts.map(|part| part.to_string_lossy()).collect();
-            found.push(Source::new(path.join("/"), &fs::read_to_string(file).unwrap()));
-        }
-    }
-    assert!(found.len() > 50, "sources have gone missing");
-    found
-}
-
-/// Modules of the top level that a file names.
-fn uses(file: &Source) -> BTreeSet<String> {
-    let mut used = BTreeSet::new();
-    search(file.tokens.clone(), file, file.depth, &mut used);
-    used
-}
-
-/// Looks for the beginnings of paths in code that lies `depth` below the root.
-fn search(tokens: TokenStream, file: &Source, depth: usize, used: &mut BTreeSet<String>) {
-    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-    let mut at = 0;
-    while at < tokens.len() {
-        let after_path = at > 0 && is_mark(&tokens, at - 1, ':');
-        let starts = !after_path && is_mark(&tokens, at + 1, ':') && is_mark(&tokens, at + 2, ':');
-        if starts && (is(&tokens, at, "crate") || (file.module == "main" && is(&tokens, at, "turbid"))) {
-            at = follow(&tokens, at + 3, 0, file, used);
-        } else if starts && is(&tokens, at, "super") {
-            at = follow(&tokens, at, depth, file, used);
-        } else if let TokenTree::Group(group) = &tokens[at] {
-            let named_module = at >= 2 && is(&tokens, at - 2, "mod") && group.delimiter() == Delimiter::Brace;
-            search(group.stream(), file, depth + usize::from(named_module), used);
-            at += 1;
-        } else {
-            at += 1;
-        }
-    }
-}
-
-/// Follows a path from the module `level` below the root, down to the name of a module of the top level if it gets there.
-/// Returns where it ends.
-fn follow(
-    tokens: &[TokenTree],
-    mut at: usize,
-    mut level: usize,
-    file: &Source,
-    used: &mut BTreeSet<String>,
-) -> usize {
-    while is(tokens, at, "super") {
-        level = level.checked_sub(1).expect("code that compiles");
-        at += 3;
-    }
-    if let Some(TokenTree::Group(group)) = tokens.get(at) {
-        let inside: Vec<TokenTree> = group.stream().into_iter().collect();
-        let comma = |token: &TokenTree| matches!(token, TokenTree::Punct(mark) if mark.as_char() == ',');
-        for branch in inside.split(comma) {
-            follow(branch, 0, level, file, used);
-        }
-    } else if level == 0 && at < tokens.len() {
-        let name = tokens[at].to_string();
-        if let Some((_, module)) = ROOT_NAMES.iter().find(|(root, _)| *root == name) {
-            used.insert((*module).to_owned());
-        } else {
-            let is_module = MAY_USE.iter().any(|(module, _)| *module == name);
-            assert!(
-                is_module,
-                "src/{}: `crate::{name}` is no module; name the one it is from",
-                file.path
-            );
-            used.insert(name);
-        }
-    }
-    at + 1
-}
-
-/// Calls `look(tokens, at)` at every token, however deep, but for the modules `tests`.
-fn visit(tokens: TokenStream, look: &mut impl FnMut(&[TokenTree], usize)) {
-    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-    for at in 0..tokens.len() {
-        if at >= 2 && is(&tokens, at - 2, "mod") && is(&tokens, at - 1, "tests") {
-            continue;
-        }
-        look(&tokens, at);
-        if let TokenTree::Group(group) = &tokens[at] {
-            visit(group.stream(), look);
-        }
-    }
-}
-
-fn is(tokens: &[TokenTree], at: usize, name: &str) -> bool {
-    matches!(tokens.get(at), Some(TokenTree::Ident(ident)) if ident == name)
-}
-
-fn is_mark(tokens: &[TokenTree], at: usize, mark: char) -> bool {
-    matches!(tokens.get(at), Some(TokenTree::Punct(punct)) if punct.as_char() == mark)
 }

@@ -21,7 +21,8 @@ pub(super) struct Reference {
 impl Reference {
     /// `g |s - 1| D^3` (m^4/s^2), the Archimedes number times the viscosity squared.
     pub(super) fn buoyancy(&self) -> f64 {
-        self.gravity * (self.density_ratio - 1.0).abs() * self.diameter.powi(3)
+        let cube = self.diameter * self.diameter * self.diameter;
+        self.gravity * (self.density_ratio - 1.0).abs() * cube
     }
 
     /// The scales in a fluid of kinematic viscosity `viscosity` (m^2/s).

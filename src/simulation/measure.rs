@@ -43,7 +43,7 @@ impl Simulation {
         MeanFlow {
             velocity: Vec3::new(sums[0], sums[1], sums[2]) / cells * velocity,
             solid_fraction: sums[4] / cells,
-            kinetic_energy: 0.5 * density * dx.powi(3) * sums[3] * velocity * velocity,
+            kinetic_energy: 0.5 * density * (dx * dx * dx) * sums[3] * velocity * velocity,
             max_lattice_speed,
         }
     }

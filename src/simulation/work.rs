@@ -76,7 +76,7 @@ impl<'a> Work<'a> {
                 let position = domain.wrap(particle.position());
                 let edges = (hi - lo) / domain.dx;
                 let grown = edges.add_scalar(2.0 * ramp.unwrap_or(0.0));
-                let volume = template.shape.volume() / domain.dx.powi(3);
+                let volume = template.shape.volume() / (domain.dx * domain.dx * domain.dx);
                 let covered = ramp.map_or(0.0, |_| volume * grown.product() / edges.product());
                 Body {
                     position,

@@ -1,7 +1,6 @@
 //! MPI jobs of Turbid.
-#![allow(dead_code, reason = "each test uses some of it")]
 
-use std::path::Path;
+use super::{PROGRAM, Place};
 use std::process::Command;
 
 /// What lets a launcher start more processes than there are cores, as any user.
@@ -13,23 +12,25 @@ const ENVIRONMENT: [(&str, &str); 5] = [
     ("OMPI_MCA_hwloc_base_binding_policy", "none"),
 ];
 
-/// Turbid on so many processes, in a folder.
-pub(crate) fn launcher(folder: &Path, processes: usize, arguments: &[&str]) -> Command {
-    in_folder(Command::new("mpirun"), folder, processes, arguments)
-}
+impl Place {
+    /// The program on `processes` processes.
+    pub(crate) fn job(&self, processes: usize, arguments: &[&str]) -> Command {
+        self.launched(Command::new("mpirun"), processes, arguments)
+    }
 
-/// The same, ended after so many seconds if it hangs.
-pub(crate) fn limited(folder: &Path, seconds: u64, processes: usize, arguments: &[&str]) -> Command {
-    let mut command = Command::new("timeout");
-    command.args(["--kill-after=5", &seconds.to_string(), "mpirun"]);
-    in_folder(command, folder, processes, arguments)
-}
+    /// The same, ended if it hangs.
+    pub(crate) fn limited_job(&self, processes: usize, arguments: &[&str]) -> Command {
+        let mut command = Command::new("timeout");
+        command.args(["--kill-after=5", "300", "mpirun"]);
+        self.launched(command, processes, arguments)
+    }
 
-fn in_folder(mut command: Command, folder: &Path, processes: usize, arguments: &[&str]) -> Command {
-    command
-        .args(["-n", &processes.to_string(), env!("CARGO_BIN_EXE_turbid")])
-        .args(arguments)
-        .current_dir(folder)
-        .envs(ENVIRONMENT);
-    command
+    fn launched(&self, mut launcher: Command, processes: usize, arguments: &[&str]) -> Command {
+        launcher
+            .args(["-n", &processes.to_string(), PROGRAM])
+            .args(arguments)
+            .current_dir(self.folder())
+            .envs(ENVIRONMENT);
+        launcher
+    }
 }

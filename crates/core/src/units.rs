@@ -46,7 +46,8 @@ impl Units {
 
     /// One lattice unit of force (N).
     pub fn force(&self) -> f64 {
-        self.density * self.dx.powi(4) / (self.dt * self.dt)
+        let area = self.dx * self.dx;
+        self.density * (area * area) / (self.dt * self.dt)
     }
 
     /// One lattice unit of torque (N m).
@@ -56,7 +57,8 @@ impl Units {
 
     /// Pressure (Pa) per unit of `rho_lat - 1`.
     pub fn pressure(&self) -> f64 {
-        self.density * (self.dx / self.dt).powi(2) / 3.0
+        let speed = self.dx / self.dt;
+        self.density * (speed * speed) / 3.0
     }
 }
 

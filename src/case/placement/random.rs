@@ -170,14 +170,15 @@ impl Placer<'_> {
             .map(|p| (p.position(), ball(p.template as usize)))
             .collect();
         let balls: Vec<Ball> = drawn.iter().map(|&template| ball(template)).collect();
+        let cube = |length: f64| length * length * length;
         let fraction = |grow: f64| {
             let all = fixed.iter().map(|(_, b)| b).chain(&balls);
-            let volume = |b: &Ball| 4.0 / 3.0 * std::f64::consts::PI * (b.radius + grow * b.half_gap).powi(3);
+            let volume = |b: &Ball| 4.0 / 3.0 * std::f64::consts::PI * cube(b.radius + grow * b.half_gap);
             all.map(volume).sum::<f64>() / self.free_volume
         };
         let (solid, grown) = (fraction(0.0), fraction(1.0));
         // One particle more than the fraction asks for is a rounding, not a denser packing.
-        let one = balls.iter().map(|b| 4.2 * b.radius.powi(3)).fold(0.0, f64::max) / self.free_volume;
+        let one = balls.iter().map(|b| 4.2 * cube(b.radius)).fold(0.0, f64::max) / self.free_volume;
         let refused = || self.no_room(first, balls.len(), solid, grown);
         if solid > packing::MAX_VOLUME_FRACTION + one || grown > packing::MAX_GROWN_FRACTION {
             return Err(refused());

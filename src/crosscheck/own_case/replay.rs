@@ -79,7 +79,7 @@ pub fn replay(directory: Option<&Path>) -> Result<Findings> {
 fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findings) -> Result<()> {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
     let mut setup = case::from_text(CASE, JUDGE.0, &options)?;
-    setup.threads = 1;
+    setup.plan.threads = 1;
     stir(&mut setup);
     let (steps, dt) = (setup.plan.end_step, setup.time_step);
     let recorded = record(&setup, steps)?;

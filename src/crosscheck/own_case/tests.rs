@@ -77,7 +77,7 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
     let damped = setup(DRY, &["contact.restitution=0.5"]);
     let found = compare(&hertz, &damped);
     // The left pair has a way of 2 mm to go, the right one of 2.5 mm, and it takes some steps to part.
-    let contact = (2e-3 / 0.1 / hertz.units.dt).round() as u64;
+    let contact = (2e-3 / 0.1 / hertz.time_step).round() as u64;
     for first in found.first_contact {
         assert!(first.unwrap().abs_diff(contact) <= 2, "{:?}", found.first_contact);
     }

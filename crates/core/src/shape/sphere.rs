@@ -17,7 +17,7 @@ impl Shape for Sphere {
     }
 
     fn volume(&self) -> f64 {
-        4.0 / 3.0 * PI * self.radius.powi(3)
+        4.0 / 3.0 * PI * (self.radius * self.radius * self.radius)
     }
 
     fn inertia_per_mass(&self) -> Vec3 {

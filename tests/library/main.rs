@@ -1,0 +1,16 @@
+//! The library, called in this process. One test program for all of it: each would link the whole library.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cases;
+mod determinism;
+mod falling_sphere;
+#[cfg(feature = "liggghts")]
+mod liggghts;
+mod output;
+mod random_cases;
+mod schema;
+mod seeds;
+mod stress;
+mod walls;

@@ -1,0 +1,265 @@
+//! Walls, overlapping particles, materials and dry runs that cannot be.
+
+use super::all_refused;
+use crate::common::Place;
+use crate::common::case::{SPHERES, changed};
+
+#[test]
+fn walls_and_faces_that_cannot_be_are_refused() {
+    const SIZE: &str = "[4, 4, 4] }";
+    let closed = |more: &str| format!("[4, 4, 4] }}\nperiodic = [true, true, false]\n{more}");
+    let wall = |text: &str| format!("[[walls]]\nname = \"floor\"\n{text}\n\n[run]");
+    let tables: Vec<(&str, String, &[&str])> = vec![
+        (
+            SIZE,
+            "[4, 4, 4] }\n[domain.faces]\n\"z+\" = { velocity = [1e-3, 0, 0] }".to_string(),
+            &["bad.toml:5:8", "\"z+\" is periodic", "false for z"],
+        ),
+        (
+            SIZE,
+            closed("[domain.faces]\n\"z*\" = {}"),
+            &["bad.toml:6:1", "unknown key `z*`", "z+"],
+        ),
+        (
+            SIZE,
+            closed("[domain.faces]\n\"z+\" = { velocity = [0, 0, 1e-3] }"),
+            &["bad.toml:6:8", "\"z+\" moves along its normal", "dry"],
+        ),
+        (
+            SIZE,
+            closed("[domain.faces]\n\"z+\" = { velocity = [inf, 0, 0] }"),
+            &["bad.toml:6:8", "`domain.faces.z+.velocity` is inf"],
+        ),
+        (
+            SIZE,
+            closed("[domain.faces]\n\"z+\" = { material = \"steel\" }"),
+            &["bad.toml:6:21", "\"steel\"", "no such material", "[[materials]]"],
+        ),
+        (
+            "[4, 4, 4] }",
+            "[4, 4, 0.5] }\nperiodic = [true, true, false]".to_string(),
+            &["bad.toml:3:", "does not fit between walls"],
+        ),
+        (
+            "volume_fraction = 0.1\nseed = 1",
+            "list = [[3e-3, 3e-3, 1e-3]]\n[[walls]]\nname = \"floor\"\nplane = { point = [0, 0, 5e-4], normal = [0, 0, 1] }"
+                .to_string(),
+            &["bad.toml:", "\"floor\" meets the periodic faces in z"],
+        ),
+        (
+            "[run]",
+            wall("plane = { point = [0, 0, 1], normal = [0, 0, 1] }"),
+            &["bad.toml:19:1", "leaves no free space"],
+        ),
+        (
+            "[run]",
+            wall("plane = { point = [0, 0, -1], normal = [0, 0, 1] }"),
+            &["bad.toml:19:1", "outside the box", "6.000000e-3"],
+        ),
+        (
+            "[run]",
+            wall("plane = { point = [0, 0, 0], normal = [0, 0, 0] }"),
+            &["bad.toml:21:9", "`walls.0.plane.normal` is [0, 0, 0]"],
+        ),
+        (
+            "[run]",
+            wall("pipe = { point = [3e-3, 3e-3, 0], axis = [0, 0, 1], diameter = 0 }"),
+            &["bad.toml:21:", "`walls.0.pipe.diameter` is 0"],
+        ),
+        (
+            "[run]",
+            wall("pipe = { point = [3e-3, 3e-3, 0], axis = [0, 0, 1], diameter = 5e-3 }\nvelocity = [1e-3, 0, 0]"),
+            &["bad.toml:19:1", "\"floor\" moves across its axis"],
+        ),
+        (
+            "[run]",
+            wall("rod = { point = [6e-3, 3e-3, 0], axis = [0, 0, 1], diameter = 1e-3 }"),
+            &["bad.toml:19:1", "periodic faces in x"],
+        ),
+        ("[run]", wall(""), &["bad.toml:19:1", "`plane`, `pipe`, `rod`", "none"]),
+    ];
+    for (good, spoilt, words) in &tables {
+        all_refused(&[(good, spoilt, words)]);
+    }
+}
+
+#[test]
+fn particles_that_overlap_each_other_or_a_wall_are_listed() {
+    const SHAPE: &str =
+        "shape = { sphere = { diameter = 1.5e-3 } }\ndensity = 3300.0\nvolume_fraction = 0.1\nseed = 1";
+    let with = |shape: &str, list: &str| format!("shape = {shape}\ndensity = 3300.0\nlist = [{list}]");
+    let cube = "{ cube = { edge = 1e-3 } }";
+    let turned = "{ position = [4.3e-3, 3e-3, 3e-3], orientation = { axis = [0, 0, 1], angle = 45 } }";
+    let tables: Vec<(&str, String, &[&str])> = vec![
+        (
+            SHAPE,
+            // Corner to face: half an edge and half a diagonal are 1.207 mm.
+            with(
+                cube,
+                "[3.1e-3, 3e-3, 3e-3], { position = [4.3e-3, 3e-3, 3e-3], orientation = { axis = [0, 0, 1], angle = 45 } }",
+            ),
+            &["bad.toml:16:9", "particles 0 and 1", "deep", "1.2"],
+        ),
+        (
+            SHAPE,
+            with(
+                cube,
+                "{ position = [1e-3, 1e-3, 1e-3], orientation = { axis = [0, 0, 0], angle = 45 } }",
+            ),
+            &[
+                "bad.toml:16:",
+                "`particles.0.list.0.orientation.axis` is [0, 0, 0]",
+            ],
+        ),
+        (
+            SHAPE,
+            with(
+                cube,
+                "{ position = [1e-3, 1e-3, 1e-3], orientation = { axis = [0, 0, 1] } }",
+            ),
+            &["bad.toml:16:", "has an axis, but no angle"],
+        ),
+        (
+            SHAPE,
+            with(
+                cube,
+                "{ position = [1e-3, 1e-3, 1e-3], orientation = { quaternion = [0, 0, 0, 0] } }",
+            ),
+            &["bad.toml:16:", "quaternion", "not all zero"],
+        ),
+        (
+            SHAPE,
+            with(
+                cube,
+                "{ position = [1e-3, 1e-3, 1e-3], orientation = { angle = 3 } }",
+            ),
+            &["bad.toml:16:", "exactly one of `axis`, `quaternion`"],
+        ),
+    ];
+    for (good, spoilt, words) in &tables {
+        all_refused(&[(good, spoilt, words)]);
+    }
+    // In a closed box, and without the turn there is room for the cubes.
+    let list = format!("[3.1e-3, 3e-3, 3e-3], {}", turned.replace("45", "0"));
+    let closed = ("[4, 4, 4] }", "[4, 4, 4] }\nperiodic = [true, true, false]");
+    let closed = changed(SPHERES, &[closed, (SHAPE, &with(cube, &list))]);
+    let place = Place::new(&closed);
+    place.well(&["check", "case.toml"]);
+    let high = ("[3.1e-3, 3e-3, 3e-3]", "[3.1e-3, 3e-3, 4.5e-3]");
+    place.write("case.toml", changed(&closed, &[high]));
+    let words = ["1 particle overlaps a wall", "particle 0: 3.7", "the wall \"z+\""];
+    place.refused(&["check", "case.toml"], &words);
+}
+
+#[test]
+fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
+    let dry = SPHERES.find("[fluid]").unwrap()..SPHERES.find("[[particles]]").unwrap();
+    let dry = &SPHERES[dry];
+    all_refused(&[
+        (
+            "density = 3300.0",
+            "density = 3300.0\nmaterial = \"glas\"\n",
+            &["bad.toml:16:12", "no such material"],
+        ),
+        (
+            "[run]",
+            "[[materials]]\nname = \"glass\"\n[[materials]]\nname = \"glass\"\n[run]",
+            &["bad.toml:22:8", "given twice"],
+        ),
+        (
+            "[run]",
+            "[[materials]]\nname = \"glass\"\n[[contact.pairs]]\nmaterials = [\"glass\", \"steal\"]\n[run]",
+            &["bad.toml:22:23", "\"steal\"", "glass"],
+        ),
+        (
+            "[run]",
+            "[[contact.pairs]]\nmaterials = [\"default\", \"default\"]\nrestitution = 2\n[run]",
+            &["bad.toml:21:15", "`contact.pairs.0.restitution` is 2"],
+        ),
+        (
+            "[run]",
+            "[contact]\nsubsteps = 10001\n[run]",
+            &["bad.toml:20:12", "`contact.substeps` is 10001", "at most 10000"],
+        ),
+        (
+            "relaxation_time = 0.55",
+            "relaxation_time = 0.55\ncollision = \"bgk\"\nmagic_parameter = 0.2",
+            &["bad.toml:13:19", "trt"],
+        ),
+        (
+            "relaxation_time = 0.55",
+            "relaxation_time = 0.55\ncollision = \"trt\"\nmagic_parameter = 0",
+            &["bad.toml:13:19", "`lattice.magic_parameter` is 0"],
+        ),
+        (
+            "[run]",
+            "[output]\nseries_every = \"never\"\n[run]",
+            &["bad.toml:20:16", "\"never\"", "means"],
+        ),
+        (
+            "[run]",
+            "[output]\npicture_range = 0\n[run]",
+            &["bad.toml:20:17", "`output.picture_range` is 0", "m/s"],
+        ),
+        (
+            "[run]",
+            "[output]\npicture_plane = { normal = \"y\", position = 1 }\n[run]",
+            &[
+                "bad.toml:20:44",
+                "`output.picture_plane.position` is 1",
+                "from 0 to 0.006",
+            ],
+        ),
+        (
+            "[run]",
+            "[output]\npicture_plane = { normal = \"w\" }\n[run]",
+            &["bad.toml:20:28", "unknown choice `w`"],
+        ),
+        (
+            "[4, 4, 4]",
+            "[4, 4, 2]",
+            &[
+                "bad.toml:3:8",
+                "two periodic images at once",
+                "contact enlargement included",
+            ],
+        ),
+        (
+            "[run]",
+            "[dry]\ntime_step = 1e-5\n[run]",
+            &["[fluid]", "bad.toml:5:1", "dry run"],
+        ),
+        (dry, "", &["section [fluid] is missing", "[dry]"]),
+        (dry, "[dry]\n", &["`time_step`, `impact_speed`"]),
+        (
+            dry,
+            "[dry]\ntime_step = 0\n",
+            &["bad.toml:6:13", "`dry.time_step` is 0"],
+        ),
+        (
+            dry,
+            "[dry]\nimpact_speed = 0\n",
+            &["bad.toml:6:16", "`dry.impact_speed` is 0"],
+        ),
+        (
+            dry,
+            "[contact]\nenlargement = 0.1\n[dry]\ntime_step = 1e-5\n",
+            &["bad.toml:6:15", "dry.enlargement"],
+        ),
+        (
+            dry,
+            "[driving]\nzero_net_flux = true\n[dry]\ntime_step = 1e-5\n",
+            &["bad.toml:6:17", "no meaning in a dry run"],
+        ),
+        (
+            dry,
+            "[output]\nfields_every = { steps = 1 }\n[dry]\ntime_step = 1e-5\n",
+            &["bad.toml:6:16", "no field"],
+        ),
+        (
+            dry,
+            "[output]\npicture_plane = { normal = \"x\", position = 1e-3 }\n[dry]\ntime_step = 1e-5\n",
+            &["bad.toml:6:44", "no slice"],
+        ),
+    ]);
+}

@@ -1,0 +1,22 @@
+//! The program, end to end, as a user runs it. One test program for all of it: each would link the whole library.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_input;
+mod check;
+#[cfg(feature = "liggghts")]
+mod crosscheck;
+mod driving;
+mod golden;
+#[cfg(feature = "liggghts")]
+mod liggghts;
+mod limits;
+#[cfg(feature = "mpi")]
+mod mpi;
+mod pack;
+mod pieces;
+mod resume;
+mod run;
+mod same_bits;
+mod study;

@@ -1,0 +1,215 @@
+//! Positions files: what `turbid pack` writes of a case or of a run, and what a case reads of it.
+
+use crate::common::Place;
+use turbid::case::Setup;
+use turbid::output::{OutputFiles, points};
+
+/// Spheres of two sizes and cubes that fall in a box; `MEDIUM` is air or water, the rest says where they are.
+const CASE: &str = r"
+[domain]
+size = [6e-3, 6e-3, 8e-3]
+periodic = [true, true, false]
+MEDIUM
+[[particles]]
+shape = { sphere = { diameter = 1e-3 } }
+density = 2500.0
+sizes = [{ scale = 1, share = 1 }, { scale = 0.8, share = 1 }]
+SPHERES
+[[particles]]
+shape = { polyhedron = { vertices = [[0, 0, 0], [1e-3, 0, 0], [0, 1.2e-3, 0], [0, 0, 1.4e-3]] } }
+density = 2500.0
+STONES
+[contact]
+youngs_modulus = 5e6
+[run]
+end = { steps = 400 }
+";
+const DRY: &str = "[dry]\nimpact_speed = 0.3\nenlargement = 2.5e-5";
+const WET: &str =
+    "[fluid]\ndensity = 1000.0\nviscosity = 1e-5\n[lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55";
+
+fn case(medium: &str, spheres: &str, stones: &str) -> String {
+    (CASE.replace("MEDIUM", medium))
+        .replace("SPHERES", spheres)
+        .replace("STONES", stones)
+}
+
+/// A folder with a case that reads `packed.csv` for all its particles.
+fn reader(packed: &str) -> Place {
+    let file = "file = \"packed.csv\"";
+    let place = Place::empty();
+    place.write("wet.toml", case(WET, file, file));
+    place.write("packed.csv", packed);
+    place
+}
+
+fn load(place: &Place) -> Setup {
+    turbid::case::load(&place.path("wet.toml"), &[]).unwrap()
+}
+
+#[test]
+fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
+    let place = reader("");
+    place.write("dry.toml", case(DRY, "count = 24", "count = 12\nseed = 2"));
+    place.well(&["run", "dry.toml", "--quiet"]);
+    let said = place.well(&["pack", "--from", "out/dry", "--out", "packed.csv"]);
+    assert!(
+        said.contains("36 particles") && said.contains("step 400"),
+        "{said}"
+    );
+    let last = points::read(&OutputFiles::new(place.path("out/dry")).particles(400)).unwrap();
+    let wet = load(&place);
+    assert_eq!(last.len(), 36);
+    for (there, here) in last.iter().zip(&wet.particles) {
+        assert_eq!((there.id, there.position), (here.id, here.position()));
+        assert_eq!(there.velocity, here.velocity());
+        assert_eq!(there.angular_velocity, here.angular_velocity());
+        assert!(there.velocity.norm() > 0.0);
+        let template = here.template as usize;
+        assert_eq!(there.kind as usize, wet.sections[template]);
+        let given = here.orientation_given(&wet.frames[template]);
+        assert!(
+            given.angle_to(&there.orientation) < 1e-7,
+            "{given} {}",
+            there.orientation
+        );
+        let diameter = wet.templates[template].shape.equivalent_diameter();
+        assert!((diameter / there.diameter - 1.0).abs() < 1e-12);
+    }
+    let kinds: std::collections::BTreeSet<u64> = wet.particles.iter().map(|p| p.template).collect();
+    assert_eq!(kinds.len(), 3, "two sizes of spheres, and stones");
+    // And the wet run begins with them.
+    place.well(&["run", "wet.toml", "--quiet", "--set", "run.end.steps=1"]);
+    let first = points::read(&OutputFiles::new(place.path("out/wet")).particles(0)).unwrap();
+    assert!(
+        first
+            .iter()
+            .zip(&last)
+            .all(|(a, b)| (a.id, a.position, a.velocity) == (b.id, b.position, b.velocity))
+    );
+    // An earlier step, and one that is not there.
+    place.well(&["pack", "--from", "out/dry", "--step", "0", "--out", "first.csv"]);
+    let text = place.text("first.csv");
+    assert_eq!(text.lines().count(), 37);
+    let arguments = ["pack", "--from", "out/dry", "--step", "3", "--out", "none.csv"];
+    place.refused(
+        &arguments,
+        &["no particles of step 3", "from 0 to 400", "the nearest of them 0"],
+    );
+    place.refused(
+        &["pack", "--from", "out", "--out", "none.csv"],
+        &["holds no files of particles", "particles_every"],
+    );
+    assert!(!place.path("none.csv").exists());
+}
+
+#[test]
+fn the_initial_positions_of_a_mixture_are_read_back_to_the_last_bit() {
+    let place = reader("");
+    place.write("random.toml", case(WET, "count = 20", "count = 9\nseed = 2"));
+    place.well(&["pack", "random.toml", "--out", "packed.csv"]);
+    let random = turbid::case::load(&place.path("random.toml"), &[]).unwrap();
+    let read = load(&place);
+    assert_eq!(random.particles.len(), 29);
+    for (a, b) in random.particles.iter().zip(&read.particles) {
+        assert_eq!((a.id, a.template, a.position), (b.id, b.template, b.position));
+        assert!(a.orientation().angle_to(&b.orientation()) < 1e-7);
+    }
+}
+
+const HEADER: &str = "x,y,z,kind,diameter";
+/// Of the stone, a corner of a box.
+const STONE: f64 = 8.1e-4;
+
+#[test]
+fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_and_remedy() {
+    let stone = format!(
+        "{:?}",
+        (6.0 / std::f64::consts::PI * 1e-3 * 1.2e-3 * 1.4e-3 / 6.0_f64).cbrt()
+    );
+    assert!((stone.parse::<f64>().unwrap() - STONE).abs() < 1e-5);
+    let first = "3e-3,3e-3,3e-3,0,1e-3";
+    let second = format!("1e-3,1e-3,1e-3,1,{stone}");
+    let place = reader(&format!("{HEADER}\n{first}\n{second}\n"));
+    assert_eq!(load(&place).particles.len(), 2);
+    let both = |line: &str| format!("{HEADER}\n{first}\n{second}\n{line}\n");
+    for (text, words) in [
+        (
+            both("1e-3,2e-3,3e-3,2,1e-3"),
+            ["packed.csv:4:16: `kind` is 2", "2 [[particles]] sections"],
+        ),
+        (
+            both("1e-3,2e-3,3e-3,0,9e-4"),
+            ["packed.csv:4:18: `diameter` is 0.0009 m", "list it in `sizes`"],
+        ),
+        (
+            both("1e-3,2e-3,3e-3,x,1e-3"),
+            ["packed.csv:4:16: `kind` is `x`", "whole number"],
+        ),
+        (
+            format!("{HEADER}\n{first}\n"),
+            ["no particles of kind 1", "count = 0"],
+        ),
+        (
+            "x,y,z,diameter\n3e-3,3e-3,3e-3,1e-3\n".to_owned(),
+            ["no column `kind`", "2 [[particles]] sections read it"],
+        ),
+        (
+            "x,y,z,kind\n3e-3,3e-3,3e-3,0\n".to_owned(),
+            ["no column `diameter`", "has 2 sizes"],
+        ),
+    ] {
+        place.write("packed.csv", text);
+        place.refused(&["check", "wet.toml"], &words);
+    }
+    // A kind whose section has other positions.
+    let file = "file = \"packed.csv\"";
+    place.write("packed.csv", both(""));
+    place.write("wet.toml", case(WET, file, "count = 1"));
+    place.refused(
+        &["check", "wet.toml"],
+        &[
+            "packed.csv:3:16: `kind` is 1",
+            "`particles.1` does not read this file",
+        ],
+    );
+}
+
+#[test]
+fn contacts_may_overlap_in_the_state_of_a_run_and_nowhere_else() {
+    // Spheres of a millimetre, and the floor.
+    let pair =
+        |z: f64, motion: &str| format!("3e-3,3e-3,3e-3,0,1e-3{motion}\n3e-3,3e-3,{z},0,1e-3{motion}\n");
+    let moving = format!("{HEADER},vz");
+    let only = |header: &str, rows: &str| {
+        let place = reader(&format!("{header}\n{rows}"));
+        place.write("wet.toml", case(WET, "file = \"packed.csv\"", "count = 0"));
+        place
+    };
+    let accepted = only(&moving, &pair(3.97e-3, ",0.01"));
+    let velocity = load(&accepted).particles[1].velocity();
+    assert_eq!(
+        velocity.map(f64::to_bits),
+        turbid::math::Vec3::new(0.0, 0.0, 0.01).map(f64::to_bits)
+    );
+    let spinning = load(&only(&format!("{HEADER},wx"), "3e-3,3e-3,3e-3,0,1e-3,5\n"));
+    let inertia = 0.4 * spinning.templates[0].mass() * 0.25e-6;
+    assert!((spinning.particles[0].angular_momentum[0] / (5.0 * inertia) - 1.0).abs() < 1e-12);
+    load(&only(&moving, "3e-3,3e-3,4.8e-4,0,1e-3,0\n"));
+    for (header, rows, words) in [
+        (HEADER, pair(3.97e-3, ""), "of particles overlap"),
+        (&moving, pair(3.9e-3, ",0.01"), "of particles overlap"),
+        (
+            HEADER,
+            "3e-3,3e-3,4.8e-4,0,1e-3\n".to_owned(),
+            "a wall at the start",
+        ),
+        (
+            &moving,
+            "3e-3,3e-3,4.4e-4,0,1e-3,0\n".to_owned(),
+            "a wall at the start",
+        ),
+    ] {
+        only(header, &rows).refused(&["check", "wet.toml"], &[words]);
+    }
+}

@@ -1,0 +1,459 @@
+//! `turbid resume`, end to end: a run that stops and is resumed, on other ranks, leaves what a run leaves that never stopped.
+
+mod disk;
+mod signals;
+
+use crate::common::{Place, case, files_below, in_tree, well};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Thirty spheres for 80 steps, with all kinds of files.
+fn crowd() -> String {
+    let output = "series_every = { steps = 4 }
+fields_every = { steps = 24 }
+particles_every = { steps = 16 }
+picture_every = { steps = 32 }";
+    let end = "end = { steps = 80 }";
+    let averaged = format!("{end}\naverage_from = {{ steps = 0 }}");
+    case::changed(&case::crowd(80, output), &[(end, &averaged)])
+}
+
+/// Sliding, rolling and impacts between walls, without a fluid, in sub-steps.
+const DRY: &str = r#"
+[domain]
+size = [0.03, 0.03, 0.03]
+periodic = [false, true, false]
+
+[dry]
+impact_speed = 0.6
+
+[[particles]]
+shape = { cube = { edge = 3e-3 } }
+density = 2500.0
+count = 120
+seed = 1
+
+[[particles]]
+shape = { sphere = { diameter = 3e-3 } }
+density = 2500.0
+count = 100
+seed = 2
+
+[contact]
+youngs_modulus = 2e7
+poisson_ratio = 0.25
+restitution = 0.5
+friction_static = 0.4
+friction_kinetic = 0.3
+transition_velocity = 0.01
+substeps = 2
+
+[driving]
+gravity = [300.0, 0.0, -900.0]
+
+[run]
+end = { steps = 400 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 8 }
+particles_every = { steps = 48 }
+picture_every = { steps = 96 }
+"#;
+
+/// Stones from a file at places from another one, between a floor and a lid that slides.
+const STONES: &str = r#"
+[domain]
+size = { diameters = [4, 4, 6] }
+periodic = [true, true, false]
+faces = { "z+" = { velocity = [1e-2, 0, 0] } }
+
+[fluid]
+density = 1000.0
+archimedes = 1000
+precision = "f64"
+
+[lattice]
+cells_per_diameter = 6
+relaxation_time = 0.6
+collision = "trt"
+
+[[particles]]
+shape = { mesh = { file = "meshes/stone.stl", equivalent_diameter = 1.5e-3 } }
+density = 3300.0
+file = "places.csv"
+
+[run]
+end = { steps = 80 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+particles_every = { steps = 16 }
+fields_every = "never"
+picture_every = "never"
+"#;
+
+/// Steps of the whole checkpoints of an output directory, ascending.
+fn checkpoints(place: &Place, out: &str) -> Vec<u64> {
+    let found = turbid::checkpoint::list(&place.path(out).join("checkpoints")).unwrap();
+    found.iter().rev().map(|found| found.step).collect()
+}
+
+/// What a run has left: the summary but for what depends on the machine, and the bytes of all other files but checkpoints and logs.
+struct Left {
+    summary: serde_json::Value,
+    files: BTreeMap<PathBuf, Vec<u8>>,
+}
+
+impl Left {
+    fn of(place: &Place, out: &str) -> Self {
+        let mut summary = place.summary(out);
+        for key in [
+            "mlups",
+            "wall_seconds",
+            "stages",
+            "input",
+            "ranks",
+            "threads",
+            "resumed_from",
+        ] {
+            assert!(summary.as_object_mut().unwrap().remove(key).is_some(), "{key}");
+        }
+        let mut files = files_below(&place.path(out));
+        let other = ["summary.json", "liggghts.log"];
+        files.retain(|name, _| {
+            !name.starts_with("checkpoints") && !other.iter().any(|file| name.ends_with(file))
+        });
+        for table in ["series.csv", "particle_series.csv"] {
+            assert!(files.contains_key(Path::new(table)), "{table}");
+        }
+        let files = files
+            .into_iter()
+            .map(|(name, path)| (name, std::fs::read(path).unwrap()));
+        Self {
+            summary,
+            files: files.collect(),
+        }
+    }
+
+    /// The same numbers, files and bytes.
+    fn must_be(&self, other: &Self, what: &str) {
+        assert_eq!(self.summary, other.summary, "{what}");
+        let names = |left: &Self| left.files.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(names(self), names(other), "{what}");
+        for (name, bytes) in &self.files {
+            assert!(*bytes == other.files[name], "{what}: {} differs", name.display());
+        }
+    }
+}
+
+/// Flips a byte of a file.
+fn flip(path: &Path, place: impl FnOnce(usize) -> usize) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let place = place(bytes.len());
+    bytes[place] ^= 0x10;
+    std::fs::write(path, bytes).unwrap();
+}
+
+/// Half of a run on some threads and the rest on others leave what the whole run leaves, which has these options more.
+fn in_two_halves(place: &Place, steps: u64, options: &[&str], whole: &[&str]) {
+    let run = |parts: &[&[&str]]| place.well(&parts.concat());
+    let [half, end] = [steps / 2, steps].map(|steps| format!("run.end.steps={steps}"));
+    let start = ["run", "case.toml", "--overwrite", "--quiet"];
+    run(&[&start, options, whole, &["--out", "whole", "--threads", "1"]]);
+    let whole = Left::of(place, "whole");
+    for (before, after) in [("1", "3"), ("2", "1"), ("4", "2")] {
+        // The only checkpoint is that of the end.
+        let first = [
+            "--threads",
+            before,
+            "--set",
+            &half,
+            "--set",
+            "output.checkpoint_every.steps=1000",
+        ];
+        run(&[&start, options, &first]);
+        assert_eq!(checkpoints(place, "out"), [steps / 2]);
+        let second = [
+            "--threads",
+            after,
+            "--set",
+            &end,
+            "--set",
+            "output.checkpoint_every=never",
+        ];
+        let said = run(&[&["resume", "out", "--quiet"], &second]);
+        assert_eq!(said, "", "quiet");
+        Left::of(place, "out").must_be(&whole, &format!("{before} and then {after} threads"));
+    }
+}
+
+#[test]
+fn spheres_in_a_fluid_go_on_to_the_bit_on_other_threads() {
+    in_two_halves(&Place::new(&crowd()), 80, &[], &[]);
+}
+
+#[test]
+fn bodies_between_walls_without_a_fluid_go_on_to_the_bit_on_other_threads() {
+    in_two_halves(&Place::new(DRY), 400, &[], &[]);
+}
+
+#[cfg(feature = "liggghts")]
+#[test]
+fn spheres_that_liggghts_moves_go_on_to_the_bit_on_other_threads() {
+    // To be saved, LIGGGHTS makes its lists anew: it goes on as it would have without the end, but not as if never saved.
+    let saved = ["--set", "output.checkpoint_every.steps=40"];
+    in_two_halves(
+        &Place::new(&crowd()),
+        80,
+        &["--set", "dem.engine=liggghts"],
+        &saved,
+    );
+}
+
+#[test]
+fn stones_between_sliding_walls_go_on_to_the_bit_without_the_files_of_the_case() {
+    let place = Place::new(STONES);
+    let stone = in_tree("cases/stone.stl");
+    std::fs::create_dir(place.path("meshes")).unwrap();
+    std::fs::copy(stone, place.path("meshes/stone.stl")).unwrap();
+    let places = "x,y,z\n1.5e-3,1.5e-3,2e-3\n4.5e-3,1.5e-3,4e-3\n1.5e-3,4.5e-3,6e-3\n4.5e-3,4.5e-3,2e-3\n";
+    place.write("places.csv", places);
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    let options = [
+        "--set",
+        "run.end.steps=40",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ];
+    place.well(&[&["run", "case.toml", "--quiet", "--threads", "2"], &options[..]].concat());
+    for file in ["case.toml", "places.csv", "meshes/stone.stl"] {
+        std::fs::remove_file(place.path(file)).unwrap();
+    }
+    std::fs::rename(place.path("out"), place.path("moved")).unwrap();
+    place.well(&[
+        "resume",
+        "moved",
+        "--quiet",
+        "--threads",
+        "3",
+        "--set",
+        "run.end.steps=80",
+    ]);
+    Left::of(&place, "moved").must_be(&Left::of(&place, "whole"), "elsewhere");
+}
+
+#[cfg(feature = "mpi")]
+#[test]
+fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
+    let place = Place::new(&crowd());
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    let half = [
+        "run",
+        "case.toml",
+        "--overwrite",
+        "--quiet",
+        "--set",
+        "run.end.steps=40",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ];
+    let rest = ["resume", "out", "--quiet", "--set", "run.end.steps=80"];
+    let threads = |arguments: &[&str]| place.limited(&[arguments, &["--threads", "3"]].concat());
+    for (mut first, mut second) in [
+        (place.limited_job(2, &half), threads(&rest)),
+        (threads(&half), place.limited_job(5, &rest)),
+        (place.limited_job(3, &half), place.limited_job(2, &rest)),
+    ] {
+        well(&mut first);
+        well(&mut second);
+        // Processes write frames in pieces, whose contents `pieces.rs` compares.
+        let in_one_file = |left: Left| {
+            let one = |name: &Path| {
+                name.extension()
+                    .is_some_and(|kind| kind == "csv" || kind == "png")
+            };
+            Left {
+                files: left.files.into_iter().filter(|(name, _)| one(name)).collect(),
+                ..left
+            }
+        };
+        let whole = in_one_file(Left::of(&place, "whole"));
+        assert!(whole.files.len() > 4);
+        in_one_file(Left::of(&place, "out")).must_be(&whole, &format!("{first:?}, then {second:?}"));
+    }
+}
+
+#[test]
+fn a_run_that_goes_on_twice_keeps_the_spacings_of_its_first_length() {
+    // Rows and frames by their defaults, which depend on the length.
+    let case = crowd();
+    let case = case
+        .split("series_every")
+        .next()
+        .unwrap()
+        .replace("average_from = { steps = 0 }\n", "");
+    let place = Place::new(&case);
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=50",
+    ]);
+    for end in ["run.end.steps=100", "run.end.steps=110"] {
+        place.well(&["resume", "out", "--quiet", "--set", end]);
+    }
+    let frames = |folder: &str| std::fs::read_dir(place.path("out").join(folder)).unwrap().count();
+    // Every 16 steps and at the end, and every 8.
+    assert_eq!((frames("fields"), frames("pictures")), (8, 14));
+    let summary = place.summary("out");
+    let input = summary["input"].as_str().unwrap();
+    assert!(input.contains("[run.average_from]\nsteps = 26"), "{input}");
+}
+
+#[test]
+fn a_damaged_checkpoint_is_named_and_the_one_before_it_used() {
+    let place = Place::new(&crowd());
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
+    let options = [
+        "--set",
+        "run.end.steps=60",
+        "--set",
+        "output.checkpoint_every.steps=20",
+    ];
+    place.well(&[&["run", "case.toml", "--quiet", "--threads", "2"], &options[..]].concat());
+    assert_eq!(checkpoints(&place, "out"), [40, 60]);
+    flip(
+        &place.path("out/checkpoints/step-0000000060/part-00001.bin"),
+        |length| length - 9,
+    );
+    // A checkpoint that was being written when the run was killed.
+    std::fs::create_dir(place.path("out/checkpoints/step-0000000080.partial")).unwrap();
+    let said = place.well(&[
+        "resume",
+        "out",
+        "--threads",
+        "3",
+        "--quiet",
+        "--set",
+        "run.end.steps=80",
+    ]);
+    assert_eq!(said.matches("warning").count(), 1, "{said}");
+    assert!(
+        said.contains("checkpoint step-0000000060: part 1, plane z = 29 is damaged"),
+        "{said}"
+    );
+    Left::of(&place, "out").must_be(&Left::of(&place, "whole"), "from step 40");
+    assert_eq!(checkpoints(&place, "out"), [60, 80]);
+}
+
+#[test]
+fn if_no_checkpoint_is_sound_each_is_named_and_nothing_is_changed() {
+    let place = Place::new(&crowd());
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ]);
+    let before = Left::of(&place, "out");
+    flip(
+        &place.path("out/checkpoints/step-0000000040/manifest.toml"),
+        |_| 100,
+    );
+    flip(
+        &place.path("out/checkpoints/step-0000000080/part-00000.bin"),
+        |_| 30,
+    );
+    let said = place.ends(2, &["resume", "out"]);
+    assert!(
+        said.contains("checkpoint step-0000000040: manifest.toml is damaged"),
+        "{said}"
+    );
+    assert!(
+        said.contains("checkpoint step-0000000080: part 0: its head is damaged"),
+        "{said}"
+    );
+    Left::of(&place, "out").must_be(&before, "after a refusal");
+}
+
+#[test]
+fn what_cannot_go_on_is_refused_with_a_remedy() {
+    let place = Place::new(&crowd());
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ]);
+    let before = Left::of(&place, "out");
+    for (arguments, words) in [
+        (
+            &["resume", "nowhere"][..],
+            &["nowhere/checkpoints", "output.checkpoint_every"][..],
+        ),
+        (
+            &["resume", "out", "--set", "fluid.density=900"],
+            &["fluid.density=900", "only keys below"],
+        ),
+        (
+            &["resume", "out", "--set", "output.directory=b"],
+            &["its own directory"],
+        ),
+        (
+            &["resume", "out", "--set", "run.end.steps=79"],
+            &["has done 80 steps", "later end"],
+        ),
+        (
+            &["resume", "out", "--threads", "5000"],
+            &["too many", "--threads"],
+        ),
+        (&["resume", "out", "--max-walltime", "soon"], &["01:30:00"]),
+    ] {
+        let said = place.ends(2, arguments);
+        assert!(
+            words.iter().all(|word| said.contains(word)),
+            "{arguments:?}: {said}"
+        );
+    }
+    Left::of(&place, "out").must_be(&before, "after refusals");
+    // A run that is at its end comes to it again.
+    let said = place.well(&["resume", "out", "--threads", "2"]);
+    assert!(said.contains("state hash"), "{said}");
+    Left::of(&place, "out").must_be(&before, "at its end");
+}
+
+#[test]
+fn a_fresh_run_replaces_the_one_before_only_when_it_is_told_to() {
+    let place = Place::new(&crowd());
+    place.well(&[
+        "run",
+        "case.toml",
+        "--quiet",
+        "--set",
+        "output.checkpoint_every.steps=40",
+    ]);
+    place.write("out/checkpoints/notes", "mine");
+    let before = Left::of(&place, "out");
+    let said = place.ends(2, &["run", "case.toml"]);
+    for word in [
+        "the output directory out holds the results of an earlier run: summary.json, ",
+        " other files, 2 checkpoints, the last of step 80",
+        "turbid resume out",
+        "--out",
+        "--overwrite",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    Left::of(&place, "out").must_be(&before, "after a refusal");
+    assert_eq!(checkpoints(&place, "out"), [40, 80]);
+    place.well(&["run", "case.toml", "--quiet", "--overwrite"]);
+    assert_eq!(checkpoints(&place, "out"), [0; 0]);
+    assert!(place.path("out/checkpoints/notes").exists());
+}
