@@ -13,9 +13,7 @@ use crate::case::Setup;
 use crate::checks::{Check, Findings, aligned};
 use crate::comm::Comm;
 use crate::contact::{DampingLaw, ElasticLaw};
-use crate::dem::{
-    DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams,
-};
+use crate::dem::{DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 use crate::error::{Error, Result};

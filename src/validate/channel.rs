@@ -40,7 +40,9 @@ fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
     let half = 0.5 * run.acceleration().x * setup.time_step;
     let [_, ny, nz] = setup.domain.cells;
     let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
-    let profile = rows.map(|(y, z)| run.fluid().expect("the case has one").moments([1, y, z]).1[0] * setup.units().velocity() + half);
+    let profile = rows.map(|(y, z)| {
+        run.fluid().expect("the case has one").moments([1, y, z]).1[0] * setup.units().velocity() + half
+    });
     let profile = profile.collect();
     let drag: f64 = run.wall_loads().iter().map(|load| load.force.x).sum();
     let fed = setup.fluid_density() * setup.domain.volume() * setup.expect_fluid().body_acceleration.x;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use turbid::comm::{Comm, on_threads};
 use turbid::contact::{ContactModel, ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use turbid::dem::{DemEngine, LiggghtsOptions, LiggghtsProcess, Load, Native, NativeParams};
+use turbid::dem::{DemEngine, LiggghtsOptions, Load, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::math::Vec3;

@@ -4,8 +4,9 @@ use super::{DOMAIN, REST, advanced, contact, engine, moving, params, tank, templ
 use std::os::unix::fs::PermissionsExt;
 use std::sync::Arc;
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, Liggghts, LiggghtsParams, LiggghtsProcess, Native, NativeParams};
+use turbid::dem::{DemEngine, LiggghtsProcess, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
+use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::math::Vec3;
 use turbid::particle::Template;
 use turbid::shape::Cuboid;
