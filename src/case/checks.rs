@@ -7,7 +7,7 @@ use super::located::Located;
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Lengths of time that steps are counted with (s).
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +73,22 @@ impl Source {
     ) -> Result<f64> {
         let value = number.value;
         if value.is_finite() && condition(value) {
+            return Ok(value);
+        }
+        Err(self.out_of_range(key, &number.span, &value.to_string(), wanted, remedy))
+    }
+
+    /// A whole number in a range, which `wanted` puts in words.
+    pub(super) fn whole(
+        &self,
+        key: &str,
+        number: &Located<u32>,
+        range: RangeInclusive<u32>,
+        wanted: &str,
+        remedy: &str,
+    ) -> Result<u32> {
+        let value = number.value;
+        if range.contains(&value) {
             return Ok(value);
         }
         Err(self.out_of_range(key, &number.span, &value.to_string(), wanted, remedy))

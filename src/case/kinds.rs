@@ -360,13 +360,14 @@ impl Builder<'_> {
                     &format!("a number of at least {low}"),
                     "the smallest factor comes first",
                 )?;
-                let steps = spread.steps.as_ref().map_or(5, |s| s.value);
-                if !(1..=MAX_SIZES).contains(&steps) {
-                    let span = spread.steps.as_ref().map_or(&sizes.span, |s| &s.span);
-                    let key = format!("{}.sizes.steps", self.key);
-                    let wanted = format!("from 1 to {MAX_SIZES}");
-                    return Err(source.out_of_range(&key, span, &steps.to_string(), &wanted, "5 is usual"));
-                }
+                let steps = match &spread.steps {
+                    Some(steps) => {
+                        let key = format!("{}.sizes.steps", self.key);
+                        let wanted = format!("from 1 to {MAX_SIZES}");
+                        source.whole(&key, steps, 1..=MAX_SIZES, &wanted, "5 is usual")?
+                    }
+                    None => 5,
+                };
                 let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
                 Ok((0..steps).map(|step| (middle(step), 1.0)).collect())
             }

@@ -168,11 +168,7 @@ impl Materials {
     ) -> Result<Option<ContactModel>> {
         let contact = &case.contact;
         let samples = &contact.samples;
-        if !(2..=64).contains(&samples.value) {
-            let value = samples.value.to_string();
-            let key = "contact.samples";
-            return Err(source.out_of_range(key, &samples.span, &value, "from 2 to 64", "8 is usual"));
-        }
+        source.whole("contact.samples", samples, 2..=64, "from 2 to 64", "8 is usual")?;
         // Checked even where contacts are off: a wrong number is wrong.
         let checks = Checks(source);
         let usual = checks.pair(contact)?;

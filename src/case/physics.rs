@@ -1,18 +1,23 @@
 //! Gravity, viscosity, time step and collision of a case.
 
+use super::FluidSetup;
 use super::checks::{Alternative, at};
 use super::file::{
     Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection, SolidOperator,
 };
 use super::forms::Gravity;
+use super::kinds::Kinds;
 use super::located::Located;
 use super::scales::Reference;
 use super::source::Source;
+use super::walls::PlacedWall;
 use crate::coupling::Fraction;
+use crate::domain::Domain;
 use crate::error::Result;
 use crate::fluid::{Collision, SolidCollision};
 use crate::math::Vec3;
 use crate::units::Units;
+use crate::wall::Motion;
 
 /// Gravity as a vector (m/s^2).
 pub(super) fn gravity(source: &Source, case: &Case) -> Result<Vec3> {
@@ -28,9 +33,61 @@ pub(super) fn gravity(source: &Source, case: &Case) -> Result<Vec3> {
     Ok(vector.into())
 }
 
+/// The time step (s) and the fluid.
+pub(super) fn fluid(
+    source: &Source,
+    case: &Case,
+    (section, lattice): (&Located<FluidSection>, &Located<LatticeSection>),
+    kinds: &Kinds,
+    domain: &Domain,
+    walls: &[PlacedWall],
+    gravity: Vec3,
+) -> Result<(f64, FluidSetup)> {
+    let density = &section.value.density;
+    let density = source.positive("fluid.density", density, "in kg/m^3; water has 1000")?;
+    let diameter = kinds.diameter;
+    let reference = Reference {
+        diameter,
+        density_ratio: kinds.templates[0].density / density,
+        gravity: gravity.norm(),
+    };
+    let viscosity = viscosity(source, section, &reference)?;
+    let (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
+    let collision = collision(source, &lattice.value)?;
+    let (solids, fraction) = solids(source, &lattice.value)?;
+    let (body_acceleration, zero_net_flux) = driven(source, &case.driving, domain.periodic, || {
+        flux_is_known_to_vanish(domain, walls, gravity)
+    })?;
+    let force_balance = case.driving.force_balance.as_ref();
+    let scales = reference.scales(viscosity);
+    let fluid = FluidSetup {
+        density,
+        viscosity,
+        relaxation_time,
+        collision,
+        solids,
+        fraction,
+        force_balance: force_balance.map_or_else(Default::default, |b| b.value),
+        zero_net_flux,
+        control_rate: (scales.stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter)),
+        body_acceleration,
+        scales,
+    };
+    Ok((units.dt, fluid))
+}
+
+/// Whether nothing but the controller keeps the fluid from falling or rising, and nothing drags it along.
+fn flux_is_known_to_vanish(domain: &Domain, walls: &[PlacedWall], gravity: Vec3) -> bool {
+    let closed = (0..3).any(|i| !domain.periodic[i] && gravity[i] != 0.0);
+    let still = Vec3::zeros();
+    let moves = |motion: &Motion| motion.velocity != still || motion.angular_velocity != still;
+    let moving = walls.iter().any(|placed| moves(&placed.wall.motion));
+    !closed && !moving
+}
+
 /// Body acceleration (m/s^2), and the directions in which the net flux is controlled: periodic ones along which no body
 /// acceleration drives a flow, if the case asks for it, or by default if the flux is known to `vanish`.
-pub(super) fn driven(
+fn driven(
     source: &Source,
     driving: &DrivingSection,
     periodic: [bool; 3],
@@ -66,11 +123,7 @@ pub(super) fn driven(
 }
 
 /// Kinematic viscosity (m^2/s), from whichever number the case gives.
-pub(super) fn viscosity(
-    source: &Source,
-    section: &Located<FluidSection>,
-    reference: &Reference,
-) -> Result<f64> {
+fn viscosity(source: &Source, section: &Located<FluidSection>, reference: &Reference) -> Result<f64> {
     let fluid = &section.value;
     let (viscosity, archimedes, galileo) = (&fluid.viscosity, &fluid.archimedes, &fluid.galileo);
     let choices: [(_, &dyn Alternative); 3] = [
@@ -105,7 +158,7 @@ pub(super) fn viscosity(
 }
 
 /// The units of the lattice, and the relaxation time (time steps).
-pub(super) fn time_step(
+fn time_step(
     source: &Source,
     section: &Located<LatticeSection>,
     dx: f64,
@@ -133,7 +186,7 @@ pub(super) fn time_step(
 }
 
 /// Collision in cells that particles cover, and how their solid fraction follows from the body.
-pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
+fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
     match (
         lattice.coupling,
         &lattice.solid_operator,
@@ -182,7 +235,7 @@ pub(super) fn solids(source: &Source, lattice: &LatticeSection) -> Result<(Solid
 const SATURATED_MAGIC: f64 = 0.125;
 
 /// The collision operator.
-pub(super) fn collision(source: &Source, lattice: &LatticeSection) -> Result<Collision> {
+fn collision(source: &Source, lattice: &LatticeSection) -> Result<Collision> {
     let key = "lattice.magic_parameter";
     let (usual, usual_magic) = match lattice.coupling {
         Coupling::Paper => (CollisionKind::Bgk, 0.1875),

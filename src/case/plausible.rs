@@ -7,6 +7,7 @@ use super::source::Source;
 use super::speeds::wall_speed;
 use crate::error::Result;
 use crate::particle::Template;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
 
@@ -30,7 +31,7 @@ pub(super) struct Written<'a> {
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
     /// Templates of which there are particles.
-    pub(super) present: Vec<bool>,
+    pub(super) present: BTreeSet<usize>,
     /// Where the case has each wall.
     pub(super) walls: Vec<Range<usize>>,
 }
@@ -123,9 +124,8 @@ impl Written<'_> {
 
     fn velocities(&self, setup: &Setup) -> Vec<Velocity<'_>> {
         let (fluid, mut all) = (setup.expect_fluid(), Vec::new());
-        let fastest = (0..self.present.len())
-            .filter(|&template| self.present[template])
-            .map(|template| (template, setup.settling_speed(fluid, template)))
+        let fastest = (self.present.iter())
+            .map(|&template| (template, setup.settling_speed(fluid, template)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((template, speed)) = fastest {
             let section = setup.sections[template];

@@ -7,19 +7,16 @@ use super::file::Case;
 use super::files::Files;
 use super::kinds::kinds;
 use super::materials::Materials;
-use super::physics::{self, collision, gravity, time_step, viscosity};
+use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Written;
-use super::scales::Reference;
 use super::schedule::{Known, are_few, names, reschedule, title};
 use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
-use super::{FluidSetup, Provenance, RunPlan, Setup};
+use super::{Provenance, RunPlan, Setup};
 use crate::contact::Contour;
-use crate::domain::Domain;
 use crate::error::Result;
-use crate::math::Vec3;
 use crate::wall::Wall;
 use std::path::Path;
 
@@ -102,37 +99,27 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let walls = walls(source, &case, &domain, &materials, reach)?;
     refuse_walls(source, &case, &engine, &walls)?;
     let gravity = gravity(source, &case)?;
-    let substeps = substeps(source, &case)?;
-    let (time_step, mut fluid) = match &medium {
+    let wanted = format!("at least 1 and at most {MAX_SUBSTEPS}");
+    let substeps = &case.contact.substeps;
+    let substeps = source.whole(
+        "contact.substeps",
+        substeps,
+        1..=MAX_SUBSTEPS,
+        &wanted,
+        "1 is usual",
+    )?;
+    let (time_step, fluid) = match &medium {
         Medium::Wet(section, lattice) => {
-            let density = &section.value.density;
-            let density = source.positive("fluid.density", density, "in kg/m^3; water has 1000")?;
-            let reference = Reference {
-                diameter: kinds.diameter,
-                density_ratio: templates[0].density / density,
-                gravity: gravity.norm(),
-            };
-            let viscosity = viscosity(source, section, &reference)?;
-            let (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
-            let collision = collision(source, &lattice.value)?;
-            let (solids, fraction) = physics::solids(source, &lattice.value)?;
-            let scales = reference.scales(viscosity);
-            let rate = scales.stokes_velocity.abs() / kinds.diameter;
-            let fluid = FluidSetup {
-                density,
-                viscosity,
-                relaxation_time,
-                collision,
-                solids,
-                fraction,
-                force_balance: (case.driving.force_balance.as_ref())
-                    .map_or_else(Default::default, |b| b.value),
-                zero_net_flux: [false; 3],
-                control_rate: rate.max(viscosity / (kinds.diameter * kinds.diameter)),
-                body_acceleration: Vec3::zeros(),
-                scales,
-            };
-            (units.dt, Some(fluid))
+            let (step, fluid) = physics::fluid(
+                source,
+                &case,
+                (section, lattice),
+                &kinds,
+                &domain,
+                &walls,
+                gravity,
+            )?;
+            (step, Some(fluid))
         }
         Medium::Dry(section) => {
             let step = dry::time_step(source, section, substeps, templates, &materials)?;
@@ -153,33 +140,23 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, &reaches, &particles)?;
     }
-    let mut present = vec![false; templates.len()];
-    let counted = random.iter().filter(|random| random.1 > 0).map(|random| random.0);
-    for template in particles.iter().map(|p| p.template as usize).chain(counted) {
-        present[template] = true;
-    }
-    let volume = |template: usize| templates[template].shape.volume();
-    let placed: f64 = particles.iter().map(|p| volume(p.template as usize)).sum();
-    let counted: f64 = (random.iter())
-        .map(|&(template, count)| count as f64 * volume(template))
-        .sum();
-    let solid = placed + counted;
-    let volume_fraction = solid / placer.free_volume;
-    let placed = particles.iter().map(|p| (p.template as usize, 1));
+    let counts: Vec<(usize, usize)> = (particles.iter().map(|p| (p.template as usize, 1)))
+        .chain(random)
+        .collect();
+    let volume = |&(template, count): &(usize, usize)| count as f64 * templates[template].shape.volume();
+    let volume_fraction = counts.iter().map(volume).sum::<f64>() / placer.free_volume;
+    let present = (counts.iter().filter(|(_, count)| *count > 0))
+        .map(|(template, _)| *template)
+        .collect();
     let known = Known {
         name,
         clock: Clock::of(time_step, fluid.as_ref()),
         size: domain.size(),
-        few: are_few(templates, placed.chain(random)),
+        few: are_few(templates, counts),
     };
     let plan = RunPlan::new(source, &case, &known)?;
     let (walls, wall_spans): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.span)).unzip();
-    if let Some(fluid) = &mut fluid {
-        let vanishes = || flux_is_known_to_vanish(&domain, &walls, gravity);
-        (fluid.body_acceleration, fluid.zero_net_flux) =
-            physics::driven(source, &case.driving, domain.periodic, vanishes)?;
-    }
     let mut setup = Setup {
         domain,
         time_step,
@@ -217,30 +194,6 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         setup.provenance.warnings.extend(found);
     }
     Ok(setup)
-}
-
-/// Whether nothing but the controller keeps the fluid from falling or rising, and nothing drags it along.
-fn flux_is_known_to_vanish(domain: &Domain, walls: &[Wall], gravity: Vec3) -> bool {
-    let closed = (0..3).any(|i| !domain.periodic[i] && gravity[i] != 0.0);
-    let moving = walls
-        .iter()
-        .any(|wall| wall.motion.velocity != Vec3::zeros() || wall.motion.angular_velocity != Vec3::zeros());
-    !closed && !moving
-}
-
-fn substeps(source: &Source, case: &Case) -> Result<u32> {
-    let substeps = &case.contact.substeps;
-    if (1..=MAX_SUBSTEPS).contains(&substeps.value) {
-        return Ok(substeps.value);
-    }
-    let wanted = format!("at least 1 and at most {MAX_SUBSTEPS}");
-    Err(source.out_of_range(
-        "contact.substeps",
-        &substeps.span,
-        &substeps.value.to_string(),
-        &wanted,
-        "1 is usual",
-    ))
 }
 
 #[cfg(test)]

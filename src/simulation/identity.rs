@@ -1,14 +1,15 @@
 //! Identity of a run: what its summary, its checkpoints and the rows of a study compare to tell whether they are of the same set-up.
 //!
 //! Nothing here follows from how the program is written: every key and every name of a choice is spelled out below, so that renaming
-//! a type or a field changes no identity. The hash is that of one text in [canonical form](canonical):
+//! a type or a field changes no identity. The hash is that of one text in [canonical form](canonical), which has
 //!
-//! | in it | not in it |
-//! |---|---|
-//! | collision, coupling, force balance, flux control and body acceleration of the fluid, its density | box, cells, time step, relaxation time, precision: they stand beside the hash |
-//! | contact model with all materials and pairs, sub-steps, gravity, walls | end, averages, threads, instruction set, output |
-//! | volume, inertia, density and material of each template | position and motion of the particles, commands for LIGGGHTS: they follow from the text of the case |
-//! | files that the case names, by their contents | where they lie |
+//! - of the fluid its density, collision, coupling, force balance, flux control and body acceleration;
+//! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
+//! - volume, inertia, density and material of each template;
+//! - the contents of the files that the case names.
+//!
+//! Not in it are the numbers that stand beside it in [`identity`], the run plan, and what the text of the case decides alone:
+//! position and motion of the particles, and commands for LIGGGHTS.
 
 use crate::case::{FluidSetup, Setup};
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
@@ -254,6 +255,25 @@ mod tests {
             (name, setup_hash(&setup))
         });
         assert_eq!(found, GOLDEN.map(|(name, hash)| (name, hash.to_string())));
+    }
+
+    #[test]
+    fn the_hash_depends_on_the_physics_and_not_on_the_run_plan() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/shear_cell.toml");
+        let hash = |option: &str| setup_hash(&case::outline(&path, &[option.to_string()]).unwrap());
+        let as_it_is = hash("run.threads=1");
+        for plan in ["run.threads=2", "run.end.steps=7", "output.series_every.steps=3"] {
+            assert_eq!(hash(plan), as_it_is, "{plan}");
+        }
+        for physics in [
+            "driving.gravity=1",
+            "contact.geometry=sampled",
+            "contact.restitution=0.8",
+            "contact.substeps=2",
+            "particles.1.density=1001",
+        ] {
+            assert_ne!(hash(physics), as_it_is, "{physics}");
+        }
     }
 
     #[test]
