@@ -3,9 +3,11 @@
 
 #![cfg(target_os = "linux")]
 
+mod common;
 #[path = "failing_files/interpose.rs"]
 mod interpose;
 
+use common::{Place, files_below};
 use interpose::{count_and_fail, turn};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -46,18 +48,17 @@ checkpoint_every = { steps = 1 }
 const PLACES: &str = "x,y,z\n0.75e-3,0.75e-3,0.75e-3\n2.25e-3,2.25e-3,2.25e-3\n";
 
 /// A folder with the case, and its output directory.
-struct Place(tempfile::TempDir);
+struct Run(Place);
 
-impl Place {
+impl Run {
     fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
-        std::fs::write(folder.path().join("places.csv"), PLACES).unwrap();
-        Self(folder)
+        let place = Place::new(CASE);
+        place.write("places.csv", PLACES);
+        Self(place)
     }
 
     fn out(&self) -> PathBuf {
-        self.0.path().join("out")
+        self.0.path("out")
     }
 
     /// As `turbid run case.toml` on so many threads, up to a step.
@@ -68,7 +69,7 @@ impl Place {
             format!("run.end.steps={end}"),
             format!("output.directory={out:?}"),
         ];
-        let mut setup = case::load(&self.0.path().join("case.toml"), &changes)?;
+        let mut setup = case::load(&self.0.path("case.toml"), &changes)?;
         setup.plan.threads = threads;
         simulation::run(&setup, &quiet()).map(|_| ())
     }
@@ -87,26 +88,13 @@ impl Place {
 
     /// All files of the output, but those that depend on the machine.
     fn files(&self) -> Files {
-        let mut files = BTreeMap::new();
-        let mut open = vec![self.out()];
-        while let Some(folder) = open.pop() {
-            for entry in std::fs::read_dir(folder).into_iter().flatten() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    open.push(path);
-                } else {
-                    let bytes = std::fs::read(&path).unwrap();
-                    files.insert(path.strip_prefix(self.out()).unwrap().to_path_buf(), bytes);
-                }
-            }
-        }
-        files
+        let read = |(name, path)| (name, std::fs::read(path).unwrap());
+        files_below(&self.out()).into_iter().map(read).collect()
     }
 
     /// The numbers that tell two states apart.
     fn state(&self) -> String {
-        let text = std::fs::read_to_string(self.out().join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let summary = self.0.summary("out");
         assert_eq!(summary["steps"], 3);
         summary["state_hash"].to_string()
     }
@@ -127,7 +115,7 @@ fn varies(name: &Path) -> bool {
 type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 /// Holds what a run that has failed leaves against what was there before and what the undisturbed one leaves.
-fn nothing_is_half_written(place: &Place, before: &Files, whole: &Files, when: &str) {
+fn nothing_is_half_written(place: &Run, before: &Files, whole: &Files, when: &str) {
     for (name, bytes) in place.files() {
         // What could not be removed, or was not touched yet.
         if name.to_string_lossy().contains(".turbid-probe") || before.get(&name) == Some(&bytes) {
@@ -157,12 +145,7 @@ fn nothing_is_half_written(place: &Place, before: &Files, whole: &Files, when: &
 
 /// Lets one operation after another fail, every so many, in what `disturbed` does in the place that `prepare` makes; then goes on
 /// undisturbed.
-fn sweep(
-    prepare: impl Fn() -> Place,
-    disturbed: impl Fn(&Place) -> Result<()>,
-    threads: usize,
-    every: usize,
-) {
+fn sweep(prepare: impl Fn() -> Run, disturbed: impl Fn(&Run) -> Result<()>, threads: usize, every: usize) {
     let _turn = turn();
     let reference = prepare();
     let (done, operations) = count_and_fail(None, || disturbed(&reference));
@@ -207,18 +190,18 @@ fn sweep(
 
 #[test]
 fn whichever_file_operation_of_a_run_fails_it_ends_with_2_and_its_checkpoints_go_on_to_the_bit() {
-    sweep(Place::new, |place| place.run(1, 3), 1, 1);
+    sweep(Run::new, |place| place.run(1, 3), 1, 1);
 }
 
 #[test]
 fn whichever_file_operation_of_a_run_on_two_threads_fails_both_end() {
-    sweep(Place::new, |place| place.run(2, 3), 2, 5);
+    sweep(Run::new, |place| place.run(2, 3), 2, 5);
 }
 
 #[test]
 fn whichever_file_operation_of_a_resumed_run_fails_the_checkpoint_it_came_from_still_goes_on() {
     let prepare = || {
-        let place = Place::new();
+        let place = Run::new();
         place.run(1, 2).unwrap();
         place
     };

@@ -1,5 +1,5 @@
 //! The same bits for any number of ranks and any instruction set: 200 spheres that touch and cross the faces, edges and
-//! corners of blocks, 500 steps, in both precisions.
+//! corners of blocks, 300 steps, in both precisions.
 
 use crate::common::random;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use turbid::domain::{Decomposition, Weights};
 use turbid::fluid::{Precision, Simd};
 use turbid::simulation::Simulation;
 
-const STEPS: u64 = 500;
+const STEPS: u64 = 300;
 const CASE: &str = r"
 [domain]
 size = { diameters = [6, 7, 8] }
@@ -17,7 +17,7 @@ size = { diameters = [6, 7, 8] }
 density = 1000.0
 archimedes = 1000
 [lattice]
-cells_per_diameter = 8
+cells_per_diameter = 6
 relaxation_time = 0.55
 [[particles]]
 shape = { sphere = { diameter = 1.5e-3 } }
@@ -27,7 +27,7 @@ seed = 7
 [driving]
 gravity = [2.0, -3.0, -9.0]
 [run]
-end = { steps = 500 }
+end = { steps = 300 }
 ";
 
 /// The case with random velocities up to half the Stokes velocity, so that contacts begin and blocks are left at once.
@@ -92,7 +92,7 @@ fn same_bits(precision: Precision) {
     // The blocks a run would take, which leave rows whole, and blocks that meet in corners and cut rows.
     let grids = [[3, 1, 1], [2, 2, 2]].map(|grid| Decomposition::with_grid(domain, grid));
     // Blocks of any size, and those of a work that is nearly all at the bottom.
-    let uneven = Decomposition::with_cuts(domain, [vec![0, 29, 48], vec![0, 4, 56], vec![0, 10, 15, 64]]);
+    let uneven = Decomposition::with_cuts(domain, [vec![0, 22, 36], vec![0, 4, 42], vec![0, 8, 12, 48]]);
     let mut weights = Weights::even(&domain, 1.0);
     for layers in &mut weights.layers {
         let bottom = layers.len() / 3;
@@ -121,7 +121,7 @@ fn same_bits(precision: Precision) {
     }
     for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512]
         .into_iter()
-        .filter(|simd| simd.is_available())
+        .filter(|simd| simd.is_available() && *simd != Simd::best())
     {
         let (other, ..) = outcome(&setup, &cut(2), simd);
         println!("{simd:?}: {other:016x}");

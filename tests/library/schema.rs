@@ -194,6 +194,22 @@ fn a_study_that_is_none_does_not_fit_the_schema_of_studies() {
     }
 }
 
+#[test]
+fn an_option_with_a_shape_takes_the_place_of_the_shape_of_the_case() {
+    let schema = json(&case::schema());
+    let shapes = schema["$defs"]["ShapeSection"]["oneOf"].as_array().unwrap();
+    assert!(shapes.len() >= 9);
+    for shape in shapes {
+        let key = shape["required"][0].as_str().unwrap();
+        let option = format!("particles.0.shape.{key}.nothing=1");
+        let error = case::from_text(SPHERES, "case", &[option])
+            .unwrap_err()
+            .to_string();
+        // Not that there are two.
+        assert!(error.contains("unknown key `nothing`"), "{error}");
+    }
+}
+
 /// Holds a value against a schema, by the keywords of JSON schema (2020-12) that ours have; another one is a failure.
 fn check(schema: &Json, value: &Json) -> Result<(), String> {
     fits(schema, schema, value)

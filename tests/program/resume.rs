@@ -3,7 +3,7 @@
 mod disk;
 mod signals;
 
-use crate::common::{Place, case, files_below, in_tree, well};
+use crate::common::{Place, case, files_below, in_tree};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -268,8 +268,9 @@ fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
         (threads(&half), place.limited_job(5, &rest)),
         (place.limited_job(3, &half), place.limited_job(2, &rest)),
     ] {
-        well(&mut first);
-        well(&mut second);
+        for half in [&mut first, &mut second] {
+            crate::common::well(half);
+        }
         // Processes write frames in pieces, whose contents `pieces.rs` compares.
         let in_one_file = |left: Left| {
             let one = |name: &Path| {
