@@ -107,15 +107,15 @@ mod both {
         preflight::refuse_what_does_not_fit(&setup)?;
         let logs = files::prepare(&arguments.out, &[own_case::ID])?;
         let log = logs.join(format!("{}.log", own_case::ID));
-        let start = Instant::now();
-        let (findings, parting) = own_case::run(&setup, arguments.time, Some(&log))?;
-        let outcome = Outcome {
-            case: own_case::ID.to_string(),
-            title: setup.name,
-            engines: true,
-            seconds: start.elapsed().as_secs_f64(),
-            ending: Ending::Found(findings),
-        };
+        let mut parting = String::new();
+        let outcome = Outcome::of_engines(own_case::ID, &setup.name, || {
+            let (findings, text) = own_case::run(&setup, arguments.time, Some(&log))?;
+            parting = text;
+            Ok(findings)
+        });
+        if let Ending::Failed(error) = outcome.ending {
+            return Err(error);
+        }
         say(&checks::table(&outcome, arguments.tolerance_report));
         say(&parting);
         let outcomes = vec![outcome];

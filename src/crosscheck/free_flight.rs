@@ -6,7 +6,7 @@
 //! v' = v + h F / m,   x' = x + h v + h^2 F / (2 m),   w' = w + h T / I
 //! ```
 
-use super::tools::{DENSITY, Judge, RADIUS, Random, SAME, Scene, worst};
+use super::tools::{DENSITY, RADIUS, Random, SAME, Scene, given, worst};
 use super::{Findings, Overlay};
 use crate::comm::Comm;
 use crate::dem::{DemEngine, Load};
@@ -86,12 +86,11 @@ fn flown(engine: &mut dyn DemEngine, loads: &[[Load; 2]]) -> Result<Vec<[Flight;
 
 /// H17 and H18: constant and random loads, with 1 and 10 sub-steps.
 pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("free-flight");
     let mut findings = Findings::default();
     for random in [false, true] {
         for substeps in [1, 10] {
             let kind = if random { "random" } else { "constant" };
-            let mut scene = Scene::glass(format!("{}-{kind}-{substeps}", judge.0), 1.0, 0.0, SAME);
+            let mut scene = Scene::glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
             scene.substeps = substeps;
             scene.add(
                 0,
@@ -116,9 +115,7 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
                 let values = [last(&native), last(&liggghts), last(&exact)];
                 let quantity =
                     format!("{name}, {kind} loads, sub-steps: {substeps}; shown: x of the first at the end");
-                findings
-                    .checks
-                    .push(judge.given(quantity, values, difference, 1e-12, EXACT));
+                findings.push(given(quantity, values, difference, 1e-12, EXACT));
             }
             if random && substeps == 10 {
                 findings.overlays.push(plot([&native, &liggghts, &exact]));
@@ -137,15 +134,13 @@ fn plot(ways: [&Vec<[Flight; 2]>; 3]) -> Overlay {
             .collect()
     };
     let names = ["native", "LIGGGHTS", "exact"];
-    Overlay {
-        name: "velocity".into(),
-        title: "Free flight under random loads, 10 sub-steps".into(),
-        axes: ["time (ms)".into(), "velocity along x (m/s)".into()],
-        logarithmic: [false; 2],
-        curves: names
+    Overlay::new(
+        "velocity",
+        "Free flight under random loads, 10 sub-steps",
+        ["time (ms)", "velocity along x (m/s)"],
+        names
             .iter()
             .zip(ways)
-            .map(|(name, way)| ((*name).to_owned(), curve(way)))
-            .collect(),
-    }
+            .map(|(name, way)| ((*name).to_owned(), curve(way))),
+    )
 }

@@ -1,7 +1,9 @@
 //! The head-on impact without damping, and its trajectory.
 
 use super::theory::{Damping, Hertz, impact, lens_ratio};
-use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, thinned, worst};
+use super::tools::{
+    Between, GLASS, OWN, RADIUS, SAME, Scene, Track, absolute, given, relative, thinned, worst,
+};
 use super::{Findings, Overlay};
 use crate::contact::ElasticLaw;
 use crate::error::Result;
@@ -37,11 +39,10 @@ fn apart(tracks: &[Track; 2]) -> f64 {
 
 /// H3 and H4: the first sphere hits the second, which is at rest.
 pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("head-on");
     let mut findings = Findings::default();
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
         for speed in [1.0, 0.1] {
-            let mut scene = Scene::glass(format!("{}-{label}-{speed}", judge.0), 1.0, 0.0, laws);
+            let mut scene = Scene::glass(format!("head-on-{label}-{speed}"), 1.0, 0.0, laws);
             let at = Vec3::new(4e-3, 5e-3, 5e-3);
             scene.add(0, at, Vec3::x() * speed, Vec3::zeros());
             scene.add(0, at + Vec3::x() * (2.0 * RADIUS), Vec3::zeros(), Vec3::zeros());
@@ -55,7 +56,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             let speeds = |track: &Track| track.last().iter().map(|p| p.velocity[0]).collect::<Vec<_>>();
             let [native, liggghts] = [0, 1].map(|i| speeds(&tracks[i]));
             let restitution = |v: &[f64]| Some((v[1] - v[0]) / speed);
-            findings.checks.push(judge.absolute(
+            findings.push(absolute(
                 format!("restitution, {what} (-)"),
                 [restitution(&native), restitution(&liggghts), Some(1.0)],
                 Between::Theory,
@@ -64,7 +65,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
                 RESTITUTION,
             ));
             let momentum = |v: &[f64]| Some((v[0] + v[1]) / speed);
-            findings.checks.push(judge.absolute(
+            findings.push(absolute(
                 format!("momentum over that at the start, {what} (-)"),
                 [momentum(&native), momentum(&liggghts), Some(1.0)],
                 Between::Theory,
@@ -87,14 +88,14 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
                     values[i] = value;
                     values
                 };
-                findings.checks.push(judge.relative(
+                findings.push(relative(
                     format!("duration, {what}, {name} (s)"),
                     column(measured[i].map(|m| m.duration), duration),
                     Between::Theory,
                     5e-5,
                     SHAPE,
                 ));
-                findings.checks.push(judge.relative(
+                findings.push(relative(
                     format!("largest depth, {what}, {name} (m)"),
                     column(measured[i].map(|m| m.deepest), deepest),
                     Between::Theory,
@@ -106,14 +107,10 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             let last = |i: usize| Some(tracks[i].last()[1].position[0] - scene.particles[1].position[0]);
             let values = [last(0), last(1), None];
             let path = format!("path of the second sphere, {what} (m)");
-            findings
-                .checks
-                .push(judge.given(&path, values, difference, 2e-4, TRAJECTORY));
+            findings.push(given(&path, values, difference, 2e-4, TRAJECTORY));
             if same {
                 let path = format!("{path}, bits");
-                findings
-                    .checks
-                    .push(judge.given(path, values, difference, 1e-9, ROUNDING));
+                findings.push(given(path, values, difference, 1e-9, ROUNDING));
             }
             findings.overlays.push(trajectory(&tracks, &own, label, speed));
         }
@@ -129,15 +126,14 @@ fn trajectory(tracks: &[Track; 2], own: &super::theory::Impact, label: &str, spe
         thinned(points, 400)
     };
     let analytic = own.history.iter().map(|i| [i.time * 1e6, i.depth * 1e6]);
-    Overlay {
-        name: format!("depth_{label}_{speed}"),
-        title: format!("Elastic head-on impact at {speed} m/s, {label} law"),
-        axes: ["time (us)".into(), "depth (um)".into()],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("native".into(), curve(&tracks[0])),
-            ("LIGGGHTS".into(), curve(&tracks[1])),
-            ("theory".into(), thinned(analytic, 400)),
+    Overlay::new(
+        format!("depth_{label}_{speed}"),
+        format!("Elastic head-on impact at {speed} m/s, {label} law"),
+        ["time (us)", "depth (um)"],
+        [
+            ("native", curve(&tracks[0])),
+            ("LIGGGHTS", curve(&tracks[1])),
+            ("theory", thinned(analytic, 400)),
         ],
-    }
+    )
 }

@@ -8,7 +8,7 @@ mod compare;
 mod record;
 mod replay;
 
-use super::tools::Judge;
+use super::tools::given;
 use crate::case::Setup;
 use crate::checks::{Check, Findings, aligned};
 use crate::comm::Comm;
@@ -31,8 +31,6 @@ pub const ID: &str = "own_case";
 const MOST_BYTES: f64 = 4e9;
 /// Bytes of one load while it is recorded.
 const BYTES: f64 = 112.0;
-
-const JUDGE: Judge = Judge(ID);
 
 /// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to `log`. The text says where the
 /// engines part, and what is known of the reasons.
@@ -59,15 +57,15 @@ pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Find
     let found = &pair.found;
     let mut checks = vec![both_arrive(found, steps)];
     if let Some(recorded) = recorded.as_ref().filter(|_| found.steps[0] == steps) {
-        checks.push(repeats(JUDGE, "", recorded, &pair));
+        checks.push(repeats("", recorded, &pair));
     }
     checks.extend(found.before_contact.map(|span| free_flight(setup, &span)));
     checks.extend(QUANTITIES.iter().zip(&found.largest).map(|(quantity, largest)| {
         let reason = "reported only: contacts multiply differences, so no theory gives a limit";
         let quantity = format!("largest difference of {quantity} (-)");
-        JUDGE.given(quantity, [None; 3], largest.value, f64::INFINITY, reason)
+        given(quantity, [None; 3], largest.value, f64::INFINITY, reason)
     }));
-    checks.push(begun(JUDGE, "", found));
+    checks.push(begun("", found));
     let findings = Findings {
         checks,
         ..Findings::default()
@@ -153,25 +151,25 @@ fn both_arrive(found: &Comparison, steps: u64) -> Check {
     let difference = (steps as f64 - native).max(steps as f64 - liggghts);
     let values = [native, liggghts, steps as f64].map(Some);
     let reason = "both engines must come to the end; the text below says why one does not";
-    JUDGE.given("steps done", values, difference, 0.0, reason)
+    given("steps done", values, difference, 0.0, reason)
 }
 
 /// The native engine repeats the recorded run.
-fn repeats(judge: Judge, what: &str, recorded: &record::Recording, pair: &Pair) -> Check {
+fn repeats(what: &str, recorded: &record::Recording, pair: &Pair) -> Check {
     let both = recorded.last.iter().zip(pair.particles(0));
     let different = both.filter(|(a, b)| a != b).count() as f64;
     let quantity = format!("{what}particles that do not repeat the recorded run (-)");
     let reason = "the native engine under recorded loads repeats the recorded run bit for bit";
-    judge.given(quantity, [None; 3], different, 0.0, reason)
+    given(quantity, [None; 3], different, 0.0, reason)
 }
 
 /// Contacts that began in both engines.
-fn begun(judge: Judge, what: &str, found: &Comparison) -> Check {
+fn begun(what: &str, found: &Comparison) -> Check {
     let [native, liggghts] = found.begun.map(|count| count as f64);
     let values = [Some(native), Some(liggghts), None];
     let reason = "reported only: the native engine looks at every sub-step, LIGGGHTS at every step";
     let quantity = format!("{what}contacts that began (-)");
-    judge.given(quantity, values, (native - liggghts).abs(), f64::INFINITY, reason)
+    given(quantity, values, (native - liggghts).abs(), f64::INFINITY, reason)
 }
 
 /// Before anything touches both engines integrate the same constant loads: only rounding can part them.
@@ -200,7 +198,7 @@ fn free_flight(setup: &Setup, span: &Span) -> Check {
         span.steps
     );
     let difference = apart.into_iter().fold(0.0, f64::max);
-    JUDGE.given(quantity, [None, None, Some(0.0)], difference, tolerance, reason)
+    given(quantity, [None, None, Some(0.0)], difference, tolerance, reason)
 }
 
 /// Commands of the user, which only LIGGGHTS gets.

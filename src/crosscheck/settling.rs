@@ -3,7 +3,7 @@
 //! Without friction: the native engine has no static friction of springs, so that piles with it differ by design. Frictionless
 //! spheres have one kind of packing, whatever the way to it.
 
-use super::tools::{Between, Judge, Random, SAME, Scene, advance, model, plane, sphere};
+use super::tools::{Between, Random, SAME, Scene, advance, model, plane, relative, sphere};
 use super::{Findings, Moment, Overlay};
 use crate::contact::Material;
 use crate::dem::DemEngine;
@@ -164,8 +164,7 @@ fn time(sample: usize) -> f64 {
 
 /// The box of a thousand spheres.
 pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("settling-box");
-    let scene = scene(judge.0, 7);
+    let scene = scene("settling-box", 7);
     let runs = [
         Run::of(&scene, &mut scene.native()?)?,
         Run::of(&scene, &mut scene.liggghts(directory)?)?,
@@ -174,28 +173,28 @@ pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
     let both = |of: fn(&Sample) -> f64, analytic| [Some(runs[0].mean(of)), Some(runs[1].mean(of)), analytic];
     let mut findings = Findings::default();
     findings.checks.extend([
-        judge.relative(
+        relative(
             "height of the centre of mass (m)",
             both(|s| s.height, None),
             Between::Engines,
             1.2e-2,
             HEIGHT,
         ),
-        judge.relative(
+        relative(
             "coordination number (-)",
             both(|s| s.coordination, None),
             Between::Engines,
             5.5e-2,
             COORDINATION,
         ),
-        judge.relative(
+        relative(
             "force on the floor (N)",
             both(|s| s.floor, Some(weight)),
             Between::Theory,
             1.2e-3,
             WEIGHT,
         ),
-        judge.relative(
+        relative(
             "force on a side wall (N)",
             both(|s| s.side, None),
             Between::Engines,
@@ -225,16 +224,12 @@ fn plots(runs: &[Run; 2]) -> Vec<Overlay> {
                 .map(|(k, s)| [time(k), of(s)])
                 .collect()
         };
-        Overlay {
-            name: name.into(),
-            title: "1000 dry spheres settle in a box".into(),
-            axes: ["time (s)".into(), axis.into()],
-            logarithmic: [false; 2],
-            curves: vec![
-                ("native".into(), curve(&runs[0])),
-                ("LIGGGHTS".into(), curve(&runs[1])),
-            ],
-        }
+        Overlay::new(
+            name,
+            "1000 dry spheres settle in a box",
+            ["time (s)", axis],
+            [("native", curve(&runs[0])), ("LIGGGHTS", curve(&runs[1]))],
+        )
     };
     vec![
         overlay("height", "height of the centre of mass (mm)", |s| s.height * 1e3),

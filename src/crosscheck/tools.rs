@@ -306,60 +306,50 @@ pub(super) enum Between {
     All,
 }
 
-/// Makes the checks of one case.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judge(pub(super) &'static str);
-
-impl Judge {
-    /// A check whose difference the caller has worked out.
-    pub(super) fn given(
-        self,
-        quantity: impl Into<String>,
-        values: [Option<f64>; 3],
-        difference: f64,
-        tolerance: f64,
-        reason: &str,
-    ) -> Check {
-        Check {
-            case: self.0.to_string(),
-            engines: Some(values),
-            ..Check::new(quantity, difference, 0.0, tolerance, reason)
-        }
+/// A check of both engines whose difference the caller has worked out; the values are native, LIGGGHTS, analytic.
+pub(super) fn given(
+    quantity: impl Into<String>,
+    values: [Option<f64>; 3],
+    difference: f64,
+    tolerance: f64,
+    reason: &str,
+) -> Check {
+    Check {
+        engines: Some(values),
+        ..Check::new(quantity, difference, 0.0, tolerance, reason)
     }
+}
 
-    /// A check of the largest absolute difference, in parts of `unit`.
-    pub(super) fn absolute(
-        self,
-        quantity: impl Into<String>,
-        values: [Option<f64>; 3],
-        between: Between,
-        unit: f64,
-        tolerance: f64,
-        reason: &str,
-    ) -> Check {
-        let [native, liggghts, analytic] = values;
-        let pairs = match between {
-            Between::Engines => vec![(native, liggghts)],
-            Between::Theory => vec![(native, analytic), (liggghts, analytic)],
-            Between::All => vec![(native, analytic), (liggghts, analytic), (native, liggghts)],
-        };
-        let apart = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs() / unit);
-        let difference = worst(pairs.into_iter().filter_map(apart));
-        self.given(quantity, values, difference, tolerance, reason)
-    }
+/// A check of the largest absolute difference, in parts of `unit`.
+pub(super) fn absolute(
+    quantity: impl Into<String>,
+    values: [Option<f64>; 3],
+    between: Between,
+    unit: f64,
+    tolerance: f64,
+    reason: &str,
+) -> Check {
+    let [native, liggghts, analytic] = values;
+    let pairs = match between {
+        Between::Engines => vec![(native, liggghts)],
+        Between::Theory => vec![(native, analytic), (liggghts, analytic)],
+        Between::All => vec![(native, analytic), (liggghts, analytic), (native, liggghts)],
+    };
+    let apart = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs() / unit);
+    let difference = worst(pairs.into_iter().filter_map(apart));
+    given(quantity, values, difference, tolerance, reason)
+}
 
-    /// A check of the largest relative difference; relative to theory or, without, to LIGGGHTS.
-    pub(super) fn relative(
-        self,
-        quantity: impl Into<String>,
-        values: [Option<f64>; 3],
-        between: Between,
-        tolerance: f64,
-        reason: &str,
-    ) -> Check {
-        let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
-        self.absolute(quantity, values, between, unit, tolerance, reason)
-    }
+/// A check of the largest relative difference; relative to theory or, without, to LIGGGHTS.
+pub(super) fn relative(
+    quantity: impl Into<String>,
+    values: [Option<f64>; 3],
+    between: Between,
+    tolerance: f64,
+    reason: &str,
+) -> Check {
+    let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
+    absolute(quantity, values, between, unit, tolerance, reason)
 }
 
 /// Random numbers between -1 and 1 from a linear congruence.
@@ -403,13 +393,11 @@ pub(super) fn thinned(points: impl IntoIterator<Item = [f64; 2]>, most: usize) -
 mod tests {
     use super::*;
 
-    const JUDGE: Judge = Judge("test");
-
     #[test]
     fn a_difference_that_is_not_a_number_or_missing_fails() {
-        let nothing = JUDGE.absolute("x", [None, Some(1.0), None], Between::All, 1.0, 1e9, "");
+        let nothing = absolute("x", [None, Some(1.0), None], Between::All, 1.0, 1e9, "");
         assert!(!nothing.pass);
-        let wrong = JUDGE.relative(
+        let wrong = relative(
             "x",
             [Some(f64::NAN), Some(1.0), Some(1.0)],
             Between::Theory,
@@ -422,7 +410,7 @@ mod tests {
     #[test]
     fn the_worst_of_the_differences_asked_for_decides() {
         let values = [Some(1.0), Some(1.2), Some(1.1)];
-        let differs = |between| JUDGE.absolute("x", values, between, 1.0, 0.15, "");
+        let differs = |between| absolute("x", values, between, 1.0, 0.15, "");
         assert!((differs(Between::Engines).measured - 0.2).abs() < 1e-12);
         assert!(!differs(Between::Engines).pass);
         assert!((differs(Between::Theory).measured - 0.1).abs() < 1e-12);

@@ -16,6 +16,7 @@ use crate::input;
 use crate::math::Vec3;
 use crate::output::series::COLUMNS;
 use crate::output::{OutputFiles, SeriesTable, estimate_mean};
+use serde::Deserialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -109,6 +110,20 @@ pub struct Quantity {
     pub error: Option<f64>,
 }
 
+impl Quantity {
+    /// Without a known error.
+    pub fn exact(value: f64) -> Self {
+        Self { value, error: None }
+    }
+}
+
+/// Adds a number that is one.
+fn put(quantities: &mut BTreeMap<String, Quantity>, name: &str, value: f64) {
+    if value.is_finite() {
+        quantities.insert(name.to_string(), Quantity::exact(value));
+    }
+}
+
 /// What a run has left.
 #[derive(Clone, Debug)]
 pub struct Record {
@@ -157,34 +172,25 @@ impl Record {
         windows: impl Iterator<Item = &'a WindowSection>,
     ) -> Result<Self> {
         let mut quantities = numbers(summary);
-        let averaged_over = interval(summary);
+        let averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
         if let Some(error) = summary["standard_error"].as_f64()
             && let Some(velocity) = quantities.get_mut("settling_velocity_over_stokes")
         {
             velocity.error = Some(error);
         }
-        if let Some(Json::Object(scales)) = summary.get("scales") {
-            quantities.extend(numbers(&Json::Object(scales.clone())));
-        }
+        quantities.extend(numbers(&summary["scales"]));
         shares(&mut quantities, &summary["stages"]);
         let series = Series::read(&OutputFiles::new(directory).series())?;
         let averaged = series.within(averaged_over);
         for (name, values) in &averaged.columns {
-            if let Some(mean) = estimate_mean(values)
-                && !quantities.contains_key(name)
-            {
-                let quantity = Quantity {
-                    value: mean.mean,
-                    error: mean.standard_error,
-                };
-                quantities.insert(name.clone(), quantity);
+            if let Some(mean) = estimate_mean(values) {
+                let (value, error) = (mean.mean, mean.standard_error);
+                quantities
+                    .entry(name.clone())
+                    .or_insert(Quantity { value, error });
             }
         }
-        let mut put = |name: &str, value: f64| {
-            if value.is_finite() {
-                quantities.insert(name.to_string(), Quantity { value, error: None });
-            }
-        };
+        let mut put = |name: &str, value: f64| put(&mut quantities, name, value);
         let particles = summary["particles"].as_f64().unwrap_or(f64::NAN);
         put("contacts_per_particle", averaged.mean("contacts") / particles);
         let flux = Vec3::from(["x", "y", "z"].map(|axis| averaged.mean(&format!("net_flux_{axis}"))));
@@ -219,16 +225,13 @@ impl Record {
         let report = &left["report"];
         let mut quantities = numbers(report);
         let of = |name: &str| report[name].as_f64().unwrap_or(f64::NAN);
-        let memory: f64 = of("bytes_per_cell") * of("cells");
         for (name, value) in [
-            ("memory_bytes", memory),
+            ("memory_bytes", of("bytes_per_cell") * of("cells")),
             ("contacts_per_particle", of("contacts") / of("particles")),
             ("wall_seconds", left["seconds"].as_f64().unwrap_or(f64::NAN)),
             ("steps", left["steps"].as_f64().unwrap_or(f64::NAN)),
         ] {
-            if value.is_finite() {
-                quantities.insert(name.to_string(), Quantity { value, error: None });
-            }
+            put(&mut quantities, name, value);
         }
         shares(&mut quantities, &report["stages"]);
         Self {
@@ -243,22 +246,8 @@ impl Record {
 /// The numbers of a JSON object.
 fn numbers(json: &Json) -> BTreeMap<String, Quantity> {
     let entries = json.as_object().into_iter().flatten();
-    entries
-        .filter_map(|(name, value)| {
-            Some((
-                name.clone(),
-                Quantity {
-                    value: value.as_f64()?,
-                    error: None,
-                },
-            ))
-        })
-        .collect()
-}
-
-fn interval(summary: &Json) -> Option<[f64; 2]> {
-    let bounds = summary["averaged_over"].as_array()?;
-    Some([bounds.first()?.as_f64()?, bounds.get(1)?.as_f64()?])
+    let numbers = entries.filter_map(|(name, value)| Some((name.clone(), Quantity::exact(value.as_f64()?))));
+    numbers.collect()
 }
 
 /// Adds the part of the time that each stage takes.
@@ -266,13 +255,7 @@ fn shares(quantities: &mut BTreeMap<String, Quantity>, stages: &Json) {
     let times = numbers(stages);
     let total: f64 = times.values().map(|time| time.value).sum();
     for (stage, time) in times {
-        if total > 0.0 {
-            let share = Quantity {
-                value: time.value / total,
-                error: None,
-            };
-            quantities.insert(format!("{SHARE}{stage}"), share);
-        }
+        put(quantities, &format!("{SHARE}{stage}"), time.value / total);
     }
 }
 
@@ -283,11 +266,9 @@ struct Series {
 
 impl Series {
     fn read(path: &Path) -> Result<Self> {
-        let table = SeriesTable::read(path)?;
-        let columns = table.columns.into_iter();
-        Ok(Self {
-            columns: columns.map(|column| (column.name, column.values)).collect(),
-        })
+        let columns = SeriesTable::read(path)?.columns.into_iter();
+        let columns = columns.map(|column| (column.name, column.values)).collect();
+        Ok(Self { columns })
     }
 
     fn column(&self, name: &str) -> &[f64] {
@@ -305,10 +286,12 @@ impl Series {
             let rows = values.iter().enumerate().filter(|(row, _)| inside(*row));
             rows.map(|(_, value)| *value).collect()
         };
+        let columns = self
+            .columns
+            .iter()
+            .map(|(name, values)| (name.clone(), keep(values)));
         Self {
-            columns: (self.columns.iter())
-                .map(|(name, values)| (name.clone(), keep(values)))
-                .collect(),
+            columns: columns.collect(),
         }
     }
 
@@ -320,11 +303,11 @@ impl Series {
     /// Mean of the settling velocity over an interval of `t*` by trapezia, with values in between at its ends; none if the rows do not
     /// reach so far.
     fn over(&self, [from, to]: [f64; 2]) -> Option<f64> {
-        let rows = self
-            .column("t_star")
-            .iter()
-            .zip(self.column("settling_velocity_over_stokes"));
-        let rows: Vec<(f64, f64)> = rows.map(|(t, u)| (*t, *u)).collect();
+        let (times, velocities) = (
+            self.column("t_star"),
+            self.column("settling_velocity_over_stokes"),
+        );
+        let rows: Vec<(f64, f64)> = times.iter().copied().zip(velocities.iter().copied()).collect();
         let reach = rows.first()?.0 <= from && from < to && to <= rows.last()?.0;
         let area = rows.windows(2).map(|pair| {
             let ((a, u), (b, v)) = (pair[0], pair[1]);

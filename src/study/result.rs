@@ -91,7 +91,6 @@ fn columns(study: &Study) -> Vec<String> {
         OF_A_RUN.map(String::from).to_vec()
     };
     names.extend((study.file.windows.iter()).map(|window| format!("{}_velocity", window.value.name.value)));
-    names.extend(study.file.columns.iter().map(|name| name.value.clone()));
     names
 }
 

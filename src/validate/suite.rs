@@ -1,7 +1,7 @@
 //! Runs cases side by side: parts that need one core in parallel, longest first, then those that take all.
 
 use super::{Case, Findings, Level, Part, Trial};
-use crate::checks::{Ending, Outcome};
+use crate::checks::{Check, Ending, Outcome};
 use crate::error::{Error, Result};
 use crate::output::numbers::significant;
 use std::fmt::Write;
@@ -55,13 +55,39 @@ fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
             Ok(sum)
         });
     }
-    Outcome {
-        case: case.name.to_string(),
-        title: case.question.to_string(),
-        engines: false,
-        seconds,
-        ending: case.missing.map_or_else(|| all.into(), Ending::Missing),
+    for check in all.iter_mut().flat_map(|found| &mut found.checks) {
+        if check.source.is_empty() {
+            check.source = case.source.to_string();
+        }
     }
+    if let Ok(found) = &mut all {
+        found.notes.extend(biases(&found.checks));
+    }
+    let ending = case.missing.map_or_else(|| all.into(), Ending::Missing);
+    Outcome::new(case.name, case.question, false, seconds, ending)
+}
+
+/// Mean signed deviations of the quantities that were checked at three points or more; a quantity is called the same up to the
+/// first comma of its name.
+fn biases(checks: &[Check]) -> Vec<(String, f64)> {
+    let name = |check: &Check| {
+        check
+            .quantity
+            .split([',', '('])
+            .next()
+            .unwrap_or_default()
+            .to_string()
+    };
+    let mut groups: Vec<(String, Vec<Check>)> = Vec::new();
+    for check in checks.iter().filter(|check| check.reference != 0.0) {
+        match groups.iter_mut().find(|(known, _)| *known == name(check)) {
+            Some((_, group)) => group.push(check.clone()),
+            None => groups.push((name(check), vec![check.clone()])),
+        }
+    }
+    let groups = groups.iter().filter(|(_, group)| group.len() > 2);
+    let biases = groups.filter_map(|(name, group)| Check::bias(name.trim(), group, true));
+    biases.map(|bias| (bias.quantity, bias.measured)).collect()
 }
 
 /// Runs the parts of a level of some cases and calls `done` for each case when it has ended; all, in the order given.

@@ -170,7 +170,7 @@ fn every_case_has_a_folder_with_its_page_and_every_folder_of_references_a_case()
 fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_failed() {
     fn undefined() -> Findings {
         let mut found = Findings::default();
-        found.absolute(&hertz::CASE, "x", f64::NAN, 0.0, f64::INFINITY);
+        found.absolute("x", f64::NAN, 0.0, f64::INFINITY);
         found
     }
     const NOTHING: Case = Case {
@@ -196,7 +196,7 @@ fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_faile
 fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has_the_quick_one_in_it() {
     fn part(what: &str) -> Findings {
         let mut found = Findings::default();
-        found.absolute(&hertz::CASE, what, 1.0, 1.0, 0.0);
+        found.absolute(what, 1.0, 1.0, 0.0);
         found
     }
     const BOTH: Case = Case {

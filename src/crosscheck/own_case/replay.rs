@@ -7,14 +7,12 @@ use super::{begun, liggghts, native, repeats};
 use crate::case::{self, Setup};
 use crate::checks::{Check, Findings, Moment};
 use crate::crosscheck::files::sphere;
-use crate::crosscheck::tools::{Judge, Random};
+use crate::crosscheck::tools::{Random, given};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::output::Overlay;
 use crate::particle::Particle;
 use std::path::Path;
-
-const JUDGE: Judge = Judge("replay");
 
 /// Spheres that come through a periodic box of fluid from all sides.
 const CASE: &str = r#"
@@ -78,7 +76,7 @@ pub fn replay(directory: Option<&Path>) -> Result<Findings> {
 /// One run and its replay; its trajectories take the place of those before.
 fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findings) -> Result<()> {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
-    let mut setup = case::from_text(CASE, JUDGE.0, &options)?;
+    let mut setup = case::from_text(CASE, "replay", &options)?;
     setup.threads = 1;
     stir(&mut setup);
     let (steps, dt) = (setup.end_step, setup.units.dt);
@@ -109,16 +107,16 @@ fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findin
         return Err(Error::Input(text));
     };
     let label = format!("{what}: ");
-    findings.checks.push(repeats(JUDGE, &label, &recorded, &pair));
-    findings.checks.push(momentum(what, &setup, &recorded, &pair));
-    findings.checks.push(JUDGE.given(
+    findings.push(repeats(&label, &recorded, &pair));
+    findings.push(momentum(what, &setup, &recorded, &pair));
+    findings.push(given(
         format!("{what}: steps to the first contact (-)"),
         [Some(native), Some(liggghts), None],
         (native - liggghts).abs(),
         1.0,
         "the native engine counts the contacts at the start of its last sub-step, LIGGGHTS those at its end",
     ));
-    findings.checks.push(begun(JUDGE, &label, found));
+    findings.push(begun(&label, found));
     let (tolerance, reason) = if what == "elastic" {
         (
             ELASTIC,
@@ -129,20 +127,22 @@ fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findin
         let reason = "reported only: the engines have different laws of friction";
         (f64::INFINITY, reason)
     };
-    findings.checks.push(JUDGE.given(
+    findings.push(given(
         format!("{what}: largest distance between the engines over D (-)"),
         [None; 3],
         found.all.apart[0],
         tolerance,
         reason,
     ));
-    findings.overlays.push(Overlay {
-        name: format!("{what}_apart"),
-        title: format!("replay, {what} contacts: largest distance between the engines so far"),
-        axes: ["time t (s)".to_string(), "distance / D (-)".to_string()],
-        logarithmic: [false, true],
-        curves: vec![("distance / D".to_string(), apart)],
-    });
+    findings.overlays.push(
+        Overlay::new(
+            format!("{what}_apart"),
+            format!("replay, {what} contacts: largest distance between the engines so far"),
+            ["time t (s)", "distance / D (-)"],
+            [("distance / D", apart)],
+        )
+        .logarithmic([false, true]),
+    );
     Ok(())
 }
 
@@ -176,7 +176,7 @@ fn momentum(what: &str, setup: &Setup, recorded: &Recording, pair: &Pair) -> Che
     let exact = momentum(&setup.particles) + (loads + weight * steps as f64) * setup.units.dt;
     let ends = [0, 1].map(|engine| momentum(pair.particles(engine)));
     let error = ends.map(|end| (end - exact).norm() / scale);
-    JUDGE.given(
+    given(
         format!("{what}: momentum along z (kg m/s)"),
         [ends[0].z, ends[1].z, exact.z].map(Some),
         error[0].max(error[1]),

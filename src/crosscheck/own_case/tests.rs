@@ -142,7 +142,7 @@ fn recorded_loads_are_the_same_on_1_2_and_4_ranks_and_repeat_the_run_to_the_bit(
     assert!(one.loads(23).iter().any(|load| load.force.norm() > 0.0));
     let mut pair = Pair::new(&setup, [native(&setup).unwrap(), native(&setup).unwrap()]);
     assert!((0..24).all(|step| pair.advance(one.loads(step))));
-    let check = repeats(JUDGE, "", &one, &pair);
+    let check = repeats("", &one, &pair);
     assert!(check.pass && pair.particles(0) == one.last, "{check:?}");
 }
 
