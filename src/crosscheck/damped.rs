@@ -1,7 +1,9 @@
 //! Damped impacts: restitution, duration, depth.
 
 use super::theory::{Damping, Hertz, Impact, impact, lens_ratio};
-use super::tools::{Between, GLASS, OWN, RADIUS, SAME, Scene, Track, absolute, plane, relative, thinned};
+use super::tools::{
+    Between, GLASS, Measured, OWN, RADIUS, SAME, Scene, Track, absolute, plane, relative, thinned,
+};
 use super::{Check, Findings, Overlay};
 use crate::contact::{DampingLaw, ElasticLaw};
 use crate::error::Result;
@@ -124,38 +126,52 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
     Ok(findings)
 }
 
-/// Duration and depth of one engine against the column of its law.
-fn columns(
+/// Duration (s) and largest depth (m) of an impact in one engine against the column of its law.
+pub(super) fn columns(
     what: &str,
     engine: usize,
-    track: &Track,
-    theory: &Impact,
-    depth: impl Fn(&[Particle]) -> f64,
+    measured: Option<Measured>,
+    theory: [f64; 2],
+    tolerance: f64,
+    reason: &str,
 ) -> [Check; 2] {
-    let measured = track.impact(depth);
-    let column = |value: Option<f64>, theory: f64| {
-        let mut values = [None, None, Some(theory)];
-        values[engine] = value;
-        values
+    let quantities = [
+        format!("duration, {what} (s)"),
+        format!("largest depth, {what} (m)"),
+    ];
+    let measured = [measured.map(|m| m.duration), measured.map(|m| m.deepest)];
+    let check = |k: usize| {
+        let mut values = [None, None, Some(theory[k])];
+        values[engine] = measured[k];
+        relative(&quantities[k], values, Between::Theory, tolerance, reason)
     };
-    let duration = column(measured.map(|m| m.duration), theory.duration);
-    let deepest = column(measured.map(|m| m.deepest), theory.deepest);
-    [
-        relative(
-            format!("duration, {what} (s)"),
-            duration,
-            Between::Theory,
+    [check(0), check(1)]
+}
+
+/// Each engine against the integral of its own law.
+fn own_laws(
+    what: &str,
+    tracks: [&Track; 3],
+    theory: [&Impact; 2],
+    depth: impl Fn(&[Particle]) -> f64,
+) -> Vec<Check> {
+    let ways = [
+        (0, "native tsuji", 0),
+        (1, "LIGGGHTS", 0),
+        (0, "native hunt_crossley", 1),
+    ];
+    let checks = ways.iter().zip(tracks).flat_map(|(&(engine, name, law), track)| {
+        let theory = [theory[law].duration, theory[law].deepest];
+        columns(
+            &format!("{what}{name}"),
+            engine,
+            track.impact(&depth),
+            theory,
             3e-4,
             COLUMN,
-        ),
-        relative(
-            format!("largest depth, {what} (m)"),
-            deepest,
-            Between::Theory,
-            3e-4,
-            COLUMN,
-        ),
-    ]
+        )
+    });
+    checks.collect()
 }
 
 /// H6: duration and largest depth, each engine against the column of its own law.
@@ -171,15 +187,13 @@ pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
         let tsuji = impact(&hertz, Damping::Tsuji(e), plain, SPEEDS[0]);
         let volume = |depth| lens_ratio([RADIUS; 2], depth);
         let crossley = impact(&hertz, Damping::HuntCrossley(e), volume, SPEEDS[0]);
-        for (name, engine, track, theory) in [
-            ("native tsuji", 0, &same, &tsuji),
-            ("LIGGGHTS", 1, &liggghts, &tsuji),
-            ("native hunt_crossley", 0, &own, &crossley),
-        ] {
-            let what = format!("e = {e}, {name}");
-            let checks = columns(&what, engine, track, theory, |frame| depth(frame, 0));
-            findings.checks.extend(checks);
-        }
+        let what = format!("e = {e}, ");
+        let tracks = [&same, &liggghts, &own];
+        findings
+            .checks
+            .extend(own_laws(&what, tracks, [&tsuji, &crossley], |frame| {
+                depth(frame, 0)
+            }));
     }
     Ok(findings)
 }
@@ -216,15 +230,10 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     let values = [after(&own), None, Some(crossley.restitution)];
     let quantity = format!("restitution, e = {e}, hunt_crossley (-)");
     findings.push(absolute(quantity, values, Between::Theory, 1.0, 2e-4, SET));
-    for (name, engine, track, theory) in [
-        ("native tsuji", 0, &tracks[0], &tsuji),
-        ("LIGGGHTS", 1, &tracks[1], &tsuji),
-        ("native hunt_crossley", 0, &own, &crossley),
-    ] {
-        findings
-            .checks
-            .extend(columns(name, engine, track, theory, depth));
-    }
+    let all = [&tracks[0], &tracks[1], &own];
+    findings
+        .checks
+        .extend(own_laws("", all, [&tsuji, &crossley], depth));
     let curve = |track: &Track| {
         let points = (0..track.frames.len() - 1).map(|k| [track.time(k) * 1e6, track.force(k, 0).z]);
         thinned(points, 500)

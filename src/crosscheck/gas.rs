@@ -2,8 +2,10 @@
 //! every single sphere.
 
 use super::theory::{Hertz, Mixture};
-use super::tools::{Between, Random, SAME, Scene, absolute, advance, given, model, relative, sphere, worst};
-use super::{Findings, Moment, Overlay};
+use super::tools::{
+    Between, Random, SAME, Scene, absolute, advance, given, model, moments, relative, sphere, worst,
+};
+use super::{Findings, Overlay};
 use crate::contact::Material;
 use crate::dem::DemEngine;
 use crate::domain::Domain;
@@ -118,7 +120,7 @@ struct Run {
     /// Velocities (m/s).
     velocities: Vec<Vec<Vec3>>,
     /// Spheres at every fifteenth sample.
-    moments: Vec<Vec<(Vec3, Vec3, Vec3, f64)>>,
+    frames: Vec<Vec<Particle>>,
 }
 
 impl Run {
@@ -128,7 +130,7 @@ impl Run {
             energy: Vec::new(),
             momentum: 0.0,
             velocities: Vec::new(),
-            moments: Vec::new(),
+            frames: Vec::new(),
         };
         for sample in 0..=SAMPLES {
             if sample > 0 {
@@ -158,10 +160,7 @@ impl Run {
         self.momentum = self.momentum.max(momenta().sum::<Vec3>().norm() / total);
         self.velocities.push(velocities);
         if sample.is_multiple_of(15) {
-            let of = |(id, p): (usize, &Particle)| {
-                (p.position(), p.velocity(), p.angular_velocity(), scene.radius(id))
-            };
-            self.moments.push(spheres.iter().enumerate().map(of).collect());
+            self.frames.push(spheres.to_vec());
         }
     }
 
@@ -307,7 +306,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
             .overlays
             .extend(plots(&runs, &what, |t| mixture.cooled(restitution, start, t)));
         if !elastic {
-            findings.moments = moments(runs);
+            findings.moments = moments(&scene, [&runs[0].frames, &runs[1].frames], |k| time(15 * k), 1);
         }
     }
     Ok(findings)
@@ -325,16 +324,6 @@ fn mixture(scene: &Scene) -> Mixture {
         .map(|k| (RADII[k], scene.templates[k].mass(), count(k)))
         .collect();
     Mixture::new(&sizes, scene.domain.volume())
-}
-
-fn moments(runs: [Run; 2]) -> Vec<Moment> {
-    let [native, liggghts] = runs.map(|run| run.moments);
-    let both = native.into_iter().zip(liggghts).enumerate();
-    both.map(|(k, (native, liggghts))| Moment {
-        time: time(15 * k),
-        spheres: [native, liggghts],
-    })
-    .collect()
 }
 
 /// Energy, and how the engines part. Rigid spheres, which theory is of, have kinetic energy only; of ours the contacts store

@@ -3,8 +3,8 @@
 //! Only gross sliding is compared: where surfaces stick, LIGGGHTS has a tangential spring and the native engine has none.
 
 use super::theory::{Hertz, Sliding, slide};
-use super::tools::{Between, GLASS, RADIUS, SAME, Scene, Track, absolute, given, relative, worst};
-use super::{Check, Findings, Moment, Overlay};
+use super::tools::{Between, GLASS, RADIUS, SAME, Scene, Track, absolute, given, moments, relative, worst};
+use super::{Check, Findings, Overlay};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
@@ -239,25 +239,12 @@ pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
                 .push(plot(&format!("force_{n}"), throw, &outcome));
         }
         if n == 1 {
-            findings.moments = moments(&outcome);
+            let [native, liggghts] = &outcome.tracks;
+            let frames = [&native.frames[..], &liggghts.frames];
+            findings.moments = moments(&outcome.scene, frames, |k| native.time(k), 40);
         }
     }
     Ok(findings)
-}
-
-/// Some thirty moments of an impact.
-fn moments(outcome: &Outcome) -> Vec<Moment> {
-    let frames = outcome.tracks[0].frames.len().min(outcome.tracks[1].frames.len());
-    let spheres = |engine: usize, k: usize| {
-        let frame = &outcome.tracks[engine].frames[k];
-        let of = |p: &Particle| (p.position(), p.velocity(), p.angular_velocity(), RADIUS);
-        frame.iter().map(of).collect()
-    };
-    let moment = |k: usize| Moment {
-        time: outcome.tracks[0].time(k),
-        spheres: [spheres(0, k), spheres(1, k)],
-    };
-    (0..frames).step_by(40).map(moment).collect()
 }
 
 /// H12: so slow that the spheres are nearly rigid.

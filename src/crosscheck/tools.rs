@@ -1,6 +1,7 @@
 //! What all cases share: a scene that both engines get bit for bit, its record, and checks.
 
-use super::Check;
+use super::files::sphere as sphere_of;
+use super::{Check, Moment};
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::dem::{DemEngine, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams};
@@ -350,6 +351,25 @@ pub(super) fn relative(
 ) -> Check {
     let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
     absolute(quantity, values, between, unit, tolerance, reason)
+}
+
+/// Moments of a scene in both engines, from its particles at equal times (s).
+pub(super) fn moments(
+    scene: &Scene,
+    frames: [&[Vec<Particle>]; 2],
+    time: impl Fn(usize) -> f64,
+    every: usize,
+) -> Vec<Moment> {
+    let spheres = |frame: &Vec<Particle>| {
+        let of = |p: &Particle| sphere_of(p, &scene.templates[p.template as usize]);
+        frame.iter().map(of).collect()
+    };
+    let both = frames[0].iter().zip(frames[1]).enumerate().step_by(every);
+    let moment = |(k, (native, liggghts))| Moment {
+        time: time(k),
+        spheres: [spheres(native), spheres(liggghts)],
+    };
+    both.map(moment).collect()
 }
 
 /// Random numbers between -1 and 1 from a linear congruence.

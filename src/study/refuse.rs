@@ -74,7 +74,7 @@ impl Study {
         for Located { value, span } in names {
             if !known.insert(value) {
                 let title = format!("two {what} have the name `{value}`");
-                return Err(self.source.error(span, &title, "again", "rename one of them"));
+                return self.refuse(span, &title, "again", "rename one of them");
             }
         }
         Ok(())
@@ -85,7 +85,7 @@ impl Study {
             let times = [value.from, value.to];
             if !times.iter().all(|time| time.is_finite()) || value.from < 0.0 || value.from >= value.to {
                 let title = "a window must begin at 0 or later, and end after that";
-                return Err(self.source.error(span, title, "here", "e.g. from = 5, to = 15"));
+                return self.refuse(span, title, "here", "e.g. from = 5, to = 15");
             }
             for run in &self.plan.runs {
                 let setup = &run.setup;
@@ -98,7 +98,7 @@ impl Study {
                     );
                     let remedy =
                         "end the window earlier, or the run later: its last row may lie before `run.end`";
-                    return Err(self.source.error(span, &title, "here", remedy));
+                    return self.refuse(span, &title, "here", remedy);
                 }
             }
         }
@@ -125,7 +125,7 @@ impl Study {
             |near| format!("did you mean `{near}`?"),
         );
         let title = format!("there is no quantity `{name}`");
-        Err((self.source).error(&place.span, &title, "no such quantity", &remedy))
+        self.refuse(&place.span, &title, "no such quantity", &remedy)
     }
 
     fn refuse_check(&self, Located { value, span }: &Located<CheckSection>) -> Result<()> {
@@ -133,17 +133,17 @@ impl Study {
             if !tolerance.value.is_finite() || tolerance.value < 0.0 {
                 let title = format!("a tolerance cannot be {}", tolerance.value);
                 let remedy = "give a number of at least 0";
-                return Err(self.source.error(&tolerance.span, &title, "here", remedy));
+                return self.refuse(&tolerance.span, &title, "here", remedy);
             }
         }
         if value.at.is_some() && value.tolerance.is_none() {
             let remedy = "e.g. tolerance = 0.03, a part of the extrapolation";
-            return Err((self.source).error(span, "`at` without a `tolerance`", "here", remedy));
+            return self.refuse(span, "`at` without a `tolerance`", "here", remedy);
         }
         let Some(x) = &value.x else {
             return Ok(());
         };
-        let axis = &self.plan.axes[self.plan.axis(&self.source, x)?];
+        let axis = &self.plan.axes[self.axis(x)?];
         for (key, number) in [("at", value.at), ("monotone_from", value.monotone_from)] {
             let Some(number) = number else { continue };
             let mut numbers = axis.values.iter().filter_map(|value| value.number);
@@ -152,7 +152,7 @@ impl Study {
                     "`{key}` is {number}, which is no value of the axis `{}`",
                     axis.name
                 );
-                return Err((self.source).error(span, &title, "here", &Plan::known_values(axis)));
+                return self.refuse(span, &title, "here", &Plan::known_values(axis));
             }
         }
         Ok(())

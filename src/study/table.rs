@@ -30,9 +30,7 @@ impl Study {
             rows,
             columns,
         } = &section.value;
-        let axes = (rows.iter())
-            .map(|name| self.plan.axis(&self.source, name))
-            .collect::<Result<Vec<_>>>()?;
+        let axes = self.axes(rows)?;
         let mut heads: Vec<String> = axes
             .iter()
             .map(|&axis| self.plan.axes[axis].name.clone())
@@ -102,8 +100,9 @@ impl Study {
         if column.reference.is_some() {
             cells.push(or_nothing(expected.map(|value| format!("{value:.digits$}"))));
             // Of a quantity that is a part itself deviations are differences.
-            let mut derived = self.file.derived.iter().map(|derived| &derived.value);
-            let is_part = derived.any(|d| d.name.value == *y && d.form == Comparison::Deficit);
+            let is_part = self
+                .comparison(y)
+                .is_some_and(|derived| derived.value.form == Comparison::Deficit);
             cells.push(or_nothing(measured.zip(expected).map(|(measured, expected)| {
                 let off = measured.value - expected;
                 if is_part {
