@@ -16,7 +16,7 @@ pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::time::Instant;
-pub use tables::{aligned, cells, markdown, number, summary, table};
+pub use tables::{aligned, cells, markdown, summary, table};
 
 /// One number against its reference.
 ///

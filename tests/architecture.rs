@@ -24,7 +24,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "crosscheck",
-        "checks simulation case output dem contact particle shape wall domain comm units math error",
+        "checks simulation case output dem contact particle shape wall domain comm math error",
     ),
     ("checks", "output math error"),
     (

@@ -3,10 +3,10 @@
 mod figures;
 
 use super::find::Source;
-use super::numbers::{duration, known, number, with_error};
 use super::{Block, Section};
 use crate::error::{Error, Result};
 use crate::input;
+use crate::output::numbers::{self, duration, with_error};
 use crate::output::picture::Bars;
 use crate::output::{OutputFiles, SeriesTable, Summary, settled};
 use std::path::Path;
@@ -250,4 +250,13 @@ fn stages(summary: &Summary) -> Option<Block> {
         ),
         note: String::new(),
     })
+}
+
+/// Four digits, or a dash.
+fn known(x: Option<f64>) -> String {
+    number(x.unwrap_or(f64::NAN))
+}
+
+fn number(x: f64) -> String {
+    numbers::number(x, 4)
 }

@@ -3,7 +3,7 @@
 use super::{Case, Findings, Level, Part, Trial};
 use crate::checks::{Check, Ending, Outcome};
 use crate::error::{Error, Result};
-use crate::output::numbers::significant;
+use crate::output::numbers::duration;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Sender};
@@ -34,15 +34,6 @@ pub fn list(cases: &[Case]) -> String {
         "times are of one core; together: quick, {quick}; full, {full}"
     );
     text
-}
-
-/// A time of computation on one core.
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 60.0 => format!("{} s", significant(s.max(1.0), 1)),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{} h", significant(s / 3600.0, 2)),
-    }
 }
 
 /// Puts the parts of a case together, in their order.
