@@ -106,10 +106,9 @@ mod both {
         let setup = load(file, &arguments.changes)?;
         preflight::refuse_what_does_not_fit(&setup)?;
         let logs = files::prepare(&arguments.out, &[own_case::ID])?;
-        let log = logs.join(format!("{}.log", own_case::ID));
         let mut parting = String::new();
         let outcome = Outcome::of_engines(own_case::ID, &setup.name, || {
-            let (findings, text) = own_case::run(&setup, arguments.time, Some(&log))?;
+            let (findings, text) = own_case::run(&setup, arguments.time, Some(&logs))?;
             parting = text;
             Ok(findings)
         });

@@ -8,15 +8,11 @@ mod compare;
 mod record;
 mod replay;
 
-use super::tools::given;
+use super::tools::{Scene, given};
 use crate::case::Setup;
 use crate::checks::{Check, Findings, aligned};
-use crate::comm::Comm;
 use crate::contact::{DampingLaw, ElasticLaw};
-use crate::dem::{
-    DemEngine, EngineChoice, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams,
-};
-use crate::domain::Decomposition;
+use crate::dem::{DemEngine, EngineChoice, Load};
 use crate::error::{Error, Result};
 use crate::output::numbers::small;
 use compare::{Comparison, PARTED, Pair, QUANTITIES, Span};
@@ -32,13 +28,13 @@ const MOST_BYTES: f64 = 4e9;
 /// Bytes of one load while it is recorded.
 const BYTES: f64 = 112.0;
 
-/// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to `log`. The text says where the
-/// engines part, and what is known of the reasons.
+/// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to the directory, if there is one. The
+/// text says where the engines part, and what is known of the reasons.
 ///
 /// # Errors
 /// [`Error::Input`] if the case has other bodies than spheres, or is too long to record; what LIGGGHTS says to its set-up;
 /// and how a run that records loads fails. An engine that fails on the way is a check that fails.
-pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Findings, String)> {
+pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result<(Findings, String)> {
     refuse_what_is_no_sphere(setup)?;
     let steps = steps(setup, time)?;
     let recorded = if setup.dry {
@@ -46,7 +42,9 @@ pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Find
     } else {
         Some(record(setup, steps)?)
     };
-    let mut pair = Pair::new(setup, [native(setup)?, liggghts(setup, log)?]);
+    let scene = Scene::of(ID, setup);
+    let engines: [Box<dyn DemEngine>; 2] = [Box::new(scene.native()?), Box::new(scene.liggghts(directory)?)];
+    let mut pair = Pair::new(setup, engines);
     let rest = vec![Load::default(); setup.particles.len()];
     for step in 0..steps {
         let loads = recorded.as_ref().map_or(&rest[..], |r| r.loads(step));
@@ -104,46 +102,6 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
         )));
     }
     Ok(steps)
-}
-
-/// The native engine with the case at rest.
-fn native(setup: &Setup) -> Result<Box<dyn DemEngine>> {
-    let (whole, templates) = (whole(setup), setup.templates.clone());
-    let engine = Native::new(native_params(setup), whole, 0, templates, &setup.particles)?;
-    Ok(Box::new(engine))
-}
-
-fn native_params(setup: &Setup) -> NativeParams {
-    NativeParams {
-        contact: setup.contact.clone(),
-        walls: setup.walls.clone(),
-        gravity: setup.gravity,
-        substeps: setup.substeps,
-    }
-}
-
-/// LIGGGHTS with the case at rest; with the options of the case, if it is one for LIGGGHTS.
-fn liggghts(setup: &Setup, log: Option<&Path>) -> Result<Box<dyn DemEngine>> {
-    let params = LiggghtsParams {
-        contact: setup.contact.clone(),
-        walls: setup.walls.clone(),
-        gravity: setup.gravity,
-        substeps: setup.substeps,
-        options: match &setup.engine {
-            EngineChoice::Native => LiggghtsOptions::default(),
-            EngineChoice::Liggghts(options) => options.clone(),
-        },
-        log: log.map(Path::to_path_buf),
-        ..LiggghtsParams::default()
-    };
-    let (whole, templates) = (whole(setup), setup.templates.clone());
-    let engine = Liggghts::new(params, whole, &Comm::Solo, templates, &setup.particles)?;
-    Ok(Box::new(engine))
-}
-
-/// The box in one piece.
-fn whole(setup: &Setup) -> Decomposition {
-    Decomposition::with_grid(setup.domain, [1; 3])
 }
 
 fn both_arrive(found: &Comparison, steps: u64) -> Check {

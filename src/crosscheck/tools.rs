@@ -2,9 +2,12 @@
 
 use super::files::sphere as sphere_of;
 use super::{Check, Moment};
+use crate::case::Setup;
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use crate::dem::{DemEngine, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams};
+use crate::dem::{
+    DemEngine, EngineChoice, Liggghts, LiggghtsOptions, LiggghtsParams, Load, Native, NativeParams,
+};
 use crate::domain::{Decomposition, Domain};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -57,6 +60,8 @@ pub(super) struct Scene {
     pub(super) gravity: Vec3,
     /// Sub-steps per step.
     pub(super) substeps: u32,
+    /// What LIGGGHTS alone is told.
+    pub(super) options: LiggghtsOptions,
 }
 
 impl Scene {
@@ -75,6 +80,25 @@ impl Scene {
             walls: Vec::new(),
             gravity: Vec3::zeros(),
             substeps: 1,
+            options: LiggghtsOptions::default(),
+        }
+    }
+
+    /// The particles of a case, without its fluid.
+    pub(super) fn of(name: &str, setup: &Setup) -> Self {
+        Self {
+            name: name.to_string(),
+            domain: setup.domain,
+            templates: setup.templates.to_vec(),
+            particles: setup.particles.clone(),
+            contact: setup.contact.clone(),
+            walls: setup.walls.clone(),
+            gravity: setup.gravity,
+            substeps: setup.substeps,
+            options: match &setup.engine {
+                EngineChoice::Native => LiggghtsOptions::default(),
+                EngineChoice::Liggghts(options) => options.clone(),
+            },
         }
     }
 
@@ -99,15 +123,20 @@ impl Scene {
         self.templates[self.particles[id].template as usize].mass()
     }
 
-    /// The native engine at the start.
-    pub(super) fn native(&self) -> Result<Native> {
-        let params = NativeParams {
+    /// What the native engine is told.
+    pub(super) fn native_params(&self) -> NativeParams {
+        NativeParams {
             contact: self.contact.clone(),
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
-        };
-        Native::new(params, self.whole(), 0, self.shared_templates(), &self.particles)
+        }
+    }
+
+    /// The native engine at the start.
+    pub(super) fn native(&self) -> Result<Native> {
+        let (params, templates) = (self.native_params(), self.shared_templates());
+        Native::new(params, self.whole(), 0, templates, &self.particles)
     }
 
     /// LIGGGHTS at the start; its log goes to the directory, if there is one.
@@ -123,7 +152,7 @@ impl Scene {
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
-            options: LiggghtsOptions::default(),
+            options: self.options.clone(),
             log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
             ..LiggghtsParams::default()
         };

@@ -1,8 +1,8 @@
 //! Recording what the fluid does to the particles of a four-way run, in double precision.
 
-use super::native_params;
 use crate::case::Setup;
 use crate::comm::{Comm, try_on_threads};
+use crate::crosscheck::tools::Scene;
 use crate::dem::{ContactState, ContactSummary, DemEngine, Load, Native};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
@@ -130,7 +130,7 @@ fn record_rank(
 ) -> Result<(Tape, Vec<Particle>)> {
     let (rank, templates) = (comm.rank(), setup.templates.clone());
     let engine = Native::new(
-        native_params(setup),
+        Scene::of("", setup).native_params(),
         decomposition.clone(),
         rank,
         templates,

@@ -3,11 +3,12 @@
 
 use super::compare::Pair;
 use super::record::{Recording, record};
-use super::{begun, liggghts, native, repeats};
+use super::{begun, repeats};
 use crate::case::{self, Setup};
 use crate::checks::{Check, Findings, Moment};
 use crate::crosscheck::files::sphere;
-use crate::crosscheck::tools::{Random, given};
+use crate::crosscheck::tools::{Random, Scene, given};
+use crate::dem::DemEngine;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::output::Overlay;
@@ -66,22 +67,26 @@ const MOMENTUM: f64 = 1e-11;
 
 /// Records and replays; what LIGGGHTS says goes to the directory, if there is one.
 pub fn replay(directory: Option<&Path>) -> Result<Findings> {
-    let log = directory.map(|directory| directory.join("replay.log"));
     let mut found = Findings::default();
-    scene("elastic", &[], log.as_deref(), &mut found)?;
-    scene("damped", &RUBBING, log.as_deref(), &mut found)?;
+    scene("elastic", &[], directory, &mut found)?;
+    scene("damped", &RUBBING, directory, &mut found)?;
     Ok(found)
 }
 
 /// One run and its replay; its trajectories take the place of those before.
-fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findings) -> Result<()> {
+fn scene(what: &str, options: &[&str], directory: Option<&Path>, findings: &mut Findings) -> Result<()> {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
     let mut setup = case::from_text(CASE, "replay", &options)?;
     setup.threads = 1;
     stir(&mut setup);
     let (steps, dt) = (setup.end_step, setup.units.dt);
     let recorded = record(&setup, steps)?;
-    let mut pair = Pair::new(&setup, [native(&setup)?, liggghts(&setup, log)?]);
+    let engines = Scene::of("replay", &setup);
+    let engines: [Box<dyn DemEngine>; 2] = [
+        Box::new(engines.native()?),
+        Box::new(engines.liggghts(directory)?),
+    ];
+    let mut pair = Pair::new(&setup, engines);
     let mut apart = Vec::new();
     findings.moments.clear();
     for step in 0..steps {

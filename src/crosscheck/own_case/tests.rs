@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::case::from_text;
+use crate::dem::LiggghtsOptions;
 
 /// Three spheres in a line, the outer ones on their way to the one in the middle.
 const DRY: &str = r#"
@@ -52,8 +53,13 @@ fn setup(text: &str, options: &[&str]) -> Setup {
     from_text(text, "test", &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// The native engine with the case at rest.
+fn native(setup: &Setup) -> Box<dyn DemEngine> {
+    Box::new(Scene::of(ID, setup).native().unwrap())
+}
+
 fn compare(a: &Setup, b: &Setup) -> Comparison {
-    let mut pair = Pair::new(a, [native(a).unwrap(), native(b).unwrap()]);
+    let mut pair = Pair::new(a, [native(a), native(b)]);
     let rest = vec![Load::default(); a.particles.len()];
     assert!((0..a.end_step).all(|_| pair.advance(&rest)));
     pair.found
@@ -140,7 +146,7 @@ fn recorded_loads_are_the_same_on_1_2_and_4_ranks_and_repeat_the_run_to_the_bit(
     }
     let setup = setup(WET, &[]);
     assert!(one.loads(23).iter().any(|load| load.force.norm() > 0.0));
-    let mut pair = Pair::new(&setup, [native(&setup).unwrap(), native(&setup).unwrap()]);
+    let mut pair = Pair::new(&setup, [native(&setup), native(&setup)]);
     assert!((0..24).all(|step| pair.advance(one.loads(step))));
     let check = repeats("", &one, &pair);
     assert!(check.pass && pair.particles(0) == one.last, "{check:?}");
