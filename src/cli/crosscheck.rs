@@ -87,8 +87,8 @@ mod both {
             ));
         }
         let cases = chosen(&arguments.only)?;
-        let ids: Vec<&str> = cases.iter().map(|case| case.id).collect();
-        let logs = files::prepare(&arguments.out, &ids)?;
+        let logs = arguments.out.join("logs");
+        checks::prepare(&logs)?;
         let mut outcomes = Vec::new();
         for case in cases {
             let outcome = Outcome::of_engines(case.id, case.title, || (case.run)(Some(&logs)));
@@ -105,7 +105,8 @@ mod both {
     fn own(arguments: &CrosscheckArguments, file: &std::path::Path) -> Result<Vec<Outcome>> {
         let setup = load(file, &arguments.changes)?;
         preflight::refuse_what_does_not_fit(&setup)?;
-        let logs = files::prepare(&arguments.out, &[own_case::ID])?;
+        let logs = arguments.out.join("logs");
+        checks::prepare(&logs)?;
         let mut parting = String::new();
         let outcome = Outcome::of_engines(own_case::ID, &setup.name, || {
             let (findings, text) = own_case::run(&setup, arguments.time, Some(&logs))?;

@@ -15,7 +15,7 @@ use crate::contact::{DampingLaw, ElasticLaw};
 use crate::dem::{DemEngine, EngineChoice, Load};
 use crate::error::{Error, Result};
 use crate::output::numbers::small;
-use compare::{Comparison, PARTED, Pair, QUANTITIES, Span};
+use compare::{Comparison, PARTED, Pair, QUANTITIES};
 use record::record;
 pub use replay::replay;
 use std::path::Path;
@@ -57,7 +57,6 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
     if let Some(recorded) = recorded.as_ref().filter(|_| found.steps[0] == steps) {
         checks.push(repeats("", recorded, &pair));
     }
-    checks.extend(found.before_contact.map(|span| free_flight(setup, &span)));
     checks.extend(QUANTITIES.iter().zip(&found.largest).map(|(quantity, largest)| {
         let reason = "reported only: contacts multiply differences, so no theory gives a limit";
         let quantity = format!("largest difference of {quantity} (-)");
@@ -128,35 +127,6 @@ fn begun(what: &str, found: &Comparison) -> Check {
     let reason = "reported only: the native engine looks at every sub-step, LIGGGHTS at every step";
     let quantity = format!("{what}contacts that began (-)");
     given(quantity, values, (native - liggghts).abs(), f64::INFINITY, reason)
-}
-
-/// Before anything touches both engines integrate the same constant loads: only rounding can part them.
-fn free_flight(setup: &Setup, span: &Span) -> Check {
-    let over = |difference: f64, unit: f64| if difference > 0.0 { difference / unit } else { 0.0 };
-    let [position, velocity, spin] = span.apart;
-    let apart = [position, over(velocity, span.speed), over(spin, span.spin)];
-    // Loads may hold gravity up: then a sub-step adds what takes most of it away again.
-    let gained = setup.gravity.norm() * setup.units.dt / f64::from(setup.substeps);
-    let way = setup.domain.size().amax() + span.speed * span.steps as f64 * setup.units.dt;
-    let diameters = setup.templates.iter().map(|t| t.shape.equivalent_diameter());
-    let largest = (way / diameters.fold(f64::INFINITY, f64::min)).max(1.0 + over(gained, span.speed));
-    let substeps = span.steps as f64 * f64::from(setup.substeps);
-    let (tolerance, reason) = if commands(setup).is_empty() {
-        (
-            4.0 * substeps * f64::EPSILON * largest,
-            "rounding alone: every sub-step of either engine rounds position, velocity and spin and what is added to them, by at \
-             most 4 units in the last place of box and way, or of the speed and of what gravity adds, in all",
-        )
-    } else {
-        let reason = "reported only: LIGGGHTS alone gets the commands of the case";
-        (f64::INFINITY, reason)
-    };
-    let quantity = format!(
-        "largest of all differences in {} steps before a contact (-)",
-        span.steps
-    );
-    let difference = apart.into_iter().fold(0.0, f64::max);
-    given(quantity, [None, None, Some(0.0)], difference, tolerance, reason)
 }
 
 /// Commands of the user, which only LIGGGHTS gets.

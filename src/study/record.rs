@@ -12,7 +12,6 @@
 use super::file::WindowSection;
 use crate::case::Setup;
 use crate::error::Result;
-use crate::input;
 use crate::math::Vec3;
 use crate::output::series::COLUMNS;
 use crate::output::{OutputFiles, SeriesTable, estimate_mean};
@@ -23,9 +22,6 @@ use std::path::{Path, PathBuf};
 
 /// Name of the file with what a benchmark has measured.
 pub const BENCH_FILE: &str = "bench.json";
-/// Name of the file with the parts of a run that was interrupted and has gone on.
-pub const PARTS_FILE: &str = "parts.csv";
-
 /// Beginning of the names of shares of the time.
 pub const SHARE: &str = "share_";
 
@@ -203,15 +199,11 @@ impl Record {
         }
         let value = |name: &str| summary[name].as_f64();
         let steps = value("steps").unwrap_or(f64::NAN);
-        let known = Parts::read(directory).known().or_else(|| {
-            let done = steps - value("resumed_from").unwrap_or(0.0);
-            Some([value("wall_seconds")?, done])
-        });
-        if let Some([seconds, done]) = known.filter(|[_, done]| *done > 0.0) {
-            // Of a part that was killed the time is not known: its steps count at the speed of the others.
-            put("wall_seconds", seconds * steps / done);
-            put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
-        }
+        // Of a run that was interrupted the time of the last part is known: all steps count at its speed.
+        let done = steps - value("resumed_from").unwrap_or(0.0);
+        let seconds = value("wall_seconds").unwrap_or(f64::NAN);
+        put("wall_seconds", seconds * steps / done);
+        put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
         Ok(Self {
             directory: directory.to_path_buf(),
             version: summary["version"].as_str().unwrap_or_default().to_string(),
@@ -323,80 +315,10 @@ impl Series {
     }
 }
 
-/// The parts of a run that was interrupted: its steps and the time they took.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parts(Vec<Part>);
-
-/// One part.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
-    from: u64,
-    to: u64,
-    /// Wall time (s).
-    seconds: f64,
-}
-
-impl Parts {
-    /// Those of the run in a directory; none if it left no list of them.
-    pub fn read(directory: &Path) -> Self {
-        let text = input::read_text(&directory.join(PARTS_FILE), input::RECORD).unwrap_or_default();
-        let part = |line: &str| {
-            let mut words = line.split(',');
-            Some(Part {
-                from: words.next()?.parse().ok()?,
-                to: words.next()?.parse().ok()?,
-                seconds: words.next()?.parse().ok()?,
-            })
-        };
-        Self(text.lines().filter_map(part).collect())
-    }
-
-    /// With another part, which began at the step `from`; what lies behind that step counts no more.
-    #[must_use]
-    pub fn with(mut self, from: u64, to: u64, seconds: f64) -> Self {
-        self.0.retain(|part| part.from < from);
-        for part in &mut self.0 {
-            if part.to > from {
-                // A killed part: its later steps are done again, their time is spent all the same.
-                part.to = from;
-            }
-        }
-        self.0.push(Part { from, to, seconds });
-        self
-    }
-
-    /// The file.
-    pub fn text(&self) -> String {
-        let row = |part: &Part| format!("{},{},{}\n", part.from, part.to, part.seconds);
-        std::iter::once("from (step),to (step),time (s)\n".to_string())
-            .chain(self.0.iter().map(row))
-            .collect()
-    }
-
-    /// Time (s) and steps of all parts of which they are known; none if there is none.
-    pub fn known(&self) -> Option<[f64; 2]> {
-        let seconds: f64 = self.0.iter().map(|part| part.seconds).sum();
-        let steps: u64 = self.0.iter().map(|part| part.to - part.from).sum();
-        (steps > 0).then_some([seconds, steps as f64])
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fs;
-
-    #[test]
-    fn the_time_of_an_interrupted_run_is_that_of_its_parts_together() {
-        let parts = Parts::default().with(0, 100, 2.0).with(100, 250, 4.0);
-        assert_eq!(parts.known(), Some([6.0, 250.0]));
-        let place = tempfile::tempdir().unwrap();
-        fs::write(place.path().join(PARTS_FILE), parts.text()).unwrap();
-        assert_eq!(Parts::read(place.path()), parts);
-        // One was killed after a checkpoint at 60, of which nothing was noted: the speed is that of the other.
-        assert_eq!(Parts::default().with(60, 100, 2.0).known(), Some([2.0, 40.0]));
-        assert_eq!(Parts::default().known(), None);
-    }
 
     #[test]
     fn a_mean_is_settled_if_the_transient_ends_before_it_begins_or_makes_no_difference() {

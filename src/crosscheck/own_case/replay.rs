@@ -94,7 +94,7 @@ fn scene(what: &str, options: &[&str], directory: Option<&Path>, findings: &mut 
             break;
         }
         let time = (step + 1) as f64 * dt;
-        apart.push([time, pair.found.all.apart[0]]);
+        apart.push([time, pair.found.largest[0].value]);
         if step % 2 == 0 {
             let spheres = [0, 1].map(|engine| {
                 let of = |p: &Particle| sphere(p, &setup.templates[p.template as usize]);
@@ -135,7 +135,7 @@ fn scene(what: &str, options: &[&str], directory: Option<&Path>, findings: &mut 
     findings.push(given(
         format!("{what}: largest distance between the engines over D (-)"),
         [None; 3],
-        found.all.apart[0],
+        found.largest[0].value,
         tolerance,
         reason,
     ));
