@@ -4,10 +4,8 @@
 //! native engine, and these loads are replayed through both engines: so the engines are compared, and not what the fluid
 //! makes of their differences.
 
-mod compare;
-mod record;
-mod replay;
-
+use super::pair::{Comparison, PARTED, Pair, QUANTITIES};
+use super::record::{Recording, record};
 use super::tools::{Scene, given};
 use crate::case::Setup;
 use crate::checks::{Check, Findings, aligned};
@@ -15,9 +13,6 @@ use crate::contact::{DampingLaw, ElasticLaw};
 use crate::dem::{DemEngine, EngineChoice, Load};
 use crate::error::{Error, Result};
 use crate::output::numbers::small;
-use compare::{Comparison, PARTED, Pair, QUANTITIES};
-use record::record;
-pub use replay::replay;
 use std::path::Path;
 
 /// Id of a user's case in reports.
@@ -112,7 +107,7 @@ fn both_arrive(found: &Comparison, steps: u64) -> Check {
 }
 
 /// The native engine repeats the recorded run.
-fn repeats(what: &str, recorded: &record::Recording, pair: &Pair) -> Check {
+pub(super) fn repeats(what: &str, recorded: &Recording, pair: &Pair) -> Check {
     let both = recorded.last.iter().zip(pair.particles(0));
     let different = both.filter(|(a, b)| a != b).count() as f64;
     let quantity = format!("{what}particles that do not repeat the recorded run (-)");
@@ -121,7 +116,7 @@ fn repeats(what: &str, recorded: &record::Recording, pair: &Pair) -> Check {
 }
 
 /// Contacts that began in both engines.
-fn begun(what: &str, found: &Comparison) -> Check {
+pub(super) fn begun(what: &str, found: &Comparison) -> Check {
     let [native, liggghts] = found.begun.map(|count| count as f64);
     let values = [Some(native), Some(liggghts), None];
     let reason = "reported only: the native engine looks at every sub-step, LIGGGHTS at every step";

@@ -29,70 +29,24 @@ pub const SHARE: &str = "share_";
 const NOISE: f64 = 2.0;
 
 /// Numbers of a summary and of its scales.
-const OF_A_SUMMARY: [&str; 32] = [
-    "settling_velocity_over_stokes",
-    "settling_velocity_over_schiller_naumann",
-    "standard_error",
-    "drift",
-    "transient_end",
-    "settled_mean",
-    "settled_standard_error",
-    "resumed_from",
-    "particles",
-    "volume_fraction",
-    "cells",
-    "steps",
-    "dx",
-    "time_step",
-    "relaxation_time",
-    "mlups",
-    "wall_seconds",
-    "ranks",
-    "threads",
-    "mach",
-    "relative_viscosity",
-    "relative_viscosity_standard_error",
-    "cells_per_diameter",
-    "diameter",
-    "viscosity",
-    "density_ratio",
-    "archimedes",
-    "galileo",
-    "stokes_velocity",
-    "stokes_time",
-    "schiller_naumann_velocity",
-    "schiller_naumann_reynolds",
-];
+const OF_A_SUMMARY: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
+    transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
+    dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
+    relative_viscosity_standard_error cells_per_diameter diameter viscosity density_ratio archimedes \
+    galileo stokes_velocity stokes_time schiller_naumann_velocity schiller_naumann_reynolds";
 
 /// Numbers of a benchmark.
-const OF_A_BENCHMARK: [&str; 18] = [
-    "mlups",
-    "roofline_fraction",
-    "bandwidth_gb_per_s",
-    "messages_per_step",
-    "bytes_per_step",
-    "collectives_per_step",
-    "bytes_per_cell",
-    "memory_per_rank_bytes",
-    "ranks_per_process",
-    "cells",
-    "particles",
-    "contacts",
-    "threads",
-    "ranks",
-    "memory_bytes",
-    "contacts_per_particle",
-    "wall_seconds",
-    "steps",
-];
+const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s messages_per_step bytes_per_step collectives_per_step \
+    bytes_per_cell memory_per_rank_bytes ranks_per_process cells particles contacts threads ranks \
+    memory_bytes contacts_per_particle wall_seconds steps";
 
 /// The names of all quantities of runs, or of benchmarks, but shares of the time.
 pub fn names(bench: bool) -> Vec<&'static str> {
     if bench {
-        return OF_A_BENCHMARK.to_vec();
+        return OF_A_BENCHMARK.split_whitespace().collect();
     }
     let columns = COLUMNS.iter().filter_map(|head| head.split(" (").next());
-    (OF_A_SUMMARY.into_iter().chain(columns))
+    (OF_A_SUMMARY.split_whitespace().chain(columns))
         .chain(["contacts_per_particle", "net_flux_over_stokes"])
         .collect()
 }

@@ -11,40 +11,13 @@ use std::collections::BTreeSet;
 pub(crate) const FILE: &str = "result.csv";
 
 /// Quantities of a run; those that it does not have stay empty.
-const OF_A_RUN: [&str; 18] = [
-    "archimedes",
-    "volume_fraction",
-    "particles",
-    "cells_per_diameter",
-    "relaxation_time",
-    "settling_velocity_over_stokes",
-    "standard_error",
-    "drift",
-    "averaged_from",
-    "averaged_to",
-    "settled",
-    "contacts_per_particle",
-    "max_overlap",
-    "net_flux_over_stokes",
-    "cells",
-    "steps",
-    "mlups",
-    "wall_seconds",
-];
+const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter relaxation_time \
+    settling_velocity_over_stokes standard_error drift averaged_from averaged_to settled \
+    contacts_per_particle max_overlap net_flux_over_stokes cells steps mlups wall_seconds";
 
 /// Quantities of a benchmark, before the shares of the stages.
-const OF_A_BENCHMARK: [&str; 10] = [
-    "cells",
-    "particles",
-    "contacts_per_particle",
-    "mlups",
-    "roofline_fraction",
-    "bandwidth_gb_per_s",
-    "memory_bytes",
-    "threads",
-    "steps",
-    "wall_seconds",
-];
+const OF_A_BENCHMARK: &str = "cells particles contacts_per_particle mlups roofline_fraction bandwidth_gb_per_s memory_bytes \
+    threads steps wall_seconds";
 
 /// Writes the file; it appears whole.
 pub(super) fn write_csv(study: &Study) -> Result<()> {
@@ -74,9 +47,10 @@ pub(super) fn write_csv(study: &Study) -> Result<()> {
 }
 
 fn columns(study: &Study) -> Vec<String> {
-    let mut names: Vec<String> = OF_A_RUN.map(String::from).to_vec();
-    if study.file.bench.is_some() {
-        names = OF_A_BENCHMARK.map(String::from).to_vec();
+    let is_bench = study.file.bench.is_some();
+    let names = if is_bench { OF_A_BENCHMARK } else { OF_A_RUN };
+    let mut names: Vec<String> = names.split_whitespace().map(String::from).collect();
+    if is_bench {
         let records = study.states.iter().filter_map(State::record);
         let shares =
             records.flat_map(|record| record.quantities.keys().filter(|name| name.starts_with(SHARE)));

@@ -1,13 +1,13 @@
 //! The loads of a small four-way run, recorded and replayed through both engines: with elastic contacts, and with damped ones
 //! that rub.
 
-use super::compare::Pair;
+use super::files::sphere;
+use super::own_case::{begun, repeats};
+use super::pair::Pair;
 use super::record::{Recording, record};
-use super::{begun, repeats};
+use super::tools::{Random, Scene, given};
 use crate::case::{self, Setup};
 use crate::checks::{Check, Findings, Moment};
-use crate::crosscheck::files::sphere;
-use crate::crosscheck::tools::{Random, Scene, given};
 use crate::dem::DemEngine;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -66,7 +66,7 @@ const ELASTIC: f64 = 1e-12;
 const MOMENTUM: f64 = 1e-11;
 
 /// Records and replays; what LIGGGHTS says goes to the directory, if there is one.
-pub fn replay(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
     let mut found = Findings::default();
     scene("elastic", &[], directory, &mut found)?;
     scene("damped", &RUBBING, directory, &mut found)?;

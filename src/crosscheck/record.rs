@@ -1,8 +1,8 @@
 //! Recording what the fluid does to the particles of a four-way run, in double precision.
 
+use super::tools::Scene;
 use crate::case::Setup;
 use crate::comm::{Comm, try_on_threads};
-use crate::crosscheck::tools::Scene;
 use crate::dem::{ContactState, ContactSummary, DemEngine, Load, Native};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
@@ -32,7 +32,7 @@ impl Recording {
 type Tape = Vec<(u64, u64, Load)>;
 
 /// An engine that writes down the loads it is given, and leaves everything else to another one.
-pub(super) struct Recorder {
+struct Recorder {
     engine: Box<dyn DemEngine>,
     step: u64,
     tape: Arc<Mutex<Tape>>,
