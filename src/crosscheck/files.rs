@@ -25,7 +25,7 @@ const ENGINES: [&str; 2] = ["native", "liggghts"];
 /// Writes the plots and trajectories of a case.
 ///
 /// # Errors
-/// [`Error::Io`] if one of them cannot be written.
+/// [`Error::Io`](crate::error::Error::Io) if one of them cannot be written.
 pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
     write_plots(directory, outcome)?;
     let Ending::Found(found) = &outcome.ending else {
