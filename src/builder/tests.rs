@@ -37,7 +37,10 @@ fn an_error_names_the_innermost_key_with_its_value_and_a_remedy() {
     assert_eq!(key(&example().particles(nowhere)), "particles.1.density");
     let sideways = Wall::plane("side", [0.0; 3], [0.0; 3]);
     assert!(key(&example().wall(sideways)).starts_with("walls.0.plane"));
-    assert_eq!(key(&Builder::new([1e-3; 3]).fluid(1.0, 1.0).lattice(4.0, 0.6)), "particles");
+    assert_eq!(
+        key(&Builder::new([1e-3; 3]).fluid(1.0, 1.0).lattice(4.0, 0.6)),
+        "particles"
+    );
 }
 
 #[test]
@@ -58,6 +61,11 @@ fn a_shape_of_its_own_has_one_size() {
     let scaled = bodies.set("shape.mesh.scale", 2.0);
     let error = example().particles(scaled).setup().unwrap_err();
     assert!(error.to_string().contains("cannot be scaled"), "{error}");
-    let text = example().particles(Particles::of_shape(Arc::new(crate::shape::Sphere { radius: 5e-4 }), 2500.0).at([1e-3; 3]));
-    assert!(case::from_text(&text.to_toml(), "again", &[]).is_err(), "its name alone is no body");
+    let text = example().particles(
+        Particles::of_shape(Arc::new(crate::shape::Sphere { radius: 5e-4 }), 2500.0).at([1e-3; 3]),
+    );
+    assert!(
+        case::from_text(&text.to_toml(), "again", &[]).is_err(),
+        "its name alone is no body"
+    );
 }

@@ -106,7 +106,8 @@ impl Written {
 pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: &Files) -> Result<Kinds> {
     if case.particles.is_empty() {
         let what = "the case has no [[particles]]".to_string();
-        let remedy = "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
+        let remedy =
+            "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
         return Err(Error::Case {
             key: "particles".to_string(),
             text: format!("{}: {what}; {remedy}", source.path),

@@ -64,7 +64,9 @@ impl Simulation {
         fluid.each_cell(block, acceleration, coupling, dem.particles(), |cell| {
             let velocity = cell.velocity.map(|u| (u * units.velocity()) as f32);
             fields.velocity.push(velocity);
-            fields.pressure.push((cell.density_deviation * units.pressure()) as f32);
+            fields
+                .pressure
+                .push((cell.density_deviation * units.pressure()) as f32);
             fields.solid_fraction.push(cell.solid_fraction as f32);
         });
         fields
