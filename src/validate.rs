@@ -6,7 +6,6 @@
 
 mod channel;
 mod drafting;
-mod fixed;
 mod friction;
 mod hertz;
 mod hindered_settling;

@@ -32,7 +32,7 @@ fn pair(trial: &Trial) -> Result<Findings> {
     };
     let rows: Vec<(u64, u64, Vec3, Vec3)> = watch.rows(|run, rows| {
         let mut low = [f64::NEG_INFINITY];
-        for sphere in run.owned() {
+        for sphere in run.particles() {
             rows.push((run.steps_done(), sphere.id, sphere.position(), sphere.velocity()));
             low[0] = low[0].max(0.5 - sphere.position().z / diameter);
         }

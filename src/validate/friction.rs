@@ -56,7 +56,7 @@ fn throws(trial: &Trial) -> Result<Findings> {
     let turn = |angle: f64| 2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius;
     let mut found = Findings::default();
     let (mut slid, mut turned) = (Vec::new(), Vec::new());
-    for (n, after) in run.owned().iter().enumerate() {
+    for (n, after) in run.particles().iter().enumerate() {
         let (angle, before) = (angles[n], setup.particles[n].velocity());
         let normal = -after.velocity().z / before.z;
         let quantity = format!("normal restitution at {angle:.1} degrees (-)");

@@ -46,7 +46,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
         for step in 1..=setup.plan.end_step {
             run.advance(1)?;
             let time = step as f64 * dt;
-            let all = run.owned();
+            let all = run.particles();
             let depths = [
                 2.0 * radius - (all[1].position() - all[0].position()).norm(),
                 radius - all[2].position().z,

@@ -46,7 +46,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
     };
     // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
     let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
-        let sum: f64 = run.owned().iter().map(|p| p.velocity().z).sum();
+        let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();
         let mixture = if run.comm().rank() == 0 {
             run.mean_flow().velocity.z
         } else {

@@ -61,7 +61,7 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
     while passed.abs() < setup.domain.dx {
         run.advance(STRETCH)?;
         let mixture = run.mean_flow().velocity.z;
-        let velocity = mixture - run.owned()[0].velocity().z;
+        let velocity = mixture - run.particles()[0].velocity().z;
         if steady {
             passed += velocity * STRETCH as f64 * setup.time_step;
             sum += velocity;

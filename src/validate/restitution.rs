@@ -54,7 +54,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             if (contacts.begun, contacts.count) != (2, 0) {
                 return Err(unsteady("contacts that have not ended", contacts.count as f64));
             }
-            let after = run.owned();
+            let after = run.particles();
             let wall = -after[0].velocity().z / before[0].velocity().z;
             let along = (before[2].position() - before[1].position()).normalize();
             let apart =

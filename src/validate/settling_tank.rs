@@ -78,7 +78,7 @@ fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>
     let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
         // The rank that owns the sphere says where it is; it may change its owner on the way down.
         let mut low = [f64::NEG_INFINITY];
-        if let Some(sphere) = run.owned().first() {
+        if let Some(sphere) = run.particles().first() {
             let gap = sphere.position().z / diameter - 0.5;
             let aside = (sphere.position() - start).xy().norm() / diameter;
             let time = run.steps_done() as f64 * setup.time_step;

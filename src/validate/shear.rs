@@ -37,7 +37,7 @@ fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()
     let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
     while run.steps_done() < setup.plan.end_step {
         run.advance(1)?;
-        if !look(run.steps_done() as f64 * setup.time_step, &run.owned()[0]) {
+        if !look(run.steps_done() as f64 * setup.time_step, &run.particles()[0]) {
             break;
         }
     }

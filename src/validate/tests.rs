@@ -281,7 +281,7 @@ fn watched(
     let mut rows = watch.rows(|run, rows| {
         looks.fetch_add(1, Ordering::Relaxed);
         look(run.steps_done());
-        rows.extend(run.owned().iter().map(|p| (run.steps_done(), p.position().z)));
+        rows.extend(run.particles().iter().map(|p| (run.steps_done(), p.position().z)));
         Ok(false)
     })?;
     rows.sort_by_key(|row| row.0);

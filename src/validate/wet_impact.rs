@@ -50,7 +50,7 @@ fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
     };
     let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
         let time = run.steps_done() as f64 * setup.time_step;
-        if let Some(sphere) = run.owned().first() {
+        if let Some(sphere) = run.particles().first() {
             let gap = sphere.position().z / diameter - 0.5;
             rows.push([time, gap, sphere.velocity().z]);
         }

@@ -76,7 +76,7 @@ fn files(setup: &Setup) -> Vec<Files> {
     let saved = if cells == 0 {
         0.0
     } else {
-        Simulation::snapshot_bytes(setup)
+        Simulation::checkpoint_bytes(setup)
     };
     let of = |name, count, bytes, remark| Files {
         name,
