@@ -29,7 +29,7 @@ use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
+pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
 use checkpointer::Requests;
 use engine::Context;
 use failure::Failure;
@@ -40,7 +40,7 @@ pub use references::{Law, Suspension, settling_references};
 pub use resume::{resume, resume_with, saved_setup};
 pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_with};
 use std::rc::Rc;
-pub use work::{Forecast, RankForecast, Traffic};
+pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
     Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
 };

@@ -34,7 +34,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("checks", "output math error"),
     (
         "simulation",
-        "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing memory error",
+        "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing input memory error",
     ),
     (
         "case",
