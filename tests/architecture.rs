@@ -35,7 +35,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output engine checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing memory error",
+        "case output engine checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing input memory error",
     ),
     (
         "case",
