@@ -148,17 +148,6 @@ impl Study {
 
     fn refuse_check(&self, Located { value, span }: &Located<CheckSection>) -> Result<()> {
         self.refuse_unknown(&value.y, &value.y.value)?;
-        for tolerance in [&value.tolerance, &value.absolute].into_iter().flatten() {
-            if !tolerance.value.is_finite() || tolerance.value < 0.0 {
-                let title = format!("a tolerance cannot be {}", tolerance.value);
-                return Err(self.source.error(
-                    &tolerance.span,
-                    &title,
-                    "here",
-                    "give a number of at least 0",
-                ));
-            }
-        }
         if value.at.is_some() && value.tolerance.is_none() {
             let title = "`at` without a `tolerance`";
             return Err(self.source.error(
