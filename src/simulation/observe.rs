@@ -5,7 +5,7 @@
 //! ([`collect`]). A failure to write on one rank ends the run on every rank.
 
 mod collect;
-mod gather;
+pub(super) mod gather;
 mod row;
 mod summary;
 
