@@ -3,12 +3,12 @@
 //! [`run()`] does all of it and writes files; [`Simulation`] is for programs that step themselves.
 
 mod bench;
+mod checkpointer;
 mod engine;
 mod entrances;
 mod failure;
 mod fields;
 mod identity;
-mod keeper;
 mod measure;
 mod observe;
 mod references;
@@ -17,6 +17,7 @@ mod run;
 mod saved;
 mod snapshot;
 mod work;
+mod writers;
 
 use crate::case::{FluidSetup, Setup};
 use crate::comm::Comm;
@@ -31,20 +32,23 @@ use crate::fluid::{Boundary, Flow, FluidParams, Simd};
 use crate::math::Vec3;
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
+pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
+use checkpointer::Requests;
 use engine::Context;
 use entrances::ExternalLoad;
 use failure::Failure;
 pub use fields::Fields;
 pub use identity::identity;
-use keeper::Wishes;
 pub use measure::Measurement;
 pub use observe::instruction_set;
 pub use references::{Law, Suspension, settling_references};
-pub use resume::{resume, saved_setup};
-pub use run::{RunOptions, agreed, decompose, forecast, run};
+pub use resume::{resume, resume_with, saved_setup};
+pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_with};
 use std::rc::Rc;
-pub use work::{Forecast, RankForecast, Traffic};
+pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
+pub use writers::{
+    Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
+};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// One rank's part of a run: its block of fluid and the particles that touch it; the precision of the fluid is chosen at run time.
@@ -86,7 +90,7 @@ pub struct Simulation {
     comm: Rc<Comm>,
     units: Units,
     /// `None` in a dry run.
-    wet: Option<Wet>,
+    wet: Option<FluidSystem>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
@@ -97,7 +101,7 @@ pub struct Simulation {
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
     /// What is asked of this rank; after a control step, and only then, what is asked of any.
-    wishes: Wishes,
+    requests: Requests,
     block: Block,
     /// Step of the last checkpoint that was written or read.
     checkpoint: Option<u64>,
@@ -105,7 +109,7 @@ pub struct Simulation {
 }
 
 /// The fluid, and what couples it to the particles.
-struct Wet {
+struct FluidSystem {
     fluid: AnyFluid,
     coupling: Coupling,
     driving: Driving,
@@ -113,7 +117,7 @@ struct Wet {
     cells: f64,
 }
 
-impl Wet {
+impl FluidSystem {
     /// Fluid at rest round the particles of a case. Collective.
     ///
     /// # Errors
@@ -216,7 +220,7 @@ impl Simulation {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        let wet = (setup.fluid.as_ref()).map(|fluid| Wet::new(setup, fluid, decomposition, &comm));
+        let wet = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
         let block = decomposition.block(comm.rank());
         Ok(Self {
             units: setup.units(),
@@ -228,7 +232,7 @@ impl Simulation {
             walls: setup.walls.len(),
             hint: failure::hint(setup),
             failure: None,
-            wishes: Wishes::default(),
+            requests: Requests::default(),
             block,
             checkpoint: None,
             external: None,
@@ -259,7 +263,7 @@ impl Simulation {
         } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
-        let mut loads = if let Some(Wet {
+        let mut loads = if let Some(FluidSystem {
             fluid,
             coupling,
             driving,
@@ -285,7 +289,7 @@ impl Simulation {
             }
         }
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
-        if let Some(Wet { fluid, .. }) = wet {
+        if let Some(FluidSystem { fluid, .. }) = wet {
             t.stage("halo", || fluid.exchange());
         }
 
@@ -299,9 +303,9 @@ impl Simulation {
         match flow {
             Some(flow) => self.control(&flow),
             None if measure => {
-                let mut words = self.notices();
+                let mut words = self.status_flags();
                 self.comm.sum(&mut words);
-                self.heed(&words)
+                self.apply(&words)
             }
             None => Ok(()),
         }
@@ -316,14 +320,14 @@ impl Simulation {
     }
 
     /// What this rank tells the others: whether it has failed, and what is asked of it.
-    fn notices(&self) -> [i64; 3] {
-        let Wishes { stop, checkpoint } = self.wishes;
+    fn status_flags(&self) -> [i64; 3] {
+        let Requests { stop, checkpoint } = self.requests;
         [self.failure.is_some(), stop, checkpoint].map(i64::from)
     }
 
     /// Takes note of what all ranks have told. Collective.
-    fn heed(&mut self, sums: &[i64]) -> Result<()> {
-        self.wishes = Wishes {
+    fn apply(&mut self, sums: &[i64]) -> Result<()> {
+        self.requests = Requests {
             stop: sums[1] > 0,
             checkpoint: sums[2] > 0,
         };
@@ -338,9 +342,9 @@ impl Simulation {
     fn control(&mut self, flow: &Flow) -> Result<()> {
         self.note_fault(flow.fault);
         let mut words = measure::words(flow);
-        words.extend(self.notices());
+        words.extend(self.status_flags());
         self.comm.sum(&mut words);
-        self.heed(&words[measure::WORDS..])?;
+        self.apply(&words[measure::WORDS..])?;
         let mean = self.mean_of(&words, flow.max_speed);
         if let Some(wet) = &mut self.wet {
             wet.driving.observe(mean);
@@ -369,7 +373,7 @@ impl Simulation {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
-        let fault = self.wet.as_mut().and_then(|Wet { fluid, coupling, .. }| {
+        let fault = self.wet.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
             fluid.fault(coupling, particles)
         });

@@ -1,6 +1,6 @@
 //! Measurements of the whole box: mean flow, stress of the particles, force of the fluid on walls.
 
-use super::{Simulation, Wet};
+use super::{FluidSystem, Simulation};
 use crate::coupling::MeanFlow;
 use crate::dem::Load;
 use crate::fluid::Flow;
@@ -59,7 +59,7 @@ impl Simulation {
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn measure(&mut self) -> Measurement {
-        let Some(Wet { fluid, coupling, .. }) = &mut self.wet else {
+        let Some(FluidSystem { fluid, coupling, .. }) = &mut self.wet else {
             return Measurement::default();
         };
         let particles = self.dem.particles();

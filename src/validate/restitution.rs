@@ -63,19 +63,18 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             let reference = table.at("e", set, damping);
             for (what, value) in [("wall", wall), ("pair", pair)] {
                 let quantity = format!("restitution set to {set}, {damping}, {what} (-)");
-                found.absolute(&CASE, quantity, value, reference, TOLERANCE);
+                found.absolute(quantity, value, reference, TOLERANCE);
                 found.from(source);
             }
             measured.push([set, wall]);
         }
         curves.push((format!("{damping}, wall"), measured));
     }
-    found.overlays.push(Overlay {
-        name: "restitution".into(),
-        title: "Restitution of a sphere on a wall".into(),
-        axes: ["restitution set (-)".into(), "restitution measured (-)".into()],
-        logarithmic: [false; 2],
+    found.overlays.push(Overlay::new(
+        "restitution",
+        "Restitution of a sphere on a wall",
+        ["restitution set (-)", "restitution measured (-)"],
         curves,
-    });
+    ));
     Ok(found)
 }

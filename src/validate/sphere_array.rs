@@ -145,7 +145,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     let name = format!("phi {volume_fraction}, tau {tau}, {cells:.1} cells, {place}");
     let mut found = Findings::default();
     let drag_factor = acceleration * length.powi(3) / (6.0 * PI * viscosity * radius * velocity);
-    found.relative(&CASE, format!("K, {name}"), drag_factor, expected, TOLERANCE);
+    found.relative(format!("K, {name}"), drag_factor, expected, TOLERANCE);
 
     // Independent of the flow: in the steady state the sphere takes up all momentum that is fed in where it is not.
     let cell = setup.domain.dx.powi(3);
@@ -158,7 +158,6 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     let fed = setup.fluid_density() * acceleration * free;
     let force = run.loads().next().map_or(f64::NAN, |(_, load)| load.force.z);
     found.relative(
-        &CASE,
         format!("force over that fed in, {name}"),
         force / fed,
         1.0,
