@@ -14,3 +14,4 @@ mod schema;
 mod seeds;
 mod stress;
 mod walls;
+mod writers;
