@@ -1,9 +1,13 @@
 //! A whole run: ranks, the time step, and what is observed on the way.
+//!
+//! [`run()`] does all of it and writes files; [`Simulation`] is for programs that step themselves.
 
 mod bench;
 mod checkpointer;
 mod engine;
+mod entrances;
 mod failure;
+mod fields;
 mod identity;
 mod measure;
 mod observe;
@@ -22,17 +26,18 @@ use crate::coupling::{
     LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
-use crate::domain::Decomposition;
+use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams, Simd};
 use crate::math::Vec3;
-use crate::particle::Particle;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
 use checkpointer::Requests;
 use engine::Context;
+use entrances::ExternalLoad;
 use failure::Failure;
+pub use fields::Fields;
 pub use identity::identity;
 pub use measure::Measurement;
 pub use observe::instruction_set;
@@ -46,7 +51,41 @@ pub use writers::{
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// One rank's part of a run: its block of fluid and the particles that touch it.
+/// One rank's part of a run: its block of fluid and the particles that touch it; the precision of the fluid is chosen at run time.
+///
+/// Quantities are in SI units, but for [`fluid`](Self::fluid). What is *collective* must be called on all ranks, in the same order.
+///
+/// ```text
+///   Builder, case::load -> Setup -> solo            one rank, in this thread
+///                                   on_ranks        one rank per thread or MPI process
+///                                   new             a rank of a Decomposition
+///                                   with_engine     with a DemEngine of the caller
+///                                         |
+///   read_checkpoint --------------------->+<-------------------------------+
+///                                         v                                |
+///   step   map       solid volume fractions of the cells    Coupling       |
+///          sweep     collide, force, stream                 AnyFluid       |
+///          loads     momentum exchanged in covered cells    Coupling       |
+///          external  loads of the caller                    closure        |
+///          advance   contacts, motion, migration            DemEngine      |
+///          halo      populations of neighbouring blocks     AnyFluid       |
+///                                         |                                |
+///                                         v                                |
+///   particles  loads  fields  measure  wall_loads  write_checkpoint -------+
+/// ```
+///
+/// ```
+/// use turbid::{Builder, Particles};
+/// let spheres = Particles::spheres(1e-3, 2500.0).at([2e-3, 2e-3, 3e-3]);
+/// let mut simulation = Builder::new([4e-3; 3])
+///     .fluid(1000.0, 1e-5)
+///     .lattice(4.0, 0.6)
+///     .particles(spheres)
+///     .build()?;
+/// simulation.run_until(0.02)?;
+/// assert!(simulation.particles()[0].position().z < 3e-3);
+/// # Ok::<(), turbid::Error>(())
+/// ```
 pub struct Simulation {
     comm: Rc<Comm>,
     units: Units,
@@ -63,6 +102,10 @@ pub struct Simulation {
     failure: Option<Error>,
     /// What is asked of this rank; after a control step, and only then, what is asked of any.
     requests: Requests,
+    block: Block,
+    /// Step of the last checkpoint that was written or read.
+    checkpoint: Option<u64>,
+    external: Option<ExternalLoad>,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -158,6 +201,17 @@ impl Simulation {
 
     /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
     ///
+    /// ```
+    /// use turbid::{Builder, Simulation, comm::Comm, dem::Ballistic, domain::Decomposition};
+    /// let setup = Builder::example().setup()?;
+    /// let whole = Decomposition::solo(setup.domain);
+    /// let engine = Ballistic::new(whole.clone(), 0, setup.templates.clone(), &setup.particles);
+    /// let mut simulation = Simulation::with_engine(&setup, &whole, Comm::Solo, Box::new(engine))?;
+    /// simulation.step()?;
+    /// assert_eq!(simulation.dem().name(), "ballistic");
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Memory`] if a rank has not enough of it, [`Error::OtherRank`] on the others.
     pub fn with_engine(
@@ -167,6 +221,7 @@ impl Simulation {
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
         let wet = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
+        let block = decomposition.block(comm.rank());
         Ok(Self {
             units: setup.units(),
             wet: wet.transpose()?,
@@ -178,10 +233,20 @@ impl Simulation {
             hint: failure::hint(setup),
             failure: None,
             requests: Requests::default(),
+            block,
+            checkpoint: None,
+            external: None,
         })
     }
 
     /// Advances fluid and particles by one time step. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.step()?;
+    /// assert_eq!(simulation.time(), simulation.time_step());
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
@@ -193,11 +258,12 @@ impl Simulation {
             dem,
             timings: t,
             failure,
+            external,
             ..
         } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
-        let loads = if let Some(FluidSystem {
+        let mut loads = if let Some(FluidSystem {
             fluid,
             coupling,
             driving,
@@ -216,6 +282,12 @@ impl Simulation {
         } else {
             vec![Load::default(); dem.particles().owned]
         };
+        if let Some(external) = external {
+            let time = self.step as f64 * units.dt;
+            for (load, particle) in loads.iter_mut().zip(dem.particles().owned()) {
+                *load += external(time, particle);
+            }
+        }
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
         if let Some(FluidSystem { fluid, .. }) = wet {
             t.stage("halo", || fluid.exchange());
@@ -351,11 +423,6 @@ impl Simulation {
         &self.comm
     }
 
-    /// The particles that this rank owns, ascending by id.
-    pub fn owned(&self) -> &[Particle] {
-        self.dem.particles().owned()
-    }
-
     /// The engine.
     pub fn dem(&self) -> &dyn DemEngine {
         &*self.dem
@@ -391,6 +458,14 @@ impl Simulation {
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// let at_rest = simulation.state_hash();
+    /// simulation.step()?;
+    /// assert_ne!(simulation.state_hash(), at_rest);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn state_hash(&self) -> u64 {
         let particles = self.dem.particles().owned().iter();
         let particles = particles

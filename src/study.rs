@@ -28,15 +28,18 @@ pub mod state;
 mod table;
 
 use crate::case::Source;
+use crate::case::located::Located;
 use crate::error::Result;
 use crate::simulation::time_estimate;
 pub use document::Document;
 pub use execute::{Event, Manner, Outcome, execute};
-use file::StudyFile;
-use plan::Plan;
+use file::{Choice, StudyFile};
+use plan::{Plan, Selection};
 use record::Record;
 use state::{Results, State};
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Samples of a benchmark.
@@ -103,6 +106,26 @@ impl Study {
         Ok(study)
     }
 
+    /// A mistake in the study file, with its place and a remedy.
+    fn refuse<T>(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Result<T> {
+        Err(self.source.error(span, title, label, remedy))
+    }
+
+    /// The places of axes with these names.
+    fn axes(&self, names: &[Located<String>]) -> Result<Vec<usize>> {
+        names.iter().map(|name| self.axis(name)).collect()
+    }
+
+    /// The place of an axis.
+    fn axis(&self, name: &Located<String>) -> Result<usize> {
+        self.plan.axis(&self.source, name)
+    }
+
+    /// The combinations that have these values.
+    fn selection(&self, span: &Range<usize>, only: &BTreeMap<String, Choice>) -> Result<Selection> {
+        self.plan.selection(&self.source, span, only)
+    }
+
     /// Looks again at what is there of the runs.
     ///
     /// # Errors
@@ -112,8 +135,7 @@ impl Study {
         let mut directories = vec![self.out.clone()];
         directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
         let results = Results::new(&self.file, &directories, self.threads);
-        let states = results.states(&self.plan, &self.out)?;
-        self.states = states;
+        self.states = results.states(&self.plan, &self.out)?;
         Ok(())
     }
 
@@ -177,13 +199,8 @@ impl Study {
     /// [`Error::Input`](crate::error::Error::Input) if a figure, table or check is wrong.
     pub fn document(&self) -> Result<Document> {
         let done = self.states.iter().filter_map(State::record);
-        let spent = done
-            .clone()
-            .filter_map(|record| record.value("wall_seconds"))
-            .sum();
-        let left = (0..self.states.len())
-            .filter_map(|run| self.seconds_left(run))
-            .sum();
+        let spent = done.clone().filter_map(|record| record.value("wall_seconds"));
+        let left = (0..self.states.len()).filter_map(|run| self.seconds_left(run));
         let figures = self.file.figures.iter().map(|figure| self.figure(figure));
         let figures = figures.collect::<Result<Vec<_>>>()?;
         let tables = self.file.tables.iter().map(|table| self.table(table));
@@ -212,8 +229,8 @@ impl Study {
             runs: document::Runs {
                 done: done.count(),
                 total: self.states.len(),
-                seconds_spent: spent,
-                seconds_left: left,
+                seconds_spent: spent.sum(),
+                seconds_left: left.sum(),
             },
             unsettled: (self.plan.runs.iter().enumerate())
                 .filter(|(run, _)| self.is_unsettled(*run))

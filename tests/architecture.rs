@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck checks simulation case output packing fluid dem contact particle comm memory error",
+        "validate report study crosscheck checks simulation case output packing engine fluid dem contact particle comm memory error",
     ),
     (
         "validate",
@@ -29,25 +29,30 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "crosscheck",
-        "checks simulation case output engine dem contact particle shape wall domain comm math error",
+        "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
     ),
     ("checks", "output math error"),
+    ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing input memory error",
+        "case output engine checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing input memory error",
     ),
     (
         "case",
-        "packing coupling fluid dem contact particle shape wall domain units math input memory error",
+        "mesh packing coupling fluid dem contact particle shape wall domain units math input memory error",
     ),
     ("output", "checkpoint particle shape wall domain math input error"),
     ("mesh", "shape math input"),
-    ("engine", "dem error"),
+    ("engine", "liggghts dem error"),
+    (
+        "liggghts",
+        "dem contact particle shape wall domain comm math error",
+    ),
     ("packing", "contact shape wall domain math input"),
     ("checkpoint", "domain comm input memory error"),
     (
         "coupling",
-        "fluid dem particle shape wall lattice domain comm units math",
+        "fluid dem particle shape wall lattice domain comm units math error",
     ),
     ("fluid", "lattice domain comm math memory error"),
     ("dem", "contact particle shape wall domain comm math error"),

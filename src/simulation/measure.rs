@@ -50,6 +50,14 @@ impl Simulation {
 
     /// Looks at the fluid as it is now; the controller of the net flux does not see it. A cell that is too fast becomes a failure
     /// of this rank. Zeros in a dry run. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.advance(8)?;
+    /// let flow = simulation.measure().mean;
+    /// assert!((flow.solid_fraction - std::f64::consts::PI / 6.0 / 64.0).abs() < 1e-4);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn measure(&mut self) -> Measurement {
         let Some(FluidSystem { fluid, coupling, .. }) = &mut self.wet else {
             return Measurement::default();

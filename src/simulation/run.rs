@@ -1,7 +1,7 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
-use super::engine::Context;
 use super::checkpointer::{Checkpointer, Requests};
+use super::engine::Context;
 use super::observe::{Observer, agree as agree_here};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
@@ -35,6 +35,17 @@ pub struct RunOptions {
 
 /// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job
 /// get none.
+///
+/// ```
+/// use turbid::{Builder, simulation};
+/// # let folder = std::env::temp_dir().join(format!("turbid-run-{}", std::process::id()));
+/// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
+/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
+/// let summary = simulation::run(&setup, &quiet)?;
+/// assert!(summary.is_some() && folder.join("series.csv").exists());
+/// # std::fs::remove_dir_all(folder).unwrap();
+/// # Ok::<(), turbid::Error>(())
+/// ```
 ///
 /// # Errors
 /// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves

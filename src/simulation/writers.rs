@@ -275,7 +275,7 @@ const CHECKPOINTS: u64 = 3;
 
 /// The files that a run of a case writes, by kind.
 pub fn file_estimates(setup: &Setup) -> Vec<FileEstimate> {
-    let populations = (setup.fluid.as_ref()).map_or(0.0, |_| Simulation::snapshot_bytes(setup));
+    let populations = (setup.fluid.as_ref()).map_or(0.0, |_| Simulation::checkpoint_bytes(setup));
     let checkpoints = FileEstimate {
         name: "checkpoints",
         count: CHECKPOINTS,

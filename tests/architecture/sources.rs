@@ -78,11 +78,12 @@ impl Source {
         while at < tokens.len() {
             let after_path = at > 0 && is_mark(&tokens, at - 1, ':');
             let starts = !after_path && is_mark(&tokens, at + 1, ':') && is_mark(&tokens, at + 2, ':');
-            let named = CRATES.iter().find(|other| starts && is(&tokens, at, other.1));
+            let renamed = at > 0 && is(&tokens, at - 1, "use") && is(&tokens, at + 1, "as");
+            let named = (CRATES.iter()).find(|other| (starts || renamed) && is(&tokens, at, other.1));
             if let Some(&Crate(_, _, Some(row))) = named {
                 used.insert(row.to_owned());
-                at += 3;
-            } else if named.is_some() || (starts && self.has_rows && is(&tokens, at, "crate")) {
+                at += 1;
+            } else if (starts && named.is_some()) || (starts && self.has_rows && is(&tokens, at, "crate")) {
                 at = self.follow(&tokens, at + 3, 0, used);
             } else if starts && self.has_rows && is(&tokens, at, "super") {
                 at = self.follow(&tokens, at, depth, used);
@@ -239,6 +240,7 @@ fn paths_are_found_however_they_are_written() {
         ),
         "error fluid math"
     );
+    assert_eq!(found("engine.rs", "pub use turbid_liggghts as lgg;"), "liggghts");
     let whole = Source::new(
         &CRATES[2],
         "axis.rs",

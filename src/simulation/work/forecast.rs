@@ -119,7 +119,7 @@ impl Forecast {
 impl Work<'_> {
     /// What every rank has to do.
     pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
-        let whole = Decomposition::with_grid(cut.domain, [1; 3]);
+        let whole = Decomposition::solo(cut.domain);
         Forecast {
             grid: cut.grid,
             ranks: self.by_rank(cut),
