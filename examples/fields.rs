@@ -23,10 +23,10 @@ pub(crate) fn run() -> Result<f64> {
         .build()?;
     simulation.run_until(1.5)?;
 
-    let fields = simulation.fields();
-    let [nx, ny, nz] = fields.block.size();
+    let fields = simulation.fields()?;
+    let [nx, ny, nz] = simulation.block().size();
     let mut layers = vec![0.0; nz];
-    for ([_, _, z], velocity) in fields.cells().zip(&fields.velocity) {
+    for ([_, _, z], velocity) in simulation.block().cells().zip(&fields.velocity) {
         layers[z] += f64::from(velocity[0]) / (nx * ny) as f64;
     }
 

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
+pub(super) use gather::own_fields;
 pub use summary::instruction_set;
 
 /// All writers of a run.

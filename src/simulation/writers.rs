@@ -193,11 +193,11 @@ const FIELDS: &str = "a file of fields";
 /// The fluid in a block of cells, x fastest, then y, then z.
 #[derive(Clone, Debug, Default)]
 pub struct Fields {
-    /// Velocity (m/s).
+    /// Velocity (m/s); in a particle or a wall that of its motion.
     pub velocity: Vec<[f32; 3]>,
-    /// Pressure, relative to the reference (Pa).
+    /// Pressure (Pa) above that of the fluid at rest, without the hydrostatic pressure.
     pub pressure: Vec<f32>,
-    /// Solid fraction (-).
+    /// Solid volume fraction of the cell (-): 1 in walls.
     pub solid_fraction: Vec<f32>,
 }
 

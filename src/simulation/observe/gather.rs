@@ -143,7 +143,7 @@ fn gathered<V: Pod>(simulation: &Simulation, own: Vec<V>) -> Vec<V> {
 ///
 /// # Errors
 /// [`Error::Memory`](crate::Error::Memory) on this rank.
-pub(super) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
+pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
     let (mut fields, mut at) = (Fields::zeros(block.cell_count())?, 0);
     each_cell(simulation, block, field_values, |values| {
         fields.set(at, values);
@@ -235,12 +235,8 @@ fn each_cell<V>(
 
 /// Calls `visit` with the cells of a block and their values, x fastest.
 fn each_value<V: Pod>(cells: Block, bytes: &[u8], mut visit: impl FnMut([usize; 3], V)) {
-    let mut values = bytes.chunks_exact(size_of::<V>());
-    let Block { lo, hi } = cells;
-    for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
-        for (x, bytes) in (lo[0]..hi[0]).zip(&mut values) {
-            visit([x, y, z], bytemuck::pod_read_unaligned(bytes));
-        }
+    for (cell, bytes) in cells.cells().zip(bytes.chunks_exact(size_of::<V>())) {
+        visit(cell, bytemuck::pod_read_unaligned(bytes));
     }
 }
 
