@@ -1,36 +1,19 @@
-//! Momentum exchange: what the cells of a particle received from their neighbours, summed exactly.
-//!
-//! For a cell `x` of a particle with velocity `u_s` at `x`, over the 18 moving directions (Wen et al. 2014):
+//! Momentum exchange: the momentum that the cells of a particle receive from the fluid, summed exactly.
 //!
 //! ```text
-//! F(x) = - sum_i [ f_i(x + c_i) (c_i - u_s) + f_-i(x) (c_i + u_s) ]
-//!      =   (p_in - m_in u_s) - (p_out - m_out u_s)
+//! F = (p_in - m_in u_s) - (p_out - m_out u_s)                                                  homogenised cells
+//! F = G + S(t) - S(t - dt),   G = -b sum c W_solid,   S = rho V U + sum e rho (u - u_s)        partially saturated cells
 //! ```
 //!
-//! after streaming: `f_i(x + c_i)` has left the cell in the last sweep, `f_-i(x)` has come in; `p` and `m` are the momentum
-//! and mass they carry, less the weights. Links between two cells of one particle cancel in the sum over its cells up to
-//! the (second-order) velocity difference across a link, so all links of all covered cells may be counted, and then
-//! the sums are moments that the collision computes anyway: `p_in` in this sweep, `p_out` in the one before. Cells that
-//! were covered only before or only now are accounted for one by one ([`Fluid::departed`](crate::fluid::Fluid::departed)).
+//! In homogenised cells `p`, `m` are the momentum and mass (minus the weights) that came in and left over all links
+//! of a covered cell. Inner links cancel, so the sums are moments that the collision computes anyway. Cells that
+//! were covered only before or only now are corrected one by one
+//! ([`Fluid::departed`](crate::fluid::Fluid::departed)). `S` is the momentum inside the particle. Derivation:
+//! `docs/theory/coupling.md`.
 //!
-//! Partially saturated cells tell all by themselves: what a particle received is `G = -b sum c W_solid`, its share of it where
-//! several cover a cell, and no neighbour is asked. The fluid within the particle is part of the lattice, but not of the fluid;
-//! it takes up a part of `G` when the particle is accelerated, which belongs to the fluid outside:
-//!
-//! ```text
-//! F = G + S(t) - S(t - dt),     S = rho V U + sum over cells of e rho (u - u_s)
-//! ```
-//!
-//! `S` is the momentum within the particle, the same for the angular momentum: of fluid that moves as the particle does, with its
-//! exact volume, and what is left of the motion against it. So the lattice is not felt through the mapped volume, a particle
-//! that moves with the fluid round it feels nothing, and the fluid outside, `sum (1 - e) rho u`, and the particles keep their
-//! momentum exactly. An effective inertia `rho V dU/dt` would stand for the first part only (Uhlmann 2005; Feng and Michaelides
-//! 2009).
-//!
-//! The paper's Eq. (16) lacks the opposite index and the minus sign.
-//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024); Noble and Torczynski (1998),
-//! doi:10.1142/S0129183198001084; Uhlmann (2005), doi:10.1016/j.jcp.2005.03.017; Feng and Michaelides (2009),
-//! doi:10.1016/j.compfluid.2008.11.002.
+//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024),
+//! doi:10.1016/j.cpc.2024.109321, whose Eq. (16) lacks the opposite index and the minus sign; Noble and Torczynski
+//! (1998), doi:10.1142/S0129183198001084.
 
 use super::lines::Segment;
 use super::solid_fraction::RigidMotion;

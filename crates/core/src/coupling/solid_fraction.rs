@@ -1,4 +1,4 @@
-//! Solid fraction of the cells a particle covers.
+//! Solid fraction of the cells that a particle covers.
 //!
 //! ```text
 //! phi = 1                              d <= -w/2
@@ -6,18 +6,10 @@
 //! phi = 0                              d >=  w/2             w = width of the ramp
 //! ```
 //!
-//! or, for partially saturated cells, the share of the cell's volume ([`volume_fraction`](super::volume_fraction)).
-//!
-//! Edges: the stress at an edge is singular, and a lattice that does not resolve it makes the drag of a body with flat faces too low, by 4
-//! to 6 per cent for a cube of 12 cells per diameter of the sphere of its volume. The error is of first order in the cell, so that a body with its faces
-//! moved out by a part `s` of a cell does not have it:
-//!
-//! ```text
-//! s = 0.1 E,     E = V^(1/3) sum L (1 - cos t) / (2 A)
-//! ```
-//!
-//! over the edges of length `L` at which the normals turn by `t`; `V` volume, `A` area. `E` is 1 for a cube and falls to 0 for polyhedra that
-//! come near to smooth bodies. 0.1 is measured (`validation/drag`, `validation/hindered_settling/cubes.toml`).
+//! or, for partially saturated cells, the exact volume fraction ([`volume_fraction`](super::volume_fraction)).
+//! There flat faces are moved out by `0.1 E` cells, `E = V^(1/3) sum L (1 - cos t) / (2 A)` over the edges of
+//! length `L` at which the normals turn by `t`, since a lattice does not resolve the singular stress at an edge
+//! (`docs/theory/coupling.md`).
 //!
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 

@@ -1,35 +1,16 @@
-//! First moments of the momentum that the fluid gives to the particles, for the stress of a suspension.
-//!
-//! The fluid of the lattice fills the whole box, also within particles. In a time step the solid of a cell takes the momentum `g`
-//! of it, `(1 - B) rho (u - u_s)`, in partially saturated cells `-b sum c W_solid`, and changes the flux of momentum that leaves the
-//! collision by `Q`. With `r` from the centre of the particle
+//! Particle stresslet: first moments of the momentum that the fluid gives to the particles, for the stress of a
+//! suspension.
 //!
 //! ```text
-//! S = sum over cells of (r g + g r) / 2 - tau Q
-//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so that the solid itself carries stress
-//! tau Q = 0           sc2 and exact difference, but for terms of second order in u, as the Reynolds stress is
+//! S = sum over cells of (r g + g r) / 2 - tau Q,     r from the centre of the particle
+//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so the solid itself carries stress
+//! tau Q = 0           sc2 and exact difference, except for terms of second order in u
+//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>      exact in steady shear, both couplings, any grid
 //! ```
 //!
-//! is the stresslet of the particles, `sym int r (sigma n) dA - mu int (u n + n u) dA` over any surface that encloses one
-//! (Batchelor 1970, Eq. 4.8). With `Pi`, `Pi'` the second moments of the populations before and after the collision, in a steady
-//! flow between plates half-way between cells, summed over all cells of a column, streaming and bounce-back say
-//!
-//! ```text
-//! sum (Pi'_xz - Pi_xz) = (U_top - U_bottom) / 3
-//! stress on plates x height = -sum Pi'_xz + (U_top - U_bottom) / 6 + sum z g_x
-//! ```
-//!
-//! and with `Pi' = (1 - 1/tau) Pi + rho u u / tau + Q`
-//!
-//! ```text
-//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>
-//! ```
-//!
-//! exactly, for both couplings and on any grid. Inertia of the fluid within the particle belongs to the
-//! lattice and not to `g`: a moment of the order of `rho V a^2 w^2`, on the diagonal for a sphere, which the particle itself has as
-//! well where it is as dense as the fluid.
-//!
-//! All is a function of the state between two steps, so that it costs nothing where nobody asks.
+//! `g` is the momentum that the solid of a cell takes in a step: `(1 - B) rho (u - u_s)`, in partially saturated
+//! cells `-b sum c W_solid`. All is a function of the state between two steps, so it costs nothing where it is not
+//! requested. Derivation: `docs/theory/coupling.md`.
 //!
 //! Reference: Batchelor (1970), doi:10.1017/S0022112070000745.
 

@@ -2,20 +2,16 @@
 //!
 //! A sub-step:
 //!
-//! 1. every rank searches pairs among the particles it knows, and evaluates the contacts it is responsible for;
+//! 1. every rank finds pairs among its own particles and ghosts, and evaluates the contacts assigned to it;
 //! 2. forces go to the owners, who add them up in ascending order of the partner's id;
 //! 3. owners integrate;
-//! 4. particles go to their new owners and to all ranks that must know them;
-//! 5. the memory of a contact follows its responsibility.
+//! 4. particles go to their new owners, and to all ranks as ghosts that need them;
+//! 5. contact histories follow the evaluating rank.
 //!
-//! Every number is computed once, by one rank, from the same bits in the same order whatever the number of ranks: the
-//! pair with the lower id first, from the nearest image of wrapped positions. So trajectories are the same to the bit.
-//!
-//! Walls stand where their motion has brought them after `substep dt`; so `dt` is the same all the time. A
-//! contact with a wall belongs to the owner of the particle, and comes after the contacts with other particles.
-//!
-//! Bodies that touch through two images at once are left out, and so are images of walls: a plane that cuts the box has no
-//! copy behind a periodic face.
+//! Every number is computed once, by one rank, in the same order whatever the number of ranks: the pair with the
+//! lower id first, from the nearest image of wrapped positions. Walls stand where their motion has brought them
+//! after `substep dt`. A contact with a wall belongs to the owner of the particle and comes after those with
+//! particles. Bodies that touch through two images at once are left out, and so are images of walls.
 
 #[cfg(test)]
 mod bricks;

@@ -1,26 +1,18 @@
-//! Walls: half-way bounce-back, at rest or moving.
+//! Walls made of whole cells: half-way bounce-back, at rest or moving.
 //!
-//! Walls are made of whole cells: those beyond a closed face of the box, and any in it. What a fluid cell `x` sends
-//! towards a wall cell `w = x - c_i` comes back within the same step, as if it had met the wall half-way:
+//! A population that a fluid cell `x` sends towards a wall cell `w = x - c_i` returns within the same step:
 //!
 //! ```text
 //! f_i(x) = f'_-i(x) + 6 w_i c_i . u_w       u_w = velocity of the wall at x - c_i / 2, density 1
 //! ```
 //!
-//! The wall gains the momentum `-(f'_-i(x) + f_i(x)) c_i` over each such link (momentum exchange).
+//! and the wall gains the momentum `-(f'_-i(x) + f_i(x)) c_i`. In place this is one copy per link after a sweep,
+//! from `near = (x, i)` to `far = (w, -i)` on entering [`Phase::Away`], back on entering [`Phase::Home`]. Links
+//! across the ends of rows ([`RowEnds`]) and between two cells of the block are done within the sweep. Wall cells
+//! that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]). Details: `docs/theory/fluid.md`.
 //!
-//! In place this is one copy per link after a sweep. `f_i(x)` and `f'_-i(x)` always lie at the two places `near =
-//! (x, i)` and `far = (w, -i)`, whichever phase it is: entering [`Phase::Away`] `far` is set from `near`, entering
-//! [`Phase::Home`] `near` from `far`; their sum is the momentum of the link in both. The rank of `x` does it for its own
-//! block, ghosts included, after the halo exchange has brought what `w`, if it was swept elsewhere, made of `near` or `far`.
-//! No message touches links across the faces at the ends of rows ([`RowEnds`]) and links between two cells of the block: they
-//! are done within the sweep, as soon as both rows have been swept, while these are in the cache.
-//!
-//! Wall cells of the box that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]), others are not swept
-//! at all: they stay finite and count nowhere.
-//!
-//! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice Boltzmann
-//! Method, Eqs. (5.26) and (5.79).
+//! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice
+//! Boltzmann Method, Eqs. (5.26) and (5.79).
 
 use super::Real;
 use super::layout::{Layout, Phase};
