@@ -1,7 +1,14 @@
 //! The case file: what a user writes ([`Case`](file::Case)), and what it means ([`Setup`]).
 //!
 //! [`load`] does all of it: read, apply `--set` options, type, check, derive. Whatever is wrong ends as
-//! [`Error::Input`](crate::Error::Input) with file, line, key, value and remedy.
+//! [`Error::Case`](crate::Error::Case) or [`Error::Parse`](crate::Error::Parse) with file, line, key, value and remedy:
+//!
+//! ```
+//! use turbid::{Error, case};
+//! let wrong = "domain.size = [1e-3, 1e-3, 1e-3]\nrun.end.steps = 0.5";
+//! let Err(Error::Case { key, .. }) = case::from_text(wrong, "wrong", &[]) else { panic!() };
+//! assert_eq!(key, "run.end.steps");
+//! ```
 
 mod checks;
 mod conform;
@@ -43,6 +50,7 @@ use std::time::Duration;
 pub use file::schema;
 pub use hertz::Hertz;
 pub use plausible::TooLight;
+pub(crate) use resolve::with_shapes;
 pub use resolve::{from_saved, from_text, load, outline};
 pub use schedule::CHECKPOINT_INTERVAL;
 pub(crate) use source::{Source, nearest};

@@ -16,7 +16,7 @@ pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::time::Instant;
-pub use tables::{aligned, cells, markdown, number, summary, table};
+pub use tables::{aligned, cells, markdown, summary, table};
 
 /// One number against its reference.
 ///
@@ -164,6 +164,13 @@ pub struct Findings {
     pub moments: Vec<Moment>,
 }
 
+impl Findings {
+    /// Adds a check.
+    pub fn push(&mut self, check: Check) {
+        self.checks.push(check);
+    }
+}
+
 /// How a case ended.
 #[derive(Debug)]
 pub enum Ending {
@@ -207,17 +214,27 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Of a case with this name, which its checks then have, and title.
+    pub fn new(case: &str, title: &str, engines: bool, seconds: f64, mut ending: Ending) -> Self {
+        if let Ending::Found(found) = &mut ending {
+            for check in &mut found.checks {
+                check.case = case.to_string();
+            }
+        }
+        Self {
+            case: case.to_string(),
+            title: title.to_string(),
+            engines,
+            seconds,
+            ending,
+        }
+    }
+
     /// Runs a case that compares the engines.
     pub fn of_engines(case: &str, title: &str, run: impl FnOnce() -> Result<Findings>) -> Self {
         let start = Instant::now();
         let ending = run().into();
-        Self {
-            case: case.to_string(),
-            title: title.to_string(),
-            engines: true,
-            seconds: start.elapsed().as_secs_f64(),
-            ending,
-        }
+        Self::new(case, title, true, start.elapsed().as_secs_f64(), ending)
     }
 
     /// Its checks; a case that failed has one that fails.

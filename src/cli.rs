@@ -141,8 +141,14 @@ struct CheckArguments {
 
 #[derive(Debug, Args)]
 struct BenchArguments {
+    /// Case file (TOML).
+    #[arg(required_unless_present = "calibrate")]
+    case: Option<PathBuf>,
     #[command(flatten)]
-    case: CaseArguments,
+    changes: Changes,
+    /// Measure this machine instead, for the estimates of time of `check` and `study`.
+    #[arg(long, conflicts_with_all = ["case", "set", "json"])]
+    calibrate: bool,
     /// Timed steps of each sample.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,

@@ -17,7 +17,13 @@ mod oblique;
 #[cfg(feature = "liggghts")]
 pub mod own_case;
 #[cfg(feature = "liggghts")]
+mod pair;
+#[cfg(feature = "liggghts")]
 mod periodic;
+#[cfg(feature = "liggghts")]
+mod record;
+#[cfg(feature = "liggghts")]
+mod replay;
 #[cfg(feature = "liggghts")]
 mod settling;
 #[cfg(feature = "liggghts")]
@@ -135,7 +141,7 @@ pub const CASES: &[Case] = &[
     Case {
         id: "replay",
         title: "recorded loads of four-way runs, replayed through both engines",
-        run: with_liggghts!(own_case::replay),
+        run: with_liggghts!(replay::replay),
     },
 ];
 

@@ -1,38 +1,71 @@
-//! Particle-resolved suspension dynamics.
+//! Particle-resolved suspension dynamics: rigid convex bodies in a lattice Boltzmann fluid, coupled both ways.
 //!
-//! A homogenised lattice Boltzmann fluid ([`fluid`]), rigid convex particles ([`shape`], [`particle`]) with a
-//! discrete contact model based on overlap volume ([`contact`], [`dem`]), and a coupling layer ([`coupling`])
-//! through which all particle data moves. [`simulation`] puts them together; [`case`] reads what to simulate from
-//! a TOML file in SI units; [`output`] writes what came out, and [`checkpoint`] what a run needs to go on.
+//! The program `turbid` runs case files (see the README); this is the library behind it. Everything is in SI units.
 //!
-//! Modules are layers: arrows point down only, and `tests/architecture.rs` holds the table.
-//!
-//! ```text
-//! front     main -> cli
-//! whole     validate   report   study   crosscheck   checks   simulation   case   output   packing   checkpoint
-//! border    coupling                the only place where lattice units meet SI at run time
-//! physics   fluid             |     dem
-//! parts     lattice           |     contact -> particle -> shape   wall
-//! space     domain            comm
-//! words     math   units   input   error   memory   timing
 //! ```
+//! use turbid::{Builder, Particles};
+//!
+//! let glass = Particles::spheres(1e-3, 2500.0).volume_fraction(0.1); // diameter (m), density (kg/m^3)
+//! let mut simulation = Builder::new([4e-3, 4e-3, 4e-3])              // edges of a periodic box (m)
+//!     .fluid(1000.0, 1e-5)                                           // density (kg/m^3), viscosity (m^2/s)
+//!     .lattice(6.0, 0.6)                                             // cells per diameter, relaxation time
+//!     .particles(glass)
+//!     .build()?;
+//! simulation.run_until(5e-3)?;                                       // time (s)
+//! for particle in simulation.particles() {
+//!     assert!(particle.velocity().norm() < 0.1);                     // m/s
+//! }
+//! # Ok::<(), turbid::Error>(())
+//! ```
+//!
+//! Begin with [`Builder`] or [`case::load`]; both end in a [`Setup`]. [`Simulation`] steps it in your program, on one rank or on
+//! many; [`simulation::run()`] runs it to its end and writes all files, as the program does. Own engines implement
+//! [`dem::DemEngine`], own bodies [`shape::Shape`]. The folder `examples/` has short programs.
+//!
+//! | module | what it has |
+//! |---|---|
+//! | [`case`] | the case file ([`case::file`]: every key) and the [`Setup`] that it resolves to |
+//! | [`simulation`] | [`Simulation`], whole runs with their files, benchmarks |
+//! | [`output`], [`checkpoint`] | files of results; saved states |
+//! | [`coupling`] | solid volume fractions, momentum exchange, driving; [`AnyFluid`](coupling::AnyFluid) |
+//! | [`fluid`], [`lattice`] | the lattice Boltzmann fluid of one rank, in lattice units |
+//! | [`dem`], [`contact`] | engines that move particles, contact forces |
+//! | [`particle`], [`shape`], [`wall`] | bodies and walls |
+//! | [`packing`], [`mesh`] | random positions; bodies from STL and OBJ files |
+//! | [`domain`], [`comm`] | the box, its blocks, and messages between ranks |
+//! | [`math`], [`units`], [`error`] | vectors, units, errors |
+//!
+//! The numerics are the crate [`turbid_core`]. Modules are layers: arrows point down only (`ARCHITECTURE.md`).
 
+pub mod builder;
 pub mod case;
 pub mod checkpoint;
+#[doc(hidden)]
 pub mod checks;
+#[doc(hidden)]
 pub mod cli;
+#[doc(hidden)]
 pub mod crosscheck;
+#[doc(hidden)]
 pub mod engine;
+#[doc(hidden)]
 pub mod input;
+#[doc(hidden)]
 pub mod memory;
 pub mod mesh;
 pub mod output;
 pub mod packing;
+#[doc(hidden)]
 pub mod report;
 pub mod simulation;
+#[doc(hidden)]
 pub mod study;
+#[doc(hidden)]
 pub mod validate;
 
+pub use builder::{Builder, Particles, Wall};
+pub use case::Setup;
+pub use simulation::Simulation;
 pub use turbid_core::{Error, Result};
 pub use turbid_core::{
     comm, contact, coupling, dem, domain, error, fluid, lattice, math, particle, shape, timing, units, wall,

@@ -13,7 +13,6 @@
 
 mod find;
 mod markdown;
-mod numbers;
 mod run;
 mod study;
 

@@ -1,10 +1,14 @@
 //! A whole run: ranks, the time step, and what is observed on the way.
+//!
+//! [`run()`] does all of it and writes files; [`Simulation`] is for programs that step themselves.
 
 mod bench;
+mod checkpointer;
 mod engine;
+mod entrances;
 mod failure;
+mod fields;
 mod identity;
-mod keeper;
 mod measure;
 mod observe;
 mod references;
@@ -13,6 +17,7 @@ mod run;
 mod saved;
 mod snapshot;
 mod work;
+mod writers;
 
 use crate::case::{FluidSetup, Setup};
 use crate::comm::Comm;
@@ -21,33 +26,71 @@ use crate::coupling::{
     LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
-use crate::domain::Decomposition;
+use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams, Simd};
 use crate::math::Vec3;
-use crate::particle::Particle;
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench};
+pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
+use checkpointer::Requests;
 use engine::Context;
+use entrances::ExternalLoad;
 use failure::Failure;
+pub use fields::Fields;
 pub use identity::identity;
-use keeper::Wishes;
 pub use measure::Measurement;
 pub use observe::instruction_set;
 pub use references::{Law, Suspension, settling_references};
-pub use resume::{resume, saved_setup};
-pub use run::{RunOptions, agreed, decompose, forecast, run};
+pub use resume::{resume, resume_with, saved_setup};
+pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_with};
 use std::rc::Rc;
-pub use work::{Forecast, RankForecast, Traffic};
+pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
+pub use writers::{
+    Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
+};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// One rank's part of a run: its block of fluid and the particles that touch it.
+/// One rank's part of a run: its block of fluid and the particles that touch it; the precision of the fluid is chosen at run time.
+///
+/// Quantities are in SI units, but for [`fluid`](Self::fluid). What is *collective* must be called on all ranks, in the same order.
+///
+/// ```text
+///   Builder, case::load -> Setup -> solo            one rank, in this thread
+///                                   on_ranks        one rank per thread or MPI process
+///                                   new             a rank of a Decomposition
+///                                   with_engine     with a DemEngine of the caller
+///                                         |
+///   read_checkpoint --------------------->+<-------------------------------+
+///                                         v                                |
+///   step   map       solid volume fractions of the cells    Coupling       |
+///          sweep     collide, force, stream                 AnyFluid       |
+///          loads     momentum exchanged in covered cells    Coupling       |
+///          external  loads of the caller                    closure        |
+///          advance   contacts, motion, migration            DemEngine      |
+///          halo      populations of neighbouring blocks     AnyFluid       |
+///                                         |                                |
+///                                         v                                |
+///   particles  loads  fields  measure  wall_loads  write_checkpoint -------+
+/// ```
+///
+/// ```
+/// use turbid::{Builder, Particles};
+/// let spheres = Particles::spheres(1e-3, 2500.0).at([2e-3, 2e-3, 3e-3]);
+/// let mut simulation = Builder::new([4e-3; 3])
+///     .fluid(1000.0, 1e-5)
+///     .lattice(4.0, 0.6)
+///     .particles(spheres)
+///     .build()?;
+/// simulation.run_until(0.02)?;
+/// assert!(simulation.particles()[0].position().z < 3e-3);
+/// # Ok::<(), turbid::Error>(())
+/// ```
 pub struct Simulation {
     comm: Rc<Comm>,
     units: Units,
     /// `None` in a dry run.
-    wet: Option<Wet>,
+    wet: Option<FluidSystem>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
@@ -58,11 +101,15 @@ pub struct Simulation {
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
     /// What is asked of this rank; after a control step, and only then, what is asked of any.
-    wishes: Wishes,
+    requests: Requests,
+    block: Block,
+    /// Step of the last checkpoint that was written or read.
+    checkpoint: Option<u64>,
+    external: Option<ExternalLoad>,
 }
 
 /// The fluid, and what couples it to the particles.
-struct Wet {
+struct FluidSystem {
     fluid: AnyFluid,
     coupling: Coupling,
     driving: Driving,
@@ -70,7 +117,7 @@ struct Wet {
     cells: f64,
 }
 
-impl Wet {
+impl FluidSystem {
     /// Fluid at rest round the particles of a case. Collective.
     ///
     /// # Errors
@@ -154,6 +201,17 @@ impl Simulation {
 
     /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
     ///
+    /// ```
+    /// use turbid::{Builder, Simulation, comm::Comm, dem::Ballistic, domain::Decomposition};
+    /// let setup = Builder::example().setup()?;
+    /// let whole = Decomposition::solo(setup.domain);
+    /// let engine = Ballistic::new(whole.clone(), 0, setup.templates.clone(), &setup.particles);
+    /// let mut simulation = Simulation::with_engine(&setup, &whole, Comm::Solo, Box::new(engine))?;
+    /// simulation.step()?;
+    /// assert_eq!(simulation.dem().name(), "ballistic");
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Memory`] if a rank has not enough of it, [`Error::OtherRank`] on the others.
     pub fn with_engine(
@@ -162,7 +220,8 @@ impl Simulation {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        let wet = (setup.fluid.as_ref()).map(|fluid| Wet::new(setup, fluid, decomposition, &comm));
+        let wet = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
+        let block = decomposition.block(comm.rank());
         Ok(Self {
             units: setup.units(),
             wet: wet.transpose()?,
@@ -173,11 +232,21 @@ impl Simulation {
             walls: setup.walls.len(),
             hint: failure::hint(setup),
             failure: None,
-            wishes: Wishes::default(),
+            requests: Requests::default(),
+            block,
+            checkpoint: None,
+            external: None,
         })
     }
 
     /// Advances fluid and particles by one time step. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.step()?;
+    /// assert_eq!(simulation.time(), simulation.time_step());
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
@@ -189,11 +258,12 @@ impl Simulation {
             dem,
             timings: t,
             failure,
+            external,
             ..
         } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
-        let loads = if let Some(Wet {
+        let mut loads = if let Some(FluidSystem {
             fluid,
             coupling,
             driving,
@@ -212,8 +282,14 @@ impl Simulation {
         } else {
             vec![Load::default(); dem.particles().owned]
         };
+        if let Some(external) = external {
+            let time = self.step as f64 * units.dt;
+            for (load, particle) in loads.iter_mut().zip(dem.particles().owned()) {
+                *load += external(time, particle);
+            }
+        }
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
-        if let Some(Wet { fluid, .. }) = wet {
+        if let Some(FluidSystem { fluid, .. }) = wet {
             t.stage("halo", || fluid.exchange());
         }
 
@@ -227,9 +303,9 @@ impl Simulation {
         match flow {
             Some(flow) => self.control(&flow),
             None if measure => {
-                let mut words = self.notices();
+                let mut words = self.status_flags();
                 self.comm.sum(&mut words);
-                self.heed(&words)
+                self.apply(&words)
             }
             None => Ok(()),
         }
@@ -244,14 +320,14 @@ impl Simulation {
     }
 
     /// What this rank tells the others: whether it has failed, and what is asked of it.
-    fn notices(&self) -> [i64; 3] {
-        let Wishes { stop, checkpoint } = self.wishes;
+    fn status_flags(&self) -> [i64; 3] {
+        let Requests { stop, checkpoint } = self.requests;
         [self.failure.is_some(), stop, checkpoint].map(i64::from)
     }
 
     /// Takes note of what all ranks have told. Collective.
-    fn heed(&mut self, sums: &[i64]) -> Result<()> {
-        self.wishes = Wishes {
+    fn apply(&mut self, sums: &[i64]) -> Result<()> {
+        self.requests = Requests {
             stop: sums[1] > 0,
             checkpoint: sums[2] > 0,
         };
@@ -266,9 +342,9 @@ impl Simulation {
     fn control(&mut self, flow: &Flow) -> Result<()> {
         self.note_fault(flow.fault);
         let mut words = measure::words(flow);
-        words.extend(self.notices());
+        words.extend(self.status_flags());
         self.comm.sum(&mut words);
-        self.heed(&words[measure::WORDS..])?;
+        self.apply(&words[measure::WORDS..])?;
         let mean = self.mean_of(&words, flow.max_speed);
         if let Some(wet) = &mut self.wet {
             wet.driving.observe(mean);
@@ -297,7 +373,7 @@ impl Simulation {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
-        let fault = self.wet.as_mut().and_then(|Wet { fluid, coupling, .. }| {
+        let fault = self.wet.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
             fluid.fault(coupling, particles)
         });
@@ -347,11 +423,6 @@ impl Simulation {
         &self.comm
     }
 
-    /// The particles that this rank owns, ascending by id.
-    pub fn owned(&self) -> &[Particle] {
-        self.dem.particles().owned()
-    }
-
     /// The engine.
     pub fn dem(&self) -> &dyn DemEngine {
         &*self.dem
@@ -387,6 +458,14 @@ impl Simulation {
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// let at_rest = simulation.state_hash();
+    /// simulation.step()?;
+    /// assert_ne!(simulation.state_hash(), at_rest);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn state_hash(&self) -> u64 {
         let particles = self.dem.particles().owned().iter();
         let particles = particles

@@ -28,13 +28,18 @@ pub mod state;
 mod table;
 
 use crate::case::Source;
+use crate::case::located::Located;
 use crate::error::Result;
+use crate::simulation::time_estimate;
 pub use document::Document;
 pub use execute::{Event, Manner, Outcome, execute};
-use file::StudyFile;
-use plan::Plan;
+use file::{Choice, StudyFile};
+use plan::{Plan, Selection};
 use record::Record;
 use state::{Results, State};
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Samples of a benchmark.
@@ -56,18 +61,17 @@ pub struct Study {
     pub states: Vec<State>,
     /// Threads that are asked for instead of the case's.
     pub threads: Option<usize>,
-    /// Speed of the machine as long as nothing was measured (million cell updates per second).
-    pub guess: f64,
     source: Source,
+    /// Seconds that each whole run takes by the cost model, once somebody wants to know.
+    estimates: Vec<OnceCell<f64>>,
 }
 
 impl Study {
-    /// Reads a study file and looks at what is there of its runs. `threads` stand in place of the case's; `guess` is the speed (million cell updates per second) that
-    /// times are estimated with until something was measured.
+    /// Reads a study file and looks at what is there of its runs. `threads` stand in place of the case's.
     ///
     /// # Errors
     /// [`Error::Input`](crate::error::Error::Input) with the place of what is wrong in the study file or in the case; [`Error::Io`](crate::error::Error::Io) if a file cannot be read.
-    pub fn load(path: &Path, out: Option<&Path>, threads: Option<usize>, guess: f64) -> Result<Self> {
+    pub fn load(path: &Path, out: Option<&Path>, threads: Option<usize>) -> Result<Self> {
         let source = Source::read(path, &[])?;
         let (file, _) = source.parse::<StudyFile>()?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -89,17 +93,37 @@ impl Study {
             path: path.to_path_buf(),
             case,
             out,
-            plan,
             states: Vec::new(),
             threads,
-            guess,
             source,
+            estimates: vec![OnceCell::new(); plan.runs.len()],
+            plan,
         };
         study.refuse_what_means_nothing()?;
         study.refresh()?;
         // Says what is wrong with figures, tables and checks before anything runs.
         study.document()?;
         Ok(study)
+    }
+
+    /// A mistake in the study file, with its place and a remedy.
+    fn refuse<T>(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Result<T> {
+        Err(self.source.error(span, title, label, remedy))
+    }
+
+    /// The places of axes with these names.
+    fn axes(&self, names: &[Located<String>]) -> Result<Vec<usize>> {
+        names.iter().map(|name| self.axis(name)).collect()
+    }
+
+    /// The place of an axis.
+    fn axis(&self, name: &Located<String>) -> Result<usize> {
+        self.plan.axis(&self.source, name)
+    }
+
+    /// The combinations that have these values.
+    fn selection(&self, span: &Range<usize>, only: &BTreeMap<String, Choice>) -> Result<Selection> {
+        self.plan.selection(&self.source, span, only)
     }
 
     /// Looks again at what is there of the runs.
@@ -111,8 +135,7 @@ impl Study {
         let mut directories = vec![self.out.clone()];
         directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
         let results = Results::new(&self.file, &directories, self.threads);
-        let states = results.states(&self.plan, &self.out)?;
-        self.states = states;
+        self.states = results.states(&self.plan, &self.out)?;
         Ok(())
     }
 
@@ -124,41 +147,39 @@ impl Study {
         }
     }
 
-    /// Cell updates of a run.
-    fn updates(&self, run: usize) -> f64 {
-        let (setup, steps) = (&self.plan.runs[run].setup, self.steps(run));
-        let cells = setup.fluid_cells();
-        cells as f64 * steps as f64
+    /// Seconds that a whole run takes by the cost model.
+    fn estimate(&self, run: usize) -> f64 {
+        *self.estimates[run].get_or_init(|| {
+            let mut setup = self.plan.runs[run].setup.clone();
+            setup.plan.threads = self.threads.unwrap_or(setup.plan.threads);
+            // A run that cannot be is refused where it begins.
+            let step = time_estimate(&setup).map_or(0.0, |estimate| estimate.seconds_per_step);
+            self.steps(run) as f64 * step
+        })
     }
 
-    /// Speed of the runs that have ended (million cell updates per second), or the guess; and whether it is that.
-    pub fn speed(&self) -> (f64, bool) {
-        let (mut updates, mut seconds) = (0.0, 0.0);
+    /// Time of the runs that have ended over what the cost model says of them; none before there is one.
+    pub fn measured_over_estimated(&self) -> Option<f64> {
+        let (mut measured, mut estimated) = (0.0, 0.0);
         for (run, state) in self.states.iter().enumerate() {
             if let Some(time) = state.record().and_then(|record| record.value("wall_seconds")) {
-                updates += self.updates(run);
-                seconds += time;
+                measured += time;
+                estimated += self.estimate(run);
             }
         }
-        if updates > 0.0 && seconds > 0.0 {
-            (updates / seconds / 1e6, false)
-        } else {
-            (self.guess, true)
-        }
+        (measured > 0.0 && estimated > 0.0).then(|| measured / estimated)
     }
 
-    /// Time (s) that what is left of a run will take; none for a dry run.
+    /// Time (s) that what is left of a run will take; none without a fluid.
     pub fn seconds_left(&self, run: usize) -> Option<f64> {
         let setup = &self.plan.runs[run].setup;
-        if setup.fluid.is_none() {
-            return None;
-        }
+        setup.fluid.as_ref()?;
         let part = match self.states[run] {
-            State::Done(_) => 0.0,
+            State::Done(_) => return Some(0.0),
             State::Part { step } => 1.0 - step as f64 / setup.plan.end_step as f64,
             State::Open { .. } => 1.0,
         };
-        Some(part * self.updates(run) / (1e6 * self.speed().0))
+        Some(part * self.estimate(run) * self.measured_over_estimated().unwrap_or(1.0))
     }
 
     /// Writes `result.csv` and `study.json`.
@@ -178,13 +199,8 @@ impl Study {
     /// [`Error::Input`](crate::error::Error::Input) if a figure, table or check is wrong.
     pub fn document(&self) -> Result<Document> {
         let done = self.states.iter().filter_map(State::record);
-        let spent = done
-            .clone()
-            .filter_map(|record| record.value("wall_seconds"))
-            .sum();
-        let left = (0..self.states.len())
-            .filter_map(|run| self.seconds_left(run))
-            .sum();
+        let spent = done.clone().filter_map(|record| record.value("wall_seconds"));
+        let left = (0..self.states.len()).filter_map(|run| self.seconds_left(run));
         let figures = self.file.figures.iter().map(|figure| self.figure(figure));
         let figures = figures.collect::<Result<Vec<_>>>()?;
         let tables = self.file.tables.iter().map(|table| self.table(table));
@@ -213,8 +229,8 @@ impl Study {
             runs: document::Runs {
                 done: done.count(),
                 total: self.states.len(),
-                seconds_spent: spent,
-                seconds_left: left,
+                seconds_spent: spent.sum(),
+                seconds_left: left.sum(),
             },
             unsettled: (self.plan.runs.iter().enumerate())
                 .filter(|(run, _)| self.is_unsettled(*run))

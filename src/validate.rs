@@ -6,7 +6,6 @@
 
 mod channel;
 mod drafting;
-mod fixed;
 mod friction;
 mod hertz;
 mod hindered_settling;
@@ -132,32 +131,17 @@ pub const CASES: &[Case] = &[
     hindered_settling::CASE,
 ];
 
+/// What cases find. Their checks have the name and, unless they say another, the source of the case.
 impl Findings {
     /// Holds a number against its reference; the tolerance is in the unit of both.
-    fn absolute(
-        &mut self,
-        case: &Case,
-        quantity: impl Into<String>,
-        measured: f64,
-        reference: f64,
-        tolerance: f64,
-    ) {
-        self.checks.push(Check {
-            case: case.name.to_string(),
-            ..Check::new(quantity, measured, reference, tolerance, case.source)
-        });
+    fn absolute(&mut self, quantity: impl Into<String>, measured: f64, reference: f64, tolerance: f64) {
+        self.checks
+            .push(Check::new(quantity, measured, reference, tolerance, ""));
     }
 
     /// Holds a number against its reference; the tolerance is a part of the reference.
-    fn relative(
-        &mut self,
-        case: &Case,
-        quantity: impl Into<String>,
-        measured: f64,
-        reference: f64,
-        part: f64,
-    ) {
-        self.absolute(case, quantity, measured, reference, part * reference.abs());
+    fn relative(&mut self, quantity: impl Into<String>, measured: f64, reference: f64, part: f64) {
+        self.absolute(quantity, measured, reference, part * reference.abs());
     }
 
     /// Reports a number that has no reference.

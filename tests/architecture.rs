@@ -32,9 +32,10 @@ const MAY_USE: &[(&str, &str)] = &[
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
     ),
     ("checks", "output math error"),
+    ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output engine checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing memory error",
+        "case output engine checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing input memory error",
     ),
     (
         "case",

@@ -1,15 +1,21 @@
 //! The files that a case names: on disk, or kept with a case that was saved.
 
 use crate::input;
+use crate::shape::Shape;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Names as they stand in the case, and contents.
 pub(super) type Contents = Vec<(String, Vec<u8>)>;
 
+/// Shapes of a caller's own, by what stands for them in place of the name of a mesh file.
+pub(crate) type OwnShapes = [(String, Arc<dyn Shape>)];
+
 /// Where the files are that a case names, and what was read of them.
 pub(super) struct Files<'a> {
     place: Place<'a>,
+    shapes: &'a OwnShapes,
     read: RefCell<Contents>,
 }
 
@@ -34,8 +40,20 @@ impl<'a> Files<'a> {
     fn new(place: Place<'a>) -> Self {
         Self {
             place,
+            shapes: &[],
             read: RefCell::default(),
         }
+    }
+
+    /// These shapes besides.
+    pub(super) fn with_shapes(self, shapes: &'a OwnShapes) -> Self {
+        Self { shapes, ..self }
+    }
+
+    /// The shape of the caller's own that goes by this name.
+    pub(super) fn shape(&self, name: &str) -> Option<Arc<dyn Shape>> {
+        let found = self.shapes.iter().find(|(known, _)| known == name);
+        found.map(|(_, shape)| Arc::clone(shape))
     }
 
     /// The contents of a file of at most `limit` bytes; or what is wrong.

@@ -91,8 +91,12 @@ struct Written {
 
 impl Written {
     fn upright(shape: impl Shape + 'static) -> Self {
+        Self::shared(Arc::new(shape))
+    }
+
+    fn shared(shape: Arc<dyn Shape>) -> Self {
         Self {
-            shape: Arc::new(shape),
+            shape,
             rotation: Quat::identity(),
         }
     }
@@ -101,11 +105,15 @@ impl Written {
 /// Builds all kinds.
 pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: &Files) -> Result<Kinds> {
     if case.particles.is_empty() {
-        return Err(Error::Input(format!(
-            "{}: the case has no [[particles]]; the diameter of the first kind is the reference length, and \
-             `count = 0` runs the fluid alone",
-            source.path
-        )));
+        let what = "the case has no [[particles]]".to_string();
+        let remedy =
+            "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
+        return Err(Error::Case {
+            key: "particles".to_string(),
+            text: format!("{}: {what}; {remedy}", source.path),
+            what,
+            remedy: remedy.to_string(),
+        });
     }
     let mut all = Kinds {
         sections: Vec::new(),
@@ -258,6 +266,14 @@ impl Builder<'_> {
                 let unit = self.unit(mesh)?;
                 let given = self.positive("scale", &mesh.scale)?;
                 let path = self.files.path(name);
+                if let Some(shape) = self.files.shape(name) {
+                    // A body of the caller's own has one size.
+                    let factor = scale * unit * given;
+                    let fixed = (factor - 1.0).abs() < 1e-12;
+                    let problem = format!("a shape of its own cannot be scaled, here by {factor}");
+                    let refused = || self.bad(&mesh.file.span, &ShapeError::Mesh { path, problem });
+                    return fixed.then(|| Written::shared(shape)).ok_or_else(refused);
+                }
                 let (shape, placement) = (self.files.contents(name, input::MESH))
                     .map_err(|e| format!("cannot be read: {e}"))
                     .map_err(|problem| ShapeError::Mesh {

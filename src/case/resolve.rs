@@ -4,7 +4,7 @@ use super::checks::Clock;
 use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls};
 use super::file::Case;
-use super::files::Files;
+use super::files::{Files, OwnShapes};
 use super::kinds::kinds;
 use super::materials::Materials;
 use super::physics::{self, gravity};
@@ -24,6 +24,18 @@ use std::path::Path;
 const MAX_SUBSTEPS: u32 = 10_000;
 
 /// Reads a case file, applies `--set` options, checks everything and derives every number.
+///
+/// ```
+/// # let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
+/// let path = std::path::Path::new(folder).join("single_sphere.toml");
+/// let setup = turbid::case::load(&path, &["run.end.steps=10".to_string()])?;
+/// assert_eq!((setup.particles.len(), setup.plan.end_step), (1, 10));
+/// # Ok::<(), turbid::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Io`](crate::Error::Io) if the file cannot be read, [`Error::Parse`](crate::Error::Parse) if it is no TOML,
+/// [`Error::Case`](crate::Error::Case) for a key that is wrong.
 pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
     read(path, options, true)
 }
@@ -51,9 +63,28 @@ pub fn outline(path: &Path, options: &[String]) -> Result<Setup> {
 }
 
 /// As [`load`], for a text that is no file; what it names is looked for in the current directory.
+///
+/// ```
+/// let text = "domain.size.diameters = [4, 4, 6]\nfluid = { density = 1000, archimedes = 100 }\n\
+///             lattice = { cells_per_diameter = 4, relaxation_time = 0.6 }\nrun.end.steps = 8\n\
+///             particles = [{ shape.sphere.diameter = 1e-3, density = 2000, count = 3 }]";
+/// let setup = turbid::case::from_text(text, "three", &["particles.0.count=2".to_string()])?;
+/// assert_eq!(setup.particles.len(), 2);
+/// # Ok::<(), turbid::Error>(())
+/// ```
 pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
+    with_shapes(text, name, options, &[])
+}
+
+/// As [`from_text`], where the file of a mesh may be a shape of the caller's own.
+pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &OwnShapes) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(&source, name, Files::on_disk(Path::new("")), true)
+    resolve(
+        &source,
+        name,
+        Files::on_disk(Path::new("")).with_shapes(shapes),
+        true,
+    )
 }
 
 /// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how

@@ -1,5 +1,6 @@
 //! The text of a case: the file, and behind it the `--set` options, so that every place has one number.
 
+use super::overrides::option_keys;
 use super::{conform, schema};
 use crate::error::{Error, Result};
 use crate::input;
@@ -9,9 +10,9 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 /// Text of the case file followed by the options, one per line.
 #[derive(Debug)]
@@ -45,9 +46,9 @@ impl Source {
             let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
             let line = good.split(|&byte| byte == b'\n').count();
             let shown = path.display();
-            Error::Input(format!(
-                "{shown}:{line}: not UTF-8 text; save the case file as UTF-8"
-            ))
+            let text = format!("{shown}:{line}: not UTF-8 text; save the case file as UTF-8");
+            let path = path.to_path_buf();
+            Error::Parse { path, line, text }
         })?;
         Ok(Self::new(path.display().to_string(), text, options))
     }
@@ -131,11 +132,12 @@ impl Source {
             return Ok(());
         }
         let kind = schema["title"].as_str().unwrap_or("case").to_lowercase();
-        Err(Error::Input(format!(
+        let text = format!(
             "{}: this is no {kind} of turbid: none of its lines begins with a key of one\n  its keys are: {}",
             self.path,
             known.join(", ")
-        )))
+        );
+        Err(self.parse_error(0, text))
     }
 
     /// An error at one place.
@@ -145,7 +147,33 @@ impl Source {
 
     /// An error that several places make together.
     pub(crate) fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
-        Error::Input(self.render(places, title, remedy))
+        let at_place = places.iter().find_map(|(span, _)| self.key_at(span));
+        let in_title = || title.split('`').nth(1).unwrap_or_default().to_string();
+        Error::Case {
+            key: at_place.unwrap_or_else(in_title),
+            what: title.to_string(),
+            remedy: remedy.to_string(),
+            text: self.render(places, title, remedy),
+        }
+    }
+
+    /// Path of the innermost key that a place belongs to, by its name or its value.
+    fn key_at(&self, span: &Range<usize>) -> Option<String> {
+        let holds = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
+        if span.is_empty() {
+            return None;
+        }
+        if let Some(option) = self.options.iter().find(|option| holds(&option.span)) {
+            return Some(option_keys(&self.text[option.span.clone()]).join("."));
+        }
+        let document = DeTable::parse(&self.text[..self.file_length]).ok()?;
+        key_in_table(document.get_ref(), &holds)
+    }
+
+    /// A text that is no document of the kind it should be; `line` counts from 1.
+    fn parse_error(&self, line: usize, text: String) -> Error {
+        let path = PathBuf::from(&self.path);
+        Error::Parse { path, line, text }
     }
 
     /// A warning at one place, rendered.
@@ -206,14 +234,16 @@ impl Source {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         if let Some((span, number)) = self.decimal_comma(span.start) {
             let title = "a number with a decimal comma";
-            return self.error(
-                &span,
-                title,
-                "a comma separates values",
-                &format!("write {number}"),
-            );
+            let remedy = format!("write {number}");
+            return self.unreadable(&span, title, "a comma separates values", &remedy);
         }
-        self.error(&span, error.message().trim_end(), "here", "")
+        self.unreadable(&span, error.message().trim_end(), "here", "")
+    }
+
+    fn unreadable(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Error {
+        let before = self.text[..self.file_length].get(..span.start);
+        let line = before.map_or(0, |text| text.matches('\n').count() + 1);
+        self.parse_error(line, self.render(&[(span, label)], title, remedy))
     }
 
     /// What is wrong with a value and is not seen in the schema, such as a number that is too large.
@@ -237,6 +267,26 @@ impl Source {
             let found = start + key.len()..start + comma + 1 + part.len();
             (meant && start + comma <= at && number.parse::<f64>().is_ok()).then_some((found, number))
         })
+    }
+}
+
+/// Path of the innermost key of a table whose name or value has a place that `holds`.
+fn key_in_table(table: &DeTable<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Option<String> {
+    table.iter().find_map(|(name, value)| {
+        let inner = key_in(value.get_ref(), holds).map(|inner| format!("{}.{inner}", name.get_ref()));
+        inner.or_else(|| (holds(&name.span()) || holds(&value.span())).then(|| name.get_ref().to_string()))
+    })
+}
+
+/// As [`key_in_table`], of any value.
+fn key_in(value: &DeValue<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Option<String> {
+    match value {
+        DeValue::Table(table) => key_in_table(table, holds),
+        DeValue::Array(values) => values.iter().enumerate().find_map(|(n, value)| {
+            let inner = key_in(value.get_ref(), holds).map(|inner| format!("{n}.{inner}"));
+            inner.or_else(|| holds(&value.span()).then(|| n.to_string()))
+        }),
+        _ => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Checks as tables on the terminal and in markdown.
 
 use super::{Check, Ending, Outcome, Score};
-use crate::output::numbers::{significant, small, value};
+use crate::output::numbers::{self, significant, small};
 use std::fmt::Write;
 
 /// One case: a line for each check, with how much of its tolerance is used and its reason if it fails, or for all if
@@ -25,7 +25,7 @@ pub fn table(outcome: &Outcome, explain: bool) -> String {
     let mut rows = vec![heads.iter().map(ToString::to_string).collect()];
     rows.extend(found.checks.iter().map(|check| {
         let cells = match check.engines {
-            Some(values) => (values.iter().map(|x| value(*x)))
+            Some(values) => (values.iter().map(|x| numbers::number(x.unwrap_or(f64::NAN), 8)))
                 .chain([check.measured, check.tolerance].map(small))
                 .collect(),
             None => cells(check).to_vec(),
@@ -103,14 +103,9 @@ pub fn cells(check: &Check) -> [String; 4] {
     [number(measured), number(reference), deviation, allowed]
 }
 
-/// A number with five significant digits; a count as it is; a dash for NaN.
-pub fn number(x: f64) -> String {
-    match x {
-        x if x.is_nan() => "-".to_string(),
-        x if x.abs() < 1e6 && x.fract() == 0.0 => format!("{x:.0}"),
-        x if (1e-3..1e6).contains(&x.abs()) => significant(x, 5),
-        x => format!("{x:.4e}"),
-    }
+/// A number with five digits.
+fn number(x: f64) -> String {
+    numbers::number(x, 5)
 }
 
 /// The last line: of all cases together.

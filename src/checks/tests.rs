@@ -40,7 +40,7 @@ fn the_columns_of_a_table_stand_below_their_names() {
     assert!(lines[0].starts_with("impact: two spheres meet ("));
     let end = |line: &str, word: &str| line.find(word).unwrap() + word.len();
     assert_eq!(end(lines[1], "native"), end(lines[2], "0.90000000"));
-    assert_eq!(end(lines[1], "LIGGGHTS"), end(lines[2], "-1.500000e-9"));
+    assert_eq!(end(lines[1], "LIGGGHTS"), end(lines[2], "-1.5000000e-9"));
     assert_eq!(end(lines[1], "analytic"), end(lines[2], " - ") - 1);
     assert_eq!(end(lines[1], "difference"), end(lines[2], "1.0e-7"));
     assert_eq!(end(lines[1], "tolerance"), end(lines[2], "1.0e-6"));

@@ -4,14 +4,17 @@ use super::machine::in_bytes;
 use super::terminal::{say, table};
 use super::{BenchArguments, load, preflight};
 use crate::error::Result;
-use crate::simulation::{self, BenchOptions, BenchReport, RankReport, Rate, Spread};
+use crate::simulation::{self, BenchOptions, BenchReport, RankReport, Rate, Spread, TimeEstimate};
 use std::fmt::Write;
 
 /// Ranks in the table; all are in the JSON.
 const RANKS_SHOWN: usize = 16;
 
 pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
-    let setup = load(&arguments.case.case, &arguments.case.changes)
+    let Some(case) = &arguments.case else {
+        return calibrate(arguments.changes.threads.unwrap_or(0));
+    };
+    let setup = load(case, &arguments.changes)
         .and_then(|setup| preflight::refuse_what_does_not_fit(&setup).map(|()| setup));
     let setup = simulation::agreed(setup)?;
     let options = BenchOptions {
@@ -24,12 +27,29 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
     if arguments.json {
         say(&serde_json::to_string_pretty(&report).expect("a report is plain JSON"));
     } else {
-        say(&text(&report));
+        let whole = !options.fluid_only && !options.no_contact;
+        let estimate = whole.then(|| simulation::time_estimate(&setup)).transpose()?;
+        say(&text(&report, estimate.as_ref()));
     }
     Ok(())
 }
 
-fn text(report: &BenchReport) -> String {
+/// Measures this machine, and keeps what was found.
+fn calibrate(threads: usize) -> Result<()> {
+    let found = simulation::calibrate(threads)?;
+    let times = |factor: f64| format!("{factor:.2}");
+    let row = |name: &str, factor: f64| [name.to_string(), times(factor), String::new()];
+    let mut rows = vec![row("f32", found.single), row("f64", found.double)];
+    rows[0][2] = format!("times as long as with the built-in costs, on {} threads", found.threads);
+    let kept = match found.keep()? {
+        Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
+        None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),
+    };
+    say(&format!("{}\n{kept}", table(&rows)));
+    Ok(())
+}
+
+fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
     let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
     let samples = report.mlups_samples.iter().map(|s| format!("{s:.1}"));
     let samples = samples.collect::<Vec<_>>().join(", ");
@@ -56,6 +76,11 @@ fn text(report: &BenchReport) -> String {
             format!("{} ranks", report.ranks),
         ),
     ];
+    if let Some(estimate) = estimate {
+        let rate = report.cells as f64 / estimate.seconds_per_step / 1e6;
+        let value = format!("{rate:.1} MLUPS");
+        rows.push(row("estimated", value, preflight::basis(estimate).to_string()));
+    }
     let stages = &report.stages_over_ranks;
     let step: f64 = stages.values().map(|seconds| seconds.mean).sum();
     let times = |what: String, seconds: &Spread| {

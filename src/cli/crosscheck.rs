@@ -87,8 +87,8 @@ mod both {
             ));
         }
         let cases = chosen(&arguments.only)?;
-        let ids: Vec<&str> = cases.iter().map(|case| case.id).collect();
-        let logs = files::prepare(&arguments.out, &ids)?;
+        let logs = arguments.out.join("logs");
+        checks::prepare(&logs)?;
         let mut outcomes = Vec::new();
         for case in cases {
             let outcome = Outcome::of_engines(case.id, case.title, || (case.run)(Some(&logs)));
@@ -105,17 +105,17 @@ mod both {
     fn own(arguments: &CrosscheckArguments, file: &std::path::Path) -> Result<Vec<Outcome>> {
         let setup = load(file, &arguments.changes)?;
         preflight::refuse_what_does_not_fit(&setup)?;
-        let logs = files::prepare(&arguments.out, &[own_case::ID])?;
-        let log = logs.join(format!("{}.log", own_case::ID));
-        let start = Instant::now();
-        let (findings, parting) = own_case::run(&setup, arguments.time, Some(&log))?;
-        let outcome = Outcome {
-            case: own_case::ID.to_string(),
-            title: setup.provenance.name,
-            engines: true,
-            seconds: start.elapsed().as_secs_f64(),
-            ending: Ending::Found(findings),
-        };
+        let logs = arguments.out.join("logs");
+        checks::prepare(&logs)?;
+        let mut parting = String::new();
+        let outcome = Outcome::of_engines(own_case::ID, &setup.provenance.name, || {
+            let (findings, text) = own_case::run(&setup, arguments.time, Some(&logs))?;
+            parting = text;
+            Ok(findings)
+        });
+        if let Ending::Failed(error) = outcome.ending {
+            return Err(error);
+        }
         say(&checks::table(&outcome, arguments.tolerance_report));
         say(&parting);
         let outcomes = vec![outcome];

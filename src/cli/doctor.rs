@@ -29,7 +29,7 @@ pub(super) fn report() -> String {
     ));
     rows.push(match (machine::memory(), machine::memory_available()) {
         (Some(all), Some(free)) => {
-            let cells = free / machine::bytes_per_cell(Precision::F32);
+            let cells = free / crate::simulation::bytes_per_cell(Precision::F32);
             let remark = format!(
                 "{} free: about {:.0} million cells in f32, a cube of {:.0}",
                 machine::in_bytes(free),

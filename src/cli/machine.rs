@@ -1,6 +1,5 @@
 //! What this machine has.
 
-use crate::fluid::Precision;
 pub(super) use crate::memory::in_bytes;
 use crate::memory::kilobytes;
 
@@ -23,32 +22,11 @@ pub(super) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Number of threads that a wish of 0 (one per core) or more stands for.
-pub(super) fn threads(wanted: usize) -> usize {
-    if wanted == 0 { cores() } else { wanted }
-}
-
 /// The system's setting for transparent huge pages: `always`, `madvise` or `never`.
 pub(super) fn huge_pages() -> Option<String> {
     let text = std::fs::read_to_string("/sys/kernel/mm/transparent_hugepage/enabled").ok()?;
     let chosen = text.split_once('[')?.1.split_once(']')?.0;
     Some(chosen.to_string())
-}
-
-/// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
-pub(super) fn bytes_per_cell(precision: Precision) -> f64 {
-    match precision {
-        Precision::F32 => 110.0,
-        Precision::F64 => 190.0,
-    }
-}
-
-/// Speed of one thread that times are estimated with (million cell updates per second).
-pub(super) fn mlups_per_thread(precision: Precision) -> f64 {
-    match precision {
-        Precision::F32 => 60.0,
-        Precision::F64 => 36.0,
-    }
 }
 
 /// Seconds in words.

@@ -6,14 +6,14 @@ mod flow;
 mod output;
 pub(super) mod ranks;
 
-use super::machine::{bytes_per_cell, cores, in_bytes, in_time, mlups_per_thread, threads};
+use super::machine::{cores, in_bytes, in_time};
 use crate::case::{FluidSetup, Setup};
 use crate::comm;
 use crate::dem::{EngineChoice, LiggghtsProcess};
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
 use crate::memory::{self, Room};
-use crate::simulation::decompose;
+use crate::simulation::{TimeEstimate, bytes_per_cell, decompose, time_estimate};
 
 /// Memory that a run takes (bytes) for its cells, and for its particles.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
@@ -113,7 +113,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
     rows.extend(engine_row(setup));
     rows.extend(contacts::rows(setup));
-    rows.extend(setup.fluid.as_ref().map(|_| cost_row(setup)));
+    rows.extend(setup.fluid.as_ref().and_then(|_| time_row(setup)));
     rows.extend(output::rows(setup));
     rows
 }
@@ -163,21 +163,37 @@ fn fall_speed(setup: &Setup) -> f64 {
     (2.0 * drop).sqrt()
 }
 
-/// Time.
-fn cost_row(setup: &Setup) -> Row {
-    let cells = setup.domain.cell_count();
-    let threads = threads(setup.plan.threads);
-    let rate = mlups_per_thread(setup.plan.precision) * threads.min(cores()) as f64;
-    let seconds = cells as f64 * setup.plan.end_step as f64 / (rate * 1e6);
+/// Time; nothing where the run cannot be.
+fn time_row(setup: &Setup) -> Option<Row> {
+    let estimate = time_estimate(setup).ok()?;
+    let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step;
     let precision = match setup.plan.precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
     };
-    row(
+    let rate = setup.domain.cell_count() as f64 / estimate.seconds_per_step / 1e6;
+    let ranks = match comm::launched() {
+        Some(launched) if launched.size > 1 => "processes",
+        _ => "threads",
+    };
+    Some(row(
         "estimated time",
         in_time(seconds),
-        &format!("if {rate:.0} MLUPS in {precision} on {threads} threads; `turbid bench` measures it"),
-    )
+        &format!(
+            "{rate:.0} MLUPS in {precision} on {} {ranks}, {}",
+            estimate.ranks,
+            basis(&estimate)
+        ),
+    ))
+}
+
+/// What an estimate of time rests on.
+pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
+    if estimate.calibrated {
+        "as calibrated on this machine"
+    } else {
+        "with the built-in costs; `turbid bench --calibrate` measures this machine"
+    }
 }
 
 /// What lies outside the usual range, each with an admissible value.

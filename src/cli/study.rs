@@ -1,12 +1,11 @@
 //! `turbid study`.
 
-use super::machine::{in_time, mlups_per_thread, threads};
+use super::machine::in_time;
 use super::terminal::{say, warn};
 use super::{Manner, preflight, run};
 use crate::checks::Score;
 use crate::comm;
 use crate::error::{Error, Result};
-use crate::fluid::Precision;
 use crate::study::state::State;
 use crate::study::{self, Event, Study};
 use clap::Args;
@@ -51,9 +50,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
             launched.size, launched.size
         )));
     }
-    let wanted = threads(arguments.threads.unwrap_or(0));
-    let guess = mlups_per_thread(Precision::F32) * wanted as f64;
-    let mut study = Study::load(file, arguments.out.as_deref(), arguments.threads, guess)?;
+    let mut study = Study::load(file, arguments.out.as_deref(), arguments.threads)?;
     for warning in study.warnings() {
         warn(&warning);
     }
@@ -212,11 +209,9 @@ fn list(study: &Study, only: Option<&str>) -> String {
         .iter()
         .filter(|state| state.record().is_some())
         .count();
-    let (speed, guess) = study.speed();
-    let basis = if guess {
-        format!("if {speed:.0} MLUPS, a guess: nothing was measured yet")
-    } else {
-        format!("at {speed:.0} MLUPS, measured in the runs that are done")
+    let basis = match study.measured_over_estimated() {
+        Some(_) => "as fast as the runs that are done",
+        None => "by the cost model of `turbid check`: nothing was measured yet",
     };
     let _ = write!(
         text,

@@ -1,7 +1,9 @@
 //! Damped impacts: restitution, duration, depth.
 
 use super::theory::{Damping, Hertz, Impact, impact, lens_ratio};
-use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, plane, thinned};
+use super::tools::{
+    Between, GLASS, Measured, OWN, RADIUS, SAME, Scene, Track, absolute, plane, relative, thinned,
+};
 use super::{Check, Findings, Overlay};
 use crate::contact::{DampingLaw, ElasticLaw};
 use crate::error::Result;
@@ -62,11 +64,10 @@ pub(super) fn plain(_: f64) -> f64 {
 
 /// H5: restitution over speeds, with both laws of the native engine.
 pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("restitution");
     let mut findings = Findings::default();
     let mut curves = vec![Vec::new(); 4];
     for e in E {
-        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &SPEEDS);
+        let scene = pairs(format!("restitution-{e}"), e, SAME, &SPEEDS);
         let hertz = hertz(&scene);
         let dt = hertz.duration(SPEEDS[0]) / STEPS as f64;
         let slowest = hertz.duration(SPEEDS[2]) / dt;
@@ -81,8 +82,8 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
             let realised = impact(&hertz, Damping::HuntCrossley(e), volume, speed).restitution;
             let what = |law: &str| format!("restitution, e = {e}, {speed} m/s, {law} (-)");
             let mut push = |quantity, values, between, reason| {
-                let check = judge.absolute(quantity, values, between, 1.0, tolerance(e), reason);
-                findings.checks.push(check);
+                let check = absolute(quantity, values, between, 1.0, tolerance(e), reason);
+                findings.push(check);
             };
             push(what("tsuji"), [same, liggghts, Some(e)], Between::Theory, SET);
             push(
@@ -116,57 +117,68 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
         "native, hunt_crossley",
         "hunt_crossley, theory",
     ];
-    findings.overlays.push(Overlay {
-        name: "off".into(),
-        title: format!("Restitution measured less that set, {STEPS} steps per contact, 1 m/s"),
-        axes: ["restitution set".into(), "measured less set".into()],
-        logarithmic: [false; 2],
-        curves: names.iter().map(|name| (*name).to_owned()).zip(curves).collect(),
-    });
+    findings.overlays.push(Overlay::new(
+        "off",
+        format!("Restitution measured less that set, {STEPS} steps per contact, 1 m/s"),
+        ["restitution set", "measured less set"],
+        names.iter().map(|name| (*name).to_owned()).zip(curves),
+    ));
     Ok(findings)
 }
 
-/// Duration and depth of one engine against the column of its law.
-fn columns(
-    judge: Judge,
+/// Duration (s) and largest depth (m) of an impact in one engine against the column of its law.
+pub(super) fn columns(
     what: &str,
     engine: usize,
-    track: &Track,
-    theory: &Impact,
-    depth: impl Fn(&[Particle]) -> f64,
+    measured: Option<Measured>,
+    theory: [f64; 2],
+    tolerance: f64,
+    reason: &str,
 ) -> [Check; 2] {
-    let measured = track.impact(depth);
-    let column = |value: Option<f64>, theory: f64| {
-        let mut values = [None, None, Some(theory)];
-        values[engine] = value;
-        values
+    let quantities = [
+        format!("duration, {what} (s)"),
+        format!("largest depth, {what} (m)"),
+    ];
+    let measured = [measured.map(|m| m.duration), measured.map(|m| m.deepest)];
+    let check = |k: usize| {
+        let mut values = [None, None, Some(theory[k])];
+        values[engine] = measured[k];
+        relative(&quantities[k], values, Between::Theory, tolerance, reason)
     };
-    let duration = column(measured.map(|m| m.duration), theory.duration);
-    let deepest = column(measured.map(|m| m.deepest), theory.deepest);
-    [
-        judge.relative(
-            format!("duration, {what} (s)"),
-            duration,
-            Between::Theory,
+    [check(0), check(1)]
+}
+
+/// Each engine against the integral of its own law.
+fn own_laws(
+    what: &str,
+    tracks: [&Track; 3],
+    theory: [&Impact; 2],
+    depth: impl Fn(&[Particle]) -> f64,
+) -> Vec<Check> {
+    let ways = [
+        (0, "native tsuji", 0),
+        (1, "LIGGGHTS", 0),
+        (0, "native hunt_crossley", 1),
+    ];
+    let checks = ways.iter().zip(tracks).flat_map(|(&(engine, name, law), track)| {
+        let theory = [theory[law].duration, theory[law].deepest];
+        columns(
+            &format!("{what}{name}"),
+            engine,
+            track.impact(&depth),
+            theory,
             3e-4,
             COLUMN,
-        ),
-        judge.relative(
-            format!("largest depth, {what} (m)"),
-            deepest,
-            Between::Theory,
-            3e-4,
-            COLUMN,
-        ),
-    ]
+        )
+    });
+    checks.collect()
 }
 
 /// H6: duration and largest depth, each engine against the column of its own law.
 pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("duration");
     let mut findings = Findings::default();
     for e in E {
-        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &SPEEDS[..1]);
+        let scene = pairs(format!("duration-{e}"), e, SAME, &SPEEDS[..1]);
         let hertz = hertz(&scene);
         let dt = hertz.duration(SPEEDS[0]) / STEPS as f64;
         let parted = |frame: &[Particle]| depth(frame, 0) < -1e-9;
@@ -175,25 +187,22 @@ pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
         let tsuji = impact(&hertz, Damping::Tsuji(e), plain, SPEEDS[0]);
         let volume = |depth| lens_ratio([RADIUS; 2], depth);
         let crossley = impact(&hertz, Damping::HuntCrossley(e), volume, SPEEDS[0]);
-        for (name, engine, track, theory) in [
-            ("native tsuji", 0, &same, &tsuji),
-            ("LIGGGHTS", 1, &liggghts, &tsuji),
-            ("native hunt_crossley", 0, &own, &crossley),
-        ] {
-            let what = format!("e = {e}, {name}");
-            let checks = columns(judge, &what, engine, track, theory, |frame| depth(frame, 0));
-            findings.checks.extend(checks);
-        }
+        let what = format!("e = {e}, ");
+        let tracks = [&same, &liggghts, &own];
+        findings
+            .checks
+            .extend(own_laws(&what, tracks, [&tsuji, &crossley], |frame| {
+                depth(frame, 0)
+            }));
     }
     Ok(findings)
 }
 
 /// H15: a sphere hits a wall.
 pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("wall-impact");
     let (e, speed) = (0.8, 1.0);
     let scene = |laws| {
-        let mut scene = Scene::glass(judge.0, e, 0.0, laws);
+        let mut scene = Scene::glass("wall-impact", e, 0.0, laws);
         scene.walls.push(plane(2, 0.0, true, 0));
         scene.add(
             0,
@@ -217,38 +226,28 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     let after = |track: &Track| Some(track.last()[0].velocity[2] / speed);
     let values = [after(&tracks[0]), after(&tracks[1]), Some(e)];
     let quantity = format!("restitution, e = {e}, tsuji (-)");
-    findings
-        .checks
-        .push(judge.absolute(quantity, values, Between::All, 1.0, 2e-4, SET));
+    findings.push(absolute(quantity, values, Between::All, 1.0, 2e-4, SET));
     let values = [after(&own), None, Some(crossley.restitution)];
     let quantity = format!("restitution, e = {e}, hunt_crossley (-)");
+    findings.push(absolute(quantity, values, Between::Theory, 1.0, 2e-4, SET));
+    let all = [&tracks[0], &tracks[1], &own];
     findings
         .checks
-        .push(judge.absolute(quantity, values, Between::Theory, 1.0, 2e-4, SET));
-    for (name, engine, track, theory) in [
-        ("native tsuji", 0, &tracks[0], &tsuji),
-        ("LIGGGHTS", 1, &tracks[1], &tsuji),
-        ("native hunt_crossley", 0, &own, &crossley),
-    ] {
-        findings
-            .checks
-            .extend(columns(judge, name, engine, track, theory, depth));
-    }
+        .extend(own_laws("", all, [&tsuji, &crossley], depth));
     let curve = |track: &Track| {
         let points = (0..track.frames.len() - 1).map(|k| [track.time(k) * 1e6, track.force(k, 0).z]);
         thinned(points, 500)
     };
     let theory = tsuji.history.iter().map(|i| [i.time * 1e6, i.force]);
-    findings.overlays.push(Overlay {
-        name: "force".into(),
-        title: format!("A sphere hits a wall at {speed} m/s, e = {e}"),
-        axes: ["time (us)".into(), "force (N)".into()],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("native".into(), curve(&tracks[0])),
-            ("LIGGGHTS".into(), curve(&tracks[1])),
-            ("theory".into(), thinned(theory, 500)),
+    findings.overlays.push(Overlay::new(
+        "force",
+        format!("A sphere hits a wall at {speed} m/s, e = {e}"),
+        ["time (us)", "force (N)"],
+        [
+            ("native", curve(&tracks[0])),
+            ("LIGGGHTS", curve(&tracks[1])),
+            ("theory", thinned(theory, 500)),
         ],
-    });
+    ));
     Ok(findings)
 }

@@ -9,61 +9,25 @@
 //!   logs/                                what LIGGGHTS said
 //! ```
 
-use crate::checks::{self, Ending, Moment, Outcome};
+use crate::checks::{Ending, Moment, Outcome, write_plots};
 use crate::domain::Domain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::{Collection, surfaces};
 use crate::particle::{Particle, Template};
 use crate::shape::Sphere;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-/// Endings of the files of a case.
-const OWN: [&str; 5] = ["png", "svg", "pvd", "vtp", "log"];
 /// Names of the engines in files.
 const ENGINES: [&str; 2] = ["native", "liggghts"];
-
-/// Creates the directory, removes what earlier runs of these cases left there, and returns the directory for logs.
-///
-/// # Errors
-/// [`Error::Input`] with a remedy if it cannot be created, [`Error::Io`] if an old file cannot be removed.
-pub fn prepare(directory: &Path, cases: &[&str]) -> Result<PathBuf> {
-    let logs = directory.join("logs");
-    checks::prepare(&logs)?;
-    let mut folders = vec![directory.to_path_buf(), logs.clone()];
-    for case in cases {
-        folders.extend(ENGINES.map(|engine| directory.join(format!("{case}_{engine}"))));
-    }
-    let text =
-        |part: Option<&std::ffi::OsStr>| part.map_or_else(String::new, |part| part.to_string_lossy().into());
-    for path in folders
-        .iter()
-        .filter_map(|folder| fs::read_dir(folder).ok())
-        .flatten()
-        .flatten()
-    {
-        let path = path.path();
-        let (stem, ending) = (text(path.file_stem()), text(path.extension()));
-        let of_case = |case: &&str| {
-            let rest = stem.strip_prefix(*case);
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['_', '-', '.']))
-        };
-        let frame = ending == "vtp" && stem.bytes().all(|b| b.is_ascii_digit());
-        if OWN.contains(&ending.as_str()) && (frame || cases.iter().any(of_case)) {
-            fs::remove_file(&path).map_err(|source| Error::io("remove", &path, source))?;
-        }
-    }
-    Ok(logs)
-}
 
 /// Writes the plots and trajectories of a case.
 ///
 /// # Errors
-/// [`Error::Io`] if one of them cannot be written.
+/// [`Error::Io`](crate::error::Error::Io) if one of them cannot be written.
 pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
-    checks::write_plots(directory, outcome)?;
+    write_plots(directory, outcome)?;
     let Ending::Found(found) = &outcome.ending else {
         return Ok(());
     };

@@ -6,12 +6,13 @@
 //! v' = v + h F / m,   x' = x + h v + h^2 F / (2 m),   w' = w + h T / I
 //! ```
 
-use super::tools::{DENSITY, Judge, RADIUS, Random, SAME, Scene, worst};
+use super::tools::{DENSITY, RADIUS, Random, SAME, Scene, given, worst};
 use super::{Findings, Overlay};
 use crate::comm::Comm;
 use crate::dem::{DemEngine, Load};
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::particle::Particle;
 use std::path::Path;
 
 /// Steps, each with its load.
@@ -23,9 +24,8 @@ const STEP: f64 = 1e-5;
 const EXACT: &str = "largest difference to the exact parabolas at any step, over the largest value at any step: rounding of \
                      500 steps of up to 10 sub-steps";
 
-/// Position (m), velocity (m/s) and spin (1/s).
-#[derive(Clone, Copy, Debug)]
-struct Flight([Vec3; 3]);
+/// Position (m), velocity (m/s) and spin (1/s) of both spheres.
+type Flight = [[Vec3; 3]; 2];
 
 const NAMES: [&str; 3] = ["position (m)", "velocity (m/s)", "spin (1/s)"];
 
@@ -44,108 +44,92 @@ fn loads(random: bool) -> Vec<[Load; 2]> {
         .collect()
 }
 
-/// The exact flight of every sphere, frame by frame.
-fn exact(scene: &Scene, loads: &[[Load; 2]]) -> Vec<[Flight; 2]> {
-    let start = [0, 1].map(|id| {
-        let p = &scene.particles[id];
-        Flight([p.position(), p.velocity(), p.angular_velocity()])
-    });
-    let mut frames = vec![start];
+fn state(particles: &[Particle]) -> Flight {
+    [0, 1].map(|id| {
+        let p = &particles[id];
+        [p.position(), p.velocity(), p.angular_velocity()]
+    })
+}
+
+/// The exact flight, frame by frame.
+fn exact(scene: &Scene, loads: &[[Load; 2]]) -> Vec<Flight> {
+    let mut frames = vec![state(&scene.particles)];
     for loads in loads {
         let last = frames[frames.len() - 1];
-        frames.push(std::array::from_fn(|id| {
-            let Flight([x, v, w]) = last[id];
+        frames.push([0, 1].map(|id| {
+            let [x, v, w] = last[id];
             let (mass, inertia) = (scene.mass(id), 0.4 * scene.mass(id) * scene.radius(id).powi(2));
             let acceleration = loads[id].force / mass;
-            Flight([
+            [
                 x + (v + acceleration * (0.5 * STEP)) * STEP,
                 v + acceleration * STEP,
                 w + loads[id].torque * (STEP / inertia),
-            ])
+            ]
         }));
     }
     frames
 }
 
 /// The flight in an engine.
-fn flown(engine: &mut dyn DemEngine, loads: &[[Load; 2]]) -> Result<Vec<[Flight; 2]>> {
-    let state = |engine: &dyn DemEngine| {
-        let owned = engine.particles().owned();
-        [0, 1].map(|id| {
-            let p = &owned[id];
-            Flight([p.position(), p.velocity(), p.angular_velocity()])
-        })
-    };
-    let mut frames = vec![state(engine)];
+fn flown(engine: &mut dyn DemEngine, loads: &[[Load; 2]]) -> Result<Vec<Flight>> {
+    let mut frames = vec![state(engine.particles().owned())];
     for loads in loads {
         engine.advance(&Comm::Solo, loads, STEP)?;
-        frames.push(state(engine));
+        frames.push(state(engine.particles().owned()));
     }
     Ok(frames)
 }
 
 /// H17 and H18: constant and random loads, with 1 and 10 sub-steps.
 pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("free-flight");
     let mut findings = Findings::default();
-    for random in [false, true] {
-        for substeps in [1, 10] {
-            let kind = if random { "random" } else { "constant" };
-            let mut scene = Scene::glass(format!("{}-{kind}-{substeps}", judge.0), 1.0, 0.0, SAME);
-            scene.substeps = substeps;
-            scene.add(
-                0,
-                Vec3::new(3e-3, 3e-3, 3e-3),
-                Vec3::new(0.1, -0.05, 0.02),
-                Vec3::new(10.0, 20.0, -5.0),
-            );
-            scene.add(0, Vec3::new(7e-3, 7e-3, 7e-3), Vec3::zeros(), Vec3::zeros());
-            let loads = loads(random);
-            let exact = exact(&scene, &loads);
-            let native = flown(&mut scene.native()?, &loads)?;
-            let liggghts = flown(&mut scene.liggghts(directory)?, &loads)?;
-            for (i, name) in NAMES.iter().enumerate() {
-                let frames = exact.iter().flatten();
-                let largest = worst(frames.map(|flight| flight.0[i].norm()));
-                let off = |frames: &[[Flight; 2]]| {
-                    let pairs = frames.iter().flatten().zip(exact.iter().flatten());
-                    worst(pairs.map(|(a, b)| (a.0[i] - b.0[i]).norm())) / largest
-                };
-                let difference = worst([off(&native), off(&liggghts)]);
-                let last = |frames: &[[Flight; 2]]| Some(frames[STEPS][0].0[i].x);
-                let values = [last(&native), last(&liggghts), last(&exact)];
-                let quantity =
-                    format!("{name}, {kind} loads, sub-steps: {substeps}; shown: x of the first at the end");
-                findings
-                    .checks
-                    .push(judge.given(quantity, values, difference, 1e-12, EXACT));
-            }
-            if random && substeps == 10 {
-                findings.overlays.push(plot([&native, &liggghts, &exact]));
-            }
+    for (kind, substeps) in [("constant", 1), ("constant", 10), ("random", 1), ("random", 10)] {
+        let mut scene = Scene::glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
+        scene.substeps = substeps;
+        let (velocity, spin) = (Vec3::new(0.1, -0.05, 0.02), Vec3::new(10.0, 20.0, -5.0));
+        scene.add(0, Vec3::repeat(3e-3), velocity, spin);
+        scene.add(0, Vec3::repeat(7e-3), Vec3::zeros(), Vec3::zeros());
+        let loads = loads(kind == "random");
+        let exact = exact(&scene, &loads);
+        let native = flown(&mut scene.native()?, &loads)?;
+        let liggghts = flown(&mut scene.liggghts(directory)?, &loads)?;
+        for (i, name) in NAMES.iter().enumerate() {
+            let all = |frames: &[Flight]| {
+                frames
+                    .iter()
+                    .flatten()
+                    .map(|flight| flight[i])
+                    .collect::<Vec<_>>()
+            };
+            let largest = worst(all(&exact).iter().map(Vec3::norm));
+            let off = |frames: &[Flight]| {
+                let pairs = all(frames).into_iter().zip(all(&exact));
+                worst(pairs.map(|(a, b)| (a - b).norm())) / largest
+            };
+            let difference = worst([off(&native), off(&liggghts)]);
+            let values = [&native, &liggghts, &exact].map(|frames| Some(frames[STEPS][0][i].x));
+            let quantity =
+                format!("{name}, {kind} loads, sub-steps: {substeps}; shown: x of the first at the end");
+            findings.push(given(quantity, values, difference, 1e-12, EXACT));
+        }
+        if (kind, substeps) == ("random", 10) {
+            let curve = |frames: &[Flight]| {
+                let points = frames.iter().enumerate();
+                points
+                    .map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0][1].x])
+                    .collect()
+            };
+            findings.overlays.push(Overlay::new(
+                "velocity",
+                "Free flight under random loads, 10 sub-steps",
+                ["time (ms)", "velocity along x (m/s)"],
+                [
+                    ("native", curve(&native)),
+                    ("LIGGGHTS", curve(&liggghts)),
+                    ("exact", curve(&exact)),
+                ],
+            ));
         }
     }
     Ok(findings)
-}
-
-/// Velocity of the first sphere along x.
-fn plot(ways: [&Vec<[Flight; 2]>; 3]) -> Overlay {
-    let curve = |frames: &Vec<[Flight; 2]>| {
-        let points = frames.iter().enumerate();
-        points
-            .map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0].0[1].x])
-            .collect()
-    };
-    let names = ["native", "LIGGGHTS", "exact"];
-    Overlay {
-        name: "velocity".into(),
-        title: "Free flight under random loads, 10 sub-steps".into(),
-        axes: ["time (ms)".into(), "velocity along x (m/s)".into()],
-        logarithmic: [false; 2],
-        curves: names
-            .iter()
-            .zip(ways)
-            .map(|(name, way)| ((*name).to_owned(), curve(way)))
-            .collect(),
-    }
 }

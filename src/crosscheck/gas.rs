@@ -2,8 +2,10 @@
 //! every single sphere.
 
 use super::theory::{Hertz, Mixture};
-use super::tools::{Between, Judge, Random, SAME, Scene, advance, model, sphere, worst};
-use super::{Findings, Moment, Overlay};
+use super::tools::{
+    Between, Random, SAME, Scene, absolute, advance, given, model, moments, relative, sphere, worst,
+};
+use super::{Findings, Overlay};
 use crate::contact::Material;
 use crate::dem::DemEngine;
 use crate::domain::Domain;
@@ -118,7 +120,7 @@ struct Run {
     /// Velocities (m/s).
     velocities: Vec<Vec<Vec3>>,
     /// Spheres at every fifteenth sample.
-    moments: Vec<Vec<(Vec3, Vec3, Vec3, f64)>>,
+    frames: Vec<Vec<Particle>>,
 }
 
 impl Run {
@@ -128,7 +130,7 @@ impl Run {
             energy: Vec::new(),
             momentum: 0.0,
             velocities: Vec::new(),
-            moments: Vec::new(),
+            frames: Vec::new(),
         };
         for sample in 0..=SAMPLES {
             if sample > 0 {
@@ -158,10 +160,7 @@ impl Run {
         self.momentum = self.momentum.max(momenta().sum::<Vec3>().norm() / total);
         self.velocities.push(velocities);
         if sample.is_multiple_of(15) {
-            let of = |(id, p): (usize, &Particle)| {
-                (p.position(), p.velocity(), p.angular_velocity(), scene.radius(id))
-            };
-            self.moments.push(spheres.iter().enumerate().map(of).collect());
+            self.frames.push(spheres.to_vec());
         }
     }
 
@@ -240,10 +239,9 @@ fn at(milliseconds: f64) -> usize {
 
 /// H19 to H21: conservation, early agreement, temperature.
 pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("gas");
     let mut findings = Findings::default();
     for restitution in [1.0, 0.9] {
-        let scene = scene(format!("{}-{restitution}", judge.0), restitution, SEED);
+        let scene = scene(format!("gas-{restitution}"), restitution, SEED);
         let runs = [
             Run::of(&scene, &mut scene.native()?)?,
             Run::of(&scene, &mut scene.liggghts(directory)?)?,
@@ -251,7 +249,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         let both = |of: &dyn Fn(&Run) -> f64| [Some(of(&runs[0])), Some(of(&runs[1]))];
         let what = format!("e = {restitution}");
         let [native, liggghts] = both(&|run| run.momentum);
-        findings.checks.push(judge.absolute(
+        findings.push(absolute(
             format!("largest sum of the momenta, {what} (-)"),
             [native, liggghts, Some(0.0)],
             Between::Theory,
@@ -262,7 +260,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         let elastic = restitution >= 1.0;
         if elastic {
             let [native, liggghts] = both(&Run::drift);
-            findings.checks.push(judge.absolute(
+            findings.push(absolute(
                 format!("change of the energy, {what} (-)"),
                 [native, liggghts, Some(0.0)],
                 Between::Theory,
@@ -278,20 +276,18 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         let [native, liggghts] = both(&speed);
         let quantity = format!("{quantity}; shown: speed of the first (m/s)");
         let difference = parted(&runs, sample);
-        findings
-            .checks
-            .push(judge.given(quantity, [native, liggghts, None], difference, 1e-9, EARLY));
+        findings.push(given(quantity, [native, liggghts, None], difference, 1e-9, EARLY));
 
         let temperature = |milliseconds: f64, tolerance: f64, reason: &'static str| {
             let [native, liggghts] = both(&|run| run.temperature(at(milliseconds)));
             let quantity = format!("temperature over that at the start after {milliseconds} ms, {what} (-)");
             let values = [native, liggghts, None];
-            judge.relative(quantity, values, Between::Engines, tolerance, reason)
+            relative(quantity, values, Between::Engines, tolerance, reason)
         };
-        findings.checks.push(temperature(3.0, 1e-9, TOGETHER));
-        findings.checks.push(temperature(5.0, 1e-6, TOGETHER));
+        findings.push(temperature(3.0, 1e-9, TOGETHER));
+        findings.push(temperature(5.0, 1e-6, TOGETHER));
         let scatter = 3.0 * SQRT_2 * SCATTER[usize::from(!elastic)];
-        findings.checks.push(temperature(10.0, scatter, PARTED));
+        findings.push(temperature(10.0, scatter, PARTED));
         let mixture = mixture(&scene);
         let count = scene.particles.len() as f64;
         let start = 2.0 / 3.0 * runs[0].energy[0] / count;
@@ -303,14 +299,14 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
             let quantity = format!("kinetic and elastic energy after 10 ms over that after 3 ms, {what} (-)");
             let values = [native, liggghts, Some(haff)];
             let tolerance = ABOVE_HAFF[0] + 3.0 * ABOVE_HAFF[1];
-            let check = judge.relative(quantity, values, Between::Theory, tolerance, HAFF);
-            findings.checks.push(check);
+            let check = relative(quantity, values, Between::Theory, tolerance, HAFF);
+            findings.push(check);
         }
         findings
             .overlays
             .extend(plots(&runs, &what, |t| mixture.cooled(restitution, start, t)));
         if !elastic {
-            findings.moments = moments(runs);
+            findings.moments = moments(&scene, [&runs[0].frames, &runs[1].frames], |k| time(15 * k), 1);
         }
     }
     Ok(findings)
@@ -330,16 +326,6 @@ fn mixture(scene: &Scene) -> Mixture {
     Mixture::new(&sizes, scene.domain.volume())
 }
 
-fn moments(runs: [Run; 2]) -> Vec<Moment> {
-    let [native, liggghts] = runs.map(|run| run.moments);
-    let both = native.into_iter().zip(liggghts).enumerate();
-    both.map(|(k, (native, liggghts))| Moment {
-        time: time(15 * k),
-        spheres: [native, liggghts],
-    })
-    .collect()
-}
-
 /// Energy, and how the engines part. Rigid spheres, which theory is of, have kinetic energy only; of ours the contacts store
 /// nearly a hundredth at any time.
 fn plots(runs: &[Run; 2], what: &str, haff: impl Fn(f64) -> f64) -> [Overlay; 2] {
@@ -357,27 +343,23 @@ fn plots(runs: &[Run; 2], what: &str, haff: impl Fn(f64) -> f64) -> [Overlay; 2]
         .collect();
     let stem = what.replace(" = ", "");
     [
-        Overlay {
-            name: format!("energy_{stem}"),
-            title: format!("Gas of 512 spheres of five sizes, {what}: kinetic and elastic energy"),
-            axes: ["time (ms)".into(), "energy / start".into()],
-            logarithmic: [false; 2],
-            curves: vec![
-                ("native".into(), energy(&runs[0])),
-                ("LIGGGHTS".into(), energy(&runs[1])),
-                ("Haff, Enskog".into(), theory),
+        Overlay::new(
+            format!("energy_{stem}"),
+            format!("Gas of 512 spheres of five sizes, {what}: kinetic and elastic energy"),
+            ["time (ms)", "energy / start"],
+            [
+                ("native", energy(&runs[0])),
+                ("LIGGGHTS", energy(&runs[1])),
+                ("Haff, Enskog", theory),
             ],
-        },
-        Overlay {
-            name: format!("parting_{stem}"),
-            title: format!("How both engines part in a gas, {what}"),
-            axes: [
-                "time (ms)".into(),
-                "difference of velocities / velocity, rms (-)".into(),
-            ],
-            logarithmic: [false, true],
-            curves: vec![("native - LIGGGHTS".into(), apart)],
-        },
+        ),
+        Overlay::new(
+            format!("parting_{stem}"),
+            format!("How both engines part in a gas, {what}"),
+            ["time (ms)", "difference of velocities / velocity, rms (-)"],
+            [("native - LIGGGHTS", apart)],
+        )
+        .logarithmic([false, true]),
     ]
 }
 

@@ -1,12 +1,11 @@
 //! The head-on impact without damping, and its trajectory.
 
-use super::theory::{Damping, Hertz, impact, lens_ratio};
-use super::tools::{Between, GLASS, Judge, OWN, RADIUS, SAME, Scene, Track, thinned, worst};
+use super::damped::{columns, depth, hertz, pairs};
+use super::theory::{Damping, impact, lens_ratio};
+use super::tools::{Between, OWN, RADIUS, SAME, Track, absolute, given, thinned, worst};
 use super::{Findings, Overlay};
 use crate::contact::ElasticLaw;
 use crate::error::Result;
-use crate::math::Vec3;
-use crate::particle::Particle;
 use std::path::Path;
 
 /// Steps per duration of the impact.
@@ -23,11 +22,6 @@ const ROUNDING: &str = "largest difference of the positions at any step, in part
 const MOMENTUM: &str =
     "of the sum of the momenta over that at the start: rounding of equal and opposite kicks";
 
-/// Depth of the overlap of spheres 0 and 1 of [`RADIUS`] (m).
-fn depth(frame: &[Particle]) -> f64 {
-    2.0 * RADIUS - (frame[1].position() - frame[0].position()).norm()
-}
-
 /// Largest difference of the positions of two tracks (m).
 fn apart(tracks: &[Track; 2]) -> f64 {
     let frames = tracks[0].frames.iter().zip(&tracks[1].frames);
@@ -37,16 +31,11 @@ fn apart(tracks: &[Track; 2]) -> f64 {
 
 /// H3 and H4: the first sphere hits the second, which is at rest.
 pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("head-on");
     let mut findings = Findings::default();
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
         for speed in [1.0, 0.1] {
-            let mut scene = Scene::glass(format!("{}-{label}-{speed}", judge.0), 1.0, 0.0, laws);
-            let at = Vec3::new(4e-3, 5e-3, 5e-3);
-            scene.add(0, at, Vec3::x() * speed, Vec3::zeros());
-            scene.add(0, at + Vec3::x() * (2.0 * RADIUS), Vec3::zeros(), Vec3::zeros());
-            let mass = scene.mass(0);
-            let hertz = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]);
+            let scene = pairs(format!("head-on-{label}-{speed}"), 1.0, laws, &[speed]);
+            let hertz = hertz(&scene);
             let dt = hertz.duration(speed) / STEPS as f64;
             let tracks = scene.record(directory, dt, STEPS * 5 / 4, |_| false)?;
 
@@ -55,7 +44,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             let speeds = |track: &Track| track.last().iter().map(|p| p.velocity[0]).collect::<Vec<_>>();
             let [native, liggghts] = [0, 1].map(|i| speeds(&tracks[i]));
             let restitution = |v: &[f64]| Some((v[1] - v[0]) / speed);
-            findings.checks.push(judge.absolute(
+            findings.push(absolute(
                 format!("restitution, {what} (-)"),
                 [restitution(&native), restitution(&liggghts), Some(1.0)],
                 Between::Theory,
@@ -64,7 +53,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
                 RESTITUTION,
             ));
             let momentum = |v: &[f64]| Some((v[0] + v[1]) / speed);
-            findings.checks.push(judge.absolute(
+            findings.push(absolute(
                 format!("momentum over that at the start, {what} (-)"),
                 [momentum(&native), momentum(&liggghts), Some(1.0)],
                 Between::Theory,
@@ -75,45 +64,25 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
 
             let ratio = |depth| if same { 1.0 } else { lens_ratio([RADIUS; 2], depth) };
             let own = impact(&hertz, Damping::Tsuji(1.0), ratio, speed);
-            let measured = [0, 1].map(|i| tracks[i].impact(depth));
+            let measured = [0, 1].map(|i| tracks[i].impact(|frame| depth(frame, 0)));
             let theory = [
-                (own.duration, own.deepest),
-                (hertz.duration(speed), hertz.deepest(speed)),
+                [own.duration, own.deepest],
+                [hertz.duration(speed), hertz.deepest(speed)],
             ];
             for (i, name) in [(0, "native"), (1, "LIGGGHTS")] {
-                let (duration, deepest) = theory[i];
-                let column = |value: Option<f64>, theory: f64| {
-                    let mut values = [None, None, Some(theory)];
-                    values[i] = value;
-                    values
-                };
-                findings.checks.push(judge.relative(
-                    format!("duration, {what}, {name} (s)"),
-                    column(measured[i].map(|m| m.duration), duration),
-                    Between::Theory,
-                    5e-5,
-                    SHAPE,
-                ));
-                findings.checks.push(judge.relative(
-                    format!("largest depth, {what}, {name} (m)"),
-                    column(measured[i].map(|m| m.deepest), deepest),
-                    Between::Theory,
-                    5e-5,
-                    SHAPE,
-                ));
+                let what = format!("{what}, {name}");
+                findings
+                    .checks
+                    .extend(columns(&what, i, measured[i], theory[i], 5e-5, SHAPE));
             }
             let difference = apart(&tracks) / hertz.deepest(speed);
             let last = |i: usize| Some(tracks[i].last()[1].position[0] - scene.particles[1].position[0]);
             let values = [last(0), last(1), None];
             let path = format!("path of the second sphere, {what} (m)");
-            findings
-                .checks
-                .push(judge.given(&path, values, difference, 2e-4, TRAJECTORY));
+            findings.push(given(&path, values, difference, 2e-4, TRAJECTORY));
             if same {
                 let path = format!("{path}, bits");
-                findings
-                    .checks
-                    .push(judge.given(path, values, difference, 1e-9, ROUNDING));
+                findings.push(given(path, values, difference, 1e-9, ROUNDING));
             }
             findings.overlays.push(trajectory(&tracks, &own, label, speed));
         }
@@ -125,19 +94,18 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
 fn trajectory(tracks: &[Track; 2], own: &super::theory::Impact, label: &str, speed: f64) -> Overlay {
     let curve = |track: &Track| {
         let points =
-            (track.frames.iter().enumerate()).map(|(k, frame)| [track.time(k) * 1e6, depth(frame) * 1e6]);
+            (track.frames.iter().enumerate()).map(|(k, frame)| [track.time(k) * 1e6, depth(frame, 0) * 1e6]);
         thinned(points, 400)
     };
     let analytic = own.history.iter().map(|i| [i.time * 1e6, i.depth * 1e6]);
-    Overlay {
-        name: format!("depth_{label}_{speed}"),
-        title: format!("Elastic head-on impact at {speed} m/s, {label} law"),
-        axes: ["time (us)".into(), "depth (um)".into()],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("native".into(), curve(&tracks[0])),
-            ("LIGGGHTS".into(), curve(&tracks[1])),
-            ("theory".into(), thinned(analytic, 400)),
+    Overlay::new(
+        format!("depth_{label}_{speed}"),
+        format!("Elastic head-on impact at {speed} m/s, {label} law"),
+        ["time (us)", "depth (um)"],
+        [
+            ("native", curve(&tracks[0])),
+            ("LIGGGHTS", curve(&tracks[1])),
+            ("theory", thinned(analytic, 400)),
         ],
-    }
+    )
 }

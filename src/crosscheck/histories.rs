@@ -10,7 +10,7 @@
 
 use super::damped::{STEPS, depth, hertz, pairs, plain};
 use super::theory::{Damping, Hertz, Impact, dashpot, impact};
-use super::tools::{Between, Judge, SAME, Track, thinned, worst};
+use super::tools::{Between, SAME, Track, absolute, given, thinned, worst};
 use super::{Findings, Overlay};
 use crate::error::Result;
 use std::path::Path;
@@ -47,10 +47,9 @@ fn off_law(track: &Track, hertz: &Hertz, e: f64) -> f64 {
 
 /// The whole history of the force under the law of LIGGGHTS.
 pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("force-history");
     let mut findings = Findings::default();
     for e in [0.9, 0.7, 0.5] {
-        let scene = pairs(format!("{}-{e}", judge.0), e, SAME, &[SPEED]);
+        let scene = pairs(format!("force-history-{e}"), e, SAME, &[SPEED]);
         let hertz = hertz(&scene);
         let dt = hertz.duration(SPEED) / STEPS as f64;
         let tracks = scene.record(directory, dt, STEPS * 5 / 4, |_| false)?;
@@ -59,21 +58,15 @@ pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
         let peak = worst(theory.history.iter().map(|i| i.force));
         let peaks = [Some(native), Some(liggghts), Some(peak)];
         let quantity = format!("whole history of the force, e = {e}; shown: peak (N)");
-        findings
-            .checks
-            .push(judge.given(quantity, peaks, apart / peak, 1e-9, HISTORY));
+        findings.push(given(quantity, peaks, apart / peak, 1e-9, HISTORY));
         let off = [0, 1].map(|i| off_law(&tracks[i], &hertz, e));
         let values = [Some(off[0] / peak), Some(off[1] / peak), Some(0.0)];
         let quantity = format!("force off the law at its own depth and velocity, e = {e} (-)");
-        findings
-            .checks
-            .push(judge.given(quantity, values, worst(off) / peak, 1e-9, LAW));
+        findings.push(given(quantity, values, worst(off) / peak, 1e-9, LAW));
         let ends = [0, 1].map(|i| tracks[i].impact(|frame| depth(frame, 0)).map(|m| m.duration / dt));
         let values = [ends[0], ends[1], Some(theory.duration / dt)];
         let quantity = format!("end of the contact, e = {e} (steps)");
-        findings
-            .checks
-            .push(judge.absolute(quantity, values, Between::Engines, 1.0, 1.0, END));
+        findings.push(absolute(quantity, values, Between::Engines, 1.0, 1.0, END));
         findings.overlays.extend(plots(&tracks, &theory, e));
     }
     Ok(findings)
@@ -90,14 +83,13 @@ fn plots(tracks: &[Track; 2], theory: &Impact, e: f64) -> [Overlay; 2] {
     let over_depth = |i: usize| points(i, &|k| depth(&tracks[i].frames[k], 0));
     let times = theory.history.iter().map(|i| [i.time * 1e6, i.force]);
     let depths = theory.history.iter().map(|i| [i.depth * 1e6, i.force]);
-    let overlay = |name: &str, x: &str, curves: [Vec<[f64; 2]>; 3]| Overlay {
-        name: format!("{name}_{e}"),
-        title: format!("Damped head-on impact at {SPEED} m/s, e = {e}"),
-        axes: [x.into(), "force (N)".into()],
-        logarithmic: [false; 2],
-        curves: (["native", "LIGGGHTS", "theory"].map(String::from).into_iter())
-            .zip(curves)
-            .collect(),
+    let overlay = |name: &str, x: &str, curves: [Vec<[f64; 2]>; 3]| {
+        Overlay::new(
+            format!("{name}_{e}"),
+            format!("Damped head-on impact at {SPEED} m/s, e = {e}"),
+            [x, "force (N)"],
+            (["native", "LIGGGHTS", "theory"].map(String::from).into_iter()).zip(curves),
+        )
     };
     [
         overlay(

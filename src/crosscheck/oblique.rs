@@ -3,8 +3,8 @@
 //! Only gross sliding is compared: where surfaces stick, LIGGGHTS has a tangential spring and the native engine has none.
 
 use super::theory::{Hertz, Sliding, slide};
-use super::tools::{Between, GLASS, Judge, RADIUS, SAME, Scene, Track, worst};
-use super::{Check, Findings, Moment, Overlay};
+use super::tools::{Between, GLASS, RADIUS, SAME, Scene, Track, absolute, given, moments, relative, worst};
+use super::{Check, Findings, Overlay};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
@@ -146,7 +146,7 @@ fn three(f: impl Fn(usize) -> f64) -> [Option<f64>; 3] {
 }
 
 /// Checks that hold for every throw.
-fn checks(judge: Judge, throw: &Throw, outcome: &Outcome) -> Vec<Check> {
+fn checks(throw: &Throw, outcome: &Outcome) -> Vec<Check> {
     let (what, speed) = (throw.what, throw.velocity[0]);
     let ends = [0, 1].map(|id| outcome.ends(id));
     let apart = |i: usize, j: usize, of: fn(&(Vec3, Vec3)) -> Vec3| {
@@ -164,22 +164,22 @@ fn checks(judge: Judge, throw: &Throw, outcome: &Outcome) -> Vec<Check> {
     };
     let quantity = format!("velocities after, {what}; shown: v1 across (m/s)");
     let values = component(0, throw.across);
-    checks.push(judge.given(quantity, values, all(velocity) / speed, tolerance, reason));
+    checks.push(given(quantity, values, all(velocity) / speed, tolerance, reason));
     if throw.friction > 0.0 {
         let axis = throw.normal.cross(&throw.across);
         let gained = |i: usize| (ends[1][i].1 - throw.spins[1]).dot(&axis);
         let quantity = format!("spins after, {what}; shown: gained by the second (1/s)");
         let scale = gained(2).abs();
-        checks.push(judge.given(quantity, three(gained), all(spin) / scale, 2e-3, SPIN));
+        checks.push(given(quantity, three(gained), all(spin) / scale, 2e-3, SPIN));
         let ratio = |engine| Some(outcome.impulse_ratio(engine) / throw.friction);
         let values = [ratio(0), ratio(1), Some(1.0)];
         let quantity = format!("J_t / (mu J_n), {what} (-)");
-        checks.push(judge.absolute(quantity, values, Between::Theory, 1.0, 1e-6, COULOMB));
+        checks.push(absolute(quantity, values, Between::Theory, 1.0, 1e-6, COULOMB));
     }
     let drifts = [0, 1].map(|engine| outcome.drift(engine));
     let quantity = format!("change of momentum and angular momentum, {what} (-)");
     let values = [Some(drifts[0]), Some(drifts[1]), Some(0.0)];
-    checks.push(judge.given(quantity, values, worst(drifts), 1e-12, CONSERVED));
+    checks.push(given(quantity, values, worst(drifts), 1e-12, CONSERVED));
     checks
 }
 
@@ -201,23 +201,21 @@ fn plot(name: &str, throw: &Throw, outcome: &Outcome) -> Overlay {
         });
         points.collect()
     };
-    Overlay {
-        name: name.into(),
-        title: format!("Gross sliding, {}", throw.what),
-        axes: ["time (us)".into(), "force (N)".into()],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("native, along".into(), curve(0, false)),
-            ("LIGGGHTS, along".into(), curve(1, false)),
-            ("native, across / mu".into(), curve(0, true)),
-            ("LIGGGHTS, across / mu".into(), curve(1, true)),
+    Overlay::new(
+        name,
+        format!("Gross sliding, {}", throw.what),
+        ["time (us)", "force (N)"],
+        [
+            ("native, along", curve(0, false)),
+            ("LIGGGHTS, along", curve(1, false)),
+            ("native, across / mu", curve(0, true)),
+            ("LIGGGHTS, across / mu", curve(1, true)),
         ],
-    }
+    )
 }
 
 /// H7 and H8: several angles and coefficients of friction, in the plane and askew.
 pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("sliding");
     let tangent = |degrees: f64| degrees.to_radians().tan();
     let askew = Throw {
         normal: Vec3::new(0.48, -0.6, 0.64),
@@ -233,43 +231,29 @@ pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
     ];
     let mut findings = Findings::default();
     for (n, throw) in throws.iter().enumerate() {
-        let outcome = Outcome::of(throw, format!("{}-{n}", judge.0), directory)?;
-        findings.checks.extend(checks(judge, throw, &outcome));
+        let outcome = Outcome::of(throw, format!("sliding-{n}"), directory)?;
+        findings.checks.extend(checks(throw, &outcome));
         if throw.friction > 0.0 {
             findings
                 .overlays
                 .push(plot(&format!("force_{n}"), throw, &outcome));
         }
         if n == 1 {
-            findings.moments = moments(&outcome);
+            let [native, liggghts] = &outcome.tracks;
+            let frames = [&native.frames[..], &liggghts.frames];
+            findings.moments = moments(&outcome.scene, frames, |k| native.time(k), 40);
         }
     }
     Ok(findings)
 }
 
-/// Some thirty moments of an impact.
-fn moments(outcome: &Outcome) -> Vec<Moment> {
-    let frames = outcome.tracks[0].frames.len().min(outcome.tracks[1].frames.len());
-    let spheres = |engine: usize, k: usize| {
-        let frame = &outcome.tracks[engine].frames[k];
-        let of = |p: &Particle| (p.position(), p.velocity(), p.angular_velocity(), RADIUS);
-        frame.iter().map(of).collect()
-    };
-    let moment = |k: usize| Moment {
-        time: outcome.tracks[0].time(k),
-        spheres: [spheres(0, k), spheres(1, k)],
-    };
-    (0..frames).step_by(40).map(moment).collect()
-}
-
 /// H12: so slow that the spheres are nearly rigid.
 pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("near-rigid");
     let (speed, friction) = (0.01, 0.1);
     let throw = Throw::plane("45 degrees, mu = 0.1, 0.01 m/s", [speed, speed], friction);
-    let outcome = Outcome::of(&throw, judge.0.into(), directory)?;
+    let outcome = Outcome::of(&throw, "near-rigid".into(), directory)?;
     let mut findings = Findings {
-        checks: checks(judge, &throw, &outcome),
+        checks: checks(&throw, &outcome),
         ..Findings::default()
     };
     // Rigid spheres of equal mass exchange their speeds along the normal; the impulse mu m v across it brakes, and spins.
@@ -282,14 +266,12 @@ pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
         let apart = worst([native, liggghts].map(|v| (v - rigid).norm() / speed));
         let values = [native.y, liggghts.y, rigid.y].map(Some);
         let quantity = format!("velocity of the {name} sphere against rigid ones; shown: across (m/s)");
-        findings
-            .checks
-            .push(judge.given(quantity, values, apart, 1e-4, RIGID));
+        findings.push(given(quantity, values, apart, 1e-4, RIGID));
     }
     let spin = -2.5 * friction * speed / RADIUS;
     let [native, liggghts, _] = outcome.ends(0).map(|end| Some(end.1.z));
     let values = [native, liggghts, Some(spin)];
-    findings.checks.push(judge.relative(
+    findings.push(relative(
         "spin against rigid spheres (1/s)",
         values,
         Between::Theory,
@@ -301,7 +283,6 @@ pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
 
 /// Spheres that spin when they meet head-on: about axes across, and along the normal.
 pub(super) fn spin(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("spin");
     // The surface of the first passes that of the second at 2 m/s.
     let turning = Vec3::z() * 4e3;
     let one = Throw {
@@ -314,8 +295,8 @@ pub(super) fn spin(directory: Option<&Path>) -> Result<Findings> {
     };
     let mut findings = Findings::default();
     for (n, throw) in [one, both].iter().enumerate() {
-        let outcome = Outcome::of(throw, format!("{}-{n}", judge.0), directory)?;
-        findings.checks.extend(checks(judge, throw, &outcome));
+        let outcome = Outcome::of(throw, format!("spin-{n}"), directory)?;
+        findings.checks.extend(checks(throw, &outcome));
         findings
             .overlays
             .push(plot(&format!("force_{n}"), throw, &outcome));
@@ -324,11 +305,9 @@ pub(super) fn spin(directory: Option<&Path>) -> Result<Findings> {
         spins: [Vec3::x() * 4e3, Vec3::x() * -1e3],
         ..Throw::plane("spin about the normal, mu = 0.1", [1.0, 0.0], 0.1)
     };
-    let outcome = Outcome::of(&axial, format!("{}-axial", judge.0), directory)?;
+    let outcome = Outcome::of(&axial, "spin-axial".into(), directory)?;
     let spins = outcome.ends(0).map(|end| Some(end.1.x));
     let quantity = "spin about the normal of the first (1/s)";
-    findings
-        .checks
-        .push(judge.relative(quantity, spins, Between::All, 1e-12, UNTOUCHED));
+    findings.push(relative(quantity, spins, Between::All, 1e-12, UNTOUCHED));
     Ok(findings)
 }

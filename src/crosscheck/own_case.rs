@@ -4,23 +4,15 @@
 //! native engine, and these loads are replayed through both engines: so the engines are compared, and not what the fluid
 //! makes of their differences.
 
-mod compare;
-mod record;
-mod replay;
-
-use super::tools::Judge;
+use super::pair::{Comparison, PARTED, Pair, QUANTITIES};
+use super::record::{Recording, record};
+use super::tools::{Scene, given};
 use crate::case::Setup;
 use crate::checks::{Check, Findings, aligned};
-use crate::comm::Comm;
 use crate::contact::{DampingLaw, ElasticLaw};
-use crate::dem::{DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams};
-use crate::domain::Decomposition;
-use crate::engine::liggghts::{Liggghts, LiggghtsParams};
+use crate::dem::{DemEngine, EngineChoice, Load};
 use crate::error::{Error, Result};
 use crate::output::numbers::small;
-use compare::{Comparison, PARTED, Pair, QUANTITIES, Span};
-use record::record;
-pub use replay::replay;
 use std::path::Path;
 
 /// Id of a user's case in reports.
@@ -31,15 +23,13 @@ const MOST_BYTES: f64 = 4e9;
 /// Bytes of one load while it is recorded.
 const BYTES: f64 = 112.0;
 
-const JUDGE: Judge = Judge(ID);
-
-/// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to `log`. The text says where the
-/// engines part, and what is known of the reasons.
+/// Runs a case for `time` (s), or to its end, in both engines; what LIGGGHTS says goes to the directory, if there is one. The
+/// text says where the engines part, and what is known of the reasons.
 ///
 /// # Errors
 /// [`Error::Input`] if the case has other bodies than spheres, or is too long to record; what LIGGGHTS says to its set-up;
 /// and how a run that records loads fails. An engine that fails on the way is a check that fails.
-pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Findings, String)> {
+pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result<(Findings, String)> {
     refuse_what_is_no_sphere(setup)?;
     let steps = steps(setup, time)?;
     let recorded = if setup.fluid.is_none() {
@@ -47,7 +37,9 @@ pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Find
     } else {
         Some(record(setup, steps)?)
     };
-    let mut pair = Pair::new(setup, [native(setup)?, liggghts(setup, log)?]);
+    let scene = Scene::of(ID, setup);
+    let engines: [Box<dyn DemEngine>; 2] = [Box::new(scene.native()?), Box::new(scene.liggghts(directory)?)];
+    let mut pair = Pair::new(setup, engines);
     let rest = vec![Load::default(); setup.particles.len()];
     for step in 0..steps {
         let loads = recorded.as_ref().map_or(&rest[..], |r| r.loads(step));
@@ -58,15 +50,14 @@ pub fn run(setup: &Setup, time: Option<f64>, log: Option<&Path>) -> Result<(Find
     let found = &pair.found;
     let mut checks = vec![both_arrive(found, steps)];
     if let Some(recorded) = recorded.as_ref().filter(|_| found.steps[0] == steps) {
-        checks.push(repeats(JUDGE, "", recorded, &pair));
+        checks.push(repeats("", recorded, &pair));
     }
-    checks.extend(found.before_contact.map(|span| free_flight(setup, &span)));
     checks.extend(QUANTITIES.iter().zip(&found.largest).map(|(quantity, largest)| {
         let reason = "reported only: contacts multiply differences, so no theory gives a limit";
         let quantity = format!("largest difference of {quantity} (-)");
-        JUDGE.given(quantity, [None; 3], largest.value, f64::INFINITY, reason)
+        given(quantity, [None; 3], largest.value, f64::INFINITY, reason)
     }));
-    checks.push(begun(JUDGE, "", found));
+    checks.push(begun("", found));
     let findings = Findings {
         checks,
         ..Findings::default()
@@ -107,99 +98,30 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
     Ok(steps)
 }
 
-/// The native engine with the case at rest.
-fn native(setup: &Setup) -> Result<Box<dyn DemEngine>> {
-    let (whole, templates) = (whole(setup), setup.templates.clone());
-    let engine = Native::new(native_params(setup), whole, 0, templates, &setup.particles)?;
-    Ok(Box::new(engine))
-}
-
-fn native_params(setup: &Setup) -> NativeParams {
-    NativeParams {
-        contact: setup.contact.clone(),
-        walls: setup.walls.clone(),
-        gravity: setup.gravity,
-        substeps: setup.substeps,
-    }
-}
-
-/// LIGGGHTS with the case at rest; with the options of the case, if it is one for LIGGGHTS.
-fn liggghts(setup: &Setup, log: Option<&Path>) -> Result<Box<dyn DemEngine>> {
-    let params = LiggghtsParams {
-        contact: setup.contact.clone(),
-        walls: setup.walls.clone(),
-        gravity: setup.gravity,
-        substeps: setup.substeps,
-        options: match &setup.engine {
-            EngineChoice::Native => LiggghtsOptions::default(),
-            EngineChoice::Liggghts(options) => options.clone(),
-        },
-        log: log.map(Path::to_path_buf),
-        ..LiggghtsParams::default()
-    };
-    let (whole, templates) = (whole(setup), setup.templates.clone());
-    let engine = Liggghts::new(params, whole, &Comm::Solo, templates, &setup.particles)?;
-    Ok(Box::new(engine))
-}
-
-/// The box in one piece.
-fn whole(setup: &Setup) -> Decomposition {
-    Decomposition::with_grid(setup.domain, [1; 3])
-}
-
 fn both_arrive(found: &Comparison, steps: u64) -> Check {
     let [native, liggghts] = found.steps.map(|done| done as f64);
     let difference = (steps as f64 - native).max(steps as f64 - liggghts);
     let values = [native, liggghts, steps as f64].map(Some);
     let reason = "both engines must come to the end; the text below says why one does not";
-    JUDGE.given("steps done", values, difference, 0.0, reason)
+    given("steps done", values, difference, 0.0, reason)
 }
 
 /// The native engine repeats the recorded run.
-fn repeats(judge: Judge, what: &str, recorded: &record::Recording, pair: &Pair) -> Check {
+pub(super) fn repeats(what: &str, recorded: &Recording, pair: &Pair) -> Check {
     let both = recorded.last.iter().zip(pair.particles(0));
     let different = both.filter(|(a, b)| a != b).count() as f64;
     let quantity = format!("{what}particles that do not repeat the recorded run (-)");
     let reason = "the native engine under recorded loads repeats the recorded run bit for bit";
-    judge.given(quantity, [None; 3], different, 0.0, reason)
+    given(quantity, [None; 3], different, 0.0, reason)
 }
 
 /// Contacts that began in both engines.
-fn begun(judge: Judge, what: &str, found: &Comparison) -> Check {
+pub(super) fn begun(what: &str, found: &Comparison) -> Check {
     let [native, liggghts] = found.begun.map(|count| count as f64);
     let values = [Some(native), Some(liggghts), None];
     let reason = "reported only: the native engine looks at every sub-step, LIGGGHTS at every step";
     let quantity = format!("{what}contacts that began (-)");
-    judge.given(quantity, values, (native - liggghts).abs(), f64::INFINITY, reason)
-}
-
-/// Before anything touches both engines integrate the same constant loads: only rounding can part them.
-fn free_flight(setup: &Setup, span: &Span) -> Check {
-    let over = |difference: f64, unit: f64| if difference > 0.0 { difference / unit } else { 0.0 };
-    let [position, velocity, spin] = span.apart;
-    let apart = [position, over(velocity, span.speed), over(spin, span.spin)];
-    // Loads may hold gravity up: then a sub-step adds what takes most of it away again.
-    let gained = setup.gravity.norm() * setup.time_step / f64::from(setup.substeps);
-    let way = setup.domain.size().amax() + span.speed * span.steps as f64 * setup.time_step;
-    let diameters = setup.templates.iter().map(|t| t.shape.equivalent_diameter());
-    let largest = (way / diameters.fold(f64::INFINITY, f64::min)).max(1.0 + over(gained, span.speed));
-    let substeps = span.steps as f64 * f64::from(setup.substeps);
-    let (tolerance, reason) = if commands(setup).is_empty() {
-        (
-            4.0 * substeps * f64::EPSILON * largest,
-            "rounding alone: every sub-step of either engine rounds position, velocity and spin and what is added to them, by at \
-             most 4 units in the last place of box and way, or of the speed and of what gravity adds, in all",
-        )
-    } else {
-        let reason = "reported only: LIGGGHTS alone gets the commands of the case";
-        (f64::INFINITY, reason)
-    };
-    let quantity = format!(
-        "largest of all differences in {} steps before a contact (-)",
-        span.steps
-    );
-    let difference = apart.into_iter().fold(0.0, f64::max);
-    JUDGE.given(quantity, [None, None, Some(0.0)], difference, tolerance, reason)
+    given(quantity, values, (native - liggghts).abs(), f64::INFINITY, reason)
 }
 
 /// Commands of the user, which only LIGGGHTS gets.

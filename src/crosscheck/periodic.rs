@@ -1,7 +1,7 @@
 //! Contacts through the faces, edges and corners of a periodic box.
 
 use super::theory::Hertz;
-use super::tools::{GLASS, Judge, RADIUS, SAME, Scene, worst};
+use super::tools::{GLASS, RADIUS, SAME, Scene, given, worst};
 use super::{Findings, statics};
 use crate::domain::Domain;
 use crate::error::Result;
@@ -41,11 +41,10 @@ fn scene(name: String, friction: f64, point: Vec3, normal: Vec3, distance: f64) 
 
 /// H16: force at rest, and an oblique impact, through all kinds of borders.
 pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("periodic");
     let mut findings = Findings::default();
     let inside = impact("periodic-inside", Vec3::repeat(5e-3), PLACES[2].2, directory)?;
     for (name, point, normal) in PLACES {
-        let label = format!("{}-{name}", judge.0);
+        let label = format!("periodic-{name}");
         let scene = scene(label.clone(), 0.0, point, normal, 2.0 * RADIUS - 0.01 * RADIUS);
         let tracks = scene.record(directory, statics::STEP, 1, |_| false)?;
         let [a, b] = [0, 1].map(|id| scene.particles[id].position());
@@ -57,15 +56,11 @@ pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
         let off = worst(forces.map(|[on_a, _]| (on_a + offset.normalize() * expected).norm() / expected));
         let values = [Some(pushes[0]), Some(pushes[1]), Some(expected)];
         let quantity = format!("force through a {name}, d/R = 0.01 (N)");
-        findings
-            .checks
-            .push(judge.given(quantity, values, off, 1e-12, FORCE));
+        findings.push(given(quantity, values, off, 1e-12, FORCE));
         let sums = forces.map(|[on_a, on_b]| (on_a + on_b).norm() / expected);
         let values = [Some(sums[0]), Some(sums[1]), Some(0.0)];
         let quantity = format!("sum of both forces over one, {name} (-)");
-        findings
-            .checks
-            .push(judge.given(quantity, values, worst(sums), 1e-12, PAIRWISE));
+        findings.push(given(quantity, values, worst(sums), 1e-12, PAIRWISE));
     }
     let (_, corner, normal) = PLACES[2];
     let through = impact("periodic-through", corner, normal, directory)?;
@@ -77,9 +72,7 @@ pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
     });
     let values = [Some(apart[0]), Some(apart[1]), Some(0.0)];
     let quantity = "oblique impact through a corner against inside the box (-)";
-    findings
-        .checks
-        .push(judge.given(quantity, values, worst(apart), 1e-9, IMPACT));
+    findings.push(given(quantity, values, worst(apart), 1e-9, IMPACT));
     Ok(findings)
 }
 

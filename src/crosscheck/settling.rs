@@ -3,8 +3,8 @@
 //! Without friction: the native engine has no static friction of springs, so that piles with it differ by design. Frictionless
 //! spheres have one kind of packing, whatever the way to it.
 
-use super::tools::{Between, Judge, Random, SAME, Scene, advance, model, plane, sphere};
-use super::{Findings, Moment, Overlay};
+use super::tools::{Between, Random, SAME, Scene, advance, model, moments, plane, relative, sphere};
+use super::{Findings, Overlay};
 use crate::contact::Material;
 use crate::dem::DemEngine;
 use crate::domain::Domain;
@@ -126,29 +126,23 @@ fn sample(scene: &Scene, engine: &dyn DemEngine) -> Sample {
 /// The fall in one engine.
 struct Run {
     samples: Vec<Sample>,
-    moments: Vec<Vec<(Vec3, Vec3, Vec3, f64)>>,
+    /// Spheres at every twentieth sample.
+    frames: Vec<Vec<Particle>>,
 }
 
 impl Run {
     fn of(scene: &Scene, engine: &mut dyn DemEngine) -> Result<Self> {
-        let mut run = Self {
-            samples: Vec::new(),
-            moments: Vec::new(),
-        };
+        let (mut samples, mut frames) = (Vec::new(), Vec::new());
         for k in 0..=SAMPLES {
             if k > 0 {
                 advance(engine, f64::from(SUBSTEPS) * STEP)?;
             }
-            run.samples.push(sample(scene, engine));
+            samples.push(sample(scene, engine));
             if k.is_multiple_of(20) {
-                let of = |(id, p): (usize, &Particle)| {
-                    (p.position(), p.velocity(), p.angular_velocity(), scene.radius(id))
-                };
-                run.moments
-                    .push(engine.particles().owned().iter().enumerate().map(of).collect());
+                frames.push(engine.particles().owned().to_vec());
             }
         }
-        Ok(run)
+        Ok(Self { samples, frames })
     }
 
     /// Mean over the end.
@@ -164,77 +158,48 @@ fn time(sample: usize) -> f64 {
 
 /// The box of a thousand spheres.
 pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("settling-box");
-    let scene = scene(judge.0, 7);
+    let scene = scene("settling-box", 7);
     let runs = [
         Run::of(&scene, &mut scene.native()?)?,
         Run::of(&scene, &mut scene.liggghts(directory)?)?,
     ];
     let weight = GRAVITY * (0..COUNT).map(|id| scene.mass(id)).sum::<f64>();
     let both = |of: fn(&Sample) -> f64, analytic| [Some(runs[0].mean(of)), Some(runs[1].mean(of)), analytic];
-    let mut findings = Findings::default();
-    findings.checks.extend([
-        judge.relative(
-            "height of the centre of mass (m)",
-            both(|s| s.height, None),
-            Between::Engines,
-            1.2e-2,
-            HEIGHT,
-        ),
-        judge.relative(
-            "coordination number (-)",
-            both(|s| s.coordination, None),
-            Between::Engines,
-            5.5e-2,
-            COORDINATION,
-        ),
-        judge.relative(
-            "force on the floor (N)",
-            both(|s| s.floor, Some(weight)),
-            Between::Theory,
-            1.2e-3,
-            WEIGHT,
-        ),
-        judge.relative(
-            "force on a side wall (N)",
-            both(|s| s.side, None),
-            Between::Engines,
-            0.2,
-            SIDE,
-        ),
-    ]);
-    findings.overlays = plots(&runs);
-    let [native, liggghts] = runs.map(|run| run.moments);
-    let moments = native.into_iter().zip(liggghts).enumerate();
-    findings.moments = moments
-        .map(|(k, (native, liggghts))| Moment {
-            time: time(20 * k),
-            spheres: [native, liggghts],
-        })
-        .collect();
-    Ok(findings)
+    let engines = |quantity: &str, of: fn(&Sample) -> f64, tolerance: f64, reason: &str| {
+        relative(quantity, both(of, None), Between::Engines, tolerance, reason)
+    };
+    let floor = both(|s| s.floor, Some(weight));
+    Ok(Findings {
+        checks: vec![
+            engines("height of the centre of mass (m)", |s| s.height, 1.2e-2, HEIGHT),
+            engines(
+                "coordination number (-)",
+                |s| s.coordination,
+                5.5e-2,
+                COORDINATION,
+            ),
+            relative("force on the floor (N)", floor, Between::Theory, 1.2e-3, WEIGHT),
+            engines("force on a side wall (N)", |s| s.side, 0.2, SIDE),
+        ],
+        overlays: plots(&runs),
+        moments: moments(&scene, [&runs[0].frames, &runs[1].frames], |k| time(20 * k), 1),
+        ..Findings::default()
+    })
 }
 
 /// Height, coordination number and force on the floor over time.
 fn plots(runs: &[Run; 2]) -> Vec<Overlay> {
     let overlay = |name: &str, axis: &str, of: fn(&Sample) -> f64| {
         let curve = |run: &Run| {
-            run.samples
-                .iter()
-                .enumerate()
-                .map(|(k, s)| [time(k), of(s)])
-                .collect()
+            let samples = run.samples.iter().enumerate();
+            samples.map(|(k, s)| [time(k), of(s)]).collect()
         };
-        Overlay {
-            name: name.into(),
-            title: "1000 dry spheres settle in a box".into(),
-            axes: ["time (s)".into(), axis.into()],
-            logarithmic: [false; 2],
-            curves: vec![
-                ("native".into(), curve(&runs[0])),
-                ("LIGGGHTS".into(), curve(&runs[1])),
-            ],
-        }
+        Overlay::new(
+            name,
+            "1000 dry spheres settle in a box",
+            ["time (s)", axis],
+            [("native", curve(&runs[0])), ("LIGGGHTS", curve(&runs[1]))],
+        )
     };
     vec![
         overlay("height", "height of the centre of mass (mm)", |s| s.height * 1e3),

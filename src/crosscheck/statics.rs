@@ -1,7 +1,7 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
 use super::theory::{Hertz, cap_ratio, lens_ratio};
-use super::tools::{GLASS, Judge, Laws, OWN, SAME, Scene, Track, model, plane, sphere, worst};
+use super::tools::{GLASS, Laws, OWN, SAME, Scene, Track, given, model, plane, sphere, worst};
 use super::{Check, Findings, Overlay};
 use crate::contact::Material;
 use crate::domain::Domain;
@@ -83,12 +83,12 @@ impl Curve {
         worst(native.chain(liggghts).map(f64::abs))
     }
 
-    fn check(&self, judge: Judge, what: &str, laws: Laws) -> Check {
+    fn check(&self, what: &str, laws: Laws) -> Check {
         let last = self.depth.len() - 1;
         if laws == SAME {
             let values = [self.forces[0][last], self.forces[1][last], self.hertz[last]];
             let quantity = format!("force, d/R = 0.1, {what} (N)");
-            return judge.given(
+            return given(
                 quantity,
                 values.map(Some),
                 self.deviation(laws),
@@ -103,7 +103,7 @@ impl Curve {
             self.ratio[last],
         ];
         let quantity = format!("force over Hertz, volume law, d/R = 0.1, {what} (-)");
-        judge.given(quantity, values.map(Some), self.deviation(laws), 1e-9, VOLUME_LAW)
+        given(quantity, values.map(Some), self.deviation(laws), 1e-9, VOLUME_LAW)
     }
 
     fn overlay(&self, name: &str, what: &str) -> [Overlay; 2] {
@@ -116,35 +116,34 @@ impl Curve {
         };
         let over =
             |forces: &[f64]| -> Vec<f64> { forces.iter().zip(&self.hertz).map(|(f, h)| f / h).collect() };
-        let force = Overlay {
-            name: format!("force_{name}"),
-            title: format!("Force at rest, {what}"),
-            axes: ["depth / R".into(), "force (N)".into()],
-            logarithmic: [true; 2],
-            curves: vec![
-                ("native".into(), curve(&self.forces[0])),
-                ("LIGGGHTS".into(), curve(&self.forces[1])),
-                ("Hertz".into(), curve(&self.hertz)),
+        let force = Overlay::new(
+            format!("force_{name}"),
+            format!("Force at rest, {what}"),
+            ["depth / R", "force (N)"],
+            [
+                ("native", curve(&self.forces[0])),
+                ("LIGGGHTS", curve(&self.forces[1])),
+                ("Hertz", curve(&self.hertz)),
             ],
-        };
-        let ratio = Overlay {
-            name: format!("ratio_{name}"),
-            title: format!("Force at rest over Hertz, {what}, volume law"),
-            axes: ["depth / R".into(), "force / Hertz".into()],
-            logarithmic: [true, false],
-            curves: vec![
-                ("native".into(), curve(&over(&self.forces[0]))),
-                ("LIGGGHTS".into(), curve(&over(&self.forces[1]))),
-                ("volume law".into(), curve(&self.ratio)),
+        )
+        .logarithmic([true; 2]);
+        let ratio = Overlay::new(
+            format!("ratio_{name}"),
+            format!("Force at rest over Hertz, {what}, volume law"),
+            ["depth / R", "force / Hertz"],
+            [
+                ("native", curve(&over(&self.forces[0]))),
+                ("LIGGGHTS", curve(&over(&self.forces[1]))),
+                ("volume law", curve(&self.ratio)),
             ],
-        };
+        )
+        .logarithmic([true, false]);
         [force, ratio]
     }
 }
 
 /// H1: pairs of equal and unequal spheres and materials, along a tilted line.
 pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("static-pair");
     let configurations = [
         ("equal", [0, 0], [0, 0]),
         ("R2 = 0.4 R1", [0, 1], [0, 0]),
@@ -153,7 +152,7 @@ pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
     ];
     let mut findings = Findings::default();
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
-        let mut scene = scene(format!("{}-{label}", judge.0), laws);
+        let mut scene = scene(format!("static-pair-{label}"), laws);
         let direction = Vec3::new(0.48, -0.6, 0.64);
         let mut n = 0;
         for (_, radii, materials) in configurations {
@@ -171,13 +170,11 @@ pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
         let mut ids = (0..).step_by(2);
         for (what, radii, materials) in configurations {
             let curve = pair_curve(&scene, &tracks, radii, materials, &mut ids);
-            findings.checks.push(curve.check(judge, what, laws));
+            findings.push(curve.check(what, laws));
             let unpaired = worst(curve.unpaired);
             let quantity = format!("sum of both forces over one, {what}, {label} law (-)");
             let values = [Some(curve.unpaired[0]), Some(curve.unpaired[1]), Some(0.0)];
-            findings
-                .checks
-                .push(judge.given(quantity, values, unpaired, 1e-15, PAIRWISE));
+            findings.push(given(quantity, values, unpaired, 1e-15, PAIRWISE));
             let name = format!("r{}{}_m{}{}", radii[0], radii[1], materials[0], materials[1]);
             let [force, ratio] = curve.overlay(&name, what);
             findings.overlays.push(if laws == SAME { force } else { ratio });
@@ -219,11 +216,10 @@ fn pair_curve(
 
 /// H2: spheres of both sizes and materials pressed into a wall of glass.
 pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
-    let judge = Judge("static-wall");
     let configurations = [("glass on glass", 0, 0), ("small soft on glass", 1, 1)];
     let mut findings = Findings::default();
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
-        let mut scene = scene(format!("{}-{label}", judge.0), laws);
+        let mut scene = scene(format!("static-wall-{label}"), laws);
         scene.walls.push(plane(2, 0.0, true, 0));
         for (n, ((_, radius, material), depth)) in (configurations.iter())
             .flat_map(|configuration| depths().map(move |depth| (configuration, depth)))
@@ -247,7 +243,7 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
                     curve.forces[i].push(track.resting_force(id).z);
                 }
             }
-            findings.checks.push(curve.check(judge, what, laws));
+            findings.push(curve.check(what, laws));
             let [force, ratio] = curve.overlay(&format!("r{radius}_m{material}"), what);
             findings.overlays.push(if laws == SAME { force } else { ratio });
         }

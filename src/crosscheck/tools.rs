@@ -1,9 +1,11 @@
 //! What all cases share: a scene that both engines get bit for bit, its record, and checks.
 
-use super::Check;
+use super::files::sphere as sphere_of;
+use super::{Check, Moment};
+use crate::case::Setup;
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use crate::dem::{DemEngine, LiggghtsOptions, Load, Native, NativeParams};
+use crate::dem::{DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams};
 use crate::domain::{Decomposition, Domain};
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 use crate::error::Result;
@@ -57,6 +59,8 @@ pub(super) struct Scene {
     pub(super) gravity: Vec3,
     /// Sub-steps per step.
     pub(super) substeps: u32,
+    /// What LIGGGHTS alone is told.
+    pub(super) options: LiggghtsOptions,
 }
 
 impl Scene {
@@ -75,6 +79,25 @@ impl Scene {
             walls: Vec::new(),
             gravity: Vec3::zeros(),
             substeps: 1,
+            options: LiggghtsOptions::default(),
+        }
+    }
+
+    /// The particles of a case, without its fluid.
+    pub(super) fn of(name: &str, setup: &Setup) -> Self {
+        Self {
+            name: name.to_string(),
+            domain: setup.domain,
+            templates: setup.templates.to_vec(),
+            particles: setup.particles.clone(),
+            contact: setup.contact.clone(),
+            walls: setup.walls.clone(),
+            gravity: setup.gravity,
+            substeps: setup.substeps,
+            options: match &setup.engine {
+                EngineChoice::Native => LiggghtsOptions::default(),
+                EngineChoice::Liggghts(options) => options.clone(),
+            },
         }
     }
 
@@ -99,15 +122,20 @@ impl Scene {
         self.templates[self.particles[id].template as usize].mass()
     }
 
-    /// The native engine at the start.
-    pub(super) fn native(&self) -> Result<Native> {
-        let params = NativeParams {
+    /// What the native engine is told.
+    pub(super) fn native_params(&self) -> NativeParams {
+        NativeParams {
             contact: self.contact.clone(),
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
-        };
-        Native::new(params, self.whole(), 0, self.shared_templates(), &self.particles)
+        }
+    }
+
+    /// The native engine at the start.
+    pub(super) fn native(&self) -> Result<Native> {
+        let (params, templates) = (self.native_params(), self.shared_templates());
+        Native::new(params, self.whole(), 0, templates, &self.particles)
     }
 
     /// LIGGGHTS at the start; its log goes to the directory, if there is one.
@@ -123,7 +151,7 @@ impl Scene {
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
-            options: LiggghtsOptions::default(),
+            options: self.options.clone(),
             log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
             ..LiggghtsParams::default()
         };
@@ -307,60 +335,69 @@ pub(super) enum Between {
     All,
 }
 
-/// Makes the checks of one case.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judge(pub(super) &'static str);
-
-impl Judge {
-    /// A check whose difference the caller has worked out.
-    pub(super) fn given(
-        self,
-        quantity: impl Into<String>,
-        values: [Option<f64>; 3],
-        difference: f64,
-        tolerance: f64,
-        reason: &str,
-    ) -> Check {
-        Check {
-            case: self.0.to_string(),
-            engines: Some(values),
-            ..Check::new(quantity, difference, 0.0, tolerance, reason)
-        }
+/// A check of both engines whose difference the caller has worked out; the values are native, LIGGGHTS, analytic.
+pub(super) fn given(
+    quantity: impl Into<String>,
+    values: [Option<f64>; 3],
+    difference: f64,
+    tolerance: f64,
+    reason: &str,
+) -> Check {
+    Check {
+        engines: Some(values),
+        ..Check::new(quantity, difference, 0.0, tolerance, reason)
     }
+}
 
-    /// A check of the largest absolute difference, in parts of `unit`.
-    pub(super) fn absolute(
-        self,
-        quantity: impl Into<String>,
-        values: [Option<f64>; 3],
-        between: Between,
-        unit: f64,
-        tolerance: f64,
-        reason: &str,
-    ) -> Check {
-        let [native, liggghts, analytic] = values;
-        let pairs = match between {
-            Between::Engines => vec![(native, liggghts)],
-            Between::Theory => vec![(native, analytic), (liggghts, analytic)],
-            Between::All => vec![(native, analytic), (liggghts, analytic), (native, liggghts)],
-        };
-        let apart = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs() / unit);
-        let difference = worst(pairs.into_iter().filter_map(apart));
-        self.given(quantity, values, difference, tolerance, reason)
-    }
+/// A check of the largest absolute difference, in parts of `unit`.
+pub(super) fn absolute(
+    quantity: impl Into<String>,
+    values: [Option<f64>; 3],
+    between: Between,
+    unit: f64,
+    tolerance: f64,
+    reason: &str,
+) -> Check {
+    let [native, liggghts, analytic] = values;
+    let pairs = match between {
+        Between::Engines => vec![(native, liggghts)],
+        Between::Theory => vec![(native, analytic), (liggghts, analytic)],
+        Between::All => vec![(native, analytic), (liggghts, analytic), (native, liggghts)],
+    };
+    let apart = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs() / unit);
+    let difference = worst(pairs.into_iter().filter_map(apart));
+    given(quantity, values, difference, tolerance, reason)
+}
 
-    /// A check of the largest relative difference; relative to theory or, without, to LIGGGHTS.
-    pub(super) fn relative(
-        self,
-        quantity: impl Into<String>,
-        values: [Option<f64>; 3],
-        between: Between,
-        tolerance: f64,
-        reason: &str,
-    ) -> Check {
-        let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
-        self.absolute(quantity, values, between, unit, tolerance, reason)
-    }
+/// A check of the largest relative difference; relative to theory or, without, to LIGGGHTS.
+pub(super) fn relative(
+    quantity: impl Into<String>,
+    values: [Option<f64>; 3],
+    between: Between,
+    tolerance: f64,
+    reason: &str,
+) -> Check {
+    let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
+    absolute(quantity, values, between, unit, tolerance, reason)
+}
+
+/// Moments of a scene in both engines, from its particles at equal times (s).
+pub(super) fn moments(
+    scene: &Scene,
+    frames: [&[Vec<Particle>]; 2],
+    time: impl Fn(usize) -> f64,
+    every: usize,
+) -> Vec<Moment> {
+    let spheres = |frame: &Vec<Particle>| {
+        let of = |p: &Particle| sphere_of(p, &scene.templates[p.template as usize]);
+        frame.iter().map(of).collect()
+    };
+    let both = frames[0].iter().zip(frames[1]).enumerate().step_by(every);
+    let moment = |(k, (native, liggghts))| Moment {
+        time: time(k),
+        spheres: [spheres(native), spheres(liggghts)],
+    };
+    both.map(moment).collect()
 }
 
 /// Random numbers between -1 and 1 from a linear congruence.
@@ -404,13 +441,11 @@ pub(super) fn thinned(points: impl IntoIterator<Item = [f64; 2]>, most: usize) -
 mod tests {
     use super::*;
 
-    const JUDGE: Judge = Judge("test");
-
     #[test]
     fn a_difference_that_is_not_a_number_or_missing_fails() {
-        let nothing = JUDGE.absolute("x", [None, Some(1.0), None], Between::All, 1.0, 1e9, "");
+        let nothing = absolute("x", [None, Some(1.0), None], Between::All, 1.0, 1e9, "");
         assert!(!nothing.pass);
-        let wrong = JUDGE.relative(
+        let wrong = relative(
             "x",
             [Some(f64::NAN), Some(1.0), Some(1.0)],
             Between::Theory,
@@ -423,7 +458,7 @@ mod tests {
     #[test]
     fn the_worst_of_the_differences_asked_for_decides() {
         let values = [Some(1.0), Some(1.2), Some(1.1)];
-        let differs = |between| JUDGE.absolute("x", values, between, 1.0, 0.15, "");
+        let differs = |between| absolute("x", values, between, 1.0, 0.15, "");
         assert!((differs(Between::Engines).measured - 0.2).abs() < 1e-12);
         assert!(!differs(Between::Engines).pass);
         assert!((differs(Between::Theory).measured - 0.1).abs() < 1e-12);

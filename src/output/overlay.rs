@@ -20,6 +20,30 @@ pub struct Overlay {
 }
 
 impl Overlay {
+    /// A plot on linear axes.
+    pub fn new<N: Into<String>>(
+        name: impl Into<String>,
+        title: impl Into<String>,
+        axes: [&str; 2],
+        curves: impl IntoIterator<Item = (N, Vec<[f64; 2]>)>,
+    ) -> Self {
+        let curves = curves.into_iter().map(|(name, points)| (name.into(), points));
+        Self {
+            name: name.into(),
+            title: title.into(),
+            axes: axes.map(str::to_string),
+            logarithmic: [false; 2],
+            curves: curves.collect(),
+        }
+    }
+
+    /// The same with these axes logarithmic.
+    #[must_use]
+    pub fn logarithmic(mut self, logarithmic: [bool; 2]) -> Self {
+        self.logarithmic = logarithmic;
+        self
+    }
+
     /// Writes the plot as `CASE_NAME.png` and `CASE_NAME.svg`, with its curves drawn as given.
     pub fn write(&self, directory: &Path, case: &str, curves: &[Curve]) -> Result<()> {
         let stem = format!("{case}_{}", self.name);

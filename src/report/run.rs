@@ -3,27 +3,24 @@
 mod figures;
 
 use super::find::Source;
-use super::numbers::{duration, known, number, with_error};
 use super::{Block, Section};
 use crate::error::{Error, Result};
 use crate::input;
+use crate::output::numbers::{self, duration, with_error};
 use crate::output::picture::Bars;
-use crate::output::{OutputFiles, SeriesTable, Summary, settled};
+use crate::output::{OutputFiles, SeriesTable, Summary};
 use std::path::Path;
 
 /// A run is called after its case if it is `alone`, or else, as the runs of a study share a case, after its directory.
 pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
     let files = OutputFiles::new(&source.directory);
     let present = |path: std::path::PathBuf| path.is_file().then_some(path);
-    let mut summary = present(files.summary())
+    let summary = present(files.summary())
         .map(|path| read_summary(&path))
         .transpose()?;
     let series = present(files.series())
         .map(|path| SeriesTable::read(&path))
         .transpose()?;
-    if let (Some(summary), Some(series)) = (&mut summary, &series) {
-        settle(summary, series);
-    }
     let case = summary.as_ref().filter(|_| alone);
     let title = case.map_or(&source.name, |summary| &summary.case);
     let mut blocks = Vec::new();
@@ -63,21 +60,6 @@ fn read_summary(path: &Path) -> Result<Summary> {
             path.display()
         ))
     })
-}
-
-/// Fills in the end of the transient, where a version that did not look for it has left the summary.
-fn settle(summary: &mut Summary, series: &SeriesTable) {
-    let columns = series.get(figures::T_STAR).zip(series.get(figures::SETTLING));
-    if let (Some(_), None, Some((t_star, velocity))) = (
-        summary.settling_velocity_over_stokes,
-        summary.transient_end,
-        columns,
-    ) && let Some(found) = settled(velocity)
-    {
-        summary.transient_end = t_star.get(found.first).copied();
-        summary.settled_mean = Some(found.estimate.mean);
-        summary.settled_standard_error = found.estimate.standard_error;
-    }
 }
 
 fn row(source: &Source, summary: Option<&Summary>) -> Vec<(&'static str, String)> {
@@ -250,4 +232,13 @@ fn stages(summary: &Summary) -> Option<Block> {
         ),
         note: String::new(),
     })
+}
+
+/// Four digits, or a dash.
+fn known(x: Option<f64>) -> String {
+    number(x.unwrap_or(f64::NAN))
+}
+
+fn number(x: f64) -> String {
+    numbers::number(x, 4)
 }

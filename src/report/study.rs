@@ -1,10 +1,10 @@
 //! What is told of a study.
 
 use super::find::Source;
-use super::numbers::duration;
 use super::{Block, Section};
 use crate::checks::{self, Check, Score};
 use crate::error::Result;
+use crate::output::numbers::duration;
 use crate::output::picture::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
 use crate::study::document::{Document, Figure, Point, Series, Style};
 

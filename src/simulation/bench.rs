@@ -1,5 +1,6 @@
 //! Timing a case: steps without output, beside the streaming bandwidth of the machine, and what every rank has and sends.
 
+mod calibrate;
 mod network;
 mod report;
 
@@ -14,6 +15,7 @@ use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::fluid::stream_bandwidth;
 use crate::math::Vec3;
+pub use calibrate::calibrate;
 pub use network::Network;
 pub use report::{BenchReport, RankReport, Rate, Spread};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Measurements of the whole box: mean flow, stress of the particles, force of the fluid on walls.
 
-use super::{Simulation, Wet};
+use super::{FluidSystem, Simulation};
 use crate::coupling::MeanFlow;
 use crate::dem::Load;
 use crate::fluid::Flow;
@@ -50,8 +50,16 @@ impl Simulation {
 
     /// Looks at the fluid as it is now; the controller of the net flux does not see it. A cell that is too fast becomes a failure
     /// of this rank. Zeros in a dry run. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.advance(8)?;
+    /// let flow = simulation.measure().mean;
+    /// assert!((flow.solid_fraction - std::f64::consts::PI / 6.0 / 64.0).abs() < 1e-4);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn measure(&mut self) -> Measurement {
-        let Some(Wet { fluid, coupling, .. }) = &mut self.wet else {
+        let Some(FluidSystem { fluid, coupling, .. }) = &mut self.wet else {
             return Measurement::default();
         };
         let particles = self.dem.particles();

@@ -1,70 +1,68 @@
-//! What a run writes on the way: rows, fields, particles, contacts, pictures, and the summary at the end.
+//! Walks the [writers](super::writers) of a run: gathers what the due ones need, hands it to them, and writes the summary.
 //!
-//! All ranks take part. To rank 0 go the sums of a row, the particles whose paths are written, and the plane of a picture; that of
-//! a dry run shows all particles, so they go there, too. Files for `ParaView` are written by rank 0 where the ranks are threads, and
-//! piece by piece by all of them where they are processes ([`share`]). A failure to write on one rank ends the run on every rank.
+//! All ranks take part. To rank 0 go the sums of a row, the particles that writers select, and the plane of a picture. Files for
+//! `ParaView` are written by rank 0 where the ranks are threads, and piece by piece by all of them where they are processes
+//! ([`collect`]). A failure to write on one rank ends the run on every rank.
 
+mod collect;
 mod gather;
-mod pictures;
 mod row;
-mod share;
 mod summary;
-mod viscosity;
-mod writer;
 
+use super::writers::{Need, RankOutput, RootOutput, Writer, WriterState, slice_plane};
 use super::{Measurement, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::dem::ContactState;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::output::{OutputFiles, PATHS, ParticlePoints, ParticleSurfaces, SeriesRow, Summary};
+use crate::output::progress::Workload;
+use crate::output::{OutputFiles, Progress, Summary, directory};
 use crate::particle::Particle;
+pub(super) use row::{settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
-use share::Share;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::time::Instant;
 pub use summary::instruction_set;
-use writer::{Writer, WriterState};
 
-/// Gathers and writes what the output plan asks for.
+/// All writers of a run.
+pub(super) type Writers<'a> = Vec<Box<dyn Writer + 'a>>;
+
+/// Gathers and writes what the writers want.
 pub(super) struct Observer<'a> {
     setup: &'a Setup,
     decomposition: &'a Decomposition,
     start: Instant,
-    /// Steps between samples and files, by [`SAMPLES`] and the rest; 0 is never.
-    every: [u64; KINDS],
-    /// Steps at which they were taken last.
-    done: [Option<u64>; KINDS],
+    /// Steps done before this run, which continues from there.
+    first: u64,
     files: OutputFiles,
-    looks: Looks,
+    writers: Writers<'a>,
+    /// Steps at which they have written last.
+    done: Vec<Option<u64>>,
     /// Whether every rank writes its own pieces of files.
     pieces: bool,
-    /// Largest id of the particles whose paths are written.
-    last_path: Option<u64>,
     /// Only on rank 0.
-    writer: Option<Writer<'a>>,
+    progress: Option<Progress>,
 }
 
-/// Writers of the files of particles.
-struct Looks {
-    points: ParticlePoints,
-    surfaces: ParticleSurfaces,
-}
-
-/// What a run has written, as far as one needs to know it to go on.
+/// What a run has written, as far as one needs to know it to continue; by the names of the writers.
 #[derive(Serialize, Deserialize)]
 pub(super) struct ObserverState {
-    done: [Option<u64>; KINDS],
-    writer: WriterState,
+    /// The step at which it has written last.
+    done: BTreeMap<String, u64>,
+    states: BTreeMap<String, WriterState>,
 }
 
 impl ObserverState {
-    /// Whether the files of the run are still what it has left, as far as they must be to go on.
+    /// Whether the files of the run are still what it has left, as far as they must be to continue.
     ///
     /// # Errors
     /// [`Error::Input`] if rows are gone.
-    pub(super) fn fits(&self, setup: &Setup) -> Result<()> {
-        self.writer.fits(setup)
+    pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
+        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
+            Some(state) => writer.fits(state),
+            None => Ok(()),
+        })
     }
 }
 
@@ -73,108 +71,88 @@ pub(super) fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
     comm.agree(failed.map_or(Ok(()), Err))
 }
 
-/// Which things are due, by the constants below.
-type Due = [bool; KINDS];
-const KINDS: usize = 6;
-const SAMPLES: usize = 0;
-const FIELDS: usize = 1;
-const PARTICLES: usize = 2;
-const PICTURES: usize = 3;
-const CONTACTS: usize = 4;
-const SURFACES: usize = 5;
-
-/// Samples over a run whose rows nobody asked for: averages need them.
-const DEFAULT_SAMPLES: u64 = 1000;
-
-/// What rank 0 writes of one step besides its [`Share`]; empty on other ranks.
-struct Frame {
-    step: u64,
-    /// With the particles whose paths are written, ascending by id.
-    row: Option<(SeriesRow, Vec<Particle>)>,
-    picture: Option<Picture>,
-}
-
-/// What a picture shows.
-struct Picture {
-    /// Velocity of the plane of the slice (m/s); nothing in a dry run.
-    velocity: Option<Vec<[f32; 3]>>,
-    /// Those that are seen, ascending by id.
-    particles: Vec<Particle>,
-}
-
 impl<'a> Observer<'a> {
-    pub(super) fn new(setup: &'a Setup, decomposition: &'a Decomposition, comm: &Comm, quiet: bool) -> Self {
-        let plan = &setup.plan.output;
-        let samples = match plan.series_every {
-            0 => (setup.plan.end_step / DEFAULT_SAMPLES).max(1),
-            asked => asked,
+    /// Of a run that begins after `first` steps.
+    pub(super) fn new(
+        setup: &'a Setup,
+        decomposition: &'a Decomposition,
+        comm: &Comm,
+        writers: Writers<'a>,
+        first: u64,
+        quiet: bool,
+    ) -> Self {
+        let work = || Workload {
+            steps: setup.plan.end_step,
+            first,
+            cells: setup.fluid_cells(),
+            time_step: setup.time_step,
+            stokes_time: setup.stokes_time(),
         };
         Self {
             setup,
             decomposition,
             start: Instant::now(),
-            every: [
-                samples,
-                plan.fields_every,
-                plan.particles_every,
-                plan.picture_every,
-                plan.contacts_every,
-                plan.surfaces_every,
-            ],
-            done: [None; KINDS],
-            files: OutputFiles::new(&plan.directory),
-            looks: Looks {
-                points: ParticlePoints::new(&setup.templates, &setup.sections, &setup.frames),
-                surfaces: ParticleSurfaces::new(&setup.templates, &setup.sections, &setup.particles),
-            },
+            first,
+            files: OutputFiles::new(&setup.plan.output.directory),
+            done: vec![None; writers.len()],
+            writers,
             pieces: comm.ranks_per_process() < comm.size(),
-            last_path: last_path(&setup.particles),
-            writer: (comm.rank() == 0).then(|| Writer::new(setup, quiet)),
+            progress: (comm.rank() == 0).then(|| Progress::new(work(), quiet)),
         }
     }
 
-    /// Goes on where [`state`](Self::state) was told after `step` steps. Collective.
+    /// Continues where [`state`](Self::state) was told. Collective.
     ///
     /// # Errors
     /// [`Error::Input`] or [`Error::Io`] if the files are not what they were then.
-    pub(super) fn resume(
-        setup: &'a Setup,
-        decomposition: &'a Decomposition,
-        comm: &Comm,
-        quiet: bool,
-        step: u64,
-        state: ObserverState,
-    ) -> Result<Self> {
-        let mut observer = Self::new(setup, decomposition, comm, quiet);
-        observer.done = state.done;
-        let failed = match &mut observer.writer {
-            Some(writer) => Writer::resume(setup, quiet, step, &state.done, state.writer)
-                .map(|resumed| *writer = resumed)
-                .err(),
-            None => None,
+    pub(super) fn resume(&mut self, comm: &Comm, state: &ObserverState) -> Result<()> {
+        for (writer, done) in self.writers.iter().zip(&mut self.done) {
+            *done = state.done.get(writer.name()).copied();
+        }
+        let resumed = match self.progress {
+            Some(_) => self.resume_files(state),
+            None => Ok(()),
         };
-        agree(comm, failed)?;
-        Ok(observer)
+        comm.agree(resumed)
+    }
+
+    /// Removes or cuts off what was written after the first step.
+    fn resume_files(&mut self, state: &ObserverState) -> Result<()> {
+        let written = |done: &Option<u64>| *done == Some(self.first);
+        let kept: Vec<PathBuf> = (self.writers.iter().zip(&self.done))
+            .filter(|(_, done)| written(done))
+            .flat_map(|(writer, _)| writer.files(self.first))
+            .collect();
+        directory::clear_after(self.files.directory(), self.first, &kept)?;
+        for writer in &mut self.writers {
+            if let Some(state) = state.states.get(writer.name()) {
+                writer.resume(state)?;
+            }
+        }
+        Ok(())
     }
 
     /// Prints a warning, quiet or not.
     pub(super) fn warn(&mut self, text: &str) {
-        if let Some(writer) = &mut self.writer {
-            writer.progress.warn(text);
+        if let Some(progress) = &mut self.progress {
+            progress.warn(text);
         }
     }
 
-    /// What rank 0 needs to go on from here; nothing elsewhere. What has been written is safe on disk after this. Collective.
+    /// What rank 0 needs to continue from here; nothing elsewhere. What has been written is safe on disk after this. Collective.
     pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
-        let writer = self.writer.as_mut().map(Writer::state).transpose();
-        let (writer, failed) = match writer {
-            Ok(writer) => (writer, None),
-            Err(error) => (None, Some(error)),
-        };
-        agree(comm, failed)?;
-        Ok(writer.map(|writer| ObserverState {
-            done: self.done,
-            writer,
+        let states = self.progress.is_some().then(|| {
+            let states = self.writers.iter_mut();
+            states
+                .map(|writer| Ok((writer.name().to_owned(), writer.state()?)))
+                .collect()
+        });
+        let states = comm.agree(states.transpose())?;
+        let done = self.writers.iter().zip(&self.done);
+        let done = done.filter_map(|(writer, done)| Some((writer.name().to_owned(), (*done)?)));
+        Ok(states.map(|states| ObserverState {
+            done: done.collect(),
+            states,
         }))
     }
 
@@ -184,127 +162,99 @@ impl<'a> Observer<'a> {
     /// A failure of any rank since the last control, before anything of it is written; or that of writing.
     pub(super) fn observe(&mut self, simulation: &mut Simulation, last: bool) -> Result<()> {
         let step = simulation.step;
-        if let Some(writer) = &mut self.writer {
-            writer.progress.update(step);
+        if let Some(progress) = &mut self.progress {
+            progress.update(step);
         }
-        let due: Due = std::array::from_fn(|i| {
-            let every = self.every[i];
-            // There is nothing to see of a fluid at rest.
-            let shows = i != PICTURES || step > 0 || self.setup.fluid.is_none();
-            every > 0 && (last || step.is_multiple_of(every)) && self.done[i] != Some(step) && shows
-        });
-        if due == [false; KINDS] {
+        let due: Vec<usize> = (0..self.writers.len())
+            .filter(|&i| self.done[i] != Some(step) && self.writers[i].due(step, last))
+            .collect();
+        if due.is_empty() {
             return Ok(());
         }
         let start = Instant::now();
-        let measured = due[SAMPLES].then(|| simulation.measure());
+        let needs: Vec<Need> = due.iter().flat_map(|&i| self.writers[i].needs()).collect();
+        let measured = needs.contains(&Need::Row).then(|| simulation.measure());
         simulation.share_failure()?;
-        let outcome = self.write(simulation, due, measured);
-        for (done, _) in self.done.iter_mut().zip(due).filter(|(_, due)| *due) {
-            *done = Some(step);
+        let outcome = self.write(simulation, &due, &needs, measured.as_ref());
+        for &i in &due {
+            self.done[i] = Some(step);
         }
         simulation.timings.add("observe", start.elapsed().as_secs_f64());
         outcome
     }
 
-    /// Gathers and writes what is `due`, and with files in pieces their indices when all pieces are there. Collective.
-    fn write(&mut self, simulation: &mut Simulation, due: Due, measured: Option<Measurement>) -> Result<()> {
-        let touches = if due[CONTACTS] || due[SAMPLES] {
+    /// Gathers what is needed; lets the writers that are `due` write it, and complete their files when all pieces are there.
+    /// Collective.
+    fn write(
+        &mut self,
+        simulation: &mut Simulation,
+        due: &[usize],
+        needs: &[Need],
+        measured: Option<&Measurement>,
+    ) -> Result<()> {
+        let (setup, cut, needed) = (self.setup, self.decomposition, |need| needs.contains(&need));
+        let time = simulation.step as f64 * setup.time_step;
+        let touches = if needed(Need::Contacts) || needed(Need::Row) {
             simulation.dem.contact_states()
         } else {
             Vec::new()
         };
-        let frame = self.frame(simulation, due, measured, &touches);
-        let share = if self.pieces {
-            Share::piece(simulation, self.decomposition, due, &touches)
+        let row = measured.and_then(|measured| row::row(setup, simulation, measured, &touches));
+        let slice = (needed(Need::Slice) && setup.fluid.is_some())
+            .then(|| gather::slice(simulation, cut, &slice_plane(setup)));
+        let selected: Vec<Vec<Particle>> = (due.iter().map(|&i| &self.writers[i]))
+            .map(|writer| match writer.needs().contains(&Need::Selected) {
+                true => gather::particles(simulation, |particle| writer.selects(particle)),
+                false => Vec::new(),
+            })
+            .collect();
+        let own = if self.pieces {
+            RankOutput::piece(simulation, cut, needs, &touches, time)
         } else {
-            Share::whole(simulation, self.decomposition, due, &touches)
+            RankOutput::whole(simulation, cut, needs, &touches, time)
         };
-        let mut outcome = match &mut self.writer {
-            Some(writer) => writer.write_rows(&frame),
+        let mut outcome = own.and_then(|own| match own {
+            Some(own) => due.iter().try_for_each(|&i| self.writers[i].write(&own)),
             None => Ok(()),
-        };
-        outcome = outcome
-            .and(share)
-            .and_then(|share| share.write(self.setup, &self.files, &self.looks, frame.step));
-        if self.pieces
-            && [FIELDS, PARTICLES, SURFACES, CONTACTS]
-                .into_iter()
-                .any(|i| due[i])
-        {
+        });
+        if self.pieces {
             // No index before all pieces are there.
             agree(&simulation.comm, outcome.err())?;
             outcome = Ok(());
         }
-        if let (Ok(()), Some(writer)) = (&outcome, &mut self.writer) {
-            let pieces = self.pieces.then_some(self.decomposition);
-            outcome = writer.finish_frame(&frame, due, pieces, &self.looks);
+        if outcome.is_ok() && self.progress.is_some() {
+            outcome = due.iter().zip(selected).try_for_each(|(&i, selected)| {
+                self.writers[i].complete(&RootOutput {
+                    step: simulation.step,
+                    time,
+                    row: row.as_ref(),
+                    selected,
+                    slice: slice.as_deref(),
+                    pieces: self.pieces.then_some(cut),
+                })
+            });
         }
         agree(&simulation.comm, outcome.err())
     }
 
-    /// Brings to rank 0 what it writes by itself. Collective.
-    fn frame(
-        &self,
-        simulation: &mut Simulation,
-        due: Due,
-        measured: Option<Measurement>,
-        touches: &[ContactState],
-    ) -> Frame {
-        let row = measured.map(|measured| {
-            let row = row::row(self.setup, simulation, &measured, touches);
-            let wanted = |p: &Particle| self.last_path.is_some_and(|last| p.id <= last);
-            let paths = if self.setup.plan.output.series_every > 0 {
-                gather::particles(simulation, wanted)
-            } else {
-                Vec::new()
-            };
-            row.map(|row| (row, paths))
-        });
-        Frame {
-            step: simulation.step,
-            row: row.flatten(),
-            picture: due[PICTURES].then(|| self.picture(simulation)),
-        }
-    }
-
-    /// What rank 0 needs for a picture. Collective.
-    fn picture(&self, simulation: &mut Simulation) -> Picture {
-        let setup = self.setup;
-        if setup.fluid.is_none() {
-            return Picture {
-                velocity: None,
-                particles: gather::particles(simulation, |_| true),
-            };
-        }
-        let plane = pictures::plane(setup);
-        let radius = |p: &Particle| setup.templates[p.template as usize].shape.circumradius();
-        Picture {
-            velocity: Some(gather::slice(simulation, self.decomposition, &plane)),
-            particles: gather::particles(simulation, |p| plane.cuts(p.position(), radius(p))),
-        }
-    }
-
-    /// Averages, the plot and the summary, on rank 0. Collective.
+    /// The last files and the summary, on rank 0. Collective.
     pub(super) fn finish(
         mut self,
         simulation: &mut Simulation,
         interrupted: bool,
     ) -> Result<Option<Summary>> {
         let hash = simulation.state_hash();
-        let Some(writer) = self.writer.take() else {
+        let Some(mut progress) = self.progress.take() else {
             return Ok(None);
         };
-        writer
-            .finish(simulation, hash, interrupted, self.start.elapsed().as_secs_f64())
-            .map(Some)
+        let seconds = self.start.elapsed().as_secs_f64();
+        let mut summary = summary::summary(self.setup, simulation, hash, self.first, seconds);
+        summary.interrupted = interrupted;
+        for writer in &mut self.writers {
+            writer.finish(&mut summary)?;
+        }
+        summary.write(&self.files.summary())?;
+        progress.finish(simulation.step);
+        Ok(Some(summary))
     }
-}
-
-/// The largest of the lowest ids, as many as there are paths.
-fn last_path(particles: &[Particle]) -> Option<u64> {
-    let mut ids: Vec<u64> = particles.iter().map(|particle| particle.id).collect();
-    let count = ids.len().min(PATHS);
-    ids.select_nth_unstable(count.checked_sub(1)?);
-    ids.get(count - 1).copied()
 }

@@ -1,6 +1,6 @@
 //! Going on with a run from its last checkpoint.
 
-use super::run::{Origin, RunOptions, run_from};
+use super::run::{MoreWriters, Origin, RunOptions, run_from};
 use crate::case::{self, Setup};
 use crate::checkpoint::{self, CaseText};
 use crate::comm::Comm;
@@ -14,7 +14,15 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`](crate::error::Error::Input) if there is no sound checkpoint; else as [`run`](super::run()).
 pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
-    run_from(setup, options, Origin::Checkpoint)
+    resume_with(setup, options, &|_| Vec::new())
+}
+
+/// As [`resume`], with the caller's own writers that [`run_with`](super::run_with()) had.
+///
+/// # Errors
+/// As [`resume`]; what a writer says.
+pub fn resume_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
+    run_from(setup, options, more, Origin::Checkpoint)
 }
 
 /// The case of the run whose output directory this is, from the newest checkpoint whose case and heads are sound; `changes` are

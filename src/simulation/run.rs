@@ -1,9 +1,10 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
 use super::engine::Context;
-use super::keeper::{Keeper, Wishes};
+use super::checkpointer::{Checkpointer, Requests};
 use super::observe::{Observer, agree as agree_here};
 use super::work::{Forecast, Work};
+use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::Setup;
 #[cfg(feature = "mpi")]
@@ -35,12 +36,34 @@ pub struct RunOptions {
 /// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job
 /// get none.
 ///
+/// ```
+/// use turbid::{Builder, simulation};
+/// # let folder = std::env::temp_dir().join(format!("turbid-run-{}", std::process::id()));
+/// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
+/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
+/// let summary = simulation::run(&setup, &quiet)?;
+/// assert!(summary.is_some() && folder.join("series.csv").exists());
+/// # std::fs::remove_dir_all(folder).unwrap();
+/// # Ok::<(), turbid::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
 /// the range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
 pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
-    run_from(setup, options, Origin::Start)
+    run_with(setup, options, &|_| Vec::new())
 }
+
+/// As [`run`], with writers of the caller's beside those of the case.
+///
+/// # Errors
+/// As [`run`]; what a writer says.
+pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
+    run_from(setup, options, more, Origin::Start)
+}
+
+/// Makes the caller's own writers for the rank of this number; the same ones for every rank.
+pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
 /// Where a run begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +75,12 @@ pub(super) enum Origin {
 }
 
 /// As [`run`], from the start or from a checkpoint.
-pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> Result<Option<Summary>> {
+pub(super) fn run_from(
+    setup: &Setup,
+    options: &RunOptions,
+    more: &MoreWriters,
+    origin: Origin,
+) -> Result<Option<Summary>> {
     let start = Instant::now();
     let decomposition =
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(setup)))?;
@@ -65,6 +93,7 @@ pub(super) fn run_from(setup: &Setup, options: &RunOptions, origin: Origin) -> R
     let plan = Plan {
         setup,
         options,
+        more,
         decomposition: &decomposition,
         origin,
         start,
@@ -228,6 +257,7 @@ fn too_many(setup: &Setup, ranks: usize, kind: &str, remedy: &str) -> Error {
 struct Plan<'a> {
     setup: &'a Setup,
     options: &'a RunOptions,
+    more: &'a MoreWriters<'a>,
     decomposition: &'a Decomposition,
     origin: Origin,
     start: Instant,
@@ -237,6 +267,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     let &Plan {
         setup,
         options,
+        more,
         decomposition,
         origin,
         start,
@@ -247,45 +278,51 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         stop: Arc::clone(&options.stop),
     };
     let mut simulation = Simulation::in_context(setup, decomposition, comm, &context)?;
-    let mut keeper = Keeper::new(setup, decomposition, &simulation, start);
+    let mut checkpointer = Checkpointer::new(setup, decomposition, &simulation, start);
+    let mut writers = writers::of(setup);
+    writers.extend(more(simulation.comm.rank()));
+    let observer = |simulation: &Simulation, writers| {
+        let Simulation { comm, step, .. } = simulation;
+        Observer::new(setup, decomposition, comm, writers, *step, options.quiet)
+    };
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {
         Origin::Start => {
             in_rank_0(&simulation.comm, || {
                 directory::clear(&setup.plan.output.directory)
             })?;
-            Observer::new(setup, decomposition, &simulation.comm, options.quiet)
+            observer(&simulation, writers)
         }
         Origin::Checkpoint => {
-            let (state, skipped) = keeper.take_up(&mut simulation)?;
-            let (comm, step) = (&simulation.comm, simulation.step);
-            let mut observer = Observer::resume(setup, decomposition, comm, options.quiet, step, state)?;
+            let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
+            let mut observer = observer(&simulation, writers);
+            observer.resume(&simulation.comm, &state)?;
             for what in skipped {
                 observer.warn(&what);
             }
             observer
         }
     };
-    let (first, mut asked) = (simulation.step, Wishes::default());
+    let (first, mut asked) = (simulation.step, Requests::default());
     loop {
         observer.observe(&mut simulation, false)?;
-        keeper.keep(&mut simulation, &mut observer, asked)?;
+        checkpointer.write_if_due(&mut simulation, &mut observer, asked)?;
         if asked.stop || simulation.step >= setup.plan.end_step {
             break;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
-        simulation.wishes = if tells {
-            keeper.wishes(options)
+        simulation.requests = if tells {
+            checkpointer.requests(options)
         } else {
-            Wishes::default()
+            Requests::default()
         };
         simulation.step()?;
-        asked = simulation.wishes;
-        if keeper.is_late(&simulation.comm, options) {
+        asked = simulation.requests;
+        if checkpointer.is_late(&simulation.comm, options) {
             if !asked.stop && simulation.step == first + 1 {
                 observer.warn(&format!(
                     "the time limit leaves room for one step only: {:.0} s of it are kept for a checkpoint and the last files",
-                    keeper.reserve().as_secs_f64()
+                    checkpointer.reserve().as_secs_f64()
                 ));
             }
             asked.stop = true;

@@ -1,6 +1,6 @@
 //! The state between two steps: taken apart for a checkpoint, and put together again on any number of ranks.
 
-use super::{Simulation, Wet};
+use super::{FluidSystem, Simulation};
 use crate::coupling::{AnyFluid, ControlRecord, MeanFlow};
 use crate::domain::Block;
 use crate::error::{Error, Result};
@@ -66,7 +66,7 @@ impl Simulation {
         planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
     ) -> Result<()> {
         let mut outcome = self.dem.restore(&self.comm, engines);
-        if let Some(Wet {
+        if let Some(FluidSystem {
             fluid,
             coupling,
             driving,

@@ -4,7 +4,6 @@ use super::saved::SavedDriving;
 use super::{Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Head, Part};
-use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -27,19 +26,27 @@ impl Simulation {
         }
     }
 
-    /// Writes a checkpoint below a folder of checkpoints, with bytes of the caller's (those of rank 0 count). `sound` is the step
-    /// of the one before, which stays. Collective.
+    /// Writes a checkpoint of the case below a folder of checkpoints, which may be missing, with bytes of the caller's (those of
+    /// rank 0 count). The one that this simulation wrote or read before stays, all others are removed. Collective.
+    ///
+    /// ```
+    /// # use turbid::{Builder, Simulation};
+    /// let setup = Builder::example().setup()?;
+    /// # let folder = std::env::temp_dir().join(format!("turbid-doc-{}", std::process::id()));
+    /// let mut simulation = Simulation::solo(&setup)?;
+    /// simulation.advance(3)?;
+    /// simulation.write_checkpoint(&folder, &setup, b"mine")?;
+    ///
+    /// let mut resumed = Simulation::solo(&setup)?;
+    /// assert_eq!(resumed.read_checkpoint(&folder, &setup)?, b"mine");
+    /// assert_eq!(resumed.state_hash(), simulation.state_hash());
+    /// # std::fs::remove_dir_all(folder).unwrap();
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     ///
     /// # Errors
     /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
-    pub(crate) fn write_snapshot(
-        &mut self,
-        folder: &Path,
-        setup: &Setup,
-        decomposition: &Decomposition,
-        sound: Option<u64>,
-        own: &[u8],
-    ) -> Result<()> {
+    pub fn write_checkpoint(&mut self, folder: &Path, setup: &Setup, own: &[u8]) -> Result<()> {
         self.check()?;
         let state = checkpoint::agreed(&self.comm, self.save())?;
         let shared = match self.comm.rank() {
@@ -48,21 +55,24 @@ impl Simulation {
         };
         let head = self.head(setup);
         let part = Part {
-            block: decomposition.block(self.comm.rank()),
+            block: self.block,
             engine: &state.engine,
             coupling: &state.coupling,
             shared: &shared,
         };
-        checkpoint::write(folder, &self.comm, sound, &head, &part, |z, out| {
+        checkpoint::write(folder, &self.comm, self.checkpoint, &head, &part, |z, out| {
             self.save_plane(z, out);
-        })
+        })?;
+        self.checkpoint = Some(self.step);
+        Ok(())
     }
 
-    /// Goes on from the newest sound checkpoint below a folder; the bytes that its writer added, the same on all ranks. Collective.
+    /// Resumes the newest sound checkpoint of this case below a folder, which any number of ranks may have written; returns the
+    /// bytes that its writer added, the same on all ranks. Collective.
     ///
     /// # Errors
     /// [`Error::Agreed`], the same on all ranks, if there is none of this case.
-    pub(crate) fn read_snapshot(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
+    pub fn read_checkpoint(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
         let comm = self.comm.clone();
         let resolved = identity(setup).to_string();
         let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
@@ -83,11 +93,12 @@ impl Simulation {
             })?;
             Ok(own)
         })?;
+        self.checkpoint = Some(self.step);
         Ok(own)
     }
 
     /// Bytes of a checkpoint, about, of all ranks.
-    pub(crate) fn snapshot_bytes(setup: &Setup) -> f64 {
+    pub(crate) fn checkpoint_bytes(setup: &Setup) -> f64 {
         (setup.domain.cell_count() * crate::coupling::AnyFluid::saved_bytes(setup.plan.precision)) as f64
     }
 }

@@ -8,6 +8,7 @@
 //! [`costs`] has the constants. Particles that fall on a heap are not foreseen.
 
 mod costs;
+mod estimate;
 mod forecast;
 
 use crate::case::Setup;
@@ -19,6 +20,8 @@ use crate::math::Vec3;
 use crate::particle::Template;
 use crate::wall::{Surface, Wall};
 use costs::Form;
+pub use costs::bytes_per_cell;
+pub use estimate::{Calibration, TimeEstimate, time_estimate};
 pub use forecast::{Forecast, RankForecast, Traffic};
 
 /// Particles count as in contact if the spheres of their volume, grown by this part, meet: of a packing at random so many are

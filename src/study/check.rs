@@ -89,14 +89,14 @@ impl Study {
     fn scatter(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
         let check = &section.value;
         let part = self.needed(section, check.tolerance.as_ref(), "tolerance = 0.05")?;
-        let selection = self.plan.selection(&self.source, &section.span, &check.only)?;
+        let selection = self.selection(&section.span, &check.only)?;
         let runs: Vec<_> = (self.plan.runs.iter().zip(&self.states))
             .filter(|(run, _)| selection.holds(&run.at))
             .collect();
         if runs.len() < 2 {
             let title = "scatter of a single run";
             let remedy = "it takes two runs or more";
-            return Err(self.source.error(&section.span, title, "here", remedy));
+            return self.refuse(&section.span, title, "here", remedy);
         }
         let records: Option<Vec<_>> =
             (runs.iter().map(|(run, state)| Some((run, state.record()?)))).collect();
@@ -122,9 +122,7 @@ impl Study {
             .plan
             .axis(&self.source, self.needed(section, check.x.as_ref(), how)?)?;
         let (mut checks, mut series) = (Vec::new(), Vec::<(At, Option<Vec<Sample>>)>::new());
-        let separate = (check.separate.iter())
-            .map(|name| self.plan.axis(&self.source, name))
-            .collect::<Result<Vec<_>>>()?;
+        let separate = self.axes(&check.separate)?;
         for at in self.points_of(&section.span, &check.only, &check.y.value, &separate)? {
             let known = self.known(&check.y.value, &at)?;
             let cells = at[x].and_then(|place| self.plan.axes[x].values[place].number);

@@ -1,7 +1,7 @@
 //! Doing what is left of a study, one run after the other.
 
 use super::Study;
-use super::record::{BENCH_FILE, PARTS_FILE, Parts, Record};
+use super::record::{BENCH_FILE, Record};
 use super::state::{State, measured_with};
 use crate::case::{self, CHECKPOINT_INTERVAL, CheckpointSpacing, Setup};
 use crate::checkpoint;
@@ -11,7 +11,6 @@ use crate::output::{OutputFiles, Summary, directory, write_bytes};
 use crate::simulation::{self, RunOptions, identity};
 use serde_json::{Value as Json, json};
 use std::fs;
-use std::io;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -168,12 +167,6 @@ fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     };
     setup.plan.output.directory.clone_from(&folder);
     setup.plan.threads = threads.unwrap_or(setup.plan.threads);
-    let parts = if resumed {
-        Parts::read(&folder)
-    } else {
-        forget(&folder.join(PARTS_FILE))?;
-        Parts::default()
-    };
     // They go when the run has ended.
     setup.plan.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
     let summary = if resumed {
@@ -181,30 +174,13 @@ fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     } else {
         simulation::run(&setup, options)?
     };
-    let Some(Summary {
-        interrupted,
-        resumed_from,
-        steps,
-        wall_seconds,
-        ..
-    }) = summary
-    else {
+    let Some(Summary { interrupted, .. }) = summary else {
         return Ok(false);
     };
-    let parts = parts.with(resumed_from.unwrap_or(0), steps, wall_seconds);
-    write_bytes(&folder.join(PARTS_FILE), parts.text().as_bytes())?;
     if !interrupted {
         checkpoint::clear(&OutputFiles::new(&folder).checkpoints())?;
     }
     Ok(!interrupted)
-}
-
-/// Removes a file, if it is there.
-fn forget(path: &Path) -> Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", path, error)),
-        _ => Ok(()),
-    }
 }
 
 /// Measures the speed of a case in a process of its own, whose memory is then that of this case; whether it came to its end.

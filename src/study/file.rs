@@ -34,9 +34,6 @@ pub struct StudyFile {
     pub skip: Vec<Located<BTreeMap<String, Choice>>>,
     /// Measure the speed instead of running to the end.
     pub bench: Option<Located<BenchSection>>,
-    /// More columns of result.csv.
-    #[serde(default)]
-    pub columns: Vec<Located<String>>,
     /// Intervals of time with means of their own.
     #[serde(default, rename = "window")]
     pub windows: Vec<Located<WindowSection>>,
@@ -326,12 +323,12 @@ pub struct TableSection {
 pub struct ColumnSection {
     /// Head.
     pub label: String,
-    /// Quantity; not given, the reference alone is shown.
-    pub y: Option<Located<String>>,
+    /// Quantity.
+    pub y: Located<String>,
     /// The values of axes that it is of.
     #[serde(default)]
     pub only: BTreeMap<String, Choice>,
-    /// A reference; beside a quantity the deviation from it is shown.
+    /// A reference, which is shown beside the quantity with the deviation from it.
     pub reference: Option<Located<ReferenceSection>>,
     /// Digits behind the point. Default 4.
     pub digits: Option<usize>,

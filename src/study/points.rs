@@ -35,36 +35,30 @@ pub(super) enum Known {
 }
 
 /// A quantity that compares two values of an axis.
-pub(super) struct Derived<'a> {
+struct Derived<'a> {
     section: &'a DerivedSection,
     /// Place of the axis.
-    pub(super) axis: usize,
+    axis: usize,
     of: usize,
     to: usize,
 }
 
 impl Study {
+    /// What the file says of the comparison of this name, if it is one.
+    pub(super) fn comparison(&self, name: &str) -> Option<&Located<DerivedSection>> {
+        let mut derived = self.file.derived.iter();
+        derived.find(|known| known.value.name.value == name)
+    }
+
     /// The comparison of this name, if it is one.
-    pub(super) fn derived(&self, name: &str) -> Result<Option<Derived<'_>>> {
-        let Some(section) = self
-            .file
-            .derived
-            .iter()
-            .find(|known| known.value.name.value == name)
-        else {
+    fn derived(&self, name: &str) -> Result<Option<Derived<'_>>> {
+        let Some(Located { value, span }) = self.comparison(name) else {
             return Ok(None);
         };
-        let Located { value, span } = section;
-        let axis = self.plan.axis(&self.source, &value.axis)?;
-        let one = |choice: &Choice| -> Result<usize> {
-            match self.plan.values(&self.source, span, axis, choice)?[..] {
-                [one] => Ok(one),
-                _ => {
-                    Err(self
-                        .source
-                        .error(span, "more than one value is compared", "here", "name one value"))
-                }
-            }
+        let axis = self.axis(&value.axis)?;
+        let one = |choice: &Choice| match self.plan.values(&self.source, span, axis, choice)?[..] {
+            [one] => Ok(one),
+            _ => self.refuse(span, "more than one value is compared", "here", "name one value"),
         };
         Ok(Some(Derived {
             axis,
@@ -76,12 +70,7 @@ impl Study {
 
     /// As a quantity stands in figures and tables.
     pub(super) fn words(&self, name: &str) -> String {
-        let derived = self
-            .file
-            .derived
-            .iter()
-            .find(|known| known.value.name.value == name);
-        let label = derived.and_then(|known| known.value.label.clone());
+        let label = self.comparison(name).and_then(|known| known.value.label.clone());
         label.unwrap_or_else(|| name.replace('_', " "))
     }
 
@@ -114,27 +103,21 @@ impl Study {
                 Some(Some(quantity)) => values.push(quantity),
             }
         }
-        match () {
-            () if missing > 0 => Known::Missing(missing),
-            () if unnamed => Known::Unnamed,
-            () if values.is_empty() => Known::Absent,
-            () => Known::Value(average(&values)),
+        match values[..] {
+            _ if missing > 0 => Known::Missing(missing),
+            _ if unnamed => Known::Unnamed,
+            [] => Known::Absent,
+            _ => Known::Value(average(&values)),
         }
     }
 
     /// The runs of a point, with their numbers.
     pub(super) fn runs_at<'a>(&'a self, at: &'a At) -> impl Iterator<Item = (usize, &'a PlannedRun)> {
-        let holds = |run: &PlannedRun| {
-            let pairs = at.iter().zip(&run.at);
-            pairs
-                .into_iter()
-                .all(|(wanted, place)| wanted.is_none_or(|wanted| wanted == *place))
-        };
-        self.plan
-            .runs
-            .iter()
-            .enumerate()
-            .filter(move |(_, run)| holds(run))
+        let runs = self.plan.runs.iter().enumerate();
+        runs.filter(move |(_, run)| {
+            let mut pairs = at.iter().zip(&run.at);
+            pairs.all(|(wanted, place)| wanted.is_none_or(|wanted| wanted == *place))
+        })
     }
 
     /// The suspension of a point, as planned.
@@ -176,7 +159,7 @@ impl Study {
         quantity: &str,
     ) -> Result<Vec<At>> {
         let derived = self.derived(quantity)?;
-        let selection = self.plan.selection(&self.source, span, only)?;
+        let selection = self.selection(span, only)?;
         let mut all: Vec<At> = vec![Vec::new()];
         for (place, axis) in self.plan.axes.iter().enumerate() {
             let chosen = selection.0.get(&place).cloned();
@@ -192,7 +175,7 @@ impl Study {
                         "choose one, only = {{ {} = .. }}, or let it vary: as x, series, panels or rows",
                         axis.name
                     );
-                    return Err(self.source.error(span, &title, "which one?", &remedy));
+                    return self.refuse(span, &title, "which one?", &remedy);
                 }
                 values.into_iter().map(Some).collect()
             };

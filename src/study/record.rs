@@ -12,19 +12,16 @@
 use super::file::WindowSection;
 use crate::case::Setup;
 use crate::error::Result;
-use crate::input;
 use crate::math::Vec3;
 use crate::output::series::COLUMNS;
 use crate::output::{OutputFiles, SeriesTable, estimate_mean};
+use serde::Deserialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Name of the file with what a benchmark has measured.
 pub const BENCH_FILE: &str = "bench.json";
-/// Name of the file with the parts of a run that was interrupted and has gone on.
-pub const PARTS_FILE: &str = "parts.csv";
-
 /// Beginning of the names of shares of the time.
 pub const SHARE: &str = "share_";
 
@@ -32,70 +29,24 @@ pub const SHARE: &str = "share_";
 const NOISE: f64 = 2.0;
 
 /// Numbers of a summary and of its scales.
-const OF_A_SUMMARY: [&str; 32] = [
-    "settling_velocity_over_stokes",
-    "settling_velocity_over_schiller_naumann",
-    "standard_error",
-    "drift",
-    "transient_end",
-    "settled_mean",
-    "settled_standard_error",
-    "resumed_from",
-    "particles",
-    "volume_fraction",
-    "cells",
-    "steps",
-    "dx",
-    "time_step",
-    "relaxation_time",
-    "mlups",
-    "wall_seconds",
-    "ranks",
-    "threads",
-    "mach",
-    "relative_viscosity",
-    "relative_viscosity_standard_error",
-    "cells_per_diameter",
-    "diameter",
-    "viscosity",
-    "density_ratio",
-    "archimedes",
-    "galileo",
-    "stokes_velocity",
-    "stokes_time",
-    "schiller_naumann_velocity",
-    "schiller_naumann_reynolds",
-];
+const OF_A_SUMMARY: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
+    transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
+    dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
+    relative_viscosity_standard_error cells_per_diameter diameter viscosity density_ratio archimedes \
+    galileo stokes_velocity stokes_time schiller_naumann_velocity schiller_naumann_reynolds";
 
 /// Numbers of a benchmark.
-const OF_A_BENCHMARK: [&str; 18] = [
-    "mlups",
-    "roofline_fraction",
-    "bandwidth_gb_per_s",
-    "messages_per_step",
-    "bytes_per_step",
-    "collectives_per_step",
-    "bytes_per_cell",
-    "memory_per_rank_bytes",
-    "ranks_per_process",
-    "cells",
-    "particles",
-    "contacts",
-    "threads",
-    "ranks",
-    "memory_bytes",
-    "contacts_per_particle",
-    "wall_seconds",
-    "steps",
-];
+const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s messages_per_step bytes_per_step collectives_per_step \
+    bytes_per_cell memory_per_rank_bytes ranks_per_process cells particles contacts threads ranks \
+    memory_bytes contacts_per_particle wall_seconds steps";
 
 /// The names of all quantities of runs, or of benchmarks, but shares of the time.
 pub fn names(bench: bool) -> Vec<&'static str> {
     if bench {
-        return OF_A_BENCHMARK.to_vec();
+        return OF_A_BENCHMARK.split_whitespace().collect();
     }
     let columns = COLUMNS.iter().filter_map(|head| head.split(" (").next());
-    (OF_A_SUMMARY.into_iter().chain(columns))
+    (OF_A_SUMMARY.split_whitespace().chain(columns))
         .chain(["contacts_per_particle", "net_flux_over_stokes"])
         .collect()
 }
@@ -107,6 +58,20 @@ pub struct Quantity {
     pub value: f64,
     /// Its standard error, if it is known.
     pub error: Option<f64>,
+}
+
+impl Quantity {
+    /// Without a known error.
+    pub fn exact(value: f64) -> Self {
+        Self { value, error: None }
+    }
+}
+
+/// Adds a number that is one.
+fn put(quantities: &mut BTreeMap<String, Quantity>, name: &str, value: f64) {
+    if value.is_finite() {
+        quantities.insert(name.to_string(), Quantity::exact(value));
+    }
 }
 
 /// What a run has left.
@@ -157,34 +122,25 @@ impl Record {
         windows: impl Iterator<Item = &'a WindowSection>,
     ) -> Result<Self> {
         let mut quantities = numbers(summary);
-        let averaged_over = interval(summary);
+        let averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
         if let Some(error) = summary["standard_error"].as_f64()
             && let Some(velocity) = quantities.get_mut("settling_velocity_over_stokes")
         {
             velocity.error = Some(error);
         }
-        if let Some(Json::Object(scales)) = summary.get("scales") {
-            quantities.extend(numbers(&Json::Object(scales.clone())));
-        }
+        quantities.extend(numbers(&summary["scales"]));
         shares(&mut quantities, &summary["stages"]);
         let series = Series::read(&OutputFiles::new(directory).series())?;
         let averaged = series.within(averaged_over);
         for (name, values) in &averaged.columns {
-            if let Some(mean) = estimate_mean(values)
-                && !quantities.contains_key(name)
-            {
-                let quantity = Quantity {
-                    value: mean.mean,
-                    error: mean.standard_error,
-                };
-                quantities.insert(name.clone(), quantity);
+            if let Some(mean) = estimate_mean(values) {
+                let (value, error) = (mean.mean, mean.standard_error);
+                quantities
+                    .entry(name.clone())
+                    .or_insert(Quantity { value, error });
             }
         }
-        let mut put = |name: &str, value: f64| {
-            if value.is_finite() {
-                quantities.insert(name.to_string(), Quantity { value, error: None });
-            }
-        };
+        let mut put = |name: &str, value: f64| put(&mut quantities, name, value);
         let particles = summary["particles"].as_f64().unwrap_or(f64::NAN);
         put("contacts_per_particle", averaged.mean("contacts") / particles);
         let flux = Vec3::from(["x", "y", "z"].map(|axis| averaged.mean(&format!("net_flux_{axis}"))));
@@ -199,15 +155,11 @@ impl Record {
         }
         let value = |name: &str| summary[name].as_f64();
         let steps = value("steps").unwrap_or(f64::NAN);
-        let known = Parts::read(directory).known().or_else(|| {
-            let done = steps - value("resumed_from").unwrap_or(0.0);
-            Some([value("wall_seconds")?, done])
-        });
-        if let Some([seconds, done]) = known.filter(|[_, done]| *done > 0.0) {
-            // Of a part that was killed the time is not known: its steps count at the speed of the others.
-            put("wall_seconds", seconds * steps / done);
-            put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
-        }
+        // Of a run that was interrupted the time of the last part is known: all steps count at its speed.
+        let done = steps - value("resumed_from").unwrap_or(0.0);
+        let seconds = value("wall_seconds").unwrap_or(f64::NAN);
+        put("wall_seconds", seconds * steps / done);
+        put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
         Ok(Self {
             directory: directory.to_path_buf(),
             version: summary["version"].as_str().unwrap_or_default().to_string(),
@@ -221,16 +173,13 @@ impl Record {
         let report = &left["report"];
         let mut quantities = numbers(report);
         let of = |name: &str| report[name].as_f64().unwrap_or(f64::NAN);
-        let memory: f64 = of("bytes_per_cell") * of("cells");
         for (name, value) in [
-            ("memory_bytes", memory),
+            ("memory_bytes", of("bytes_per_cell") * of("cells")),
             ("contacts_per_particle", of("contacts") / of("particles")),
             ("wall_seconds", left["seconds"].as_f64().unwrap_or(f64::NAN)),
             ("steps", left["steps"].as_f64().unwrap_or(f64::NAN)),
         ] {
-            if value.is_finite() {
-                quantities.insert(name.to_string(), Quantity { value, error: None });
-            }
+            put(&mut quantities, name, value);
         }
         shares(&mut quantities, &report["stages"]);
         Self {
@@ -245,22 +194,8 @@ impl Record {
 /// The numbers of a JSON object.
 fn numbers(json: &Json) -> BTreeMap<String, Quantity> {
     let entries = json.as_object().into_iter().flatten();
-    entries
-        .filter_map(|(name, value)| {
-            Some((
-                name.clone(),
-                Quantity {
-                    value: value.as_f64()?,
-                    error: None,
-                },
-            ))
-        })
-        .collect()
-}
-
-fn interval(summary: &Json) -> Option<[f64; 2]> {
-    let bounds = summary["averaged_over"].as_array()?;
-    Some([bounds.first()?.as_f64()?, bounds.get(1)?.as_f64()?])
+    let numbers = entries.filter_map(|(name, value)| Some((name.clone(), Quantity::exact(value.as_f64()?))));
+    numbers.collect()
 }
 
 /// Adds the part of the time that each stage takes.
@@ -268,13 +203,7 @@ fn shares(quantities: &mut BTreeMap<String, Quantity>, stages: &Json) {
     let times = numbers(stages);
     let total: f64 = times.values().map(|time| time.value).sum();
     for (stage, time) in times {
-        if total > 0.0 {
-            let share = Quantity {
-                value: time.value / total,
-                error: None,
-            };
-            quantities.insert(format!("{SHARE}{stage}"), share);
-        }
+        put(quantities, &format!("{SHARE}{stage}"), time.value / total);
     }
 }
 
@@ -285,11 +214,9 @@ struct Series {
 
 impl Series {
     fn read(path: &Path) -> Result<Self> {
-        let table = SeriesTable::read(path)?;
-        let columns = table.columns.into_iter();
-        Ok(Self {
-            columns: columns.map(|column| (column.name, column.values)).collect(),
-        })
+        let columns = SeriesTable::read(path)?.columns.into_iter();
+        let columns = columns.map(|column| (column.name, column.values)).collect();
+        Ok(Self { columns })
     }
 
     fn column(&self, name: &str) -> &[f64] {
@@ -307,10 +234,12 @@ impl Series {
             let rows = values.iter().enumerate().filter(|(row, _)| inside(*row));
             rows.map(|(_, value)| *value).collect()
         };
+        let columns = self
+            .columns
+            .iter()
+            .map(|(name, values)| (name.clone(), keep(values)));
         Self {
-            columns: (self.columns.iter())
-                .map(|(name, values)| (name.clone(), keep(values)))
-                .collect(),
+            columns: columns.collect(),
         }
     }
 
@@ -322,11 +251,11 @@ impl Series {
     /// Mean of the settling velocity over an interval of `t*` by trapezia, with values in between at its ends; none if the rows do not
     /// reach so far.
     fn over(&self, [from, to]: [f64; 2]) -> Option<f64> {
-        let rows = self
-            .column("t_star")
-            .iter()
-            .zip(self.column("settling_velocity_over_stokes"));
-        let rows: Vec<(f64, f64)> = rows.map(|(t, u)| (*t, *u)).collect();
+        let (times, velocities) = (
+            self.column("t_star"),
+            self.column("settling_velocity_over_stokes"),
+        );
+        let rows: Vec<(f64, f64)> = times.iter().copied().zip(velocities.iter().copied()).collect();
         let reach = rows.first()?.0 <= from && from < to && to <= rows.last()?.0;
         let area = rows.windows(2).map(|pair| {
             let ((a, u), (b, v)) = (pair[0], pair[1]);
@@ -342,80 +271,10 @@ impl Series {
     }
 }
 
-/// The parts of a run that was interrupted: its steps and the time they took.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parts(Vec<Part>);
-
-/// One part.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
-    from: u64,
-    to: u64,
-    /// Wall time (s).
-    seconds: f64,
-}
-
-impl Parts {
-    /// Those of the run in a directory; none if it left no list of them.
-    pub fn read(directory: &Path) -> Self {
-        let text = input::read_text(&directory.join(PARTS_FILE), input::RECORD).unwrap_or_default();
-        let part = |line: &str| {
-            let mut words = line.split(',');
-            Some(Part {
-                from: words.next()?.parse().ok()?,
-                to: words.next()?.parse().ok()?,
-                seconds: words.next()?.parse().ok()?,
-            })
-        };
-        Self(text.lines().filter_map(part).collect())
-    }
-
-    /// With another part, which began at the step `from`; what lies behind that step counts no more.
-    #[must_use]
-    pub fn with(mut self, from: u64, to: u64, seconds: f64) -> Self {
-        self.0.retain(|part| part.from < from);
-        for part in &mut self.0 {
-            if part.to > from {
-                // A killed part: its later steps are done again, their time is spent all the same.
-                part.to = from;
-            }
-        }
-        self.0.push(Part { from, to, seconds });
-        self
-    }
-
-    /// The file.
-    pub fn text(&self) -> String {
-        let row = |part: &Part| format!("{},{},{}\n", part.from, part.to, part.seconds);
-        std::iter::once("from (step),to (step),time (s)\n".to_string())
-            .chain(self.0.iter().map(row))
-            .collect()
-    }
-
-    /// Time (s) and steps of all parts of which they are known; none if there is none.
-    pub fn known(&self) -> Option<[f64; 2]> {
-        let seconds: f64 = self.0.iter().map(|part| part.seconds).sum();
-        let steps: u64 = self.0.iter().map(|part| part.to - part.from).sum();
-        (steps > 0).then_some([seconds, steps as f64])
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fs;
-
-    #[test]
-    fn the_time_of_an_interrupted_run_is_that_of_its_parts_together() {
-        let parts = Parts::default().with(0, 100, 2.0).with(100, 250, 4.0);
-        assert_eq!(parts.known(), Some([6.0, 250.0]));
-        let place = tempfile::tempdir().unwrap();
-        fs::write(place.path().join(PARTS_FILE), parts.text()).unwrap();
-        assert_eq!(Parts::read(place.path()), parts);
-        // One was killed after a checkpoint at 60, of which nothing was noted: the speed is that of the other.
-        assert_eq!(Parts::default().with(60, 100, 2.0).known(), Some([2.0, 40.0]));
-        assert_eq!(Parts::default().known(), None);
-    }
 
     #[test]
     fn a_mean_is_settled_if_the_transient_ends_before_it_begins_or_makes_no_difference() {

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::input;
 use crate::output::directory;
 use crate::simulation::Law;
+use std::path::Path;
 
 /// Points of a smooth line between two points of a study.
 const PARTS: u32 = 8;
@@ -48,7 +49,7 @@ impl Study {
         at: &At,
     ) -> Result<Expected> {
         let Located { value, span } = reference;
-        if !self.plan.selection(&self.source, span, &value.only)?.meets(at) {
+        if !self.selection(span, &value.only)?.meets(at) {
             return Ok(Expected::NotMeant);
         }
         let found = match *value {
@@ -62,9 +63,7 @@ impl Study {
             } => Some(number),
             _ => {
                 let title = "this reference has no value at a single point";
-                return Err(self
-                    .source
-                    .error(span, title, "here", "give `law`, `csv` or `value`"));
+                return self.refuse(span, title, "here", "give `law`, `csv` or `value`");
             }
         };
         Ok(found.map_or(Expected::Absent, Expected::Value))
@@ -90,7 +89,7 @@ impl Study {
                 let title = format!("a law for settling velocities is no reference for `{quantity}`");
                 let remedy =
                     "it is one for settling_velocity_over_stokes or settling_velocity_over_schiller_naumann";
-                Err(self.source.error(&reference.span, &title, "here", remedy))
+                self.refuse(&reference.span, &title, "here", remedy)
             }
         }
     }
@@ -107,22 +106,18 @@ impl Study {
         along: &[At],
     ) -> Result<Option<Series>> {
         let Located { value, span } = reference;
-        let selection = self.plan.selection(&self.source, span, &value.only)?;
+        let selection = self.selection(span, &value.only)?;
         let Some(first) = along.first().filter(|at| selection.meets(at)) else {
             return Ok(None);
         };
         let known = |at: &At| self.plan.axes[x].values[at[x]?].number;
+        let point = |x: f64, y: f64| Point { x, y, error: None };
         let (points, style, name) = match value {
             ReferenceSection { law: Some(law), .. } => {
                 let mut points = Vec::new();
                 for pair in along.windows(2) {
-                    let ends = (
-                        known(&pair[0]),
-                        known(&pair[1]),
-                        self.suspension(&pair[0]),
-                        self.suspension(&pair[1]),
-                    );
-                    let (Some(from), Some(to), Some(a), Some(b)) = ends else {
+                    let [from, to] = [0, 1].map(|end| known(&pair[end]).zip(self.suspension(&pair[end])));
+                    let (Some((from, a)), Some((to, b))) = (from, to) else {
                         continue;
                     };
                     // Says what is wrong with the quantity.
@@ -133,40 +128,27 @@ impl Study {
                     let skipped = u32::from(!points.is_empty());
                     points.extend((skipped..=PARTS).map(|part| {
                         let part = f64::from(part) / f64::from(PARTS);
-                        let y = unit * law.over_stokes(a.towards(b, part));
-                        Point {
-                            x: from + part * (to - from),
-                            y,
-                            error: None,
-                        }
+                        point(
+                            from + part * (to - from),
+                            unit * law.over_stokes(a.towards(b, part)),
+                        )
                     }));
                 }
                 (points, Style::Line, law.name().to_string())
             }
-            ReferenceSection { csv: Some(table), .. } => (
-                self.rows(reference, first, Some(x))?,
-                Style::Points,
-                table.value.clone(),
-            ),
+            ReferenceSection { csv: Some(table), .. } => {
+                let points = self.rows(reference, first, Some(x))?;
+                (points, Style::Points, table.value.clone())
+            }
             ReferenceSection {
                 value: Some(number), ..
             } => {
-                let at = |at: &At| {
-                    Some(Point {
-                        x: known(at)?,
-                        y: *number,
-                        error: None,
-                    })
-                };
-                (
-                    along.iter().filter_map(at).collect(),
-                    Style::Line,
-                    number.to_string(),
-                )
+                let points = along.iter().filter_map(|at| Some(point(known(at)?, *number)));
+                (points.collect(), Style::Line, number.to_string())
             }
             _ => {
                 let title = "a reference without `law`, `csv`, `fit`, `band` or `value`";
-                return Err(self.source.error(span, title, "here", "give one of them"));
+                return self.refuse(span, title, "here", "give one of them");
             }
         };
         Ok(Some(Series {
@@ -181,14 +163,9 @@ impl Study {
         let Located { value, span } = reference;
         let (Some(file), Some(y)) = (&value.csv, &value.y) else {
             let remedy = "y = \"name of a column\"";
-            return Err(self
-                .source
-                .error(span, "a table without the column of its values", "here", remedy));
+            return self.refuse(span, "a table without the column of its values", "here", remedy);
         };
-        let path = self
-            .path
-            .parent()
-            .map_or_else(|| (&file.value).into(), |folder| folder.join(&file.value));
+        let path = self.path.parent().unwrap_or(Path::new("")).join(&file.value);
         // What the study itself writes is no reference.
         directory::refuse_input(&self.out.join(result::FILE), std::slice::from_ref(&path))?;
         let bytes = input::read(&path, input::TABLE).map_err(|error| Error::io("read", &path, error))?;
@@ -237,12 +214,12 @@ impl Study {
         };
         let Some(value) = at[place] else {
             let title = format!("the axis `{word}` has no single value here");
-            return Err(self.source.error(
+            return self.refuse(
                 &reference.span,
                 &title,
                 "in `where`",
                 "compare with a value instead",
-            ));
+            );
         };
         let value = &self.plan.axes[place].values[value];
         Ok(value

@@ -1,13 +1,14 @@
 //! What is wrong in a study file and can be told before anything runs.
 
 use super::Study;
-use super::file::{CheckSection, FigureSection};
+use super::file::CheckSection;
 use super::plan::Plan;
 use super::record;
 use crate::case::located::Located;
 use crate::error::Result;
 use crate::output::series::is_of_a_wall;
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Values of an axis that differ by less are the same.
 const SAME: f64 = 1e-9;
@@ -22,63 +23,46 @@ impl Study {
         self.refuse_names_twice("figures", file.figures.iter().map(|figure| &figure.value.name))?;
         self.refuse_names_twice("tables", file.tables.iter().map(|table| &table.value.name))?;
         self.refuse_names_twice("windows", file.windows.iter().map(|window| &window.value.name))?;
-        self.refuse_names_twice(
-            "derived quantities",
-            file.derived.iter().map(|derived| &derived.value.name),
-        )?;
+        let derived = file.derived.iter().map(|derived| &derived.value.name);
+        self.refuse_names_twice("derived quantities", derived)?;
         self.refuse_windows()?;
-        for Located { value, .. } in &file.derived {
-            self.refuse_unknown(&value.quantity, &value.quantity.value)?;
-        }
-        for name in &file.columns {
-            self.refuse_unknown(name, &name.value)?;
-        }
-        for Located {
-            value: FigureSection { y, .. },
-            ..
-        } in &file.figures
-        {
-            for name in &y.value.0 {
-                self.refuse_unknown(y, name)?;
-            }
-        }
         let columns = file.tables.iter().flat_map(|table| &table.value.columns);
-        for name in columns.filter_map(|column| column.value.y.as_ref()) {
-            self.refuse_unknown(name, &name.value)?;
+        let quantities = (columns.map(|column| &column.value.y))
+            .chain(file.derived.iter().map(|derived| &derived.value.quantity))
+            .chain(file.checks.iter().map(|check| &check.value.y));
+        for quantity in quantities {
+            self.refuse_unknown(quantity, &quantity.value)?;
+        }
+        for figure in &file.figures {
+            let y = &figure.value.y;
+            y.value
+                .0
+                .iter()
+                .try_for_each(|name| self.refuse_unknown(y, name))?;
         }
         file.checks.iter().try_for_each(|check| self.refuse_check(check))
     }
 
     /// What is strange but possible.
     pub fn warnings(&self) -> Vec<String> {
-        let beside = self
-            .out
-            .parent()
-            .map(std::path::Path::to_path_buf)
-            .unwrap_or_default();
-        let folder = self
-            .path
-            .parent()
-            .map(std::path::Path::to_path_buf)
-            .unwrap_or_default();
-        let strange = self.file.shares.iter().filter(|name| {
-            let name = &name.value;
-            !beside.join(name).is_dir() && !folder.join(format!("{name}.toml")).is_file()
-        });
-        strange
-            .map(|name| {
-                self.source.warning(
+        let beside = self.out.parent().unwrap_or(Path::new(""));
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let mut warnings = Vec::new();
+        for name in &self.file.shares {
+            let (results, file) = (
+                beside.join(&name.value),
+                folder.join(format!("{}.toml", name.value)),
+            );
+            if !results.is_dir() && !file.is_file() {
+                warnings.push(self.source.warning(
                     &name.span,
                     &format!("there is no study `{}` to take runs from", name.value),
                     "neither a directory nor a study file",
-                    &format!(
-                        "looked for {} and {}.toml",
-                        beside.join(&name.value).display(),
-                        folder.join(&name.value).display()
-                    ),
-                )
-            })
-            .collect()
+                    &format!("looked for {} and {}", results.display(), file.display()),
+                ));
+            }
+        }
+        warnings
     }
 
     fn refuse_names_twice<'a>(
@@ -87,12 +71,10 @@ impl Study {
         names: impl Iterator<Item = &'a Located<String>>,
     ) -> Result<()> {
         let mut known = BTreeSet::new();
-        for name in names {
-            if !known.insert(name.value.as_str()) {
-                let title = format!("two {what} have the name `{}`", name.value);
-                return Err(self
-                    .source
-                    .error(&name.span, &title, "again", "rename one of them"));
+        for Located { value, span } in names {
+            if !known.insert(value) {
+                let title = format!("two {what} have the name `{value}`");
+                return self.refuse(span, &title, "again", "rename one of them");
             }
         }
         Ok(())
@@ -103,19 +85,20 @@ impl Study {
             let times = [value.from, value.to];
             if !times.iter().all(|time| time.is_finite()) || value.from < 0.0 || value.from >= value.to {
                 let title = "a window must begin at 0 or later, and end after that";
-                return Err(self.source.error(span, title, "here", "e.g. from = 5, to = 15"));
+                return self.refuse(span, title, "here", "e.g. from = 5, to = 15");
             }
             for run in &self.plan.runs {
                 let setup = &run.setup;
                 let end = setup.end_time() / setup.stokes_time().unwrap_or(f64::INFINITY);
                 if value.to > end {
+                    let (name, to) = (&value.name.value, value.to);
                     let title = format!(
-                        "the window `{}` ends at {} t*, the run {} at {end:.2} t*",
-                        value.name.value, value.to, run.name
+                        "the window `{name}` ends at {to} t*, the run {} at {end:.2} t*",
+                        run.name
                     );
                     let remedy =
                         "end the window earlier, or the run later: its last row may lie before `run.end`";
-                    return Err(self.source.error(span, &title, "here", remedy));
+                    return self.refuse(span, &title, "here", remedy);
                 }
             }
         }
@@ -123,67 +106,53 @@ impl Study {
     }
 
     fn refuse_unknown<T>(&self, place: &Located<T>, name: &str) -> Result<()> {
-        let derived = self.file.derived.iter().map(|derived| &derived.value.name.value);
-        let windows = self
+        let derived = self
             .file
-            .windows
+            .derived
             .iter()
-            .map(|window| format!("{}_velocity", window.value.name.value));
-        let own: Vec<String> = derived.cloned().chain(windows).collect();
+            .map(|derived| derived.value.name.value.clone());
+        let windows = self.file.windows.iter().map(|window| &window.value.name.value);
+        let own: Vec<String> = derived
+            .chain(windows.map(|window| format!("{window}_velocity")))
+            .collect();
         let of_runs = record::names(self.file.bench.is_some());
         let known: Vec<&str> = own.iter().map(String::as_str).chain(of_runs).collect();
         if known.contains(&name) || name.starts_with(record::SHARE) || is_of_a_wall(name) {
             return Ok(());
         }
-        let near = crate::case::nearest(name, &known);
-        let remedy = near.map_or_else(
+        let remedy = crate::case::nearest(name, &known).map_or_else(
             || format!("known here: {}", known.join(", ")),
             |near| format!("did you mean `{near}`?"),
         );
         let title = format!("there is no quantity `{name}`");
-        Err(self
-            .source
-            .error(&place.span, &title, "no such quantity", &remedy))
+        self.refuse(&place.span, &title, "no such quantity", &remedy)
     }
 
     fn refuse_check(&self, Located { value, span }: &Located<CheckSection>) -> Result<()> {
-        self.refuse_unknown(&value.y, &value.y.value)?;
         for tolerance in [&value.tolerance, &value.absolute].into_iter().flatten() {
             if !tolerance.value.is_finite() || tolerance.value < 0.0 {
                 let title = format!("a tolerance cannot be {}", tolerance.value);
-                return Err(self.source.error(
-                    &tolerance.span,
-                    &title,
-                    "here",
-                    "give a number of at least 0",
-                ));
+                let remedy = "give a number of at least 0";
+                return self.refuse(&tolerance.span, &title, "here", remedy);
             }
         }
         if value.at.is_some() && value.tolerance.is_none() {
-            let title = "`at` without a `tolerance`";
-            return Err(self.source.error(
-                span,
-                title,
-                "here",
-                "e.g. tolerance = 0.03, a part of the extrapolation",
-            ));
+            let remedy = "e.g. tolerance = 0.03, a part of the extrapolation";
+            return self.refuse(span, "`at` without a `tolerance`", "here", remedy);
         }
         let Some(x) = &value.x else {
             return Ok(());
         };
-        let axis = &self.plan.axes[self.plan.axis(&self.source, x)?];
+        let axis = &self.plan.axes[self.axis(x)?];
         for (key, number) in [("at", value.at), ("monotone_from", value.monotone_from)] {
-            let there = |number: f64| {
-                axis.values
-                    .iter()
-                    .any(|value| value.number.is_some_and(|n| (n - number).abs() < SAME))
-            };
-            if let Some(number) = number.filter(|number| !there(*number)) {
+            let Some(number) = number else { continue };
+            let mut numbers = axis.values.iter().filter_map(|value| value.number);
+            if !numbers.any(|known| (known - number).abs() < SAME) {
                 let title = format!(
                     "`{key}` is {number}, which is no value of the axis `{}`",
                     axis.name
                 );
-                return Err(self.source.error(span, &title, "here", &Plan::known_values(axis)));
+                return self.refuse(span, &title, "here", &Plan::known_values(axis));
             }
         }
         Ok(())

@@ -1,68 +1,45 @@
 //! `result.csv`: a row for each run that has ended.
 
 use super::Study;
-use super::record::Record;
+use super::record::{Record, SHARE};
+use super::state::State;
 use crate::error::Result;
 use crate::output::write_bytes;
+use std::collections::BTreeSet;
 
 /// Name of the file in the directory of a study.
 pub(crate) const FILE: &str = "result.csv";
 
 /// Quantities of a run; those that it does not have stay empty.
-const OF_A_RUN: [&str; 18] = [
-    "archimedes",
-    "volume_fraction",
-    "particles",
-    "cells_per_diameter",
-    "relaxation_time",
-    "settling_velocity_over_stokes",
-    "standard_error",
-    "drift",
-    "averaged_from",
-    "averaged_to",
-    "settled",
-    "contacts_per_particle",
-    "max_overlap",
-    "net_flux_over_stokes",
-    "cells",
-    "steps",
-    "mlups",
-    "wall_seconds",
-];
+const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter relaxation_time \
+    settling_velocity_over_stokes standard_error drift averaged_from averaged_to settled \
+    contacts_per_particle max_overlap net_flux_over_stokes cells steps mlups wall_seconds";
 
 /// Quantities of a benchmark, before the shares of the stages.
-const OF_A_BENCHMARK: [&str; 10] = [
-    "cells",
-    "particles",
-    "contacts_per_particle",
-    "mlups",
-    "roofline_fraction",
-    "bandwidth_gb_per_s",
-    "memory_bytes",
-    "threads",
-    "steps",
-    "wall_seconds",
-];
+const OF_A_BENCHMARK: &str = "cells particles contacts_per_particle mlups roofline_fraction bandwidth_gb_per_s memory_bytes \
+    threads steps wall_seconds";
 
 /// Writes the file; it appears whole.
 pub(super) fn write_csv(study: &Study) -> Result<()> {
     let names = columns(study);
     let mut table = csv::Writer::from_writer(Vec::new());
-    let axes = study.plan.axes.iter().map(|axis| axis.name.as_str());
-    let head = std::iter::once("run")
-        .chain(axes)
-        .chain(names.iter().map(String::as_str))
-        .chain(["version"]);
+    let axes = &study.plan.axes;
+    let head = ["run"]
+        .into_iter()
+        .chain(axes.iter().map(|axis| axis.name.as_str()));
+    let head = head.chain(names.iter().map(String::as_str)).chain(["version"]);
     table.write_record(head).expect("memory takes any row");
     for (run, state) in study.plan.runs.iter().zip(&study.states) {
         let Some(record) = state.record() else {
             continue;
         };
-        let values = (study.plan.axes.iter().zip(&run.at)).map(|(axis, &at)| axis.values[at].name.clone());
-        let row = std::iter::once(run.name.clone())
-            .chain(values)
-            .chain(names.iter().map(|name| cell(record, name)))
-            .chain([record.version.clone()]);
+        let values = axes
+            .iter()
+            .zip(&run.at)
+            .map(|(axis, &at)| axis.values[at].name.clone());
+        let row = [run.name.clone()].into_iter().chain(values);
+        let row = row.chain(names.iter().map(|name| cell(record, name)));
+        let row = row.chain([record.version.clone()]);
         table.write_record(row).expect("memory takes any row");
     }
     let text = table.into_inner().expect("memory takes any row");
@@ -70,28 +47,18 @@ pub(super) fn write_csv(study: &Study) -> Result<()> {
 }
 
 fn columns(study: &Study) -> Vec<String> {
-    let mut names: Vec<String> = if study.file.bench.is_some() {
-        let mut shares: Vec<String> = (study.states.iter().filter_map(|state| state.record()))
-            .flat_map(|record| {
-                record
-                    .quantities
-                    .keys()
-                    .filter(|name| name.starts_with("share_"))
-                    .cloned()
-            })
-            .collect();
-        shares.sort();
-        shares.dedup();
-        OF_A_BENCHMARK
-            .map(String::from)
-            .into_iter()
-            .chain(shares)
-            .collect()
-    } else {
-        OF_A_RUN.map(String::from).to_vec()
-    };
-    names.extend((study.file.windows.iter()).map(|window| format!("{}_velocity", window.value.name.value)));
-    names.extend(study.file.columns.iter().map(|name| name.value.clone()));
+    let is_bench = study.file.bench.is_some();
+    let names = if is_bench { OF_A_BENCHMARK } else { OF_A_RUN };
+    let mut names: Vec<String> = names.split_whitespace().map(String::from).collect();
+    if is_bench {
+        let records = study.states.iter().filter_map(State::record);
+        let shares =
+            records.flat_map(|record| record.quantities.keys().filter(|name| name.starts_with(SHARE)));
+        let shares: BTreeSet<&String> = shares.collect();
+        names.extend(shares.into_iter().cloned());
+    }
+    let windows = study.file.windows.iter().map(|window| &window.value.name.value);
+    names.extend(windows.map(|window| format!("{window}_velocity")));
     names
 }
 

@@ -1,7 +1,7 @@
 //! Tables of a study, in words.
 
 use super::Study;
-use super::convergence::{Convergence, interval_words, words as order_words};
+use super::convergence::{Convergence, Sample, interval_words, words as order_words};
 use super::document::Table;
 use super::file::{ColumnSection, Comparison, TableSection};
 use super::plan::combinations;
@@ -9,6 +9,7 @@ use super::points::{At, Known, average};
 use super::record::Quantity;
 use crate::case::located::Located;
 use crate::error::Result;
+use std::collections::BTreeSet;
 
 /// Digits behind the point if nothing else is said.
 const DIGITS: usize = 4;
@@ -29,9 +30,7 @@ impl Study {
             rows,
             columns,
         } = &section.value;
-        let axes = (rows.iter())
-            .map(|name| self.plan.axis(&self.source, name))
-            .collect::<Result<Vec<_>>>()?;
+        let axes = self.axes(rows)?;
         let mut heads: Vec<String> = axes
             .iter()
             .map(|&axis| self.plan.axes[axis].name.clone())
@@ -46,21 +45,14 @@ impl Study {
                 ..
             } = &column.value;
             heads.push(label.clone());
-            if y.is_some() && reference.is_some() {
+            if reference.is_some() {
                 heads.extend([format!("{label}: reference"), "deviation".to_string()]);
             }
-            let quantity = y
-                .as_ref()
-                .map_or("settling_velocity_over_stokes", |y| y.value.as_str());
-            filled.push((
-                column,
-                quantity,
-                self.points(&column.span, &axes, only, quantity)?,
-            ));
+            filled.push((column, self.points(&column.span, &axes, only, &y.value)?));
         }
         let mut body = Vec::new();
         for places in combinations(axes.iter().map(|&axis| &self.plan.axes[axis])) {
-            let of_row = |at: &At| {
+            let of_row = |at: &&At| {
                 axes.iter()
                     .zip(&places)
                     .all(|(&axis, place)| at[axis] == Some(*place))
@@ -69,12 +61,10 @@ impl Study {
             let mut row: Vec<String> = (axes.iter().zip(&places))
                 .map(|(&axis, &place)| self.plan.axes[axis].values[place].name.clone())
                 .collect();
-            for (column, quantity, points) in &filled {
-                let at = points
-                    .iter()
-                    .find(|at| of_row(at) && self.runs_at(at).next().is_some());
+            for (column, points) in &filled {
+                let at = (points.iter().filter(of_row)).find(|at| self.runs_at(at).next().is_some());
                 known |= at.is_some();
-                row.extend(self.cells(column, quantity, at)?);
+                row.extend(self.cells(&column.value, at)?);
             }
             if known {
                 body.push(row);
@@ -89,50 +79,40 @@ impl Study {
     }
 
     /// What stands in a row below one head, or below three.
-    fn cells(&self, column: &Located<ColumnSection>, quantity: &str, at: Option<&At>) -> Result<Vec<String>> {
-        let ColumnSection {
-            y, reference, digits, ..
-        } = &column.value;
-        let digits = digits.unwrap_or(DIGITS);
-        let known = match at {
-            Some(at) => self.known(quantity, at)?,
-            None => Known::Absent,
-        };
-        let measured = match known {
-            Known::Value(quantity) => Some(quantity),
-            _ => None,
-        };
-        let expected = match (reference, at) {
-            (Some(reference), Some(at)) => self.reference_at(reference, quantity, at)?.value(),
-            _ => None,
-        };
-        let mut cells = Vec::new();
-        if y.is_some() {
-            let unsettled = at.is_some_and(|at| self.runs_at(at).any(|(run, _)| self.is_unsettled(run)));
-            let mark = if unsettled { UNSETTLED } else { "" };
-            cells.push(measured.map_or(NOTHING.to_string(), |quantity| words(quantity, digits) + mark));
+    fn cells(&self, column: &ColumnSection, at: Option<&At>) -> Result<Vec<String>> {
+        let (y, digits) = (&column.y.value, column.digits.unwrap_or(DIGITS));
+        let or_nothing = |text: Option<String>| text.unwrap_or_else(|| NOTHING.to_string());
+        let (mut measured, mut expected, mut mark) = (None, None, "");
+        if let Some(at) = at {
+            if let Known::Value(quantity) = self.known(y, at)? {
+                measured = Some(quantity);
+            }
+            if let Some(reference) = &column.reference {
+                expected = self.reference_at(reference, y, at)?.value();
+            }
+            if self.runs_at(at).any(|(run, _)| self.is_unsettled(run)) {
+                mark = UNSETTLED;
+            }
         }
-        if reference.is_some() {
-            cells.push(expected.map_or(NOTHING.to_string(), |value| format!("{value:.digits$}")));
-        }
-        if y.is_some() && reference.is_some() {
-            let deviation = measured.zip(expected).map(|(measured, expected)| {
+        let mut cells = vec![or_nothing(
+            measured.map(|quantity| words(quantity, digits) + mark),
+        )];
+        if column.reference.is_some() {
+            cells.push(or_nothing(expected.map(|value| format!("{value:.digits$}"))));
+            // Of a quantity that is a part itself deviations are differences.
+            let is_part = self
+                .comparison(y)
+                .is_some_and(|derived| derived.value.form == Comparison::Deficit);
+            cells.push(or_nothing(measured.zip(expected).map(|(measured, expected)| {
                 let off = measured.value - expected;
-                if self.is_deficit(quantity) {
+                if is_part {
                     format!("{off:+.digits$}")
                 } else {
                     format!("{:+.1} %", 100.0 * off / expected)
                 }
-            });
-            cells.push(deviation.unwrap_or_else(|| NOTHING.to_string()));
+            })));
         }
         Ok(cells)
-    }
-
-    /// Whether a quantity is a part itself, whose deviations are differences.
-    fn is_deficit(&self, quantity: &str) -> bool {
-        let mut derived = self.file.derived.iter().map(|derived| &derived.value);
-        derived.any(|derived| derived.name.value == quantity && derived.form == Comparison::Deficit)
     }
 }
 
@@ -149,48 +129,42 @@ pub(super) struct Found {
 /// What is known of the convergence of several series: errors at each resolution, and orders. Of repetitions that have a fit each,
 /// means over those on most grids are given, with the standard error of their scatter.
 pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
-    let percent =
-        |part: Option<f64>| part.map_or(NOTHING.to_string(), |part| format!("{:+.2} %", 100.0 * part));
-    let mut errors = Vec::new();
-    let mut orders = Vec::new();
+    let or_nothing = |text: Option<String>| text.unwrap_or_else(|| NOTHING.to_string());
+    let percent = |part: Option<f64>| or_nothing(part.map(|part| format!("{:+.2} %", 100.0 * part)));
+    let number = |value: Option<f64>| or_nothing(value.map(|value| format!("{value:.DIGITS$}")));
+    let (mut errors, mut orders) = (Vec::new(), Vec::new());
     for Found {
-        title: of,
-        convergence,
-        ..
+        title, convergence, ..
     } in found
     {
         let finest = convergence.samples.last().map(|sample| sample.value);
-        for sample in &convergence.samples {
-            let quantity = Quantity {
-                value: sample.value,
-                error: sample.error,
-            };
-            errors.push(vec![
-                of.clone(),
-                sample.cells.to_string(),
-                words(quantity, DIGITS),
+        errors.extend(convergence.samples.iter().map(|sample| {
+            let Sample { cells, value, error } = *sample;
+            vec![
+                title.clone(),
+                cells.to_string(),
+                words(Quantity { value, error }, DIGITS),
                 percent(convergence.error(sample)),
-                percent(finest.map(|finest| sample.value / finest - 1.0)),
-            ]);
-        }
-        let number =
-            |value: Option<f64>| value.map_or(NOTHING.to_string(), |value| format!("{value:.DIGITS$}"));
+                percent(finest.map(|finest| value / finest - 1.0)),
+            ]
+        }));
         let order = |which: usize| {
-            let within = convergence.order_within.map(|within| within[which]);
-            within.map_or(NOTHING.to_string(), interval_words)
+            or_nothing(
+                convergence
+                    .order_within
+                    .map(|within| interval_words(within[which])),
+            )
         };
-        let limits = convergence
-            .limit_within
-            .map(|[low, high]| format!("{low:.DIGITS$} to {high:.DIGITS$}"));
+        let limits = convergence.limit_within;
         let [first, second] = convergence.limit_of_order;
         orders.push(vec![
-            of.clone(),
+            title.clone(),
             order_words(convergence.fit.order),
             order(0),
             order(1),
-            (convergence.against_finest).map_or(NOTHING.to_string(), |order| format!("{order:.2}")),
+            or_nothing(convergence.against_finest.map(|order| format!("{order:.2}"))),
             number(convergence.limit()),
-            limits.unwrap_or_else(|| NOTHING.to_string()),
+            or_nothing(limits.map(|[low, high]| format!("{low:.DIGITS$} to {high:.DIGITS$}"))),
             number(Some(first)),
             number(Some(second)),
         ]);
@@ -237,29 +211,19 @@ pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
 /// Rows of the table of orders for means over repetitions.
 fn means(found: &[Found]) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = Vec::new();
-    let mut groups: Vec<&str> = found.iter().map(|one| one.group.as_str()).collect();
-    groups.sort_unstable();
-    groups.dedup();
+    let groups: BTreeSet<&str> = found.iter().map(|one| one.group.as_str()).collect();
     for group in groups {
-        let alike = || {
-            let of_group = found.iter().filter(|one| one.group == group);
-            of_group.map(|one| &one.convergence)
-        };
-        let most = alike().map(|one| one.samples.len()).max();
-        let whole: Vec<&Convergence> = alike().filter(|one| Some(one.samples.len()) == most).collect();
+        let mut whole: Vec<&Convergence> = (found.iter().filter(|one| one.group == group))
+            .map(|one| &one.convergence)
+            .collect();
+        let most = whole.iter().map(|one| one.samples.len()).max();
+        whole.retain(|one| Some(one.samples.len()) == most);
         if whole.len() < 2 {
             continue;
         }
         let mean = |figure: &dyn Fn(&Convergence) -> Option<f64>, digits: usize| {
-            let values: Option<Vec<Quantity>> = whole
-                .iter()
-                .map(|one| {
-                    Some(Quantity {
-                        value: figure(one)?,
-                        error: None,
-                    })
-                })
-                .collect();
+            let quantity = |one: &&Convergence| Some(Quantity::exact(figure(one)?));
+            let values: Option<Vec<Quantity>> = whole.iter().map(quantity).collect();
             values.map_or(NOTHING.to_string(), |values| words(average(&values), digits))
         };
         let separator = if group.is_empty() { "" } else { ", " };

@@ -72,7 +72,7 @@ fn place(study: &str) -> tempfile::TempDir {
 
 fn load(place: &tempfile::TempDir) -> Result<Study> {
     let path = place.path();
-    Study::load(&path.join("study.toml"), Some(&path.join("here")), None, 100.0)
+    Study::load(&path.join("study.toml"), Some(&path.join("here")), None)
 }
 
 fn names(study: &Study) -> Vec<&str> {
@@ -212,7 +212,8 @@ fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
 fn time_is_projected_with_the_speed_of_what_is_done() {
     let place = place(AXES);
     let mut study = load(&place).unwrap();
-    assert_eq!(study.speed(), (100.0, true));
+    assert_eq!(study.measured_over_estimated(), None);
+    let estimates = [0, 1].map(|run| study.estimate(run));
     let quantity = Quantity {
         value: 2.0,
         error: None,
@@ -223,11 +224,12 @@ fn time_is_projected_with_the_speed_of_what_is_done() {
         averaged_over: None,
         quantities: BTreeMap::from([("wall_seconds".to_string(), quantity)]),
     }));
-    let (speed, guess) = study.speed();
-    assert!(!guess && (speed - 24.0 * 4096.0 / 2.0 / 1e6).abs() < 1e-12);
-    assert!((study.seconds_left(1).unwrap() - 2.0).abs() < 1e-12);
+    let slower = study.measured_over_estimated().unwrap();
+    assert!((slower * estimates[0] - 2.0).abs() < 1e-12);
+    let left = slower * estimates[1];
+    assert!(left > 0.0 && (study.seconds_left(1).unwrap() - left).abs() < 1e-12);
     study.states[1] = State::Part { step: 18 };
-    assert!((study.seconds_left(1).unwrap() - 0.5).abs() < 1e-12);
+    assert!((study.seconds_left(1).unwrap() - 0.25 * left).abs() < 1e-12);
 }
 
 const WITHIN: &str = r#"

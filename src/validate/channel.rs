@@ -65,12 +65,11 @@ fn plates(trial: &Trial) -> Result<Findings> {
         .fold(0.0, f64::max);
     let mut found = Findings::default();
     let quantity = "plates: largest error of the profile over its maximum (-)";
-    found.absolute(&CASE, quantity, worst, 0.0, PLATES);
+    found.absolute(quantity, worst, 0.0, PLATES);
     found.from(
         "Ginzburg and d'Humieres (2003), doi:10.1103/PhysRevE.68.066614: exact with the parameter 3/16",
     );
     found.relative(
-        &CASE,
         "plates: force on the walls over that on the fluid (-)",
         force,
         1.0,
@@ -78,19 +77,12 @@ fn plates(trial: &Trial) -> Result<Findings> {
     );
     found.from("balance of momentum");
     let parabola = (0..=100).map(|k| [0.01 * f64::from(k), exact(0.01 * f64::from(k))]);
-    found.overlays.push(Overlay {
-        name: "plates".into(),
-        title: "Flow between two plates".into(),
-        axes: [
-            "height over distance (-)".into(),
-            "velocity over largest (-)".into(),
-        ],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("reference: parabola".into(), parabola.collect()),
-            ("measured".into(), points),
-        ],
-    });
+    found.overlays.push(Overlay::new(
+        "plates",
+        "Flow between two plates",
+        ["height over distance (-)", "velocity over largest (-)"],
+        [("reference: parabola", parabola.collect()), ("measured", points)],
+    ));
     Ok(found)
 }
 
@@ -120,10 +112,10 @@ fn duct(trial: &Trial, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
     let mut found = Findings::default();
     for (what, measured, column) in [("largest", largest, "u_max"), ("mean", mean, "u_mean")] {
         let quantity = format!("{name} duct: {what} velocity over a A^2 / nu (-)");
-        found.relative(&CASE, quantity, measured, table.of("duct", name, column), DUCT);
+        found.relative(quantity, measured, table.of("duct", name, column), DUCT);
     }
     let quantity = format!("{name} duct: force on the walls over that on the fluid (-)");
-    found.relative(&CASE, quantity, force, 1.0, FORCE);
+    found.relative(quantity, force, 1.0, FORCE);
     found.from("balance of momentum");
     Ok(found)
 }

@@ -32,7 +32,7 @@ fn pair(trial: &Trial) -> Result<Findings> {
     };
     let rows: Vec<(u64, u64, Vec3, Vec3)> = watch.rows(|run, rows| {
         let mut low = [f64::NEG_INFINITY];
-        for sphere in run.owned() {
+        for sphere in run.particles() {
             rows.push((run.steps_done(), sphere.id, sphere.position(), sphere.velocity()));
             low[0] = low[0].max(0.5 - sphere.position().z / diameter);
         }
@@ -80,27 +80,23 @@ fn pair(trial: &Trial) -> Result<Findings> {
     }
     let mut found = Findings::default();
     let quantity = "drafting: most that the trailing sphere is faster, before contact (-)";
-    found.absolute(&CASE, quantity, drafting, 1.6, 0.5);
+    found.absolute(quantity, drafting, 1.6, 0.5);
     let quantity = "kissing: least gap (D)";
-    found.absolute(&CASE, quantity, nearest, 0.0, 0.1);
+    found.absolute(quantity, nearest, 0.0, 0.1);
     let quantity = "tumbling: largest angle of the line of centres from the vertical (degrees)";
-    found.absolute(&CASE, quantity, tilt, 90.0, 45.0);
+    found.absolute(quantity, tilt, 90.0, 45.0);
     let quantity = "separation: largest gap after contact (D)";
-    found.absolute(&CASE, quantity, apart, 1.2, 1.0);
+    found.absolute(quantity, apart, 1.2, 1.0);
     found.note("contact at (s)", kissed.unwrap_or(f64::NAN));
     let [gap, angle] = curves;
-    found.overlays.push(Overlay {
-        name: "course".into(),
-        title: "Two spheres that settle one behind the other".into(),
-        axes: [
-            "time (s)".into(),
-            "gap over diameter, angle over 90 degrees (-)".into(),
+    found.overlays.push(Overlay::new(
+        "course",
+        "Two spheres that settle one behind the other",
+        ["time (s)", "gap over diameter, angle over 90 degrees (-)"],
+        [
+            ("gap between the surfaces", gap),
+            ("angle of the line of centres from the vertical", angle),
         ],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("gap between the surfaces".into(), gap),
-            ("angle of the line of centres from the vertical".into(), angle),
-        ],
-    });
+    ));
     Ok(found)
 }

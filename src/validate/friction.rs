@@ -56,28 +56,28 @@ fn throws(trial: &Trial) -> Result<Findings> {
     let turn = |angle: f64| 2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius;
     let mut found = Findings::default();
     let (mut slid, mut turned) = (Vec::new(), Vec::new());
-    for (n, after) in run.owned().iter().enumerate() {
+    for (n, after) in run.particles().iter().enumerate() {
         let (angle, before) = (angles[n], setup.particles[n].velocity());
         let normal = -after.velocity().z / before.z;
         let quantity = format!("normal restitution at {angle:.1} degrees (-)");
-        found.absolute(&CASE, quantity, normal, RESTITUTION, 2e-3);
+        found.absolute(quantity, normal, RESTITUTION, 2e-3);
         found.from("as set");
         if let Some(&[_, experiment]) = tangential.get(n) {
             let measured = after.velocity().x / before.x;
             let quantity = format!("tangential restitution at {angle:.1} degrees (-)");
-            found.absolute(&CASE, quantity.clone(), measured, slide(angle), TANGENTIAL[0]);
+            found.absolute(quantity.clone(), measured, slide(angle), TANGENTIAL[0]);
             found.from(THEORY);
             let quantity = format!("{quantity}, experiment");
-            found.absolute(&CASE, quantity, measured, experiment, TANGENTIAL[1]);
+            found.absolute(quantity, measured, experiment, TANGENTIAL[1]);
             slid.push([angle, measured]);
         } else {
             let experiment = spin[n - tangential.len()][1];
             let measured = after.angular_velocity().y;
             let quantity = format!("angular velocity at {angle:.1} degrees (1/s)");
-            found.relative(&CASE, quantity.clone(), measured, turn(angle), SPIN[0]);
+            found.relative(quantity.clone(), measured, turn(angle), SPIN[0]);
             found.from(THEORY);
             let quantity = format!("{quantity}, experiment");
-            found.relative(&CASE, quantity, measured, experiment, SPIN[1]);
+            found.relative(quantity, measured, experiment, SPIN[1]);
             turned.push([angle, measured]);
         }
     }
@@ -100,17 +100,16 @@ fn throws(trial: &Trial) -> Result<Findings> {
             turned,
         ),
     ] {
-        found.overlays.push(Overlay {
-            name: name.into(),
-            title: title.into(),
-            axes: ["angle from the normal (degrees)".into(), axis.into()],
-            logarithmic: [false; 2],
-            curves: vec![
-                ("reference: rigid bodies".into(), over(law)),
-                ("experiment, Kharaz et al. (2001)".into(), experiment),
-                ("measured".into(), measured),
+        found.overlays.push(Overlay::new(
+            name,
+            title,
+            ["angle from the normal (degrees)", axis],
+            [
+                ("reference: rigid bodies", over(law)),
+                ("experiment, Kharaz et al. (2001)", experiment),
+                ("measured", measured),
             ],
-        });
+        ));
     }
     Ok(found)
 }

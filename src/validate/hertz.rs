@@ -46,7 +46,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
         for step in 1..=setup.plan.end_step {
             run.advance(1)?;
             let time = step as f64 * dt;
-            let all = run.owned();
+            let all = run.particles();
             let depths = [
                 2.0 * radius - (all[1].position() - all[0].position()).norm(),
                 radius - all[2].position().z,
@@ -80,7 +80,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             ] {
                 let quantity = format!("{name}, law {law}: {what}");
                 let reference = table.of("impact", name, column);
-                found.relative(&CASE, quantity, measured, reference, tolerance);
+                found.relative(quantity, measured, reference, tolerance);
             }
         }
         if law == "hertz" {
@@ -89,19 +89,18 @@ fn impacts(trial: &Trial) -> Result<Findings> {
                 table.of("impact", "pair", "force"),
             ];
             let top = peak[1] * 1e-3;
-            found.overlays.push(Overlay {
-                name: "force".into(),
-                title: "Force between two spheres of glass that meet at 10 m/s each".into(),
-                axes: ["time (us)".into(), "force (kN)".into()],
-                logarithmic: [false; 2],
-                curves: vec![
+            found.overlays.push(Overlay::new(
+                "force",
+                "Force between two spheres of glass that meet at 10 m/s each",
+                ["time (us)", "force (kN)"],
+                [
                     (
-                        "reference: largest force and end".into(),
+                        "reference: largest force and end",
                         vec![[0.0, top], [peak[0] * 1e6, top], [peak[0] * 1e6, 0.0]],
                     ),
-                    ("measured".into(), both[0].history.clone()),
+                    ("measured", both[0].history.clone()),
                 ],
-            });
+            ));
         }
     }
     Ok(found)

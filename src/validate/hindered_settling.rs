@@ -46,7 +46,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
     };
     // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
     let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
-        let sum: f64 = run.owned().iter().map(|p| p.velocity().z).sum();
+        let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();
         let mixture = if run.comm().rank() == 0 {
             run.mean_flow().velocity.z
         } else {
@@ -88,22 +88,18 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         ("u_over_stokes", CASE.source, "reference: Marquardt et al. (2024)")
     };
     let expected = table.at("phi", PHI, column);
-    found.relative(&CASE, quantity, mean.mean, expected, TOLERANCE);
+    found.relative(quantity, mean.mean, expected, TOLERANCE);
     found.from(source);
     let error = mean.standard_error.unwrap_or(f64::NAN);
     found.note(format!("its standard error, {balance}"), error);
-    found.overlays.push(Overlay {
-        name: balance.to_string(),
-        title: format!("Settling velocity at volume fraction {PHI}, {balance}"),
-        axes: [
-            "time over D / U_Stokes (-)".into(),
-            "velocity over U_Stokes (-)".into(),
-        ],
-        logarithmic: [false; 2],
-        curves: vec![
+    found.overlays.push(Overlay::new(
+        balance,
+        format!("Settling velocity at volume fraction {PHI}, {balance}"),
+        ["time over D / U_Stokes (-)", "velocity over U_Stokes (-)"],
+        [
             (name.into(), vec![[0.0, expected], [TO, expected]]),
-            ("measured".into(), course),
+            ("measured", course),
         ],
-    });
+    ));
     Ok(found)
 }

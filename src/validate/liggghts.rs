@@ -21,7 +21,6 @@ pub(super) const CASE: Case = Case {
 
 #[cfg(feature = "liggghts")]
 mod with {
-    use super::CASE;
     use crate::crosscheck::CASES;
     use crate::error::{Error, Result};
     use crate::validate::{Findings, Trial};
@@ -38,7 +37,7 @@ mod with {
             let checks = (case.run)(None)?.checks.into_iter();
             for check in checks.filter(|check| check.tolerance.is_finite()) {
                 let quantity = format!("{id}: difference of {}", check.quantity);
-                found.absolute(&CASE, quantity, check.measured, 0.0, check.tolerance);
+                found.absolute(quantity, check.measured, 0.0, check.tolerance);
             }
         }
         Ok(found)

@@ -37,7 +37,7 @@ fn balances(trial: &Trial) -> Result<Findings> {
     found.append(fluid);
     let phi = Table::new(REFERENCE).at("L_over_D", 3.0, "phi");
     let quantity = "U of fluid_only over that of mixture, L = 3 D (-)";
-    found.relative(&CASE, quantity, fluid_only / mixture, 1.0 / (1.0 - phi), RATIO);
+    found.relative(quantity, fluid_only / mixture, 1.0 / (1.0 - phi), RATIO);
     found.from("gravity g / (1 - phi) in place of g");
     Ok(found)
 }
@@ -61,7 +61,7 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
     while passed.abs() < setup.domain.dx {
         run.advance(STRETCH)?;
         let mixture = run.mean_flow().velocity.z;
-        let velocity = mixture - run.owned()[0].velocity().z;
+        let velocity = mixture - run.particles()[0].velocity().z;
         if steady {
             passed += velocity * STRETCH as f64 * setup.time_step;
             sum += velocity;
@@ -88,7 +88,6 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
     let expected = table.at("L_over_D", f64::from(edge), "sangani_acrivos") / carrier;
     let mut found = Findings::default();
     found.relative(
-        &CASE,
         format!("U / U_Stokes, {name} (-)"),
         velocity / stokes,
         expected,

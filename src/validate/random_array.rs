@@ -41,7 +41,7 @@ fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
     }
     let quantity = format!("F, phi {volume_fraction}, mean of {ARRANGEMENTS} arrangements (-)");
     let mean = sum / f64::from(ARRANGEMENTS);
-    found.relative(&CASE, quantity, mean, expected, TOLERANCE);
+    found.relative(quantity, mean, expected, TOLERANCE);
     Ok(found)
 }
 

@@ -54,7 +54,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             if (contacts.begun, contacts.count) != (2, 0) {
                 return Err(unsteady("contacts that have not ended", contacts.count as f64));
             }
-            let after = run.owned();
+            let after = run.particles();
             let wall = -after[0].velocity().z / before[0].velocity().z;
             let along = (before[2].position() - before[1].position()).normalize();
             let apart =
@@ -63,19 +63,18 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             let reference = table.at("e", set, damping);
             for (what, value) in [("wall", wall), ("pair", pair)] {
                 let quantity = format!("restitution set to {set}, {damping}, {what} (-)");
-                found.absolute(&CASE, quantity, value, reference, TOLERANCE);
+                found.absolute(quantity, value, reference, TOLERANCE);
                 found.from(source);
             }
             measured.push([set, wall]);
         }
         curves.push((format!("{damping}, wall"), measured));
     }
-    found.overlays.push(Overlay {
-        name: "restitution".into(),
-        title: "Restitution of a sphere on a wall".into(),
-        axes: ["restitution set (-)".into(), "restitution measured (-)".into()],
-        logarithmic: [false; 2],
+    found.overlays.push(Overlay::new(
+        "restitution",
+        "Restitution of a sphere on a wall",
+        ["restitution set (-)", "restitution measured (-)"],
         curves,
-    });
+    ));
     Ok(found)
 }

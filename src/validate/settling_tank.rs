@@ -78,7 +78,7 @@ fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>
     let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
         // The rank that owns the sphere says where it is; it may change its owner on the way down.
         let mut low = [f64::NEG_INFINITY];
-        if let Some(sphere) = run.owned().first() {
+        if let Some(sphere) = run.particles().first() {
             let gap = sphere.position().z / diameter - 0.5;
             let aside = (sphere.position() - start).xy().norm() / diameter;
             let time = run.steps_done() as f64 * setup.time_step;
@@ -115,49 +115,47 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
     );
     let mut found = Findings::default();
     let quantity = format!("largest velocity, {title} (m/s)");
-    found.relative(&CASE, quantity, largest, fastest, oil.tolerance);
+    found.relative(quantity, largest, fastest, oil.tolerance);
     let quantity = format!("way to the side, {title} (D)");
-    found.absolute(&CASE, quantity, aside, 0.0, SIDEWAYS);
+    found.absolute(quantity, aside, 0.0, SIDEWAYS);
     found.from("symmetry");
     if oil.name == "E1" {
         let path = Table::new(PATH).points(Some("h_over_d"), ["t_s", "value"]);
         let quantity = format!("furthest from the measured path, {title} (D)");
-        found.absolute(&CASE, quantity, off_path(&course, &path), 0.0, OFF_PATH);
+        found.absolute(quantity, off_path(&course, &path), 0.0, OFF_PATH);
         let fallen = |at: &&[f64; 2]| FALLING.contains(&at[1]);
         let there: Vec<[f64; 2]> = path.iter().filter(fallen).copied().collect();
         let here: Vec<[f64; 2]> = there.iter().map(|at| [at[0], gap_at(&course, at[0])]).collect();
         let quantity = format!("velocity over the measured path at gaps of 6 to 3 D, {title} (m/s)");
         let [here, there] = [here, there].map(|points| -slope(&points) * setup.diameter);
-        found.relative(&CASE, quantity, here, there, SLOPE);
+        found.relative(quantity, here, there, SLOPE);
         let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
-        found.overlays.push(Overlay {
-            name: format!("path_{}", oil.name),
-            title: "Gap between a sphere and the floor of the tank, experiment E1".into(),
-            axes: ["time (s)".into(), "gap over diameter (-)".into()],
-            logarithmic: [false; 2],
-            curves: vec![
-                ("reference: ten Cate et al. (2002)".into(), path),
-                ("measured".into(), own.collect()),
+        found.overlays.push(Overlay::new(
+            format!("path_{}", oil.name),
+            "Gap between a sphere and the floor of the tank, experiment E1",
+            ["time (s)", "gap over diameter (-)"],
+            [
+                ("reference: ten Cate et al. (2002)", path),
+                ("measured", own.collect()),
             ],
-        });
+        ));
     }
     let end = course.last().map_or(0.0, |at| at[0]);
-    found.overlays.push(Overlay {
-        name: format!("velocity_{}_{}", oil.name, oil.cells),
-        title: format!("Velocity of a sphere in the tank, {title}"),
-        axes: ["time (s)".into(), "velocity (m/s)".into()],
-        logarithmic: [false; 2],
-        curves: vec![
+    found.overlays.push(Overlay::new(
+        format!("velocity_{}_{}", oil.name, oil.cells),
+        format!("Velocity of a sphere in the tank, {title}"),
+        ["time (s)", "velocity (m/s)"],
+        [
             (
-                "reference: largest velocity measured".into(),
+                "reference: largest velocity measured",
                 vec![[0.0, fastest], [end, fastest]],
             ),
             (
-                "measured".into(),
+                "measured",
                 course.iter().step_by(20).map(|at| [at[0], at[2]]).collect(),
             ),
         ],
-    });
+    ));
     Ok(found)
 }
 

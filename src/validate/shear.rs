@@ -37,7 +37,7 @@ fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()
     let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
     while run.steps_done() < setup.plan.end_step {
         run.advance(1)?;
-        if !look(run.steps_done() as f64 * setup.time_step, &run.owned()[0]) {
+        if !look(run.steps_done() as f64 * setup.time_step, &run.particles()[0]) {
             break;
         }
     }
@@ -62,7 +62,7 @@ fn sphere(trial: &Trial) -> Result<Findings> {
     let expected = 0.5 * (1.0 - 0.108 * reynolds.powf(1.5));
     let mut found = Findings::default();
     let quantity = "sphere: spin over shear rate (-)";
-    found.relative(&CASE, quantity, spin / samples / rate, expected, 0.01);
+    found.relative(quantity, spin / samples / rate, expected, 0.01);
     found.from("Meibohm et al. (2016), doi:10.1103/PhysRevFluids.1.084203");
     found.note("sphere: Reynolds number of the shear", reynolds);
     found.note(
@@ -108,18 +108,12 @@ fn spheroid(trial: &Trial) -> Result<Findings> {
     let mut found = Findings::default();
     let period = 2.0 * (second - first) * rate;
     let expected = table.at("r", 2.0, "T_gamma");
-    found.relative(
-        &CASE,
-        "spheroid: period times shear rate (-)",
-        period,
-        expected,
-        0.02,
-    );
+    found.relative("spheroid: period times shear rate (-)", period, expected, 0.02);
     let [most, least] = ["phidot_max", "phidot_min"].map(|column| table.at("r", 2.0, column));
     let quantity = "spheroid: fastest over slowest spin (-)";
-    found.relative(&CASE, quantity, fastest / slowest, most / least, 0.05);
+    found.relative(quantity, fastest / slowest, most / least, 0.05);
     let quantity = "spheroid: sine of the angle to the plane of the flow (-)";
-    found.absolute(&CASE, quantity, aside, 0.0, 0.1);
+    found.absolute(quantity, aside, 0.0, 0.1);
     found.from("symmetry");
     found.note("spheroid: fastest spin over shear rate", fastest);
     found.note("spheroid: slowest spin over shear rate", slowest);
@@ -129,18 +123,14 @@ fn spheroid(trial: &Trial) -> Result<Findings> {
         let (sin, cos) = (half_turns * PI).sin_cos();
         [half_turns, most * sin * sin + least * cos * cos]
     });
-    found.overlays.push(Overlay {
-        name: "orbit".into(),
-        title: "Spin of a 2:1 spheroid in shear over half a turn".into(),
-        axes: [
-            "angle of the long axis from the flow over pi (-)".into(),
-            "spin over shear rate (-)".into(),
+    found.overlays.push(Overlay::new(
+        "orbit",
+        "Spin of a 2:1 spheroid in shear over half a turn",
+        [
+            "angle of the long axis from the flow over pi (-)",
+            "spin over shear rate (-)",
         ],
-        logarithmic: [false; 2],
-        curves: vec![
-            ("reference: Jeffery".into(), orbit.collect()),
-            ("measured".into(), course),
-        ],
-    });
+        [("reference: Jeffery", orbit.collect()), ("measured", course)],
+    ));
     Ok(found)
 }

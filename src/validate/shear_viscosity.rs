@@ -63,25 +63,24 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
         };
         let expected = table.at("phi", phi, "eilers");
         let quantity = format!("viscosity over that of the fluid, less one, phi {phi} (-)");
-        found.relative(&CASE, quantity, mean.mean - 1.0, expected - 1.0, TOLERANCE);
+        found.relative(quantity, mean.mean - 1.0, expected - 1.0, TOLERANCE);
         let error = mean.standard_error.unwrap_or(f64::NAN);
         found.note(format!("its standard error, phi {phi}"), error);
         measured.push([phi, mean.mean]);
     }
     let columns = |name| table.points(None, ["phi", name]);
-    found.overlays.push(Overlay {
-        name: "viscosity".into(),
-        title: "Viscosity of a sheared suspension over that of the fluid".into(),
-        axes: ["volume fraction (-)".into(), "relative viscosity (-)".into()],
-        logarithmic: [false; 2],
-        curves: vec![
+    found.overlays.push(Overlay::new(
+        "viscosity",
+        "Viscosity of a sheared suspension over that of the fluid",
+        ["volume fraction (-)", "relative viscosity (-)"],
+        [
             (
-                "reference: Batchelor and Green (1972)".into(),
+                "reference: Batchelor and Green (1972)",
                 columns("batchelor_green"),
             ),
-            ("Eilers".into(), columns("eilers")),
-            ("measured".into(), measured),
+            ("Eilers", columns("eilers")),
+            ("measured", measured),
         ],
-    });
+    ));
     Ok(found)
 }

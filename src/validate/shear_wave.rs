@@ -87,7 +87,6 @@ fn waves(trial: &Trial) -> Result<Findings> {
         let viscosity = (amplitudes[first] / amplitudes[last]).ln() / (k * k * time);
         let title = format!("tau {}, {precision}", setup.expect_fluid().relaxation_time);
         found.relative(
-            &CASE,
             format!("viscosity, {title} (m^2/s)"),
             viscosity,
             setup.expect_fluid().viscosity,
@@ -106,15 +105,14 @@ fn waves(trial: &Trial) -> Result<Findings> {
     }
     let exact = (0..=100).map(|n| [0.015 * f64::from(n), (-0.015 * f64::from(n)).exp()]);
     curves.insert(0, ("reference: exponential".to_string(), exact.collect()));
-    found.overlays.push(Overlay {
-        name: "decay".into(),
-        title: "Amplitude of a shear wave of 32 cells".into(),
-        axes: [
-            "time times viscous rate (-)".into(),
-            "amplitude over that of the start (-)".into(),
+    found.overlays.push(Overlay::new(
+        "decay",
+        "Amplitude of a shear wave of 32 cells",
+        [
+            "time times viscous rate (-)",
+            "amplitude over that of the start (-)",
         ],
-        logarithmic: [false; 2],
         curves,
-    });
+    ));
     Ok(found)
 }

@@ -1,9 +1,9 @@
 //! Runs cases side by side: parts that need one core in parallel, longest first, then those that take all.
 
 use super::{Case, Findings, Level, Part, Trial};
-use crate::checks::{Ending, Outcome};
+use crate::checks::{Check, Ending, Outcome};
 use crate::error::{Error, Result};
-use crate::output::numbers::significant;
+use crate::output::numbers::duration;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Sender};
@@ -36,15 +36,6 @@ pub fn list(cases: &[Case]) -> String {
     text
 }
 
-/// A time of computation on one core.
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 60.0 => format!("{} s", significant(s.max(1.0), 1)),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{} h", significant(s / 3600.0, 2)),
-    }
-}
-
 /// Puts the parts of a case together, in their order.
 fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
     let (mut seconds, mut all) = (0.0, Ok(Findings::default()));
@@ -55,13 +46,39 @@ fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
             Ok(sum)
         });
     }
-    Outcome {
-        case: case.name.to_string(),
-        title: case.question.to_string(),
-        engines: false,
-        seconds,
-        ending: case.missing.map_or_else(|| all.into(), Ending::Missing),
+    for check in all.iter_mut().flat_map(|found| &mut found.checks) {
+        if check.source.is_empty() {
+            check.source = case.source.to_string();
+        }
     }
+    if let Ok(found) = &mut all {
+        found.notes.extend(biases(&found.checks));
+    }
+    let ending = case.missing.map_or_else(|| all.into(), Ending::Missing);
+    Outcome::new(case.name, case.question, false, seconds, ending)
+}
+
+/// Mean signed deviations of the quantities that were checked at three points or more; a quantity is called the same up to the
+/// first comma of its name.
+fn biases(checks: &[Check]) -> Vec<(String, f64)> {
+    let name = |check: &Check| {
+        check
+            .quantity
+            .split([',', '('])
+            .next()
+            .unwrap_or_default()
+            .to_string()
+    };
+    let mut groups: Vec<(String, Vec<Check>)> = Vec::new();
+    for check in checks.iter().filter(|check| check.reference != 0.0) {
+        match groups.iter_mut().find(|(known, _)| *known == name(check)) {
+            Some((_, group)) => group.push(check.clone()),
+            None => groups.push((name(check), vec![check.clone()])),
+        }
+    }
+    let groups = groups.iter().filter(|(_, group)| group.len() > 2);
+    let biases = groups.filter_map(|(name, group)| Check::bias(name.trim(), group, true));
+    biases.map(|bias| (bias.quantity, bias.measured)).collect()
 }
 
 /// Runs the parts of a level of some cases and calls `done` for each case when it has ended; all, in the order given.

@@ -73,28 +73,27 @@ fn vortex(trial: &Trial) -> Result<Findings> {
     for n in 1..LENGTHS.len() {
         let order = (errors[n - 1] / errors[n]).log2();
         let quantity = format!("order, {} to {} cells (-)", LENGTHS[n - 1], LENGTHS[n]);
-        found.absolute(&CASE, quantity, order, 2.0, ORDER);
+        found.absolute(quantity, order, 2.0, ORDER);
         found.from("Chapman-Enskog expansion: second order");
     }
     let quantity = "error of the velocity at half decay, 64 cells (-)";
-    found.absolute(&CASE, quantity, errors[2], 0.0, ERROR);
+    found.absolute(quantity, errors[2], 0.0, ERROR);
     let points = || LENGTHS.iter().zip(&errors).map(|(n, e)| [*n as f64, *e]);
     let second = LENGTHS.iter().map(|&n| {
         let n = n as f64;
         [n, errors[0] * (16.0 / n).powi(2)]
     });
-    found.overlays.push(Overlay {
-        name: "convergence".into(),
-        title: "Error of a Taylor-Green vortex at half decay".into(),
-        axes: [
-            "cells per length of the vortex (-)".into(),
-            "error over amplitude (-)".into(),
-        ],
-        logarithmic: [true; 2],
-        curves: vec![
-            ("reference: second order".into(), second.collect()),
-            ("measured".into(), points().collect()),
-        ],
-    });
+    found.overlays.push(
+        Overlay::new(
+            "convergence",
+            "Error of a Taylor-Green vortex at half decay",
+            ["cells per length of the vortex (-)", "error over amplitude (-)"],
+            [
+                ("reference: second order", second.collect()),
+                ("measured", points().collect()),
+            ],
+        )
+        .logarithmic([true; 2]),
+    );
     Ok(found)
 }

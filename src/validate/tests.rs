@@ -172,7 +172,7 @@ fn every_case_has_a_folder_with_its_page_and_every_folder_of_references_a_case()
 fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_failed() {
     fn undefined() -> Findings {
         let mut found = Findings::default();
-        found.absolute(&hertz::CASE, "x", f64::NAN, 0.0, f64::INFINITY);
+        found.absolute("x", f64::NAN, 0.0, f64::INFINITY);
         found
     }
     const NOTHING: Case = Case {
@@ -198,7 +198,7 @@ fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_faile
 fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has_the_quick_one_in_it() {
     fn part(what: &str) -> Findings {
         let mut found = Findings::default();
-        found.absolute(&hertz::CASE, what, 1.0, 1.0, 0.0);
+        found.absolute(what, 1.0, 1.0, 0.0);
         found
     }
     const BOTH: Case = Case {
@@ -227,6 +227,40 @@ fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has
     assert_eq!(quantities(Level::Full), "abcd");
 }
 
+#[test]
+fn a_bias_of_three_points_or_more_is_noted_though_each_is_within_its_tolerance() {
+    fn points() -> Findings {
+        let mut found = Findings::default();
+        for phi in [0.1, 0.2, 0.3] {
+            found.relative(format!("K, phi {phi} (-)"), 1.96, 2.0, 0.05);
+            found.absolute(format!("noise at {phi}"), 0.01, 0.0, 0.05);
+        }
+        found
+    }
+    const BIASED: Case = Case {
+        parts: &[Part::quick(1.0, |_| Ok(points()))],
+        ..hertz::CASE
+    };
+    let outcomes = run(&[&BIASED], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
+    let Ending::Found(found) = &outcomes[0].ending else {
+        panic!("it runs");
+    };
+    let [(quantity, bias)] = &found.notes[..] else {
+        panic!("{:?}", found.notes);
+    };
+    assert!(
+        quantity.starts_with("K, mean signed deviation of 3 points"),
+        "{quantity}"
+    );
+    assert!((bias + 0.02).abs() < 1e-12, "{bias}");
+    assert!(
+        found
+            .checks
+            .iter()
+            .all(|check| check.case == "hertz" && check.source == hertz::CASE.source)
+    );
+}
+
 /// A sphere in a small tank, and what a look at it sees: time step, and height (m) of the sphere at the rank that owns it.
 fn watched(
     trial: &Trial,
@@ -247,7 +281,7 @@ fn watched(
     let mut rows = watch.rows(|run, rows| {
         looks.fetch_add(1, Ordering::Relaxed);
         look(run.steps_done());
-        rows.extend(run.owned().iter().map(|p| (run.steps_done(), p.position().z)));
+        rows.extend(run.particles().iter().map(|p| (run.steps_done(), p.position().z)));
         Ok(false)
     })?;
     rows.sort_by_key(|row| row.0);

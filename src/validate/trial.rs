@@ -68,7 +68,7 @@ impl Trial {
 
 /// The only block of a case that runs on one core.
 pub(super) fn whole(setup: &Setup) -> Decomposition {
-    Decomposition::with_grid(setup.domain, [1; 3])
+    Decomposition::solo(setup.domain)
 }
 
 /// What a case says that did not come to its end in time.

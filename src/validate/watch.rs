@@ -8,7 +8,6 @@
 //! ```
 
 use super::Trial;
-use super::fixed::FixedParticles;
 use crate::case::Setup;
 use crate::checkpoint;
 use crate::comm::{Comm, try_on_threads};
@@ -136,7 +135,7 @@ impl Watch<'_> {
         let decomposition = Decomposition::new(self.setup.domain, ranks).expect("so many have room");
         let all = try_on_threads(ranks, |comm| {
             let mut run = self.begin(&decomposition, comm)?;
-            let mut keeper = Keeper::new(self, &decomposition, checkpoints);
+            let mut keeper = Keeper::new(self, checkpoints);
             let mut rows = keeper.take_up(&mut run)?;
             while run.steps_done() < self.setup.plan.end_step {
                 run.advance(self.every)?;
@@ -153,8 +152,7 @@ impl Watch<'_> {
 
     fn begin(&self, decomposition: &Decomposition, comm: Comm) -> Result<Simulation> {
         if self.held {
-            let (engine, _) = FixedParticles::new(self.setup, decomposition);
-            return Simulation::with_engine(self.setup, decomposition, comm, engine);
+            return Simulation::with_prescribed_motion(self.setup, decomposition, comm);
         }
         Simulation::new(self.setup, decomposition, comm)
     }
@@ -177,10 +175,7 @@ fn read<R: DeserializeOwned>(file: &Path) -> Option<Kept<R>> {
 /// Writes the checkpoints of a run, and ends it when it is told to.
 struct Keeper<'a> {
     watch: &'a Watch<'a>,
-    decomposition: &'a Decomposition,
     folder: Option<PathBuf>,
-    /// The step of the last one.
-    last: Option<u64>,
     written: Instant,
     /// When the look before was, and the longest time between two.
     look: Instant,
@@ -188,13 +183,11 @@ struct Keeper<'a> {
 }
 
 impl<'a> Keeper<'a> {
-    fn new(watch: &'a Watch<'a>, decomposition: &'a Decomposition, folder: Option<&Path>) -> Self {
+    fn new(watch: &'a Watch<'a>, folder: Option<&Path>) -> Self {
         let now = Instant::now();
         Self {
             watch,
-            decomposition,
             folder: folder.map(Path::to_path_buf),
-            last: None,
             written: now,
             look: now,
             longest: Duration::ZERO,
@@ -202,15 +195,14 @@ impl<'a> Keeper<'a> {
     }
 
     /// Goes on from the last checkpoint, if there is one: what had been seen until then, at rank 0.
-    fn take_up<R: DeserializeOwned>(&mut self, run: &mut Simulation) -> Result<Vec<R>> {
+    fn take_up<R: DeserializeOwned>(&self, run: &mut Simulation) -> Result<Vec<R>> {
         let Some(folder) = &self.folder else {
             return Ok(Vec::new());
         };
         if checkpoint::list(folder)?.is_empty() {
             return Ok(Vec::new());
         }
-        let bytes = run.read_snapshot(folder, self.watch.setup)?;
-        self.last = Some(run.steps_done());
+        let bytes = run.read_checkpoint(folder, self.watch.setup)?;
         if run.comm().rank() > 0 {
             return Ok(Vec::new());
         }
@@ -223,7 +215,7 @@ impl<'a> Keeper<'a> {
         let now = Instant::now();
         self.longest = self.longest.max(now - self.look);
         self.look = now;
-        let write = Duration::from_secs_f64(Simulation::snapshot_bytes(self.watch.setup) / SLOW_DISK);
+        let write = Duration::from_secs_f64(Simulation::checkpoint_bytes(self.watch.setup) / SLOW_DISK);
         let stop = self.watch.trial.is_over(write + 2 * self.longest);
         let due = self.folder.is_some() && now - self.written >= INTERVAL;
         // Both in one message.
@@ -233,9 +225,7 @@ impl<'a> Keeper<'a> {
         if let (true, Some(folder)) = (stop || due, &self.folder) {
             let mine = serde_json::to_vec(rows).expect("plain data is always JSON");
             let own = joined(&run.comm().all_gather(mine));
-            let (setup, decomposition) = (self.watch.setup, self.decomposition);
-            run.write_snapshot(folder, setup, decomposition, self.last, &own)?;
-            self.last = Some(run.steps_done());
+            run.write_checkpoint(folder, self.watch.setup, &own)?;
             self.written = Instant::now();
             self.look = self.written;
         }

@@ -50,7 +50,7 @@ fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
     };
     let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
         let time = run.steps_done() as f64 * setup.time_step;
-        if let Some(sphere) = run.owned().first() {
+        if let Some(sphere) = run.particles().first() {
             let gap = sphere.position().z / diameter - 0.5;
             rows.push([time, gap, sphere.velocity().z]);
         }
@@ -96,31 +96,32 @@ fn impacts(trial: &Trial) -> Result<Findings> {
     let rises = measured.windows(2).map(|two| two[1][1] - two[0][1]);
     let least = rises.fold(f64::INFINITY, f64::min);
     let quantity = "least rise of the restitution from one Stokes number to the next (-)";
-    found.absolute(&CASE, quantity, least, 0.5, 0.5);
+    found.absolute(quantity, least, 0.5, 0.5);
     let quantity = "restitution over dry, lowest Stokes number (-)";
-    found.absolute(&CASE, quantity, measured[0][1], 0.175, 0.175);
+    found.absolute(quantity, measured[0][1], 0.175, 0.175);
     let quantity = "restitution over dry, highest Stokes number (-)";
-    found.absolute(&CASE, quantity, measured[STOKES.len() - 1][1], 0.8, 0.2);
+    found.absolute(quantity, measured[STOKES.len() - 1][1], 0.8, 0.2);
     let table = Table::new(REFERENCE);
-    found.overlays.push(Overlay {
-        name: "restitution".into(),
-        title: "Restitution in a viscous fluid over that without".into(),
-        axes: ["Stokes number (-)".into(), "restitution over dry (-)".into()],
-        logarithmic: [true, false],
-        curves: vec![
-            (
-                "reference: Legendre et al. (2005)".into(),
-                table.points(None, ["St", "e"]),
-            ),
-            ("measured".into(), measured),
-        ],
-    });
-    found.overlays.push(Overlay {
-        name: "paths".into(),
-        title: "Gap between sphere and wall".into(),
-        axes: ["time (s)".into(), "gap over diameter (-)".into()],
-        logarithmic: [false; 2],
-        curves: paths,
-    });
+    found.overlays.push(
+        Overlay::new(
+            "restitution",
+            "Restitution in a viscous fluid over that without",
+            ["Stokes number (-)", "restitution over dry (-)"],
+            [
+                (
+                    "reference: Legendre et al. (2005)",
+                    table.points(None, ["St", "e"]),
+                ),
+                ("measured", measured),
+            ],
+        )
+        .logarithmic([true, false]),
+    );
+    found.overlays.push(Overlay::new(
+        "paths",
+        "Gap between sphere and wall",
+        ["time (s)", "gap over diameter (-)"],
+        paths,
+    ));
     Ok(found)
 }

@@ -5,6 +5,7 @@ mod common;
 
 mod cases;
 mod determinism;
+mod examples;
 mod falling_sphere;
 #[cfg(feature = "liggghts")]
 mod liggghts;

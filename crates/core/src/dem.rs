@@ -19,6 +19,7 @@ use bytemuck::{Pod, Zeroable};
 pub use history::Record;
 pub use native::{Native, NativeParams};
 use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
 
 /// What the fluid does to one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,6 +28,13 @@ pub struct Load {
     pub force: Vec3,
     /// Torque about the centre of mass (N m).
     pub torque: Vec3,
+}
+
+impl AddAssign for Load {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+    }
 }
 
 /// Contacts of one rank at the last sub-step, for the time series.

@@ -7,6 +7,15 @@ use std::path::{Path, PathBuf};
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// What went wrong, with the process exit code it stands for ([`Error::exit_code`]).
+///
+/// ```
+/// # use turbid_core as turbid;
+/// use turbid::Error;
+/// let error = Error::Diverged { step: 12, what: "fluid velocity 0.6".to_string() };
+/// assert!(matches!(error, Error::Diverged { step: 12, .. }));
+/// assert_eq!(error.to_string(), "diverged at step 12: fluid velocity 0.6");
+/// assert_eq!(error.exit_code(), 3);
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -20,7 +29,30 @@ pub enum Error {
         /// What the operating system said.
         source: io::Error,
     },
-    /// The input asks for something impossible; the text names file, line, key, value and remedy.
+    /// A case, or another document of keys, asks for something impossible.
+    #[error("{text}")]
+    Case {
+        /// Path of the key, such as `"lattice.relaxation_time"` or `"particles.0.density"`: the first of those that do not fit
+        /// together. Empty where no key stands for it.
+        key: String,
+        /// Problem in one line: key, value and what would be right.
+        what: String,
+        /// Suggested change; may be empty.
+        remedy: String,
+        /// All of it with the place in the text, as it is printed.
+        text: String,
+    },
+    /// A file is not of the kind that it should be.
+    #[error("{text}")]
+    Parse {
+        /// The file, or the name of a text that is none.
+        path: PathBuf,
+        /// Line, from 1; 0 where no line stands for it.
+        line: usize,
+        /// Problem and place, as it is printed.
+        text: String,
+    },
+    /// What was asked for is impossible and belongs to no key of a case; the text names value and remedy.
     #[error("{0}")]
     Input(String),
     /// There is not enough memory for a large array.

@@ -78,7 +78,15 @@ pub trait Shape: Send + Sync + Debug {
     /// World axes, relative to the centre of mass of a body turned by `orientation`. The set where the signed distance is
     /// at most `growth` is one interval, as the body is convex. For `growth >= 0` the result holds that interval and may
     /// be a little longer; for `growth < 0` it is the interval or a little shorter. `None` where there is none.
-    fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)>;
+    fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
+        let line = row::Line::new(orientation, y, z);
+        let bracket = row::ball(self.circumradius() + growth.max(0.0), y, z)?;
+        let distance = |x: f64| {
+            let slope = self.gradient(line.at(x)).dot(&line.direction);
+            (self.signed_distance(line.at(x)), slope)
+        };
+        row::convex(distance, bracket, growth, growth < 0.0, 1e-9 * self.thickness())
+    }
 
     /// The radius if the body is a sphere: pairs of spheres have closed-form contacts.
     fn as_sphere(&self) -> Option<f64> {
@@ -91,7 +99,13 @@ pub trait Shape: Send + Sync + Debug {
     }
 
     /// Triangulation for pictures; `refinement` 0 is coarsest.
-    fn surface_mesh(&self, refinement: u32) -> SurfaceMesh;
+    fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
+        let mut mesh = surface::icosphere(refinement);
+        for point in &mut mesh.points {
+            *point = self.support(*point);
+        }
+        mesh
+    }
 
     /// Diameter of the sphere of equal volume (m).
     fn equivalent_diameter(&self) -> f64 {

@@ -26,7 +26,14 @@ impl Placer<'_> {
                 self.source.error(&file.span, &title, "this file", remedy)
             })?;
         let mut read = 0;
-        for placement in positions::parse(&text, &name).map_err(Error::Input)? {
+        let bad = |text: String| Error::Parse {
+            path: name.clone().into(),
+            line: (text.strip_prefix(&format!("{name}:")))
+                .and_then(|rest| rest.split(':').next()?.parse().ok())
+                .unwrap_or(0),
+            text,
+        };
+        for placement in positions::parse(&text, &name).map_err(bad)? {
             if self.is_of_another(index, file, &name, &placement)? {
                 continue;
             }

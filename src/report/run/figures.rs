@@ -7,15 +7,6 @@ use crate::output::picture::{
 use crate::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use crate::simulation::settling_references;
 
-/// A figure of columns that have one unit.
-struct Group {
-    name: &'static str,
-    title: &'static str,
-    /// Names of the columns, and what they are called in the legend.
-    columns: &'static [(&'static str, &'static str)],
-    logarithmic: bool,
-}
-
 /// The part of the largest value from which values are shown on a logarithmic axis.
 const SHOWN: f64 = 1e-5;
 const TIME: &str = "t";
@@ -24,100 +15,73 @@ pub(super) const SETTLING: &str = "settling_velocity_over_stokes";
 /// Columns that say when.
 const WHEN: [&str; 3] = ["step", TIME, T_STAR];
 
-const GROUPS: [Group; 11] = [
-    Group {
-        name: "kinetic_energy",
-        title: "Kinetic energy",
-        columns: &[
-            ("kinetic_energy_fluid", "fluid"),
-            ("kinetic_energy_translation", "particles, translation"),
-            ("kinetic_energy_rotation", "particles, rotation"),
-        ],
-        logarithmic: true,
-    },
-    Group {
-        name: "contacts",
-        title: "Contacts",
-        columns: &[("contacts", "")],
-        logarithmic: false,
-    },
-    Group {
-        name: "overlap",
-        title: "Largest overlap over the diameter",
-        columns: &[("max_overlap", "")],
-        logarithmic: false,
-    },
-    Group {
-        name: "particle_speed",
-        title: "Speed of the particles",
-        columns: &[("max_particle_speed", "largest"), ("mean_particle_speed", "mean")],
-        logarithmic: false,
-    },
-    Group {
-        name: "particle_velocity",
-        title: "Mean velocity of the particles",
-        columns: &[
-            ("mean_particle_velocity_x", "x"),
-            ("mean_particle_velocity_y", "y"),
-            ("mean_particle_velocity_z", "z"),
-        ],
-        logarithmic: false,
-    },
-    Group {
-        name: "net_flux",
-        title: "Mean velocity of the mixture",
-        columns: &[("net_flux_x", "x"), ("net_flux_y", "y"), ("net_flux_z", "z")],
-        logarithmic: false,
-    },
-    Group {
-        name: "momentum",
-        title: "Momentum",
-        columns: &[("momentum_x", "x"), ("momentum_y", "y"), ("momentum_z", "z")],
-        logarithmic: false,
-    },
-    Group {
-        name: "wall_force",
-        title: "Force of the particles on the walls",
-        columns: &[
-            ("wall_force_x", "x"),
-            ("wall_force_y", "y"),
-            ("wall_force_z", "z"),
-        ],
-        logarithmic: false,
-    },
-    Group {
-        name: "gravitational_energy",
-        title: "Gravitational energy",
-        columns: &[("gravitational_energy", "")],
-        logarithmic: false,
-    },
-    Group {
-        name: "contact_stress",
-        title: "Stress of the particles by contacts",
-        columns: &[
-            ("contact_stress_xx", "xx"),
-            ("contact_stress_yy", "yy"),
-            ("contact_stress_zz", "zz"),
-            ("contact_stress_xy", "xy"),
-            ("contact_stress_xz", "xz"),
-            ("contact_stress_yz", "yz"),
-        ],
-        logarithmic: false,
-    },
-    Group {
-        name: "hydrodynamic_stress",
-        title: "Stress of the particles by the fluid",
-        columns: &[
-            ("hydrodynamic_stress_xx", "xx"),
-            ("hydrodynamic_stress_yy", "yy"),
-            ("hydrodynamic_stress_zz", "zz"),
-            ("hydrodynamic_stress_xy", "xy"),
-            ("hydrodynamic_stress_xz", "xz"),
-            ("hydrodynamic_stress_yz", "yz"),
-        ],
-        logarithmic: false,
-    },
+/// What columns of a group have behind their common beginning, and what they are called in the legend.
+type Endings = &'static [(&'static str, &'static str)];
+
+const ALONE: Endings = &[("", "")];
+const VECTOR: Endings = &[("_x", "x"), ("_y", "y"), ("_z", "z")];
+const TENSOR: Endings = &[
+    ("_xx", "xx"),
+    ("_yy", "yy"),
+    ("_zz", "zz"),
+    ("_xy", "xy"),
+    ("_xz", "xz"),
+    ("_yz", "yz"),
 ];
+const ENERGIES: Endings = &[
+    ("_fluid", "fluid"),
+    ("_translation", "particles, translation"),
+    ("_rotation", "particles, rotation"),
+];
+const SPEEDS: Endings = &[("max_particle_speed", "largest"), ("mean_particle_speed", "mean")];
+
+/// Figures of columns that have one unit: name, title, and the columns.
+const GROUPS: [(&str, &str, &str, Endings); 11] = [
+    (LOGARITHMIC, "Kinetic energy", "kinetic_energy", ENERGIES),
+    ("contacts", "Contacts", "contacts", ALONE),
+    (
+        "overlap",
+        "Largest overlap over the diameter",
+        "max_overlap",
+        ALONE,
+    ),
+    ("particle_speed", "Speed of the particles", "", SPEEDS),
+    (
+        "particle_velocity",
+        "Mean velocity of the particles",
+        "mean_particle_velocity",
+        VECTOR,
+    ),
+    ("net_flux", "Mean velocity of the mixture", "net_flux", VECTOR),
+    ("momentum", "Momentum", "momentum", VECTOR),
+    (
+        "wall_force",
+        "Force of the particles on the walls",
+        "wall_force",
+        VECTOR,
+    ),
+    (
+        "gravitational_energy",
+        "Gravitational energy",
+        "gravitational_energy",
+        ALONE,
+    ),
+    (
+        "contact_stress",
+        "Stress of the particles by contacts",
+        "contact_stress",
+        TENSOR,
+    ),
+    (
+        "hydrodynamic_stress",
+        "Stress of the particles by the fluid",
+        "hydrodynamic_stress",
+        TENSOR,
+    ),
+];
+
+/// The figure whose vertical axis is logarithmic.
+const LOGARITHMIC: &str = "kinetic_energy";
 
 /// Vectors of each wall: the beginning of the names of their columns, and a title.
 const OF_WALLS: [(&str, &str); 2] = [
@@ -127,74 +91,48 @@ const OF_WALLS: [(&str, &str); 2] = [
 
 /// All figures that the series has something for; what is zero throughout is left out.
 pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    blocks.extend(settling(case, series, summary));
-    let moves = |column: &SeriesColumn| {
-        column
-            .values
-            .iter()
-            .any(|value| *value != 0.0 && value.is_finite())
+    let columns = |beginning: &str, endings: Endings| -> Vec<(&SeriesColumn, &str)> {
+        let column = |&(ending, label)| {
+            let is = |column: &&SeriesColumn| column.name.strip_prefix(beginning) == Some(ending);
+            Some((series.columns.iter().find(is)?, label))
+        };
+        endings.iter().filter_map(column).collect()
     };
-    let mut known: Vec<&str> = vec![SETTLING];
-    known.extend(WHEN);
-    for group in &GROUPS {
-        let columns: Vec<(&SeriesColumn, &str)> = (group.columns.iter())
-            .filter_map(|(name, label)| {
-                let found = series.columns.iter().find(|column| column.name == *name)?;
-                Some((found, *label))
-            })
-            // On a logarithmic axis there is no place for what is zero.
-            .filter(|(column, _)| !group.logarithmic || moves(column))
-            .collect();
-        known.extend(group.columns.iter().map(|(name, _)| *name));
-        if columns.iter().any(|(column, _)| moves(column)) {
-            let title = group.title.to_string();
-            blocks.push(over_time(
-                case,
-                series,
-                group.name,
-                title,
-                &columns,
-                group.logarithmic,
-            ));
-        }
-    }
+    let mut groups: Vec<(String, String, Vec<(&SeriesColumn, &str)>)> = (GROUPS.iter())
+        .map(|&(name, title, beginning, endings)| (name.into(), title.into(), columns(beginning, endings)))
+        .collect();
     for (what, title) in OF_WALLS {
-        let walls = series.columns.iter().filter_map(|column| {
-            let wall = column.name.strip_prefix(what)?.strip_prefix('_')?;
-            wall.strip_suffix("_x")
-        });
-        for wall in walls {
-            let name = format!("{what}_{wall}");
-            let columns: Vec<(&SeriesColumn, &str)> = (["x", "y", "z"].into_iter())
-                .filter_map(|axis| {
-                    let is = |column: &&SeriesColumn| column.name == format!("{name}_{axis}");
-                    Some((series.columns.iter().find(is)?, axis))
-                })
-                .collect();
-            known.extend(columns.iter().map(|(column, _)| column.name.as_str()));
-            if columns.iter().any(|(column, _)| moves(column)) {
-                let title = format!("{title} {wall}");
-                blocks.push(over_time(case, series, &name, title, &columns, false));
+        for column in &series.columns {
+            let wall = column
+                .name
+                .strip_prefix(what)
+                .and_then(|rest| rest.strip_prefix('_'));
+            if let Some(wall) = wall.and_then(|rest| rest.strip_suffix("_x")) {
+                let name = format!("{what}_{wall}");
+                let columns = columns(&name, VECTOR);
+                groups.push((name, format!("{title} {wall}"), columns));
             }
         }
     }
     // Whatever else there is, each for itself.
-    for column in series
-        .columns
-        .iter()
-        .filter(|column| !known.contains(&column.name.as_str()))
-    {
-        if moves(column) {
-            let title = column.name.replace('_', " ");
-            blocks.push(over_time(
-                case,
-                series,
-                &column.name,
-                title,
-                &[(column, "")],
-                false,
-            ));
+    for column in &series.columns {
+        let name = column.name.as_str();
+        let mut known = groups.iter().flat_map(|(_, _, columns)| columns);
+        if name != SETTLING && !WHEN.contains(&name) && !known.any(|(known, _)| known.name == name) {
+            groups.push((name.to_string(), name.replace('_', " "), vec![(column, "")]));
+        }
+    }
+    let moves = |(column, _): &(&SeriesColumn, &str)| {
+        let mut values = column.values.iter();
+        values.any(|value| *value != 0.0 && value.is_finite())
+    };
+    let mut blocks: Vec<Block> = settling(case, series, summary).into_iter().collect();
+    for (name, title, mut columns) in groups {
+        let logarithmic = name == LOGARITHMIC;
+        if columns.iter().any(moves) {
+            // On a logarithmic axis there is no place for what is zero.
+            columns.retain(|column| !logarithmic || moves(column));
+            blocks.push(over_time(case, series, &name, title, &columns, logarithmic));
         }
     }
     blocks

@@ -6,41 +6,13 @@ use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::CellState;
 use crate::math::Vec3;
-use crate::memory;
 use crate::output::picture::Plane;
 use crate::output::{Contact, ForceAndTorque, Partner};
 use crate::particle::Particle;
-use crate::simulation::{Simulation, Wet};
+use crate::simulation::writers::Fields;
+use crate::simulation::{FluidSystem, Simulation};
 use crate::units::Units;
 use bytemuck::{Pod, Zeroable};
-
-/// How messages call the arrays of a file of fields.
-const FIELDS: &str = "a file of fields";
-
-/// Fields of a block or of the box, SI units.
-#[derive(Default)]
-pub(super) struct Fields {
-    pub(super) velocity: Vec<[f32; 3]>,
-    pub(super) pressure: Vec<f32>,
-    pub(super) solid_fraction: Vec<f32>,
-}
-
-impl Fields {
-    /// At rest.
-    fn zeros(cells: usize) -> Result<Self> {
-        Ok(Self {
-            velocity: memory::zeroed(cells, FIELDS)?,
-            pressure: memory::zeroed(cells, FIELDS)?,
-            solid_fraction: memory::zeroed(cells, FIELDS)?,
-        })
-    }
-
-    fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
-        self.velocity[at] = [u, v, w];
-        self.pressure[at] = pressure;
-        self.solid_fraction[at] = solid_fraction;
-    }
-}
 
 /// The particles of all ranks of which `wanted` holds, in ascending order of id, on rank 0; none elsewhere. Collective.
 pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> bool) -> Vec<Particle> {
@@ -121,14 +93,14 @@ struct Loaded {
     torque: [f64; 3],
 }
 
-/// Force and torque of the fluid on each of `particles`, ascending by id, in the step that led here; nothing in a dry run, zeros
+/// Force and torque of the fluid on each of `particles`, ascending by id, in the step that led here; nothing without a fluid, zeros
 /// at the start. With `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
 pub(super) fn loads(
     simulation: &Simulation,
     particles: &[Particle],
     everywhere: bool,
 ) -> Option<Vec<ForceAndTorque>> {
-    let Wet { coupling, .. } = simulation.wet.as_ref()?;
+    let FluidSystem { coupling, .. } = simulation.wet.as_ref()?;
     if simulation.step == 0 {
         return Some(vec![[Vec3::zeros(); 2]; particles.len()]);
     }
@@ -167,7 +139,7 @@ fn gathered<V: Pod>(simulation: &Simulation, own: Vec<V>) -> Vec<V> {
     all
 }
 
-/// Fields of the block of this rank, with the particles where they are now; nothing in a dry run.
+/// Fields of the block of this rank, with the particles where they are now; nothing without a fluid.
 ///
 /// # Errors
 /// [`Error::Memory`](crate::Error::Memory) on this rank.
@@ -192,10 +164,7 @@ pub(super) fn fields(simulation: &mut Simulation, decomposition: &Decomposition)
             0 => Fields::zeros(decomposition.domain.cell_count())?,
             _ => Fields::default(),
         };
-        Ok((
-            all,
-            memory::with_capacity(block.cell_count() * size_of::<[f32; 5]>(), FIELDS)?,
-        ))
+        Ok((all, Fields::room(block.cell_count())?))
     };
     let (mut all, mut own): (_, Vec<u8>) = comm.agree(room())?;
     each_cell(simulation, block, field_values, |values| {
@@ -211,7 +180,7 @@ pub(super) fn fields(simulation: &mut Simulation, decomposition: &Decomposition)
     Ok(all)
 }
 
-/// The velocity (m/s) of the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and in dry runs. Only
+/// The velocity (m/s) of the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and without a fluid. Only
 /// cells at the plane are looked at. Collective.
 pub(super) fn slice(
     simulation: &mut Simulation,
@@ -244,7 +213,7 @@ fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
     [u, v, w, pressure, state.solid_fraction as f32]
 }
 
-/// Calls `visit` with a value of each of `cells`, which are of the block of this rank, x fastest; not at all in a dry run.
+/// Calls `visit` with a value of each of `cells`, which are of the block of this rank, x fastest; not at all without a fluid.
 fn each_cell<V>(
     simulation: &mut Simulation,
     cells: Block,
@@ -253,7 +222,7 @@ fn each_cell<V>(
 ) {
     let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
     let Simulation { units, wet, dem, .. } = simulation;
-    let Some(Wet { fluid, coupling, .. }) = wet else {
+    let Some(FluidSystem { fluid, coupling, .. }) = wet else {
         return;
     };
     if cells.cell_count() > 0 {

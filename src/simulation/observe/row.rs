@@ -13,7 +13,7 @@ use crate::wall::{Surface, Wall};
 
 /// The direction in which the particles of a case settle as a whole, that of their weight less buoyancy: against gravity if
 /// they are lighter than the fluid. `None` if nothing settles.
-pub(super) fn settling_direction(setup: &Setup) -> Option<Vec3> {
+pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
     let weight: Vec3 = (setup.particles.iter())
         .map(|p| {
             let template = &setup.templates[p.template as usize];
@@ -27,7 +27,7 @@ pub(super) fn settling_direction(setup: &Setup) -> Option<Vec3> {
 }
 
 /// Whether a settling velocity can become steady: the box has no end in its direction.
-pub(super) fn settles_for_ever(setup: &Setup) -> bool {
+pub(in crate::simulation) fn settles_for_ever(setup: &Setup) -> bool {
     settling_direction(setup)
         .is_some_and(|down| (0..3).all(|axis| setup.domain.periodic[axis] || down[axis] == 0.0))
 }

@@ -2,50 +2,26 @@
 
 use crate::case::{Scales, Setup};
 use crate::fluid::Simd;
-use crate::output::{Estimate, NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
+use crate::output::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::simulation::identity::{
     balance_name, collision_name, coupling_name, precision_name, relaxation_time, setup_hash, surface_name,
 };
 use std::collections::BTreeMap;
 
-/// What was found out on the way.
-#[derive(Clone, Copy)]
-pub(super) struct Outcome {
-    /// Settling velocity over that of Stokes.
-    pub(super) estimate: Option<Estimate>,
-    pub(super) drift: Option<f64>,
-    /// `t*` of the end of the transient, and settling velocity over that of Stokes from there.
-    pub(super) settled: Option<(f64, Estimate)>,
-    pub(super) averaged_over: Option<[f64; 2]>,
-    pub(super) max_mach: f64,
-    /// Of the suspension over that of the fluid, between two plates.
-    pub(super) viscosity: Option<Estimate>,
-    pub(super) hash: u64,
-    pub(super) interrupted: bool,
-    /// Steps done before this run, which has gone on from there.
-    pub(super) first: u64,
-    pub(super) wall_seconds: f64,
-}
-
-pub(super) fn summary(setup: &Setup, simulation: &Simulation, outcome: Outcome) -> Summary {
-    let Outcome {
-        estimate,
-        drift,
-        settled,
-        averaged_over,
-        max_mach,
-        viscosity,
-        hash,
-        interrupted,
-        first,
-        wall_seconds,
-    } = outcome;
+/// The summary of a run that has resumed after `first` steps, so many seconds ago; what the samples say is added by their
+/// [writer](crate::simulation::Writer::finish).
+pub(super) fn summary(
+    setup: &Setup,
+    simulation: &Simulation,
+    hash: u64,
+    first: u64,
+    wall_seconds: f64,
+) -> Summary {
     let steps = simulation.step;
     let done = steps - first;
     let fluid = setup.fluid.as_ref();
     let scales = reference_scales(setup);
-    let over_schiller_naumann = scales.stokes_velocity / scales.schiller_naumann_velocity;
     let per_step = |seconds: f64| seconds / done.max(1) as f64;
     let stages: BTreeMap<String, f64> = (simulation.timings.stages().iter())
         .map(|&(name, seconds)| (name.to_owned(), per_step(seconds)))
@@ -54,16 +30,16 @@ pub(super) fn summary(setup: &Setup, simulation: &Simulation, outcome: Outcome) 
     Summary {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         case: setup.provenance.name.clone(),
-        interrupted,
+        interrupted: false,
         resumed_from: (first > 0).then_some(first),
-        settling_velocity_over_stokes: estimate.map(|e| e.mean),
-        settling_velocity_over_schiller_naumann: estimate.map(|e| e.mean * over_schiller_naumann),
-        standard_error: estimate.and_then(|e| e.standard_error),
-        drift,
-        transient_end: settled.map(|(end, _)| end),
-        settled_mean: settled.map(|(_, e)| e.mean),
-        settled_standard_error: settled.and_then(|(_, e)| e.standard_error),
-        averaged_over,
+        settling_velocity_over_stokes: None,
+        settling_velocity_over_schiller_naumann: None,
+        standard_error: None,
+        drift: None,
+        transient_end: None,
+        settled_mean: None,
+        settled_standard_error: None,
+        averaged_over: None,
         particles: setup.particles.len(),
         volume_fraction: setup.volume_fraction,
         cells_per_diameter: setup.diameter / setup.domain.dx,
@@ -82,9 +58,9 @@ pub(super) fn summary(setup: &Setup, simulation: &Simulation, outcome: Outcome) 
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
         dry: fluid.is_none(),
-        mach: fluid.map(|_| max_mach),
-        relative_viscosity: viscosity.map(|e| e.mean),
-        relative_viscosity_standard_error: viscosity.and_then(|e| e.standard_error),
+        mach: None,
+        relative_viscosity: None,
+        relative_viscosity_standard_error: None,
         shapes: shapes(setup),
         walls: walls(setup),
         collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),

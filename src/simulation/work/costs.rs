@@ -1,5 +1,7 @@
-//! What things cost in a time step: one thread of a shared 2-core virtual machine (AMD EPYC), means over 25 to 100 steps, least of
-//! four runs. Only ratios matter for the cuts; absolute times scale with the machine.
+//! What things cost in a time step, and the memory of a run: what `check`, `study`, the cuts of the box and `bench` estimate with.
+//!
+//! The times are of one thread of a shared 2-core virtual machine (AMD EPYC), means over 25 to 100 steps, least of
+//! four runs. Only ratios matter for the cuts; absolute times scale with the machine ([`time_estimate`](super::time_estimate)).
 //!
 //! `turbid bench CASE --threads 1 --json` gave the times of the stages. `N` is cells per diameter; `hindered_settling` and
 //! `cubes_settling` are the cases of that name, `ellipsoids` is `hindered_settling` with axes 2 : 1 : 1.
@@ -22,6 +24,14 @@ pub(super) fn cell(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => 5.0e-9,
         Precision::F64 => 5.6e-9,
+    }
+}
+
+/// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
+pub fn bytes_per_cell(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 110.0,
+        Precision::F64 => 190.0,
     }
 }
 

@@ -99,13 +99,17 @@ impl Forecast {
         }
     }
 
+    /// Time of a step (s): of the slowest rank, with messages and reductions.
+    pub fn seconds_per_step(&self) -> f64 {
+        let reductions = 2.0 * libm::log2(self.ranks.len() as f64) * costs::MESSAGE / CONTROL_INTERVAL as f64;
+        (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions
+    }
+
     /// Parallel efficiency with messages.
     pub fn efficiency(&self) -> f64 {
-        let ranks = self.ranks.len() as f64;
-        let reductions = 2.0 * libm::log2(ranks) * costs::MESSAGE / CONTROL_INTERVAL as f64;
-        let longest = (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions;
+        let longest = self.seconds_per_step();
         if longest > 0.0 {
-            self.alone / (ranks * longest)
+            self.alone / (self.ranks.len() as f64 * longest)
         } else {
             1.0
         }
@@ -115,7 +119,7 @@ impl Forecast {
 impl Work<'_> {
     /// What every rank has to do.
     pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
-        let whole = Decomposition::with_grid(cut.domain, [1; 3]);
+        let whole = Decomposition::solo(cut.domain);
         Forecast {
             grid: cut.grid,
             ranks: self.by_rank(cut),

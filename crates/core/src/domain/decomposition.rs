@@ -56,6 +56,11 @@ impl Decomposition {
         })
     }
 
+    /// The whole box as one block, for one rank.
+    pub fn solo(domain: Domain) -> Self {
+        Self::with_grid(domain, [1; 3])
+    }
+
     /// Blocks of (nearly) equal size in a grid of the caller's choice.
     pub fn with_grid(domain: Domain, grid: [usize; 3]) -> Self {
         Self {

@@ -78,7 +78,7 @@ fn a_bed_is_shared_out_better_than_by_equal_blocks() {
 #[test]
 fn one_rank_works_alone_and_sends_nothing() {
     let setup = suspension();
-    let forecast = Work::of(&setup).forecast(&Decomposition::with_grid(setup.domain, [1; 3]));
+    let forecast = Work::of(&setup).forecast(&Decomposition::solo(setup.domain));
     assert!(forecast.ranks[0].sends.is_empty());
     assert!((forecast.efficiency() - 1.0).abs() < 1e-12);
     assert!((forecast.balance() - 1.0).abs() < 1e-12);

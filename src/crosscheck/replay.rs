@@ -1,20 +1,19 @@
 //! The loads of a small four-way run, recorded and replayed through both engines: with elastic contacts, and with damped ones
 //! that rub.
 
-use super::compare::Pair;
+use super::files::sphere;
+use super::own_case::{begun, repeats};
+use super::pair::Pair;
 use super::record::{Recording, record};
-use super::{begun, liggghts, native, repeats};
+use super::tools::{Random, Scene, given};
 use crate::case::{self, Setup};
 use crate::checks::{Check, Findings, Moment};
-use crate::crosscheck::files::sphere;
-use crate::crosscheck::tools::{Judge, Random};
+use crate::dem::DemEngine;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::output::Overlay;
 use crate::particle::Particle;
 use std::path::Path;
-
-const JUDGE: Judge = Judge("replay");
 
 /// Spheres that come through a periodic box of fluid from all sides.
 const CASE: &str = r#"
@@ -67,23 +66,27 @@ const ELASTIC: f64 = 1e-12;
 const MOMENTUM: f64 = 1e-11;
 
 /// Records and replays; what LIGGGHTS says goes to the directory, if there is one.
-pub fn replay(directory: Option<&Path>) -> Result<Findings> {
-    let log = directory.map(|directory| directory.join("replay.log"));
+pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
     let mut found = Findings::default();
-    scene("elastic", &[], log.as_deref(), &mut found)?;
-    scene("damped", &RUBBING, log.as_deref(), &mut found)?;
+    scene("elastic", &[], directory, &mut found)?;
+    scene("damped", &RUBBING, directory, &mut found)?;
     Ok(found)
 }
 
 /// One run and its replay; its trajectories take the place of those before.
-fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findings) -> Result<()> {
+fn scene(what: &str, options: &[&str], directory: Option<&Path>, findings: &mut Findings) -> Result<()> {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
-    let mut setup = case::from_text(CASE, JUDGE.0, &options)?;
+    let mut setup = case::from_text(CASE, "replay", &options)?;
     setup.plan.threads = 1;
     stir(&mut setup);
     let (steps, dt) = (setup.plan.end_step, setup.time_step);
     let recorded = record(&setup, steps)?;
-    let mut pair = Pair::new(&setup, [native(&setup)?, liggghts(&setup, log)?]);
+    let engines = Scene::of("replay", &setup);
+    let engines: [Box<dyn DemEngine>; 2] = [
+        Box::new(engines.native()?),
+        Box::new(engines.liggghts(directory)?),
+    ];
+    let mut pair = Pair::new(&setup, engines);
     let mut apart = Vec::new();
     findings.moments.clear();
     for step in 0..steps {
@@ -91,7 +94,7 @@ fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findin
             break;
         }
         let time = (step + 1) as f64 * dt;
-        apart.push([time, pair.found.all.apart[0]]);
+        apart.push([time, pair.found.largest[0].value]);
         if step % 2 == 0 {
             let spheres = [0, 1].map(|engine| {
                 let of = |p: &Particle| sphere(p, &setup.templates[p.template as usize]);
@@ -109,16 +112,16 @@ fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findin
         return Err(Error::Input(text));
     };
     let label = format!("{what}: ");
-    findings.checks.push(repeats(JUDGE, &label, &recorded, &pair));
-    findings.checks.push(momentum(what, &setup, &recorded, &pair));
-    findings.checks.push(JUDGE.given(
+    findings.push(repeats(&label, &recorded, &pair));
+    findings.push(momentum(what, &setup, &recorded, &pair));
+    findings.push(given(
         format!("{what}: steps to the first contact (-)"),
         [Some(native), Some(liggghts), None],
         (native - liggghts).abs(),
         1.0,
         "the native engine counts the contacts at the start of its last sub-step, LIGGGHTS those at its end",
     ));
-    findings.checks.push(begun(JUDGE, &label, found));
+    findings.push(begun(&label, found));
     let (tolerance, reason) = if what == "elastic" {
         (
             ELASTIC,
@@ -129,20 +132,22 @@ fn scene(what: &str, options: &[&str], log: Option<&Path>, findings: &mut Findin
         let reason = "reported only: the engines have different laws of friction";
         (f64::INFINITY, reason)
     };
-    findings.checks.push(JUDGE.given(
+    findings.push(given(
         format!("{what}: largest distance between the engines over D (-)"),
         [None; 3],
-        found.all.apart[0],
+        found.largest[0].value,
         tolerance,
         reason,
     ));
-    findings.overlays.push(Overlay {
-        name: format!("{what}_apart"),
-        title: format!("replay, {what} contacts: largest distance between the engines so far"),
-        axes: ["time t (s)".to_string(), "distance / D (-)".to_string()],
-        logarithmic: [false, true],
-        curves: vec![("distance / D".to_string(), apart)],
-    });
+    findings.overlays.push(
+        Overlay::new(
+            format!("{what}_apart"),
+            format!("replay, {what} contacts: largest distance between the engines so far"),
+            ["time t (s)", "distance / D (-)"],
+            [("distance / D", apart)],
+        )
+        .logarithmic([false, true]),
+    );
     Ok(())
 }
 
@@ -176,7 +181,7 @@ fn momentum(what: &str, setup: &Setup, recorded: &Recording, pair: &Pair) -> Che
     let exact = momentum(&setup.particles) + (loads + weight * steps as f64) * setup.time_step;
     let ends = [0, 1].map(|engine| momentum(pair.particles(engine)));
     let error = ends.map(|end| (end - exact).norm() / scale);
-    JUDGE.given(
+    given(
         format!("{what}: momentum along z (kg m/s)"),
         [ends[0].z, ends[1].z, exact.z].map(Some),
         error[0].max(error[1]),

@@ -1,6 +1,6 @@
 //! The checkpoints of a run: when they are due, what is in them, and when a run must end to write its last one in time.
 
-use super::observe::{Observer, ObserverState};
+use super::observe::{Observer, ObserverState, Writers};
 use super::run::RunOptions;
 use super::saved::SavedDriving;
 use super::{Simulation, identity};
@@ -27,9 +27,9 @@ struct Shared {
     write_seconds: Option<f64>,
 }
 
-/// What somebody asks of a run.
+/// Requests to a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Wishes {
+pub(super) struct Requests {
     /// To write a checkpoint and end.
     pub(super) stop: bool,
     /// To write a checkpoint.
@@ -37,7 +37,7 @@ pub(super) struct Wishes {
 }
 
 /// Writes the checkpoints of a run.
-pub(super) struct Keeper<'a> {
+pub(super) struct Checkpointer<'a> {
     setup: &'a Setup,
     folder: PathBuf,
     block: Block,
@@ -55,7 +55,7 @@ pub(super) struct Keeper<'a> {
     longest_round: Duration,
 }
 
-impl<'a> Keeper<'a> {
+impl<'a> Checkpointer<'a> {
     /// For a run that has begun at `start`.
     pub(super) fn new(
         setup: &'a Setup,
@@ -97,13 +97,13 @@ impl<'a> Keeper<'a> {
         comm.any(self.start.elapsed() + self.reserve() >= limit)
     }
 
-    /// What signals and the clock ask of this rank. Called when the ranks are about to tell each other.
-    pub(super) fn wishes(&self, options: &RunOptions) -> Wishes {
+    /// The requests of signals and of the clock to this rank. Called when the ranks are about to tell each other.
+    pub(super) fn requests(&self, options: &RunOptions) -> Requests {
         let due = match self.setup.plan.output.checkpoint_every {
             CheckpointSpacing::WallTime(interval) => self.safe.elapsed() >= interval,
             CheckpointSpacing::Never | CheckpointSpacing::Steps(_) => false,
         };
-        Wishes {
+        Requests {
             stop: options.stop.load(Ordering::Relaxed),
             checkpoint: options.checkpoint.swap(false, Ordering::Relaxed) || due,
         }
@@ -113,11 +113,11 @@ impl<'a> Keeper<'a> {
     ///
     /// # Errors
     /// A failure of the simulation, of which nothing is kept; or that of writing.
-    pub(super) fn keep(
+    pub(super) fn write_if_due(
         &mut self,
         simulation: &mut Simulation,
         observer: &mut Observer,
-        wishes: Wishes,
+        requests: Requests,
     ) -> Result<()> {
         let step = simulation.step;
         let due = match self.setup.plan.output.checkpoint_every {
@@ -126,7 +126,7 @@ impl<'a> Keeper<'a> {
             }
             CheckpointSpacing::Never | CheckpointSpacing::WallTime(_) => false,
         };
-        if self.last == Some(step) || !(due || wishes.stop || wishes.checkpoint) {
+        if self.last == Some(step) || !(due || requests.stop || requests.checkpoint) {
             return Ok(());
         }
         let start = Instant::now();
@@ -167,15 +167,20 @@ impl<'a> Keeper<'a> {
         })
     }
 
-    /// Goes on from the newest checkpoint that is sound: what the observer needs to do so, and for each newer checkpoint why
-    /// it was left out. Collective.
+    /// Continues from the newest checkpoint that is sound: what the observer needs to do so, and for each newer checkpoint why it
+    /// was left out. Collective.
     ///
     /// # Errors
     /// [`Error::Agreed`], the same on every rank, if none is sound.
-    pub(super) fn take_up(&mut self, simulation: &mut Simulation) -> Result<(ObserverState, Vec<String>)> {
+    pub(super) fn restore(
+        &mut self,
+        simulation: &mut Simulation,
+        writers: &Writers,
+    ) -> Result<(ObserverState, Vec<String>)> {
         let comm = simulation.comm.clone();
-        let (shared, skipped) =
-            checkpoint::newest_sound(&self.folder, &comm, |saved| self.restore(simulation, saved))?;
+        let (shared, skipped) = checkpoint::newest_sound(&self.folder, &comm, |saved| {
+            self.restore_from(simulation, writers, saved)
+        })?;
         self.last = Some(simulation.step);
         // Of a file: it may hold any number.
         self.write_seconds = shared
@@ -191,14 +196,19 @@ impl<'a> Keeper<'a> {
         Ok((shared.observer, skipped))
     }
 
-    fn restore(&self, simulation: &mut Simulation, saved: &Checkpoint) -> Result<Shared> {
+    fn restore_from(
+        &self,
+        simulation: &mut Simulation,
+        writers: &Writers,
+        saved: &Checkpoint,
+    ) -> Result<Shared> {
         let comm = simulation.comm.clone();
         let head = saved.head();
         let fits = if (head.cells, head.bytes_per_cell) == (self.setup.domain.cells, simulation.saved_bytes())
         {
             serde_json::from_slice::<Shared>(saved.shared())
                 .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
-                .and_then(|shared| shared.observer.fits(self.setup).map(|()| shared))
+                .and_then(|shared| shared.observer.fits(writers).map(|()| shared))
                 .and_then(|shared| self.means_the_same(saved).map(|()| shared))
         } else {
             Err(Error::Input(format!("{} is of another case", saved.name())))

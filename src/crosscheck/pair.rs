@@ -24,18 +24,6 @@ pub(super) struct Apart {
     pub(super) touching: bool,
 }
 
-/// All steps from the start up to one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Span {
-    /// How many.
-    pub(super) steps: u64,
-    /// Largest differences of position (over the diameter), velocity (m/s) and spin (1/s).
-    pub(super) apart: [f64; 3],
-    /// Largest speed (m/s) and spin (1/s) in the native engine.
-    pub(super) speed: f64,
-    pub(super) spin: f64,
-}
-
 /// What the engines did; pairs are native, then LIGGGHTS.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Comparison {
@@ -50,9 +38,9 @@ pub(super) struct Comparison {
     /// Where the engines part in each of the [`QUANTITIES`], and their largest difference.
     pub(super) parting: [Option<Apart>; 3],
     pub(super) largest: [Apart; 3],
-    /// Up to now, and before the first contact in either.
-    pub(super) all: Span,
-    pub(super) before_contact: Option<Span>,
+    /// Largest speed (m/s) and spin (1/s) so far, in either engine.
+    speed: f64,
+    spin: f64,
 }
 
 /// Both engines in the same state.
@@ -94,17 +82,17 @@ impl Pair {
                 Err(error) => self.found.failures.push((name, error.to_string())),
             }
         }
-        if self.found.failures.is_empty() {
-            self.found.all.steps += 1;
+        let both = self.found.failures.is_empty();
+        if both {
             self.observe();
         }
-        self.found.failures.is_empty()
+        both
     }
 
     /// What there is to see after a step.
     fn observe(&mut self) {
         let contacts = self.engines.each_ref().map(|engine| engine.contacts());
-        let mut all = self.found.all;
+        let (mut speed, mut spin) = (self.found.speed, self.found.spin);
         let mut apart = [(0.0, 0); 3];
         for (at, (a, b)) in self.particles(0).iter().zip(self.particles(1)).enumerate() {
             assert_eq!(a.id, b.id, "both engines have the same particles");
@@ -119,12 +107,14 @@ impl Pair {
                     *largest = (here, at);
                 }
             }
-            all.speed = all.speed.max(a.velocity().norm());
-            all.spin = all.spin.max(a.angular_velocity().norm());
+            speed = speed.max(a.velocity().norm()).max(b.velocity().norm());
+            spin = spin
+                .max(a.angular_velocity().norm())
+                .max(b.angular_velocity().norm());
         }
-        for (k, unit) in [1.0, all.speed, all.spin].into_iter().enumerate() {
+        (self.found.speed, self.found.spin) = (speed, spin);
+        for (k, unit) in [1.0, speed, spin].into_iter().enumerate() {
             let (difference, at) = apart[k];
-            all.apart[k] = all.apart[k].max(difference);
             // What rests alike does not differ, and has no speed to divide by.
             if difference > 0.0 {
                 let apart = self.apart(difference / unit, at);
@@ -138,14 +128,10 @@ impl Pair {
         }
         for (first, now) in self.found.first_contact.iter_mut().zip(&contacts) {
             if first.is_none() && (now.count > 0 || now.begun > 0) {
-                *first = Some(all.steps);
+                *first = Some(self.found.steps[0]);
             }
         }
         self.found.begun = contacts.map(|now| now.begun);
-        self.found.all = all;
-        if self.found.first_contact == [None; 2] && all.steps > 0 {
-            self.found.before_contact = Some(all);
-        }
     }
 
     /// A difference of the particle at this place of the list.
@@ -153,7 +139,7 @@ impl Pair {
         let particles = [0, 1].map(|engine| &self.particles(engine)[at]);
         Apart {
             value,
-            step: self.found.all.steps,
+            step: self.found.steps[0],
             id: particles[0].id,
             place: particles[0].position,
             touching: particles

@@ -1,6 +1,6 @@
 //! Recording what the fluid does to the particles of a four-way run, in double precision.
 
-use super::native_params;
+use super::tools::Scene;
 use crate::case::Setup;
 use crate::comm::{Comm, try_on_threads};
 use crate::dem::{ContactState, ContactSummary, DemEngine, Load, Native};
@@ -33,7 +33,7 @@ impl Recording {
 type Tape = Vec<(u64, u64, Load)>;
 
 /// An engine that writes down the loads it is given, and leaves everything else to another one.
-pub(super) struct Recorder {
+struct Recorder {
     engine: Box<dyn DemEngine>,
     step: u64,
     tape: Arc<Mutex<Tape>>,
@@ -131,7 +131,7 @@ fn record_rank(
 ) -> Result<(Tape, Vec<Particle>)> {
     let (rank, templates) = (comm.rank(), setup.templates.clone());
     let engine = Native::new(
-        native_params(setup),
+        Scene::of("", setup).native_params(),
         decomposition.clone(),
         rank,
         templates,

@@ -1,11 +1,16 @@
 //! Pictures of a run: which plane they show, and colours that mean the same in all of them.
 
-use super::Picture;
+use super::vtk::parsed;
+use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::picture::{Clock, Cut, Plane, Scene, write_side_view, write_slice};
-use std::path::Path;
+use crate::particle::Particle;
+use std::path::PathBuf;
+
+/// Bytes of a picture.
+const BYTES: f64 = 3e5;
 
 /// The plane that pictures of a case show.
 pub(super) fn plane(setup: &Setup) -> Plane {
@@ -14,44 +19,99 @@ pub(super) fn plane(setup: &Setup) -> Plane {
     Plane::of(&setup.domain, setup.gravity, cut)
 }
 
-/// Writes a picture whose colours end at the speed `range` (m/s).
-pub(super) fn write(
-    setup: &Setup,
-    path: &Path,
-    time: f64,
-    picture: &Picture,
+/// Writes a slice through the fluid with the particles that it cuts; without a fluid all particles from the side.
+pub(super) struct Pictures<'a> {
+    setup: &'a Setup,
+    plane: Plane,
+    /// Speed at the upper end of the colours of all pictures (m/s), once there is one.
     range: Option<f64>,
-) -> Result<()> {
-    let scene = Scene {
-        case: &setup.provenance.name,
-        clock: Clock {
-            time,
-            stokes_time: setup.stokes_time(),
-        },
-        plane: plane(setup),
-        templates: &setup.templates,
-        particles: &picture.particles,
-        walls: &setup.walls,
-        largest_speed: range,
-    };
-    match &picture.velocity {
-        Some(velocity) => write_slice(path, &scene, velocity),
-        None => write_side_view(path, &scene),
+}
+
+impl<'a> Pictures<'a> {
+    pub(super) fn new(setup: &'a Setup) -> Self {
+        Self {
+            setup,
+            plane: plane(setup),
+            range: setup.plan.output.picture_range,
+        }
     }
 }
 
-/// Speed at the upper end of the colours of all pictures of a run (m/s): as the case says, or expects, or else that of the
-/// fastest in this picture, its first; none if nothing moves there.
-pub(super) fn range(setup: &Setup, picture: &Picture) -> Option<f64> {
+impl Writer for Pictures<'_> {
+    fn name(&self) -> &'static str {
+        "pictures"
+    }
+
+    fn every(&self) -> u64 {
+        self.setup.plan.output.picture_every
+    }
+
+    fn due(&self, step: u64, last: bool) -> bool {
+        let every = self.every();
+        // There is nothing to see of a fluid at rest.
+        let shows = step > 0 || self.setup.fluid.is_none();
+        shows && every > 0 && (last || step.is_multiple_of(every))
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        vec![Need::Slice, Need::Selected]
+    }
+
+    fn selects(&self, particle: &Particle) -> bool {
+        let shape = &self.setup.templates[particle.template as usize].shape;
+        self.setup.fluid.is_none() || self.plane.cuts(particle.position(), shape.circumradius())
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        let setup = self.setup;
+        self.range = self.range.or_else(|| range(setup, output));
+        let scene = Scene {
+            case: &setup.provenance.name,
+            clock: Clock {
+                time: output.time,
+                stokes_time: setup.stokes_time(),
+            },
+            plane: self.plane,
+            templates: &setup.templates,
+            particles: &output.selected,
+            walls: &setup.walls,
+            largest_speed: self.range,
+        };
+        let path = files_of(setup).picture(output.step);
+        match output.slice {
+            Some(velocity) => write_slice(&path, &scene, velocity),
+            None => write_side_view(&path, &scene),
+        }
+    }
+
+    fn files(&self, step: u64) -> Vec<PathBuf> {
+        vec![files_of(self.setup).picture(step)]
+    }
+
+    fn state(&mut self) -> Result<WriterState> {
+        Ok(serde_json::json!(self.range))
+    }
+
+    fn resume(&mut self, state: &WriterState) -> Result<()> {
+        self.range = self.range.or(parsed("pictures", state)?);
+        Ok(())
+    }
+
+    fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
+        Some(FileEstimate::of(self, end_step, "pictures", BYTES, ""))
+    }
+}
+
+/// Speed at the upper end of the colours of all pictures of a run (m/s), if the case does not say it: as it is expected, or else
+/// that of the fastest in this picture, its first; none if nothing moves there.
+fn range(setup: &Setup, picture: &RootOutput) -> Option<f64> {
     let largest = |speeds: &mut dyn Iterator<Item = f64>| speeds.fold(0.0, f64::max);
-    let seen = || match &picture.velocity {
+    let seen = || match picture.slice {
         Some(velocity) => largest(&mut velocity.iter().map(|u| Vec3::from(u.map(f64::from)).norm())),
-        None => largest(&mut picture.particles.iter().map(|p| p.velocity().norm())),
+        None => largest(&mut picture.selected.iter().map(|p| p.velocity().norm())),
     };
     let moves = |speed: &f64| *speed > 0.0 && speed.is_finite();
-    (setup.plan.output.picture_range)
-        .or_else(|| Some(expected(setup)).filter(moves))
-        .or_else(|| Some(seen()).filter(moves))
+    (Some(expected(setup)).filter(moves)).or_else(|| Some(seen()).filter(moves))
 }
 
 /// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start, of a
@@ -109,11 +169,15 @@ mod tests {
     fn first(seen: f32, options: &[&str]) -> Option<f64> {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
         let setup = from_text(TEXT, "case", &options).unwrap();
-        let picture = Picture {
-            velocity: Some(vec![[0.0, seen, 0.0]]),
-            particles: Vec::new(),
+        let picture = RootOutput {
+            step: 1,
+            time: 0.0,
+            row: None,
+            selected: Vec::new(),
+            slice: Some(&[[0.0, seen, 0.0]]),
+            pieces: None,
         };
-        range(&setup, &picture)
+        Pictures::new(&setup).range.or_else(|| range(&setup, &picture))
     }
 
     #[test]

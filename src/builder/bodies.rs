@@ -1,0 +1,206 @@
+//! Kinds of particles for the builder.
+
+use super::Keys;
+use crate::math::{Quat, Vec3};
+use crate::shape::Shape;
+use serde::Serialize;
+use std::sync::Arc;
+use toml::{Table, Value};
+
+/// Particles of one shape and density, for [`Builder::particles`](super::Builder::particles): listed one by one
+/// ([`at`](Self::at), [`moving`](Self::moving), [`posed`](Self::posed)) or at random ([`count`](Self::count),
+/// [`volume_fraction`](Self::volume_fraction)). Lengths are in m, densities in kg/m^3.
+///
+/// ```
+/// use turbid::{Builder, Particles};
+/// let rods = Particles::cylinders(4e-4, 2e-3, 2500.0).volume_fraction(0.02).set("seed", 7);
+/// let setup = Builder::new([6e-3; 3]).fluid(1000.0, 1e-5).lattice(8.0, 0.6).particles(rods).setup()?;
+/// assert!((setup.volume_fraction - 0.02).abs() < 2e-3);
+/// # Ok::<(), turbid::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct Particles {
+    keys: Keys,
+    list: Vec<Value>,
+    own: Option<Arc<dyn Shape>>,
+}
+
+impl Particles {
+    fn shaped(shape: &str, lengths: &[(&str, Value)], density: f64) -> Self {
+        let mut keys = Keys::default();
+        for (name, value) in lengths {
+            keys.put(&format!("shape.{shape}.{name}"), value);
+        }
+        keys.put("density", density);
+        Self {
+            keys,
+            list: Vec::new(),
+            own: None,
+        }
+    }
+
+    /// Spheres of this diameter.
+    pub fn spheres(diameter: f64, density: f64) -> Self {
+        Self::shaped("sphere", &[("diameter", diameter.into())], density)
+    }
+
+    /// Boxes with edges along x, y and z.
+    ///
+    /// ```
+    /// use turbid::{Builder, Particles};
+    /// let tile = Particles::cuboids([1e-3, 1e-3, 4e-4], 2500.0).at([2e-3; 3]);
+    /// let setup = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(8.0, 0.6).particles(tile).setup()?;
+    /// assert_eq!(setup.templates[0].shape.kind(), "cuboid");
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn cuboids(edges: impl Into<[f64; 3]>, density: f64) -> Self {
+        Self::shaped("cuboid", &[("edges", numbers(edges.into()))], density)
+    }
+
+    /// Ellipsoids with axes along x, y and z, from end to end.
+    pub fn ellipsoids(axes: impl Into<[f64; 3]>, density: f64) -> Self {
+        Self::shaped("ellipsoid", &[("axes", numbers(axes.into()))], density)
+    }
+
+    /// Circular cylinders along z, of this diameter and length.
+    pub fn cylinders(diameter: f64, length: f64, density: f64) -> Self {
+        let lengths = [("diameter", diameter.into()), ("length", length.into())];
+        Self::shaped("cylinder", &lengths, density)
+    }
+
+    /// Cylinders along z with half spheres as ends, of this diameter and length from tip to tip.
+    pub fn capsules(diameter: f64, length: f64, density: f64) -> Self {
+        let lengths = [("diameter", diameter.into()), ("length", length.into())];
+        Self::shaped("capsule", &lengths, density)
+    }
+
+    /// Superellipsoids with axes along x, y and z, from end to end, and [exponents](crate::case::file::SuperellipsoidSection).
+    pub fn superellipsoids(axes: impl Into<[f64; 3]>, exponents: [f64; 2], density: f64) -> Self {
+        let lengths = [
+            ("axes", numbers(axes.into())),
+            ("exponents", exponents.to_vec().into()),
+        ];
+        Self::shaped("superellipsoid", &lengths, density)
+    }
+
+    /// Convex hulls of these points.
+    ///
+    /// ```
+    /// use turbid::{Builder, Particles};
+    /// let corners = [[0.0; 3], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]];
+    /// let corner = Particles::polyhedra(&corners, 2500.0).at([2e-3; 3]);
+    /// let setup = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(12.0, 0.6).particles(corner).setup()?;
+    /// assert!((setup.templates[0].shape.volume() - 1e-9 / 6.0).abs() < 1e-18);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn polyhedra(points: &[[f64; 3]], density: f64) -> Self {
+        let points: Vec<Value> = points.iter().copied().map(numbers).collect();
+        let shape = [("vertices", points.into()), ("hull", true.into())];
+        Self::shaped("polyhedron", &shape, density)
+    }
+
+    /// Convex bodies from an STL or OBJ file in metres.
+    pub fn mesh(file: &str, density: f64) -> Self {
+        Self::shaped("mesh", &[("file", file.into())], density)
+    }
+
+    /// Bodies of a shape of the caller's own. Contacts are sampled.
+    ///
+    /// ```
+    /// use turbid::{Builder, Particles, shape::Sphere};
+    /// let own = std::sync::Arc::new(Sphere { radius: 5e-4 });
+    /// let bodies = Particles::of_shape(own, 2500.0).at([2e-3; 3]);
+    /// let setup = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6).particles(bodies).setup()?;
+    /// assert_eq!(setup.templates[0].shape.as_sphere(), Some(5e-4));
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn of_shape(shape: Arc<dyn Shape>, density: f64) -> Self {
+        let mut particles = Self::shaped("mesh", &[], density);
+        particles.own = Some(shape);
+        particles
+    }
+
+    /// Adds one at rest, with its centre of mass here (m) and the axes of the shape along those of the box.
+    pub fn at(mut self, position: impl Into<[f64; 3]>) -> Self {
+        self.list.push(numbers(position.into()));
+        self
+    }
+
+    /// Adds one with its centre of mass here (m) and this velocity (m/s).
+    pub fn moving(self, position: impl Into<[f64; 3]>, velocity: impl Into<[f64; 3]>) -> Self {
+        let velocity = Vec3::from(velocity.into());
+        self.posed(position, &Quat::identity(), velocity, Vec3::zeros())
+    }
+
+    /// Adds one with its centre of mass here (m), turned from the axes of the box, with a velocity (m/s) and an angular velocity
+    /// (1/s).
+    ///
+    /// ```
+    /// use turbid::{Builder, Particles, math::{Quat, Vec3}};
+    /// let turned = Quat::from_euler_angles(0.0, 0.5, 0.0);
+    /// let rod = Particles::capsules(5e-4, 1e-3, 2500.0).posed([2e-3; 3], &turned, Vec3::zeros(), Vec3::z());
+    /// let setup = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(8.0, 0.6).particles(rod).setup()?;
+    /// assert!(setup.particles[0].orientation().angle_to(&turned) < 1e-12);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn posed(
+        mut self,
+        position: impl Into<[f64; 3]>,
+        orientation: &Quat,
+        velocity: Vec3,
+        angular_velocity: Vec3,
+    ) -> Self {
+        let mut entry = Table::new();
+        let quaternion: [f64; 4] = orientation.coords.into();
+        if *orientation != Quat::identity() {
+            let turned: Table = [("quaternion".to_string(), quaternion.to_vec().into())]
+                .into_iter()
+                .collect();
+            entry.insert("orientation".to_string(), turned.into());
+        }
+        for (name, vector) in [
+            ("position", position.into()),
+            ("velocity", velocity.into()),
+            ("angular_velocity", angular_velocity.into()),
+        ] {
+            entry.insert(name.to_string(), numbers(vector));
+        }
+        self.list.push(entry.into());
+        self
+    }
+
+    /// As many at random positions, with random orientations.
+    pub fn count(self, count: u64) -> Self {
+        self.set("count", count)
+    }
+
+    /// As many at random positions as take up this part of the box (-), with random orientations.
+    pub fn volume_fraction(self, fraction: f64) -> Self {
+        self.set("volume_fraction", fraction)
+    }
+
+    /// Any other key of a section `[[particles]]`: `"seed"`, `"minimum_gap"`, `"sizes"`, `"material"`, `"file"`.
+    pub fn set(mut self, key: &str, value: impl Serialize) -> Self {
+        self.keys.put(key, value);
+        self
+    }
+
+    /// The keys of the section; a shape of the caller's own goes to `shapes` under a name.
+    pub(super) fn into_keys(mut self, shapes: &mut Vec<(String, Arc<dyn Shape>)>) -> Keys {
+        if let Some(shape) = self.own {
+            let name = format!("own shape {} ({})", shapes.len(), shape.kind());
+            self.keys.put("shape.mesh.file", &name);
+            shapes.push((name, shape));
+        }
+        if !self.list.is_empty() {
+            self.keys.put("list", &self.list);
+        }
+        self.keys
+    }
+}
+
+/// A list of three numbers.
+pub(super) fn numbers(numbers: [f64; 3]) -> Value {
+    numbers.to_vec().into()
+}

@@ -1,0 +1,71 @@
+use super::*;
+
+#[test]
+fn the_builder_ends_in_the_same_setup_as_a_case_file() {
+    let text = "domain.size = [4e-3, 4e-3, 4e-3]\n\
+                fluid = { density = 1000.0, viscosity = 1e-5 }\n\
+                lattice = { cells_per_diameter = 4.0, relaxation_time = 0.6 }\n\
+                run.end.steps = 1\n\
+                [[particles]]\n\
+                shape.sphere.diameter = 1e-3\n\
+                density = 2500.0\n\
+                list = [[2e-3, 2e-3, 2e-3]]\n";
+    let read = case::from_text(text, NAME, &[]).unwrap();
+    let built = Builder::example().setup().unwrap();
+    let bare = |mut setup: Setup| {
+        setup.provenance.text.clear();
+        format!("{setup:?}")
+    };
+    assert_eq!(bare(built), bare(read));
+}
+
+#[test]
+fn an_error_names_the_innermost_key_with_its_value_and_a_remedy() {
+    let key = |builder: &Builder| match builder.setup() {
+        Err(Error::Case { key, text, .. }) => {
+            assert!(text.contains("-->") || text.contains("builder"), "{text}");
+            key
+        }
+        other => panic!("{other:?}"),
+    };
+    let example = Builder::example;
+    assert_eq!(key(&example().fluid(-1.0, 1e-5)), "fluid.density");
+    assert_eq!(key(&example().set("fluid.viscositie", 1.0)), "fluid.viscositie");
+    let outside = Particles::spheres(1e-3, 2500.0).at([1e-3; 3]).at([5e-3; 3]);
+    assert_eq!(key(&example().particles(outside)), "particles.1.list.1");
+    let nowhere = Particles::spheres(1e-3, f64::NAN).at([1e-3; 3]);
+    assert_eq!(key(&example().particles(nowhere)), "particles.1.density");
+    let sideways = Wall::plane("side", [0.0; 3], [0.0; 3]);
+    assert!(key(&example().wall(sideways)).starts_with("walls.0.plane"));
+    assert_eq!(
+        key(&Builder::new([1e-3; 3]).fluid(1.0, 1.0).lattice(4.0, 0.6)),
+        "particles"
+    );
+}
+
+#[test]
+fn what_no_case_can_hold_is_refused_by_its_key() {
+    let endless = Particles::spheres(1e-3, 2500.0).count(u64::MAX);
+    let Err(Error::Case { key, .. }) = Builder::example().particles(endless).setup() else {
+        panic!("accepted")
+    };
+    assert_eq!(key, "count");
+}
+
+#[test]
+fn a_shape_of_its_own_has_one_size() {
+    let own: Arc<dyn Shape> = Arc::new(crate::shape::Sphere { radius: 5e-4 });
+    let bodies = Particles::of_shape(own, 2500.0).at([1e-3; 3]);
+    let example = Builder::example;
+    assert!(example().particles(bodies.clone()).setup().is_ok());
+    let scaled = bodies.set("shape.mesh.scale", 2.0);
+    let error = example().particles(scaled).setup().unwrap_err();
+    assert!(error.to_string().contains("cannot be scaled"), "{error}");
+    let text = example().particles(
+        Particles::of_shape(Arc::new(crate::shape::Sphere { radius: 5e-4 }), 2500.0).at([1e-3; 3]),
+    );
+    assert!(
+        case::from_text(&text.to_toml(), "again", &[]).is_err(),
+        "its name alone is no body"
+    );
+}

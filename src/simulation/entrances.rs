@@ -1,0 +1,154 @@
+//! What a program that embeds a simulation calls: how it begins, advances, and what can be read between two steps.
+
+use super::{Simulation, run};
+use crate::case::Setup;
+use crate::comm::Comm;
+use crate::dem::{Ballistic, Load};
+use crate::domain::Decomposition;
+use crate::error::Result;
+use crate::particle::Particle;
+
+/// Loads of the caller on a particle at a time (s).
+pub(super) type ExternalLoad = Box<dyn FnMut(f64, &Particle) -> Load>;
+
+impl Simulation {
+    /// The whole case on one rank in this thread, at rest.
+    ///
+    /// ```
+    /// let setup = turbid::Builder::example().setup()?;
+    /// let simulation = turbid::Simulation::solo(&setup)?;
+    /// assert_eq!(simulation.steps_done(), 0);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn solo(setup: &Setup) -> Result<Self> {
+        Self::new(setup, &Decomposition::solo(setup.domain), Comm::Solo)
+    }
+
+    /// Calls `body` on every rank with its part of the case, at rest, and returns the result of rank 0. Ranks are threads, as
+    /// many as the case asks for ([`Builder::threads`](crate::Builder::threads)), or the processes of an MPI job.
+    ///
+    /// Every rank must make the same collective calls, and take part in an error that only some of them notice
+    /// ([`Comm::agree`]).
+    ///
+    /// ```
+    /// use turbid::{Builder, Simulation};
+    /// let hash = |threads| {
+    ///     let setup = Builder::example().threads(threads).setup()?;
+    ///     Simulation::on_ranks(&setup, |mut simulation| {
+    ///         simulation.advance(4)?;
+    ///         Ok(simulation.state_hash())
+    ///     })
+    /// };
+    /// assert_eq!(hash(1)?, hash(2)?);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if the box has no room for so many ranks; the first error of `body`.
+    pub fn on_ranks<R: Send>(setup: &Setup, body: impl Fn(Self) -> Result<R> + Sync) -> Result<R> {
+        let decomposition = run::agreed(run::decompose(setup))?;
+        run::on_ranks(&decomposition, |comm| {
+            body(Self::new(setup, &decomposition, comm)?)
+        })
+    }
+
+    /// As [`new`](Self::new), with particles that keep their velocities whatever acts on them: bodies at rest are fixed.
+    /// Collective.
+    ///
+    /// ```
+    /// # use turbid::{Builder, Simulation, comm::Comm, domain::Decomposition};
+    /// let setup = Builder::example().body_acceleration([0.0, 0.0, 0.1]).setup()?;
+    /// let whole = Decomposition::solo(setup.domain);
+    /// let mut simulation = Simulation::with_prescribed_motion(&setup, &whole, Comm::Solo)?;
+    /// simulation.advance(8)?;
+    /// assert_eq!(simulation.particles(), &setup.particles);
+    /// assert!(simulation.loads().all(|(_, load)| load.force.z > 0.0));
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`with_engine`](Self::with_engine).
+    pub fn with_prescribed_motion(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
+        let (rank, templates) = (comm.rank(), setup.templates.clone());
+        let engine = Ballistic::new(decomposition.clone(), rank, templates, &setup.particles);
+        Self::with_engine(setup, decomposition, comm, Box::new(engine))
+    }
+
+    /// Advances to a time (s), by whole steps: to the one that is nearest. Makes failures known. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// let step = simulation.time_step();
+    /// simulation.run_until(5.2 * step)?;
+    /// assert_eq!(simulation.steps_done(), 5);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn run_until(&mut self, time: f64) -> Result<()> {
+        while self.time() + 0.5 * self.units.dt < time {
+            self.step()?;
+        }
+        self.check()
+    }
+
+    /// Time since the start (s).
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.units.dt
+    }
+
+    /// Time step (s).
+    pub fn time_step(&self) -> f64 {
+        self.units.dt
+    }
+
+    /// The particles that this rank owns, ascending by id: all of them on one rank. Positions in m, velocities in m/s, angular
+    /// velocities in 1/s.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.advance(10)?;
+    /// assert!(simulation.particles()[0].velocity().z < 0.0, "it settles");
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn particles(&self) -> &[Particle] {
+        self.dem.particles().owned()
+    }
+
+    /// Force (N) and torque (N m) of the fluid in the last step on each particle that this rank owned in it, with its id,
+    /// ascending. The force includes the buoyancy. Nothing without a fluid and before the first step.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.advance(10)?;
+    /// let (id, load) = simulation.loads().next().unwrap();
+    /// assert!(id == 0 && load.force.z > 0.0, "buoyancy and drag");
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
+        let stepped = self.wet.as_ref().filter(|_| self.step > 0);
+        stepped.into_iter().flat_map(|wet| wet.coupling.last_loads())
+    }
+
+    /// From now on adds a load of the caller's own to that of the fluid, in every step on every particle that this rank owns: a
+    /// function of the time at the start of the step (s) and the particle as it is then. It is no part of a checkpoint.
+    ///
+    /// ```
+    /// # use turbid::{Builder, dem::Load, math::Vec3};
+    /// # let mut simulation = Builder::example().gravity([0.0; 3]).build()?;
+    /// simulation.set_external_load(|_time, _particle| Load {
+    ///     force: Vec3::new(1e-6, 0.0, 0.0),
+    ///     ..Load::default()
+    /// });
+    /// simulation.advance(10)?;
+    /// assert!(simulation.particles()[0].velocity().x > 0.0);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn set_external_load(&mut self, load: impl FnMut(f64, &Particle) -> Load + 'static) {
+        self.external = Some(Box::new(load));
+    }
+}

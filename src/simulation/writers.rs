@@ -1,0 +1,295 @@
+//! What a run writes on the way: a [`Writer`] for each kind of file, and the list of all of them ([`of`]).
+//!
+//! The [`Observer`](super::observe::Observer) asks every writer after every step whether it is [due](Writer::due), brings together
+//! once what the due ones [need](Writer::needs), and hands it to them:
+//!
+//! ```text
+//! every rank    needs, selects      the same answers on all of them
+//! every rank    write               the whole at rank 0 where the ranks are threads; the piece of each where they are processes
+//! rank 0        complete            when all pieces are written: rows, indices, collections, pictures
+//! rank 0        finish              at the end of the run
+//! ```
+//!
+//! A library adds its own writers with [`run_with`](super::run_with()).
+
+mod pictures;
+mod series;
+mod viscosity;
+mod vtk;
+
+use super::Simulation;
+use crate::case::Setup;
+use crate::domain::{Block, Decomposition};
+use crate::error::Result;
+use crate::memory;
+use crate::output::picture::Plane;
+use crate::output::{Contact, ForceAndTorque, OutputFiles, SeriesRow, Summary, pieces};
+use crate::particle::Particle;
+use std::path::PathBuf;
+
+/// What a checkpoint keeps of a writer; nothing is [`Null`](serde_json::Value::Null).
+pub type WriterState = serde_json::Value;
+
+/// Writes one kind of file during a run.
+///
+/// Every rank has its own, made alike: what does not stand in a `&mut self` of rank 0 alone must be the same on all of them.
+pub trait Writer {
+    /// Its name, unique in a run: under it a checkpoint keeps its state.
+    fn name(&self) -> &'static str;
+
+    /// Steps from one time to the next; 0 is never.
+    fn every(&self) -> u64;
+
+    /// Whether it is due after `step` steps, of which the `last` one is followed by no other. The same on all ranks.
+    fn due(&self, step: u64, last: bool) -> bool {
+        self.every() > 0 && (last || step.is_multiple_of(self.every()))
+    }
+
+    /// What is brought together for it when it is due. The same on all ranks.
+    fn needs(&self) -> Vec<Need>;
+
+    /// Whether rank 0 gets this particle in [`RootOutput::selected`], if it [needs](Need::Selected) some.
+    fn selects(&self, _: &Particle) -> bool {
+        false
+    }
+
+    /// Writes what this rank has. Not collective.
+    ///
+    /// # Errors
+    /// Those of writing; they end the run on all ranks.
+    fn write(&mut self, _: &RankOutput) -> Result<()> {
+        Ok(())
+    }
+
+    /// Writes what needs the whole, on rank 0, after [`write`](Self::write) has succeeded on all ranks.
+    ///
+    /// # Errors
+    /// Those of writing; they end the run on all ranks.
+    fn complete(&mut self, _: &RootOutput) -> Result<()> {
+        Ok(())
+    }
+
+    /// Numbered files of a step, which stay when a run resumes from that step. Pieces and indices follow from their names.
+    fn files(&self, _step: u64) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// What [`resume`](Self::resume) needs, on rank 0; all that is written is safe on disk after this.
+    ///
+    /// # Errors
+    /// Those of writing.
+    fn state(&mut self) -> Result<WriterState> {
+        Ok(WriterState::Null)
+    }
+
+    /// Whether the files still hold what the run had written when it told this [state](Self::state).
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if not.
+    fn fits(&self, _: &WriterState) -> Result<()> {
+        Ok(())
+    }
+
+    /// Continues from a [state](Self::state), on rank 0; what was written after it is cut off.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) or [`Error::Io`](crate::Error::Io) if the files are not what they were then.
+    fn resume(&mut self, _: &WriterState) -> Result<()> {
+        Ok(())
+    }
+
+    /// Adds to the summary what only the end of a run can tell, and writes the last files, on rank 0.
+    ///
+    /// # Errors
+    /// Those of writing.
+    fn finish(&mut self, _: &mut Summary) -> Result<()> {
+        Ok(())
+    }
+
+    /// The files of a run of so many steps, estimated; nothing where they are few and small.
+    fn estimate(&self, _end_step: u64) -> Option<FileEstimate> {
+        None
+    }
+}
+
+/// What a [`Writer`] needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// [`RootOutput::row`].
+    Row,
+    /// [`RankOutput::fields`].
+    Fields,
+    /// [`RankOutput::particles`].
+    Particles,
+    /// [`RankOutput::loads`]; with [`Need::Particles`].
+    Loads,
+    /// [`RankOutput::contacts`] and [`RankOutput::partners`].
+    Contacts,
+    /// [`RootOutput::selected`].
+    Selected,
+    /// [`RootOutput::slice`].
+    Slice,
+}
+
+/// What this rank has of a step: its piece where ranks are processes, everything at rank 0 where they are threads. What no due
+/// writer needs is empty.
+#[derive(Debug)]
+pub struct RankOutput {
+    /// Steps done.
+    pub step: u64,
+    /// Physical time (s).
+    pub time: f64,
+    /// Whose piece this is; nothing if it is the whole.
+    pub rank: Option<usize>,
+    /// The cells of the fields.
+    pub block: Block,
+    /// The fluid in these cells.
+    pub fields: Option<Fields>,
+    /// The particles of this piece, ascending by id.
+    pub particles: Vec<Particle>,
+    /// Force (N) and torque (N m) of the fluid on each of the particles in the last step; nothing without a fluid.
+    pub loads: Option<Vec<ForceAndTorque>>,
+    /// The contacts of this piece; of the whole in ascending order of the ids.
+    pub contacts: Vec<Contact>,
+    /// Particles that hold both of each contact; of the whole these are [`particles`](Self::particles).
+    pub(super) partners: Option<Vec<Particle>>,
+}
+
+impl RankOutput {
+    /// Where this rank writes its part of a file.
+    pub fn path(&self, file: PathBuf) -> PathBuf {
+        match self.rank {
+            Some(rank) => pieces::piece(&file, rank),
+            None => file,
+        }
+    }
+
+    /// Particles, ascending by id, among which are both of each contact.
+    pub fn partners(&self) -> &[Particle] {
+        self.partners.as_ref().unwrap_or(&self.particles)
+    }
+}
+
+/// What only rank 0 has of a step. What the writer does not need is empty.
+#[derive(Clone, Debug)]
+pub struct RootOutput<'a> {
+    /// Steps done.
+    pub step: u64,
+    /// Physical time (s).
+    pub time: f64,
+    /// The row of the time series.
+    pub row: Option<&'a SeriesRow>,
+    /// The particles of all ranks that the writer [selects](Writer::selects), ascending by id.
+    pub selected: Vec<Particle>,
+    /// Velocity (m/s) on the [plane](slice_plane) of the pictures, as [`Plane::add`] makes it; nothing without a fluid.
+    pub slice: Option<&'a [[f32; 3]]>,
+    /// The blocks whose ranks have written the pieces of all files, if they are in pieces.
+    pub pieces: Option<&'a Decomposition>,
+}
+
+/// How messages call the arrays of [`Fields`].
+const FIELDS: &str = "a file of fields";
+
+/// The fluid in a block of cells, x fastest, then y, then z.
+#[derive(Clone, Debug, Default)]
+pub struct Fields {
+    /// Velocity (m/s).
+    pub velocity: Vec<[f32; 3]>,
+    /// Pressure, relative to the reference (Pa).
+    pub pressure: Vec<f32>,
+    /// Solid fraction (-).
+    pub solid_fraction: Vec<f32>,
+}
+
+impl Fields {
+    /// At rest.
+    pub(super) fn zeros(cells: usize) -> Result<Self> {
+        Ok(Self {
+            velocity: memory::zeroed(cells, FIELDS)?,
+            pressure: memory::zeroed(cells, FIELDS)?,
+            solid_fraction: memory::zeroed(cells, FIELDS)?,
+        })
+    }
+
+    /// Room for the values of so many cells on their way.
+    pub(super) fn room(cells: usize) -> Result<Vec<u8>> {
+        memory::with_capacity(cells * size_of::<[f32; 5]>(), FIELDS)
+    }
+
+    pub(super) fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
+        self.velocity[at] = [u, v, w];
+        self.pressure[at] = pressure;
+        self.solid_fraction[at] = solid_fraction;
+    }
+}
+
+/// All writers of a case, in the order in which they write; those that are never due among them.
+pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
+    let mut writers = vtk::writers(setup);
+    writers.push(Box::new(pictures::Pictures::new(setup)));
+    writers.push(Box::new(series::Series::new(setup)));
+    writers
+}
+
+/// The plane that the pictures of a case show.
+pub fn slice_plane(setup: &Setup) -> Plane {
+    pictures::plane(setup)
+}
+
+/// Files of one kind, estimated before a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FileEstimate {
+    /// What they are.
+    pub name: &'static str,
+    /// How many.
+    pub count: u64,
+    /// Bytes of each.
+    pub bytes: f64,
+    /// What the bytes depend on, to be put behind them.
+    pub remark: &'static str,
+}
+
+impl FileEstimate {
+    /// Bytes of all of them.
+    pub fn total(&self) -> f64 {
+        self.count as f64 * self.bytes
+    }
+
+    /// With a file whenever a writer is due in so many steps: the first state included, and the last.
+    fn of(writer: &dyn Writer, end_step: u64, name: &'static str, bytes: f64, remark: &'static str) -> Self {
+        let every = writer.every();
+        let due = |n: u64| n + 1 + u64::from(!end_step.is_multiple_of(every));
+        Self {
+            name,
+            count: end_step.checked_div(every).map_or(0, due),
+            bytes,
+            remark,
+        }
+    }
+}
+
+/// Bytes of a particle in a checkpoint.
+const SAVED_PARTICLE: f64 = 600.0;
+/// Checkpoints that are kept, and the new one beside them.
+const CHECKPOINTS: u64 = 3;
+
+/// The files that a run of a case writes, by kind.
+pub fn file_estimates(setup: &Setup) -> Vec<FileEstimate> {
+    let populations = (setup.fluid.as_ref()).map_or(0.0, |_| Simulation::snapshot_bytes(setup));
+    let checkpoints = FileEstimate {
+        name: "checkpoints",
+        count: CHECKPOINTS,
+        bytes: populations + SAVED_PARTICLE * setup.particles.len() as f64,
+        remark: ", the last two and a new one",
+    };
+    (of(setup).iter())
+        .filter_map(|writer| writer.estimate(setup.plan.end_step))
+        .filter(|files| files.count > 0)
+        .chain([checkpoints])
+        .collect()
+}
+
+/// The names of the files of a case.
+fn files_of(setup: &Setup) -> OutputFiles {
+    OutputFiles::new(&setup.plan.output.directory)
+}

@@ -1,0 +1,229 @@
+//! Rows of the time series, the paths of single particles, and what the samples of a run say at its end.
+
+use super::viscosity::Plates;
+use super::vtk::parsed;
+use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
+use crate::case::Setup;
+use crate::error::{Error, Result};
+use crate::output::picture::{SettlingPlot, write_settling};
+use crate::output::{
+    Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, SeriesRow, SeriesWriter, Summary, directory,
+    estimate_mean, particle_series, series, settled,
+};
+use crate::particle::Particle;
+use crate::simulation::observe::{settles_for_ever, settling_direction};
+use crate::simulation::references::references;
+use serde::{Deserialize, Serialize};
+
+/// Samples over a run whose rows nobody asked for: averages need them.
+const DEFAULT_SAMPLES: u64 = 1000;
+/// Bytes of a number in a table.
+const NUMBER: f64 = 14.0;
+
+/// Writes `series.csv` and `particle_series.csv` if the case wants them, and keeps what the averages of the summary need.
+pub(super) struct Series<'a> {
+    setup: &'a Setup,
+    files: OutputFiles,
+    /// Largest id of the particles whose paths are written.
+    last_path: Option<u64>,
+    open: Option<(SeriesWriter, ParticleSeries)>,
+    samples: Samples,
+    plates: Option<Plates>,
+}
+
+/// Of every sample.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Samples {
+    steps: Vec<u64>,
+    t_star: Vec<f64>,
+    settling: Vec<f64>,
+    /// Of the suspension over that of the fluid; nothing without plates.
+    viscosity: Vec<f64>,
+    max_mach: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    /// Bytes of `series.csv`, and how far the paths have come; nothing before the first row.
+    open: Option<(u64, PathsState)>,
+    samples: Samples,
+}
+
+impl<'a> Series<'a> {
+    pub(super) fn new(setup: &'a Setup) -> Self {
+        Self {
+            setup,
+            files: files_of(setup),
+            last_path: last_path(&setup.particles),
+            open: None,
+            samples: Samples::default(),
+            plates: Plates::of(setup),
+        }
+    }
+
+    /// Whether there are files of the samples.
+    fn writes(&self) -> bool {
+        self.setup.plan.output.series_every > 0
+    }
+}
+
+impl Writer for Series<'_> {
+    fn name(&self) -> &'static str {
+        "series"
+    }
+
+    fn every(&self) -> u64 {
+        match self.setup.plan.output.series_every {
+            0 => (self.setup.plan.end_step / DEFAULT_SAMPLES).max(1),
+            asked => asked,
+        }
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        let paths = self.writes().then_some(Need::Selected);
+        [Some(Need::Row), paths].into_iter().flatten().collect()
+    }
+
+    fn selects(&self, particle: &Particle) -> bool {
+        self.last_path.is_some_and(|last| particle.id <= last)
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        let Some(row) = output.row else {
+            return Ok(());
+        };
+        self.samples.add(row, self.plates.as_ref());
+        if !self.writes() {
+            return Ok(());
+        }
+        let (series, paths) = match &mut self.open {
+            Some(open) => open,
+            none => none.insert((
+                SeriesWriter::create(&self.files.series(), &self.setup.walls)?,
+                ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
+            )),
+        };
+        series.write(row)?;
+        paths.write(row.step, row.time, &output.selected)
+    }
+
+    fn state(&mut self) -> Result<WriterState> {
+        let open = match &mut self.open {
+            None => None,
+            Some((series, paths)) => Some((series.length()?, paths.state()?)),
+        };
+        let samples = self.samples.clone();
+        Ok(serde_json::json!(State { open, samples }))
+    }
+
+    fn fits(&self, state: &WriterState) -> Result<()> {
+        let State { open, samples } = parsed(self.name(), state)?;
+        let count = samples.settling.len();
+        if [samples.t_star.len(), samples.steps.len()] != [count; 2] || !samples.max_mach.is_finite() {
+            let what = "the samples for the averages in the common state are not whole";
+            return Err(Error::Input(what.to_string()));
+        }
+        match &open {
+            None => Ok(()),
+            Some((length, paths)) => SeriesWriter::holds(&self.files.series(), *length)
+                .and_then(|()| ParticleSeries::holds(&self.files.particle_series(), paths)),
+        }
+    }
+
+    fn resume(&mut self, state: &WriterState) -> Result<()> {
+        let State { open, samples } = parsed(self.name(), state)?;
+        let [rows, paths] = [self.files.series(), self.files.particle_series()];
+        self.samples = samples;
+        self.open = match &open {
+            None => {
+                directory::remove(&rows)?;
+                directory::remove(&paths)?;
+                None
+            }
+            Some((length, state)) => Some((
+                SeriesWriter::resume(&rows, *length)?,
+                ParticleSeries::resume(&paths, self.setup.domain, state)?,
+            )),
+        };
+        Ok(())
+    }
+
+    /// The averages, and the plot of the settling velocity.
+    fn finish(&mut self, summary: &mut Summary) -> Result<()> {
+        let (setup, samples) = (self.setup, &self.samples);
+        let first = (samples.steps).partition_point(|&step| step < setup.plan.average_from_step);
+        let (t_star, settling) = (&samples.t_star, &samples.settling);
+        let steady = settles_for_ever(setup);
+        let mean = steady.then(|| estimate_mean(&settling[first..])).flatten();
+        let settled = (steady.then(|| settled(settling)).flatten())
+            .map(|settled| (t_star[settled.first], settled.estimate));
+        let averaged_over = mean.map(|_| [t_star[first], t_star[t_star.len() - 1]]);
+        if let Some(fluid) = &setup.fluid
+            && settling_direction(setup).is_some()
+            && !settling.is_empty()
+        {
+            let references = references(&fluid.scales, setup.volume_fraction);
+            let plot = SettlingPlot {
+                case: &setup.provenance.name,
+                t_star,
+                velocity: settling,
+                mean: averaged_over.zip(mean),
+                settled,
+                references: if steady { &references } else { &[] },
+            };
+            write_settling(&self.files.settling_plot(), &plot)?;
+        }
+        let viscosity = estimate_mean(samples.viscosity.get(first..).unwrap_or(&[]));
+        let error = |of: Option<Estimate>| of.and_then(|estimate| estimate.standard_error);
+        let over_schiller_naumann = summary.scales.stokes_velocity / summary.scales.schiller_naumann_velocity;
+        summary.settling_velocity_over_stokes = mean.map(|e| e.mean);
+        summary.settling_velocity_over_schiller_naumann = mean.map(|e| e.mean * over_schiller_naumann);
+        summary.standard_error = error(mean);
+        summary.drift = mean.and_then(|e| drift(&settling[first..], e.mean));
+        summary.transient_end = settled.map(|(end, _)| end);
+        summary.settled_mean = settled.map(|(_, e)| e.mean);
+        summary.settled_standard_error = error(settled.map(|(_, e)| e));
+        summary.averaged_over = averaged_over;
+        summary.mach = setup.fluid.as_ref().map(|_| samples.max_mach);
+        summary.relative_viscosity = viscosity.map(|e| e.mean);
+        summary.relative_viscosity_standard_error = error(viscosity);
+        Ok(())
+    }
+
+    fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
+        let paths = self.setup.particles.len().min(PATHS);
+        let numbers = series::COLUMNS.len() + paths * particle_series::COLUMNS.len();
+        let rows = FileEstimate::of(self, end_step, "tables", NUMBER * numbers as f64, "");
+        self.writes().then(|| FileEstimate {
+            count: 1,
+            bytes: rows.total(),
+            ..rows
+        })
+    }
+}
+
+impl Samples {
+    fn add(&mut self, row: &SeriesRow, plates: Option<&Plates>) {
+        self.steps.push(row.step);
+        self.t_star.push(row.t_star);
+        self.settling.push(row.settling_velocity);
+        self.max_mach = self.max_mach.max(row.max_mach);
+        self.viscosity
+            .extend(plates.map(|plates| plates.relative_viscosity(row)));
+    }
+}
+
+/// The largest of the lowest ids, as many as there are paths.
+fn last_path(particles: &[Particle]) -> Option<u64> {
+    let mut ids: Vec<u64> = particles.iter().map(|particle| particle.id).collect();
+    let count = ids.len().min(PATHS);
+    ids.select_nth_unstable(count.checked_sub(1)?);
+    ids.get(count - 1).copied()
+}
+
+/// Difference of the means of the second and the first half of a series, over its mean; `None` for too few values.
+fn drift(series: &[f64], mean: f64) -> Option<f64> {
+    let (early, late) = series.split_at(series.len() / 2);
+    let of = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
+    (series.len() >= 4 && mean != 0.0).then(|| (of(late) - of(early)) / mean)
+}
