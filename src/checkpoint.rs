@@ -46,7 +46,7 @@ fn kept_file(n: usize) -> String {
     format!("{FILES}/{n:05}")
 }
 
-/// What identifies a state; the same on every rank.
+/// Identity of a state; the same on every rank.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Steps done.
@@ -68,11 +68,11 @@ pub struct CaseText {
     pub text: String,
     /// The files that the case names: the name as it stands there, and the contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What the program made of it, as JSON: a later version may have other defaults.
+    /// The case as resolved by the program, as JSON: a later version may have other defaults.
     pub resolved: String,
 }
 
-/// What one rank adds to a checkpoint besides its cells.
+/// Contribution of one rank to a checkpoint besides its cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<'a> {
     /// The cells of the rank.
@@ -81,7 +81,7 @@ pub struct Part<'a> {
     pub engine: &'a [u8],
     /// State of the coupling.
     pub coupling: &'a [u8],
-    /// What all ranks have in common; of rank 0, empty on all others.
+    /// Data common to all ranks; of rank 0, empty on all others.
     pub shared: &'a [u8],
 }
 
@@ -146,7 +146,7 @@ pub fn newest_sound<R>(
     })
 }
 
-/// What is said where there is no checkpoint.
+/// Message if there is no checkpoint.
 fn none_in(directory: &Path) -> String {
     format!(
         "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
@@ -177,7 +177,7 @@ pub fn agreed<R>(comm: &Comm, result: Result<R>) -> Result<R> {
     })
 }
 
-/// What rank 0 makes; the default on the others.
+/// Result of `make` on rank 0; the default on the others.
 fn in_rank_0<R: Default>(comm: &Comm, make: impl FnOnce() -> Result<R>) -> Result<R> {
     if comm.rank() == 0 {
         make()

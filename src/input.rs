@@ -106,7 +106,7 @@ fn contents(file: File, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What a message may quote of a text that somebody else wrote: its first word, cut short, without control characters.
+/// Quotable part of somebody else's text for a message: its first word, cut short, without control characters.
 pub fn word(text: &str) -> String {
     let word = text.split_whitespace().next().unwrap_or_default();
     let mut quoted = String::new();

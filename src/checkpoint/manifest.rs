@@ -22,7 +22,7 @@ pub(super) struct Manifest {
     pub(super) ranks: usize,
     /// Name of the case.
     pub(super) case: String,
-    /// What the program made of the case, as JSON.
+    /// The case as resolved by the program, as JSON.
     pub(super) resolved: String,
     /// The case and what it names; the first is the case itself.
     pub(super) files: Vec<FileEntry>,

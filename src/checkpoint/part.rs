@@ -25,7 +25,7 @@ const SECTIONS: usize = 3;
 pub(super) const ENGINE: usize = 0;
 pub(super) const COUPLING: usize = 1;
 pub(super) const SHARED: usize = 2;
-/// How messages call them.
+/// Names of the sections in messages.
 const SECTION_NAMES: [&str; SECTIONS] = ["state of the engine", "state of the coupling", "common state"];
 
 /// Length of the checksum of a plane (bytes).
@@ -55,7 +55,7 @@ pub(super) struct PartHead {
     sections: [Section; SECTIONS],
 }
 
-/// Where [`PartHead::checksum`] ends.
+/// End of [`PartHead::checksum`].
 const UNCHECKED: usize = 16;
 
 /// Name of the file of a rank.
@@ -118,7 +118,7 @@ impl PartHead {
         Ok(head)
     }
 
-    /// Whether this is a part of that state.
+    /// Returns true if this is a part of that state.
     pub(super) fn is_of(&self, step: u64, cells: [usize; 3], bytes_per_cell: usize) -> bool {
         let of = (step, cells.map(|n| n as u64), bytes_per_cell as u64);
         (self.step, self.cells, self.bytes_per_cell) == of
@@ -138,13 +138,13 @@ impl PartHead {
         row.checked_mul(self.hi[1] - self.lo[1])
     }
 
-    /// Where a section begins; that behind the last one is where the planes begin.
+    /// Start of a section; of the one behind the last, the start of the planes.
     fn section_start(&self, section: usize) -> Option<u64> {
         let mut lengths = self.sections[..section].iter().map(|section| section.length);
         lengths.try_fold(size_of::<Self>() as u64, u64::checked_add)
     }
 
-    /// Where a plane begins; that at `hi` is where the file ends.
+    /// Start of a plane; of the one at `hi`, the end of the file.
     fn plane_start(&self, z: u64) -> Option<u64> {
         let start = self.section_start(SECTIONS)?;
         if self.bytes_per_cell == 0 {

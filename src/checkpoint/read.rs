@@ -21,7 +21,7 @@ pub struct Checkpoint {
     parts: Vec<(PathBuf, PartHead)>,
 }
 
-/// What is wrong, without the name of the checkpoint.
+/// Defect of a checkpoint, without its name.
 pub(crate) type Damage<T> = std::result::Result<T, String>;
 
 impl Checkpoint {
@@ -103,7 +103,7 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// What identifies the state.
+    /// Identity of the state.
     pub fn head(&self) -> &Head {
         &self.head
     }
@@ -118,7 +118,7 @@ impl Checkpoint {
         self.parts.len()
     }
 
-    /// What all ranks had in common.
+    /// Data common to all ranks.
     pub fn shared(&self) -> &[u8] {
         &self.shared
     }

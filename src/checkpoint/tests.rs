@@ -43,7 +43,7 @@ fn slice(n: usize, rank: usize) -> Block {
     block
 }
 
-/// What a cell holds at a step.
+/// Bytes of a cell at a step.
 fn cell(step: u64, [x, y, z]: [usize; 3]) -> [u8; BYTES] {
     let number = (step << 32) + (x + CELLS[0] * (y + CELLS[1] * z)) as u64;
     let bytes = xxhash_rust::xxh3::xxh3_64(&number.to_le_bytes()).to_le_bytes();

@@ -4,14 +4,14 @@ use super::in_bytes;
 use std::fs;
 use std::path::Path;
 
-/// What one process may have, and who says so.
+/// Memory limit of one process, and its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Room {
-    /// How much (bytes).
+    /// Limit (bytes).
     pub bytes: f64,
     /// The limit in words, e.g. "this machine has 16.0 GB".
     pub limit: String,
-    /// Whether it holds for each process by itself; else all of the machine share it.
+    /// True if it holds for each process by itself; else all of the machine have it in common.
     pub each: bool,
 }
 

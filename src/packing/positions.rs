@@ -172,7 +172,7 @@ fn whole(text: &str) -> Option<u64> {
     text.parse().ok().or_else(float)
 }
 
-/// Which of [`COLUMNS`] each field of a header names.
+/// Index in [`COLUMNS`] of each field of a header.
 fn header(fields: &[&str]) -> Result<Vec<usize>, String> {
     let mut columns = Vec::new();
     for field in fields {

@@ -35,7 +35,7 @@ const LARGEST_TURN: f64 = 0.1;
 /// Tells the stream of random orientations from that of positions with the same seed.
 const ORIENTATIONS: u64 = 0x6F72_6965_6E74;
 
-/// Where a body is, and how it is turned.
+/// Position and orientation of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Index of its contour, which is grown by half of the gap that it keeps.
@@ -141,7 +141,7 @@ pub(super) fn body<'a>(contours: &'a [Contour], pose: &Pose) -> Body<'a> {
     }
 }
 
-/// How easily a body moves: the inverses of its volume and of its moments of inertia, density 1.
+/// Mobility of a body: the inverses of its volume and of its moments of inertia, density 1.
 #[derive(Clone, Copy, Debug)]
 struct Mover {
     volume: f64,

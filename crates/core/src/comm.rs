@@ -29,7 +29,7 @@ pub struct Launched {
     pub here: usize,
 }
 
-/// What a launcher of MPI says of this process; nothing if none has started it.
+/// Rank and size that an MPI launcher gives this process; `None` without a launcher.
 pub fn launched() -> Option<Launched> {
     // Open MPI; MPICH and Intel MPI; srun with PMIx.
     const NAMES: [[&str; 4]; 3] = [
@@ -132,7 +132,7 @@ impl Comm {
         }
     }
 
-    /// What this rank has sent so far.
+    /// Traffic of this rank so far.
     pub fn traffic(&self) -> Traffic {
         self.counters().map_or_else(Traffic::default, Counters::traffic)
     }
@@ -196,14 +196,14 @@ impl Comm {
         });
     }
 
-    /// Whether this is so on any rank.
+    /// Returns true on all ranks if the argument is true on any rank.
     pub fn any(&self, so: bool) -> bool {
         let mut ranks = [i64::from(so)];
         self.sum(&mut ranks);
         ranks[0] > 0
     }
 
-    /// What came of something that every rank does for itself: the result if all have succeeded; else the error of this rank,
+    /// Agrees on an operation that every rank does for itself: the result if all have succeeded; else the error of this rank,
     /// or [`Error::OtherRank`]. Collective.
     ///
     /// # Errors
@@ -273,7 +273,7 @@ fn buffers<T: Pod>(lengths: &[usize]) -> Result<Vec<Vec<T>>> {
     lengths.iter().map(zeroed).collect()
 }
 
-/// What a start of a pattern sends to others: number of messages and bytes in them.
+/// Numbers of messages and bytes that a start of a pattern sends to others.
 fn sent<T>(rank: usize, peers: &[usize], lengths: &[usize]) -> [usize; 2] {
     let others = || peers.iter().zip(lengths).filter(|(peer, _)| **peer != rank);
     [

@@ -36,20 +36,20 @@ use serde::{Deserialize, Serialize};
 pub struct ContactModel {
     /// Materials; templates and walls name theirs by its index.
     pub materials: Vec<Material>,
-    /// What two materials do to each other: entry `a * materials.len() + b`, symmetric.
+    /// Properties of pairs of materials: entry `a * materials.len() + b`, symmetric.
     pub pairs: Vec<PairParams>,
     /// By how much the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
-    /// How overlaps are measured.
+    /// Method of measuring overlaps.
     pub geometry: Geometry,
-    /// How the elastic force follows from the overlap.
+    /// Law of the elastic force.
     pub law: ElasticLaw,
-    /// How the normal force is damped.
+    /// Law of the normal damping.
     pub damping: DampingLaw,
 }
 
 impl ContactModel {
-    /// What two materials, by their indices, do to each other.
+    /// Properties of a pair of materials, given by their indices.
     pub fn pair(&self, a: usize, b: usize) -> &PairParams {
         &self.pairs[a * self.materials.len() + b]
     }
@@ -64,11 +64,11 @@ pub struct ContactParams {
     pub pair: PairParams,
     /// By how much the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
-    /// How overlaps are measured.
+    /// Method of measuring overlaps.
     pub geometry: Geometry,
-    /// How the elastic force follows from the overlap.
+    /// Law of the elastic force.
     pub law: ElasticLaw,
-    /// How the normal force is damped.
+    /// Law of the normal damping.
     pub damping: DampingLaw,
 }
 
@@ -134,7 +134,7 @@ pub enum DampingLaw {
     Tsuji,
 }
 
-/// How overlaps are measured.
+/// Method of measuring overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Geometry {
     /// Closed forms where they exist.

@@ -45,13 +45,13 @@ pub use walls::{LatticeWalls, check_motion};
 pub struct CouplingParams {
     /// Cell size, time step, density of the fluid.
     pub units: Units,
-    /// How cells that particles cover collide, as in the parameters of the fluid.
+    /// Collision of cells that particles cover, as in the parameters of the fluid.
     pub solids: SolidCollision,
     /// Solid fraction of a cell; the share of its volume where cells are partially saturated.
     pub fraction: Fraction,
     /// Gravity (m/s^2), for the buoyancy.
     pub gravity: Vec3,
-    /// Whether the mean pressure gradient acts on the particles, too.
+    /// Bodies on which the mean pressure gradient acts.
     pub force_balance: ForceBalance,
 }
 
@@ -78,7 +78,7 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
-    /// Whether what the particles held a step before is known: there was a sweep, or all was at rest.
+    /// True if the momentum inside the particles a step before is known: there was a sweep, or all was at rest.
     begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
@@ -93,7 +93,7 @@ struct Body {
     motion: RigidMotion,
     /// Momentum exchange of this step: came in now, less what left in the step before.
     exchange: ExchangeSum,
-    /// What left in this step's sweep; of partially saturated cells what stayed in them, the momentum within the particle.
+    /// Momentum that left in this step's sweep; for partially saturated cells the momentum inside the particle.
     departed: ExchangeSum,
     /// Momentum of fluid that fills the particle and moves with it; of owned ones, and none where it does not matter.
     rigid: ExchangeSum,
@@ -459,7 +459,7 @@ fn rigid_momentum(particle: &Particle, shape: &dyn Shape, motion: &RigidMotion, 
     }
 }
 
-/// What offsets grow by when they are counted from the reference cell of `new` instead of that of `old`, across the
+/// Shift of offsets when they are counted from the reference cell of `new` instead of that of `old`, across the
 /// periodic faces.
 fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
     std::array::from_fn(|a| {
@@ -484,7 +484,7 @@ pub struct MappedSolids<'a, T> {
     mappers: Vec<Mapper<'a>>,
     lines: &'a Lines,
     bodies: &'a mut [Body],
-    /// Where cells are partially saturated, or somebody measures, the fractions of the row that is being swept, segment by segment.
+    /// For partially saturated cells and for measurements, the fractions of the row being swept, segment by segment.
     shares: Option<Vec<[T; CHUNK]>>,
 }
 

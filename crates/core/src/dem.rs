@@ -21,7 +21,7 @@ pub use native::{Native, NativeParams};
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// What the fluid does to one particle.
+/// Hydrodynamic load on one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// Force on the centre of mass (N).
@@ -56,7 +56,7 @@ pub struct ContactState {
     pub first: u64,
     /// Id of the second particle, or [`of_wall`](Self::of_wall) of the index of a wall.
     pub second: u64,
-    /// Where the force acts (m), wrapped into the domain.
+    /// Point of application (m), wrapped into the domain.
     pub point: [f64; 3],
     /// Unit normal, from the first body to the second.
     pub normal: [f64; 3],
@@ -69,7 +69,7 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    /// What stands for the wall with this index in place of the id of a particle; above all ids.
+    /// Stand-in for the id of a particle of the wall with this index; above all ids.
     pub fn of_wall(index: usize) -> u64 {
         u64::MAX - index as u64
     }
@@ -94,7 +94,7 @@ pub trait DemEngine: Send {
     /// Short name for logs and messages, e.g. `"native"`.
     fn name(&self) -> &'static str;
 
-    /// Whether this engine can represent `shape`; asked once, at set-up.
+    /// Returns true if this engine can represent `shape`; asked once, at set-up.
     fn supports(&self, shape: &dyn Shape) -> bool;
 
     /// The particles that touch this rank's part of the domain; valid until the next [`advance`](Self::advance).
@@ -113,8 +113,8 @@ pub trait DemEngine: Send {
     /// when they are written, so that an engine may gather them when asked.
     fn contact_states(&self) -> Vec<ContactState>;
 
-    /// Whether all that was asked of the engine since the last [`advance`](Self::advance) could be answered. For the end of a
-    /// run: else the next advance fails.
+    /// Checks that all requests since the last [`advance`](Self::advance) could be answered. For the end of a run: during
+    /// a run the next advance fails instead.
     ///
     /// # Errors
     /// [`Error::Engine`] on the rank where it could not.
@@ -137,7 +137,7 @@ pub trait DemEngine: Send {
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }
 
-/// Which engine moves the particles of a case.
+/// Engine that moves the particles of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum EngineChoice {
     /// [`Native`].
@@ -157,7 +157,7 @@ impl EngineChoice {
     }
 }
 
-/// What LIGGGHTS is told beyond what every engine needs.
+/// Options of LIGGGHTS beyond those of every engine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiggghtsOptions {
     /// Where LIGGGHTS runs.

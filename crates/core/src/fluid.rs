@@ -65,7 +65,7 @@ pub enum Collision {
     },
 }
 
-/// What happens in cells that solids cover; see [`kernel`] for the formulas.
+/// Collision of cells that solids cover; formulas in [`kernel`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolidCollision {
     /// Homogenised velocity by the exact difference (Krause et al. 2017).
@@ -80,7 +80,7 @@ pub enum SolidCollision {
 }
 
 impl SolidCollision {
-    /// Whether cells are partially saturated.
+    /// Returns true if cells are partially saturated.
     pub fn is_saturated(self) -> bool {
         self != Self::ExactDifference
     }
@@ -115,13 +115,13 @@ pub struct FluidParams {
     pub relaxation_time: f64,
     /// Collision operator.
     pub collision: Collision,
-    /// What solids do.
+    /// Collision of cells that solids cover.
     pub solids: SolidCollision,
     /// Instruction set, which the processor must have.
     pub simd: Simd,
 }
 
-/// What a measuring sweep saw before it collided, as exact sums of fixed-point numbers; cells in walls are left out.
+/// Measurements of a sweep before its collisions, as exact sums of fixed-point numbers, without cells in walls.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flow {
     /// Sum of the momentum of all cells.

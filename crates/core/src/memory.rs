@@ -9,7 +9,7 @@ use std::cell::Cell;
 pub const PER_PARTICLE: f64 = 2000.0;
 
 thread_local! {
-    /// Whether this thread allocates something that may fail.
+    /// True while this thread makes an allocation that may fail.
     static TRYING: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -21,7 +21,7 @@ pub fn trying<R>(work: impl FnOnce() -> R) -> R {
     result
 }
 
-/// Whether the caller of an allocation on this thread can deal with its failure.
+/// Returns true if the caller of an allocation on this thread handles its failure.
 pub fn is_tried() -> bool {
     TRYING.get()
 }

@@ -73,7 +73,7 @@ pub trait Shape: Send + Sync + Debug {
         )
     }
 
-    /// Where the line `(x, y, z), x in R` meets the body grown by `growth` (m, may be negative).
+    /// Interval in which the line `(x, y, z), x in R` is inside the body grown by `growth` (m, may be negative).
     ///
     /// World axes, relative to the centre of mass of a body turned by `orientation`. The set where the signed distance is
     /// at most `growth` is one interval, as the body is convex. For `growth >= 0` the result holds that interval and may

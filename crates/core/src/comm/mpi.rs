@@ -33,10 +33,10 @@ const MOST: usize = 1 << 30;
 /// Starts MPI.
 static START: Once = Once::new();
 
-/// Whether somebody has a [`Turn`].
+/// True while somebody has a [`Turn`].
 static AT_WORK: AtomicBool = AtomicBool::new(false);
 
-/// Whether this process has told MPI to end all.
+/// True once this process has told MPI to abort.
 static ABORTED: AtomicBool = AtomicBool::new(false);
 
 /// The right to call MPI, until the last communicator and pattern of a run are gone.
@@ -78,7 +78,7 @@ fn count(length: usize) -> c_int {
     c_int::try_from(length).expect("a message of less than 2 GiB")
 }
 
-/// Where bytes begin. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
+/// Address of the first byte. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
 fn start(bytes: &[u8]) -> *const c_void {
     if bytes.is_empty() {
         ptr::null()
@@ -87,7 +87,7 @@ fn start(bytes: &[u8]) -> *const c_void {
     }
 }
 
-/// Where bytes are to go, as [`start`].
+/// Address for received bytes, like [`start`].
 fn start_mut(bytes: &mut [u8]) -> *mut c_void {
     if bytes.is_empty() {
         ptr::null_mut()
@@ -239,7 +239,7 @@ impl MpiComm {
         split(&all, if first { &lengths } else { &[] })
     }
 
-    /// How many bytes each rank has.
+    /// Number of bytes of each rank.
     fn lengths(&self, bytes: &[u8]) -> Vec<usize> {
         let mine = bytes.len() as u64;
         let mut lengths = vec![0_u64; self.size];

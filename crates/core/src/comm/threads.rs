@@ -20,7 +20,7 @@ const YIELDS: u32 = 200;
 /// A [`Mailbox`] of any type.
 type AnyMailbox = Arc<dyn Any + Send + Sync>;
 
-/// What all ranks of one run share.
+/// State common to all ranks of a run.
 struct Shared {
     size: usize,
     failed: AtomicBool,
@@ -71,7 +71,7 @@ const ROOM: usize = 2;
 /// Holds messages on their way from one rank to another, in order.
 struct Mailbox<T> {
     messages: Mutex<VecDeque<Vec<T>>>,
-    /// How many there are.
+    /// Number of ranks.
     count: AtomicUsize,
     changed: Condvar,
 }

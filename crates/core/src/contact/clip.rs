@@ -121,7 +121,7 @@ impl Graph {
     }
 }
 
-/// What a cut did.
+/// Outcome of a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
     /// The plane misses the body, which lies below it.
@@ -175,7 +175,7 @@ impl Clipper {
         self.ball = None;
     }
 
-    /// What is left, as a body of its own.
+    /// The remaining body, as a body of its own.
     pub(super) fn graph(&self) -> Graph {
         let mut place = vec![0; self.corners.len()];
         for (new, &old) in self.live.iter().enumerate() {

@@ -46,9 +46,9 @@ const GROSS: f64 = 1e30;
 /// Material constants of one pair, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
-    /// How the elastic force follows from the overlap.
+    /// Law of the elastic force.
     pub elastic: ElasticLaw,
-    /// How the normal force is damped.
+    /// Law of the normal damping.
     pub damping: DampingLaw,
     /// Effective modulus (Pa).
     pub modulus: f64,
@@ -125,7 +125,7 @@ impl PairLaw {
         force.max(0.0)
     }
 
-    /// What damps an elastic force (N): the factor (-) it is multiplied by, and the force (N) that is added.
+    /// Damping of an elastic force (N): the factor (-) by which it is multiplied, and the force (N) that is added.
     ///
     /// With approach speed `v` (m/s, positive while the bodies close in). [`HuntCrossley`](DampingLaw::HuntCrossley): `1 + c v >= 0`
     /// with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of `-u0 <= v <= u0` the product
@@ -252,7 +252,7 @@ impl Couple {
     }
 }
 
-/// What a contact does to its two bodies.
+/// Force and torques of a contact on its two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Action {
     /// Force on the first body (N); the second gets the opposite.

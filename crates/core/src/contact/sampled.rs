@@ -60,7 +60,7 @@ pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Optio
     in_order(first, second, offset, samples)
 }
 
-/// Whether two bodies overlap.
+/// Returns true if two bodies overlap.
 pub(super) fn touch(first: &Body, second: &Body, offset: Vec3) -> bool {
     let sides = [Side::body(first, Vec3::zeros()), Side::body(second, offset)];
     portal::normal(&sides[0], &sides[1], offset).is_some()
@@ -89,7 +89,7 @@ struct Chord {
     leave: f64,
     /// `leave - enter` (m), negative if both sides are met, but apart; NaN if one is missed.
     gap: f64,
-    /// What the ends add to the area vector of the first side: +1 leaving, -1 entering through it.
+    /// Contribution of the ends to the area vector of the first side: +1 leaving, -1 entering through it.
     own: f64,
 }
 

@@ -20,7 +20,7 @@ use super::solid::{Edge, Solid};
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::PI;
 
-/// How near to the surface the centre may lie, in radii.
+/// Smallest distance of the centre from the surface, in radii.
 const NUDGE: f64 = 1e-8;
 /// Area vectors below this part of the square of the size have no direction.
 const NOWHERE: f64 = 1e-12;
@@ -132,7 +132,7 @@ struct Disc {
     rim: f64,
 }
 
-/// What one face contributes.
+/// Contribution of one face.
 #[derive(Default)]
 struct Part {
     volume: f64,

@@ -12,7 +12,7 @@ use crate::math::{Mat3, Quat, Vec3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Where the line through a point along a unit vector meets a body.
+/// Interval in which the line through a point along a unit vector is inside a body.
 pub(super) type Interval<'a> = dyn Fn(Vec3, Vec3) -> Option<(f64, f64)> + 'a;
 
 pub(super) fn random(seed: u64) -> ChaCha8Rng {
@@ -131,7 +131,7 @@ pub(super) fn lines(
     })
 }
 
-/// Whether any of some lines meets an overlap within `reach` of `about`.
+/// Returns true if any of some lines meets an overlap within `reach` of `about`.
 pub(super) fn any(first: &Interval, second: &Interval, about: Vec3, reach: f64) -> bool {
     let half = Vec3::repeat(reach);
     let corners = [about - half, about + half];

@@ -1,4 +1,4 @@
-//! What cells within solids do in the long run, and where solids touch: spheres that turn on the spot. Lattice units.
+//! Long-term behaviour of cells inside solids, and at contacts: spheres that spin in place. Lattice units.
 
 use super::tests::{coupled, fluid_for};
 use super::*;

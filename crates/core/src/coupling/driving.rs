@@ -47,7 +47,7 @@ pub struct DrivingParams {
     pub submerged_weight: Vec3,
     /// Volume of all particles (m^3).
     pub particle_volume: f64,
-    /// Where the balancing force acts.
+    /// Bodies on which the balancing force acts.
     pub balance: ForceBalance,
     /// Rate of the controller of the net flux in each direction (1/s), 0 for none.
     pub control_rate: Vec3,

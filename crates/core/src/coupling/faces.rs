@@ -48,7 +48,7 @@ impl FacePlane {
         self.normal[0] * x - rest
     }
 
-    /// What the row at `y, z` from the centre leaves for `normal[0] x`.
+    /// Remainder of the offset for `normal[0] x` in the row at `y, z` from the centre.
     #[inline(always)]
     pub(super) fn rest(&self, y: f64, z: f64) -> f64 {
         self.offset - (self.normal[1] * y + self.normal[2] * z)
@@ -79,8 +79,8 @@ const MANY: usize = 40;
 /// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body), or none if more faces
 /// meet there than can be looked at together.
 ///
-/// Where several faces cut a cell each is combined with what the ones before have left, at the cosine to that of them that is
-/// most like it.
+/// Volume fraction of a cell that several faces cut: each is combined with the fraction behind the previous ones, at the
+/// cosine to the most similar of them.
 #[inline(always)]
 fn together(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> Option<[f64; BLOCK]> {
     let (mut share, mut outside) = ([1.0_f64; BLOCK], [false; BLOCK]);
@@ -166,7 +166,7 @@ fn alone(planes: &[FacePlane], x: f64, y: f64, z: f64) -> f64 {
 /// An interval of x.
 type Interval = (f64, f64);
 
-/// Where the row at `y, z` (cells from the centre) runs below all planes moved out by `growth`, and moved in by it.
+/// Interval of the row at `y, z` (cells from the centre) below all planes moved out by `growth`, and moved in by it.
 #[inline]
 pub(super) fn between(
     planes: &[FacePlane],

@@ -53,7 +53,7 @@ impl ExchangeSum {
         moved
     }
 
-    /// What one cell at offset `n` contributes with `exchanged = [p, m]` and solid velocity `u`.
+    /// Contribution of one cell at offset `n` with `exchanged = [p, m]` and solid velocity `u`.
     pub(super) fn of_cell(exchanged: [f64; 4], u: [f64; 3], n: [i64; 3]) -> Self {
         let f: [f64; 3] = std::array::from_fn(|a| exchanged[a] - u[a] * exchanged[3]);
         let [xy, xz] = [f[1], f[2]].map(|f| to_fixed(n[0] as f64 * f));

@@ -1,4 +1,4 @@
-//! What the coupling remembers from one step to the next, for checkpoints: where particles stood in the last sweep, and what
+//! State of the coupling between two steps, for checkpoints: poses of the particles in the last sweep, and what
 //! left their cells then.
 
 use super::Coupling;
@@ -40,7 +40,7 @@ impl Coupling {
         bytemuck::cast_slice(&swept).to_vec()
     }
 
-    /// What of a saved particle cannot have been swept, if anything is.
+    /// Reason why a saved particle cannot have been swept, if there is one.
     fn flaw(&self, store: &ParticleStore, particle: &Particle) -> Option<String> {
         let id = particle.id;
         let Some(template) = store.templates.get(particle.template as usize) else {
@@ -64,7 +64,7 @@ impl Coupling {
     /// [saved](Self::save) `parts`, one for each of them; `particles` are those the engine has now.
     ///
     /// # Errors
-    /// What is wrong with the parts.
+    /// Defect of the parts.
     pub fn restore(&mut self, particles: &ParticleStore, parts: &[Vec<u8>]) -> Result<(), String> {
         let mut swept: BTreeMap<u64, Swept> = BTreeMap::new();
         for (n, bytes) in parts.iter().enumerate() {

@@ -72,7 +72,7 @@ pub(super) struct RigidMotion {
     pub(super) velocity: [f64; 3],
     /// Angular velocity (1 / time step).
     pub(super) angular: [f64; 3],
-    /// Where the centre lies, relative to the reference cell of the particle (cells).
+    /// Position of the centre relative to the reference cell of the particle (cells).
     pub(super) centre: [f64; 3],
 }
 
@@ -139,7 +139,7 @@ const HALF_DIAGONAL: f64 = 0.8660254037844386;
 /// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
 const NEAR: f64 = 1e-3;
 
-/// How the solid fraction of a cell follows from the body.
+/// Solid fraction of a cell as a function of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fraction {
     /// A cosine ramp of this width (cells) of the distance of the cell's centre.
@@ -162,7 +162,7 @@ impl Fraction {
     }
 }
 
-/// How the geometry of a body is asked.
+/// Access to the geometry of a body.
 #[derive(Clone, Copy)]
 enum Geometry<'a> {
     /// A sphere of this radius (m), whose geometry is not worth a call.
@@ -187,7 +187,7 @@ pub(super) struct Mapper<'a> {
     per_ramp: f64,
     /// Half of it in cells.
     half_ramp: f64,
-    /// Whether the fractions are those of the volume.
+    /// True if the fractions are volume fractions.
     by_volume: bool,
     /// By how much the surface is moved in (cells).
     shift: f64,

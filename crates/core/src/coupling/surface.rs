@@ -15,11 +15,11 @@ pub(super) struct Surface {
     pub(super) count: usize,
 }
 
-/// What cells on the surface have, side by side, from place [`CHUNK`] on; before are zeros, for windows that begin in front of them.
+/// Volume fractions of cells on the surface, side by side, from index [`CHUNK`] on; before are zeros, for windows that begin in front of them.
 pub(super) type Shares<T> = [T; 2 * CHUNK];
 
 impl Surface {
-    /// How many they are.
+    /// Number of cells.
     #[inline(always)]
     pub(super) fn cells(self) -> usize {
         self.start + (self.count - self.end)

@@ -1,4 +1,4 @@
-//! What a particle feels of the fluid, without an engine: particles are where the test puts them.
+//! Hydrodynamic loads on a particle without an engine: particles are at positions set by the test.
 
 use super::*;
 use crate::comm::{Comm, on_threads};

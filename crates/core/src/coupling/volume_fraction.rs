@@ -61,7 +61,7 @@ pub(super) fn curved(curvature: f64) -> f64 {
     curvature / 24.0
 }
 
-/// What is behind two planes whose normals have the cosine `c`.
+/// Volume fraction behind two planes whose normals have the cosine `c`.
 #[inline(always)]
 pub(super) fn behind_both(v: f64, w: f64, c: f64) -> f64 {
     let both = v * w;

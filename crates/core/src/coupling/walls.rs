@@ -13,7 +13,7 @@ const TOLERANCE: f64 = 1e-9;
 /// and a cylinder slides along its axis and turns about it.
 ///
 /// # Errors
-/// What the wall does instead, as the end of a sentence that begins with its name.
+/// Checks that a wall moves along itself only; otherwise returns its motion, as the end of a sentence that begins with its name.
 pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
     let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
     let along = |a: &Vec3, b: &Vec3| a.cross(b).norm() <= TOLERANCE * a.norm();
@@ -81,7 +81,7 @@ impl LatticeWalls {
             .position(|surface| surface.distance(centre) < 0.0)
     }
 
-    /// How they move.
+    /// Their motions.
     pub fn motions(&self) -> &[WallMotion] {
         &self.motions
     }

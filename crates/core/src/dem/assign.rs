@@ -1,4 +1,4 @@
-//! Who owns, who knows, and who is responsible: every rank finds the same answer without a message.
+//! Owner, ghosts and evaluating rank, which every rank finds alike without a message.
 
 use crate::domain::{Decomposition, around};
 use crate::math::Vec3;
@@ -50,7 +50,7 @@ fn slab(decomposition: &Decomposition, axis: usize, p: usize) -> [f64; 2] {
     [(lo + hi) * 0.5, (hi - lo) * 0.5]
 }
 
-/// Which ranks know a particle, from its position alone.
+/// Ranks that have a particle, as owner or as a ghost, from its position alone.
 ///
 /// Holds the blocks of this rank and its peers; all else is found from the cuts of the box.
 #[derive(Clone, Debug)]
@@ -119,12 +119,12 @@ impl Neighbourhood {
         }
     }
 
-    /// Whether `rank` knows a particle of this template at a wrapped position.
+    /// Returns true if `rank` has a particle of this template at a wrapped position, as owner or as a ghost.
     pub fn knows(&self, rank: usize, position: Vec3, template: u64) -> bool {
         self.holds(&self.zone(rank), position, template)
     }
 
-    /// Whether `peers[link]` knows a particle of this template at a wrapped position.
+    /// Returns true if `peers[link]` has a particle of this template at a wrapped position, as owner or as a ghost.
     pub fn peer_knows(&self, link: usize, position: Vec3, template: u64) -> bool {
         self.holds(&self.zones[link], position, template)
     }
@@ -134,7 +134,7 @@ impl Neighbourhood {
         (0..3).all(|i| self.is_near(i, position[i], [zone.middle[i], zone.half[i]], reach))
     }
 
-    /// Whether a coordinate lies within `reach` (m) of a slab.
+    /// Returns true if a coordinate lies within `reach` (m) of a slab.
     fn is_near(&self, axis: usize, x: f64, [middle, half]: [f64; 2], reach: f64) -> bool {
         let offset = (x - middle).abs();
         self.decomposition.domain.shorter_way(axis, offset) <= half + reach

@@ -25,7 +25,7 @@ pub const FORMS: [&str; 15] = [
     "neigh_modify one COUNT page COUNT",
 ];
 
-/// What the words in capitals stand for, of those that are not plain.
+/// Meanings of the words in capitals that need an explanation.
 const CLASSES: [(&str, &str); 5] = [
     ("NEW", "a name that turbid and LIGGGHTS do not use"),
     ("RANGE", "n, first:last or first:last:stride"),
@@ -103,11 +103,11 @@ const REASONS: [(&str, &str); 9] = [
 /// Why a command is not passed on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// What it is, to follow the name of the key.
+    /// Kind of the mistake, to follow the name of the key.
     pub title: String,
-    /// What is wrong in it.
+    /// The mistake.
     pub label: String,
-    /// What to write instead.
+    /// The suggested fix.
     pub remedy: String,
 }
 
@@ -195,7 +195,7 @@ fn head(form: &str) -> (&str, usize) {
     (name, words.position(is_literal).map_or(1, |index| index + 1))
 }
 
-/// Whether a command is of this form, as far as its name and its style go.
+/// Returns true if a command is of this form, as far as its name and its style go.
 fn is_meant(form: &str, words: &[&str]) -> bool {
     let (name, style) = head(form);
     let kind = form.split(' ').nth(style).unwrap_or_default();
@@ -227,7 +227,7 @@ fn fit(form: &str, words: &[&str]) -> Result<(), usize> {
     Ok(())
 }
 
-/// Whether a word is of a class or one of the literals.
+/// Returns true if a word is of a class or one of the literals.
 fn is_of(word: &str, kind: &str) -> bool {
     match kind {
         "NEW" => is_name(word) && !is_taken(word),
@@ -252,7 +252,7 @@ fn is_taken(word: &str) -> bool {
     TAKEN.contains(&word) || word.strip_prefix("wall").is_some_and(of_wall)
 }
 
-/// Whether LIGGGHTS reads the word as a number, and the same one as everybody.
+/// Returns true if LIGGGHTS reads the word as a number, and as the same one as Rust does.
 fn is_number(word: &str) -> bool {
     let plain = word.chars().all(|c| c.is_ascii_digit() || "+-.eE".contains(c));
     plain && word.len() <= LONGEST && word.parse().is_ok_and(f64::is_finite)

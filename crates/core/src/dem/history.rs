@@ -1,4 +1,4 @@
-//! What a contact remembers, kept by the rank that is responsible for it.
+//! Contact histories, stored by the rank that evaluates the contact.
 
 use crate::comm::Comm;
 use bytemuck::{Pod, Zeroable};

@@ -1,4 +1,4 @@
-//! Which block of cells a rank owns, who owns a position, and whose blocks are near.
+//! Decomposition of the box: the block of a rank, the owner of a position, and neighbouring blocks.
 //!
 //! The blocks are a grid of cuts through the whole box. A rank keeps the cuts along each axis and nothing per rank, so
 //! that memory and time do not grow with the number of ranks.
@@ -7,14 +7,14 @@ use super::weights::{FACES, MIN_BLOCK, equal_cuts};
 use super::{Block, Domain, Weights};
 use crate::math::Vec3;
 
-/// How the box is cut into one block per rank: a Cartesian grid of blocks.
+/// Decomposition of the box into one block per rank: a Cartesian grid of blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decomposition {
     /// The whole box.
     pub domain: Domain,
     /// Number of blocks in each direction.
     pub grid: [usize; 3],
-    /// Where the blocks begin along each axis, and where the last one ends (cells).
+    /// First cell of each block along each axis, and one past the last cell of the box.
     ///
     /// # Shape
     /// `cuts[axis].len() == grid[axis] + 1`, ascending from 0 to `domain.cells[axis]`
@@ -133,7 +133,7 @@ impl Decomposition {
         }
     }
 
-    /// Where the slab at place `p` along an axis begins and ends (m).
+    /// Ends of the slab with index `p` along an axis (m).
     pub fn slab(&self, axis: usize, p: usize) -> [f64; 2] {
         [p, p + 1].map(|p| self.cuts[axis][p] as f64 * self.domain.dx)
     }
@@ -146,7 +146,7 @@ impl Decomposition {
         }))
     }
 
-    /// Whether some periodic image of a wrapped position lies within `reach` (m) of the rank's block.
+    /// Returns true if some periodic image of a wrapped position lies within `reach` (m) of the rank's block.
     ///
     /// The distance is taken direction by direction (a box grown by `reach`), so this is never too small.
     pub fn is_within(&self, rank: usize, position: Vec3, reach: f64) -> bool {

@@ -1,4 +1,4 @@
-//! How much work there is where, and the cuts that share it out.
+//! Work per layer of cells, and the cuts that balance it.
 //!
 //! Work is known by its sums over the layers of cells along each axis. The share of a block is taken to be the product
 //! of the shares of the three slabs it lies in, which is exact where the work varies along one axis only (a bed on a floor):

@@ -21,7 +21,7 @@ struct Run {
     count: usize,
 }
 
-/// What one message holds, in order.
+/// Contents of one message, in order.
 #[derive(Default)]
 struct Message {
     /// Boundary cells sent by a fill.
@@ -35,7 +35,7 @@ struct Message {
 }
 
 impl Message {
-    /// What is sent on entering a phase, and where what is received goes.
+    /// Slots that are sent on entering a phase, and slots that are received into.
     fn runs(&self, entered: Phase) -> (&[Run], &[Run]) {
         match entered {
             Phase::Away => (&self.fill_from, &self.fill_to),
@@ -210,7 +210,7 @@ impl<T: Pod + Send> FluidHalo<T> {
     }
 }
 
-/// Whether the message to a peer has to wait for the ends of all rows.
+/// Returns true if the message to a peer has to wait for the ends of all rows.
 fn is_late(decomposition: &Decomposition, rank: usize, peer: usize) -> bool {
     [[1, 0, 0], [-1, 0, 0]]
         .into_iter()

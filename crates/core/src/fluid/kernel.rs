@@ -48,7 +48,7 @@ pub(crate) fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 
     (deviation, momentum, rho, u)
 }
 
-/// What relaxation leaves of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
+/// Relaxation factors of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
 /// time ignores the second.
 #[derive(Clone, Copy)]
 pub(crate) struct Keep<T> {
@@ -124,7 +124,7 @@ fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
 }
 
-/// What the solid makes of a register of cells, sc1 and sc2, mixed with what relaxation has made of `before`; cells of
+/// Solid operator of a register of cells, sc1 and sc2, mixed with the relaxed populations of `before`; cells of
 /// weight 0 keep every bit.
 #[inline(always)]
 fn saturate<T: Number, R: Lanes<T>, const TRT: bool>(
@@ -173,19 +173,19 @@ struct Saturation<R> {
     velocity: [R; 3],
 }
 
-/// Where the populations of the first cell of a row lie: `places[i]` is read as `f_i` and written as `f'` of the
+/// Memory slots of the populations of the first cell of a row: `places[i]` is read as `f_i` and written as `f'` of the
 /// opposite direction.
 pub(crate) type Places<T> = [*mut T; Q];
 
-/// What a row needs besides its populations.
+/// Data of a row besides its populations.
 pub(crate) struct Row<T> {
     /// Number of registers of [`CHUNK`] cells.
     pub(crate) chunks: usize,
-    /// What relaxation leaves.
+    /// Relaxation factors.
     pub(crate) keep: Keep<T>,
     /// Body acceleration.
     pub(crate) acceleration: [T; 3],
-    /// What solids do.
+    /// Collision of cells that solids cover.
     pub(crate) solids: SolidCollision,
     /// `t = tau - 1/2`.
     pub(crate) above_half: T,
@@ -209,7 +209,7 @@ impl<T: Number> Measured<T> {
 
 /// Bytes of a cache line.
 const LINE: usize = 64;
-/// How far ahead of its use a population is asked for (bytes). Measured: half as far and twice as far are a few per cent
+/// Prefetch distance of populations (bytes). Measured: half and twice the distance are a few per cent
 /// slower, none at all by a third.
 const AHEAD: usize = 768;
 

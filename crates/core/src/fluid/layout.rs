@@ -1,9 +1,9 @@
-//! Where the populations of a block lie in memory.
+//! Memory layout of the populations of a block.
 
 use super::solid::CHUNK;
 use crate::lattice::{C, Q, opposite};
 
-/// Which places hold the populations between two steps.
+/// Memory slots that hold the populations between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// `f_i(x)` after streaming lies at `(x, i)`.

@@ -33,7 +33,7 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// Where the population lies that left the cell at `cell` along direction `i` in the last sweep.
+    /// Slot of the population that left the cell at `cell` along direction `i` in the last sweep.
     #[inline]
     pub(super) fn left(&self, cell: usize, i: usize) -> usize {
         match self.phase {

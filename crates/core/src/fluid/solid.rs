@@ -19,7 +19,7 @@ pub const CHUNK: usize = 16;
 ///
 /// In partially saturated cells the fractions are those of the volume, which add up: `B = max(0, 1 - sum e_k)`.
 pub struct SolidRow<T> {
-    /// What happens in these cells.
+    /// Collision of these cells.
     collision: SolidCollision,
     /// `B`. All arrays hold whole chunks and one more, so that windows may reach over the end.
     pub(crate) permeability: Vec<T>,
@@ -153,12 +153,12 @@ impl<T: Number> SolidRow<T> {
         }
     }
 
-    /// Whether there may be solids in some of the cells.
+    /// Returns true if some of the cells may have solids.
     fn reaches(&self, cells: &Range<usize>) -> bool {
         self.used[cells.start / CHUNK..cells.end.div_ceil(CHUNK)].contains(&true)
     }
 
-    /// Whether a chunk holds solids.
+    /// Returns true if a chunk has solids.
     #[inline(always)]
     pub(crate) fn is_used(&self, chunk: usize) -> bool {
         self.used[chunk]

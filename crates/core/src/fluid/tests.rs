@@ -298,7 +298,7 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     }
 }
 
-/// What a cell holds after its collision, from the formulae: one population at a time. Solids: fraction, its excess over all
+/// Populations of a cell after its collision, one at a time by the formulas. Solids: fraction, its excess over all
 /// bodies, and velocity.
 fn collided(
     g: &[f64; Q],

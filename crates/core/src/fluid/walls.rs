@@ -59,7 +59,7 @@ impl WallMotion {
 
 /// The walls round and in a box, lattice units.
 pub struct Boundary<'a> {
-    /// How each wall moves.
+    /// Motion of each wall.
     pub motions: &'a [WallMotion],
     /// The wall a cell belongs to, an index into `motions`; of every cell beyond a closed face it must know one. Cells are
     /// those of the box, and up to one beyond in directions that are not periodic.
@@ -76,7 +76,7 @@ impl Boundary<'_> {
     }
 }
 
-/// What a wall received in a time step: sums of fixed-point numbers ([`from_fixed_wide`](crate::math::from_fixed_wide)),
+/// Momentum that a wall received in a time step: sums of fixed-point numbers ([`from_fixed_wide`](crate::math::from_fixed_wide)),
 /// lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WallLoad {
@@ -367,7 +367,7 @@ impl<T: Real> Walls<T> {
         }
     }
 
-    /// Whether there are none, in the whole box.
+    /// Returns true if there are none in the whole box.
     pub(crate) fn is_empty(&self) -> bool {
         self.motions.is_empty()
     }
@@ -390,7 +390,7 @@ impl<T: Real> Walls<T> {
         Some(&self.motions[usize::from(cells.wall)])
     }
 
-    /// Whether rows end at a closed face on some side.
+    /// Returns true if rows end at a closed face on some side.
     pub(crate) fn at_row_ends(&self) -> bool {
         !self.ends.is_empty()
     }

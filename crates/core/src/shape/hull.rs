@@ -145,7 +145,7 @@ impl<'a> Builder<'a> {
         Ok(builder)
     }
 
-    /// Whether the point lies strictly above the triangle, without rounding.
+    /// Returns true if the point lies strictly above the triangle, without rounding.
     fn above(&self, corners: [u32; 3], point: u32) -> bool {
         let [a, b, c] = corners.map(|i| self.exact[i as usize]);
         orient3d(a, b, c, self.exact[point as usize]) < 0.0

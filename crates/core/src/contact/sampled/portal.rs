@@ -13,7 +13,7 @@ use crate::math::Vec3;
 
 /// Triangles tried.
 const STEPS: u32 = 60;
-/// How far the surface may lie beyond the portal, in parts of the depth.
+/// Limit on how far the surface may be beyond the portal, relative to the depth.
 const PRECISION: f64 = 0.02;
 
 /// Unit vector from the first body to the second, about normal to both where they meet; `None` if they are apart.

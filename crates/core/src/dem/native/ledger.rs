@@ -1,4 +1,4 @@
-//! What the contacts of a sub-step leave: forces on particles, memories, counts, states for the output.
+//! Results of the contacts of a sub-step: forces on particles, histories, counts, states for the output.
 
 use crate::comm::Comm;
 use crate::contact::{Couple, Overlap, PairLaw, law::Action, law::UNSET};
@@ -29,7 +29,7 @@ pub(super) struct Ledger {
     pairs: Option<usize>,
 }
 
-/// What one contact does to one particle.
+/// Effect of one contact on one particle.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Share {

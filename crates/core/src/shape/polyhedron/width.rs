@@ -71,7 +71,7 @@ fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
     edges
 }
 
-/// Whether the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a circle.
+/// Returns true if the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a circle.
 fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
     let [a, b] = first.normals;
     let [c, d] = second.normals;

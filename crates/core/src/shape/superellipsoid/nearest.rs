@@ -280,7 +280,7 @@ fn grid_point(n: usize) -> [f64; 2] {
     [n % (GRID + 1), n / (GRID + 1)].map(|i| i as f64 / GRID as f64)
 }
 
-/// Whether none of the neighbours in the grid is higher.
+/// Returns true if none of the neighbours in the grid is higher.
 fn is_peak(heights: &[f64], n: usize) -> bool {
     let (i, j) = (n % (GRID + 1), n / (GRID + 1));
     let range = |i: usize| i.saturating_sub(1)..=(i + 1).min(GRID);
