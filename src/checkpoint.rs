@@ -13,7 +13,7 @@
 //!
 //! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3), so what is
 //! damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes mean: cells have
-//! so many bytes each, and what the engine, the coupling and the whole run need are sections of bytes. Numbers are plain data of
+//! a number of bytes each, and what the engine, the coupling and the whole run need are sections of bytes. Numbers are plain data of
 //! the machine that wrote them (little-endian on all that this program is built for).
 
 mod folder;
@@ -86,7 +86,7 @@ pub struct Part<'a> {
 }
 
 /// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but that of the
-/// step which is known to be `sound`: the last one that this run has written or gone on from. Collective.
+/// step which is known to be `sound`: the last one that this run has written or resumed from. Collective.
 ///
 /// `plane(z, out)` appends the bytes of the plane `z` of the block, `block.lo[2] <= z < block.hi[2]`: for y, for x,
 /// `bytes_per_cell` bytes. It is called once for each z, ascending, and not at all in a dry run.

@@ -1,4 +1,4 @@
-//! Hard bodies moved about at random until they lie as in a fluid in equilibrium: any place that is free is as likely as
+//! Random Metropolis moves of hard bodies until they are in equilibrium: every free position is as likely as
 //! any other.
 //!
 //! Bodies that were pushed apart lie in contact with their neighbours far too often. Metropolis moves forget that: each
@@ -26,8 +26,8 @@ use crate::wall::Surface;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Moves of every body: so many per square of the longest edge of the box over the diameter of the widest body, as
-/// what is crowded spreads like heat, but at least and at most so many. Near neighbours take 100, the longest wave of
+/// Moves of every body: this many per square of the longest edge of the box over the diameter of the widest body, as
+/// what is crowded spreads like heat, but within these limits. Near neighbours take 100, the longest wave of
 /// density 1.7 per square (volume fraction 0.3).
 const SWEEPS: f64 = 2.0;
 const LEAST_SWEEPS: f64 = 400.0;

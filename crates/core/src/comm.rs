@@ -137,7 +137,7 @@ impl Comm {
         self.counters().map_or_else(Traffic::default, Counters::traffic)
     }
 
-    /// A call of all ranks, counted, into which this one puts so many bytes.
+    /// A call of all ranks, counted, to which this rank contributes this number of bytes.
     fn collective<R>(&self, bytes: usize, call: impl FnOnce() -> R) -> R {
         match self.counters() {
             None => call(),

@@ -47,7 +47,7 @@ pub struct CouplingParams {
     pub units: Units,
     /// Collision of cells that particles cover, as in the parameters of the fluid.
     pub solids: SolidCollision,
-    /// Solid fraction of a cell; the share of its volume where cells are partially saturated.
+    /// Solid fraction of a cell; its volume fraction where cells are partially saturated.
     pub fraction: Fraction,
     /// Gravity (m/s^2), for the buoyancy.
     pub gravity: Vec3,
@@ -60,7 +60,7 @@ pub struct Coupling {
     params: CouplingParams,
     decomposition: Decomposition,
     block: Block,
-    /// Ranks that may know a particle that touches this block.
+    /// Ranks that may have a particle that touches this block.
     peers: Vec<usize>,
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
@@ -78,7 +78,7 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
-    /// True if the momentum inside the particles a step before is known: there was a sweep, or all was at rest.
+    /// True if the momentum inside the particles a step before is available: there was a sweep, or all was at rest.
     begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
@@ -287,7 +287,7 @@ impl Coupling {
             }
             for segment in old {
                 let is = new_of[segment.body as usize];
-                // A particle that this rank no longer knows covers no cell of it, nor did it a step ago.
+                // A particle that this rank no longer has covers no cell of it, nor did it a step ago.
                 if is == NOWHERE {
                     continue;
                 }
@@ -321,7 +321,7 @@ impl Coupling {
             "the particles that were mapped"
         );
         if self.params.solids.is_saturated() && !self.begun {
-            // Nothing is known of a step before: what is within the particles is taken to have been there.
+            // There is no step before: what is within the particles is taken to have been there.
             for body in &mut self.bodies {
                 body.exchange.add(&body.departed, -1);
             }
@@ -420,7 +420,7 @@ fn mapper<'a>(
     )
 }
 
-/// By how much the surface of a particle is moved in (cells); 0 where there are no shares of volume.
+/// By how much the surface of a particle is moved in (cells); 0 where there are no volume fractions.
 fn shift_in(shifts: &[f64], particle: &Particle) -> f64 {
     shifts.get(particle.template as usize).copied().unwrap_or(0.0)
 }

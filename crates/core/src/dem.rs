@@ -40,7 +40,7 @@ impl AddAssign for Load {
 /// Contacts of one rank at the last sub-step, for the time series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactSummary {
-    /// Number of contacts this rank is responsible for that exert a force.
+    /// Number of contacts evaluated by this rank that exert a force.
     pub count: usize,
     /// Largest depth (m).
     pub max_depth: f64,
@@ -86,7 +86,7 @@ impl ContactState {
     }
 }
 
-/// Moves the particles; knows contacts, knows nothing of the fluid. All quantities are SI.
+/// Moves the particles under contacts and loads, without knowing the fluid. All quantities are SI.
 ///
 /// [`advance`](Self::advance) is collective: every rank calls it, in the same order. A failure on one rank is
 /// reported there by `Err`; the caller makes the failure collective before the next step.
@@ -109,7 +109,7 @@ pub trait DemEngine: Send {
     /// Contacts at the last sub-step.
     fn contacts(&self) -> ContactSummary;
 
-    /// The contacts at the last sub-step that this rank is responsible for, ascending by the ids of the pair. Asked for only
+    /// The contacts that this rank evaluated at the last sub-step, ascending by the ids of the pair. Asked for only
     /// when they are written, so that an engine may gather them when asked.
     fn contact_states(&self) -> Vec<ContactState>;
 

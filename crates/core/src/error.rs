@@ -39,7 +39,7 @@ pub enum Error {
         what: String,
         /// Suggested change; may be empty.
         remedy: String,
-        /// All of it with the place in the text, as it is printed.
+        /// The whole message with the position in the text, as it is printed.
         text: String,
     },
     /// A file is not of the kind that it should be.
@@ -49,7 +49,7 @@ pub enum Error {
         path: PathBuf,
         /// Line, from 1; 0 where no line stands for it.
         line: usize,
-        /// Problem and place, as it is printed.
+        /// Problem and position, as it is printed.
         text: String,
     },
     /// An impossible request that belongs to no key of a case; the text names value and remedy.
@@ -79,7 +79,7 @@ pub enum Error {
     Diverged {
         /// Fluid step at which it was noticed.
         step: u64,
-        /// Quantity, place, value and limit.
+        /// Quantity, position, value and limit.
         what: String,
     },
     /// The engine that moves the particles failed: its library, its process, or a particle it lost.
@@ -92,7 +92,7 @@ pub enum Error {
         /// Message of the engine, or what became of it.
         what: String,
     },
-    /// What all ranks have agreed on to say, of a failure of one of them.
+    /// Failure of one rank, with the text on which all ranks agreed.
     #[error("{text}")]
     Agreed {
         /// The exit code of that failure.

@@ -2,7 +2,7 @@
 //!
 //! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
 //! streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts exchanged with the
-//! neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid knows nothing of particles: it is told solid fractions and velocities, and
+//! neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not know particles: it receives solid fractions and velocities, and
 //! asked for the momentum that rows of cells received.
 
 mod buffer;
@@ -222,7 +222,7 @@ impl<T: Real> Fluid<T> {
         self.block
     }
 
-    /// Sets every cell to equilibrium at the density and velocity given for its place in the whole box. Collective
+    /// Sets every cell to equilibrium at the density and velocity given for its position in the whole box. Collective
     /// in effect: every rank calls it between steps.
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
         let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
@@ -320,7 +320,7 @@ impl<T: Real> Fluid<T> {
         sum
     }
 
-    /// Populations of a cell of the block after streaming, less their weights.
+    /// Populations of a cell of the block after streaming, minus their weights.
     pub fn populations(&self, [x, y, z]: [usize; 3]) -> [T; Q] {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         self.layout

@@ -29,7 +29,7 @@ pub fn is_tried() -> bool {
 /// An empty list with room for `len` items; `what` it is for stands in the message, with an article.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is not so much memory.
+/// [`Error::Memory`] if there is not enough memory.
 pub fn with_capacity<T>(len: usize, what: &str) -> Result<Vec<T>> {
     let mut list = Vec::new();
     match trying(|| list.try_reserve_exact(len)) {
@@ -48,7 +48,7 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize, what: &str) -> Result<Vec<T>> {
     Ok(list)
 }
 
-/// The error for so many bytes that there is no room for.
+/// The error for an allocation of this many bytes that failed.
 pub fn refused(bytes: f64, what: &str) -> Error {
     Error::Memory {
         amount: in_bytes(bytes),

@@ -1,11 +1,11 @@
-//! One particle, its template, and the particles a rank knows.
+//! One particle, its template, and the particles of a rank, ghosts included.
 
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::shape::Shape;
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
-/// Geometry and material that many particles share.
+/// Geometry and material common to many particles.
 #[derive(Clone, Debug)]
 pub struct Template {
     /// Geometry.

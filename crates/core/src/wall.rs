@@ -153,7 +153,7 @@ impl Wall {
         self.surface.moved(&self.motion, time)
     }
 
-    /// Velocity of its matter at a place and time (m/s).
+    /// Velocity of its material at a position and time (m/s).
     pub fn velocity(&self, at: Vec3, time: f64) -> Vec3 {
         let pivot = self.motion.pivot + self.motion.velocity * time;
         self.motion.velocity + self.motion.angular_velocity.cross(&(at - pivot))

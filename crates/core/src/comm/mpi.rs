@@ -199,7 +199,7 @@ impl MpiComm {
             return self.all_gather_much(bytes, &lengths);
         };
         let mut all = vec![0_u8; lengths.iter().sum()];
-        // SAFETY: every rank has a place of its length in the array.
+        // SAFETY: every rank has a part of its length in the array.
         done(unsafe {
             ffi::MPI_Allgatherv(
                 start(bytes),
@@ -222,7 +222,7 @@ impl MpiComm {
         };
         let first = self.rank == 0;
         let mut all = vec![0_u8; if first { lengths.iter().sum() } else { 0 }];
-        // SAFETY: every rank has a place of its length in the array of rank 0.
+        // SAFETY: every rank has a part of its length in the array of rank 0.
         done(unsafe {
             ffi::MPI_Gatherv(
                 start(bytes),

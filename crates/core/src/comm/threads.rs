@@ -28,7 +28,7 @@ struct Shared {
     mailboxes: Mutex<HashMap<(usize, usize, usize), AnyMailbox>>,
     arrived: AtomicUsize,
     generation: AtomicUsize,
-    /// One slot a rank for the collective that is going on.
+    /// One slot a rank for the current collective.
     slots: Vec<Mutex<Vec<u8>>>,
     sums: Vec<Mutex<Vec<i64>>>,
 }
@@ -295,7 +295,7 @@ impl<T: Pod + Send> Halo<T> for ThreadHalo<T> {
     }
 }
 
-/// As [`try_on_threads`], where so many threads can be had.
+/// As [`try_on_threads`], where this many threads can be created.
 ///
 /// # Panics
 /// If not; and as there.

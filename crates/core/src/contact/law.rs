@@ -90,7 +90,7 @@ impl PairLaw {
         }
     }
 
-    /// The damping constant `c = (c u0) / u0` (s/m) of a contact, given what is known of it so far.
+    /// The damping constant `c = (c u0) / u0` (s/m) of a contact, from its history so far.
     ///
     /// Latched at the first evaluation at which the bodies approach, `approach = u0 > 0` (m/s); until then it stays
     /// [`UNSET`], which damps nothing. (The reference code latches whatever speed it meets first, separation too.)

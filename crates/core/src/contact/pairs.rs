@@ -148,7 +148,7 @@ impl PairFinder {
         self.sorted.clear();
         self.sorted.resize(positions.len(), nothing);
         for (index, cell) in self.cell_of.iter().enumerate() {
-            // One place ahead: after this loop `starts[cell]` is the start of the cell.
+            // One index ahead: after this loop `starts[cell]` is the start of the cell.
             let place = &mut self.starts[row(cell) + 1];
             self.sorted[*place as usize] = Entry {
                 position: positions[index],

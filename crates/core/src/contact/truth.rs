@@ -3,7 +3,7 @@
 //!
 //! Lines along each of three axes give the volume (three times), and the component of the area vector along that
 //! axis: `int n_k dA` over the surface of the first body in the second is the cross-section of the lines that leave the
-//! overlap through the first body less that of those that enter through it. The moment needs the same sums only.
+//! overlap through the first body minus that of those that enter through it. The moment needs the same sums only.
 
 use super::clip::Plane;
 use super::overlap::Overlap;
@@ -61,7 +61,7 @@ pub(super) fn random_solid(random: &mut ChaCha8Rng, cuts: u32, enlargement: f64)
     Solid::from_planes(planes, 1.1, enlargement)
 }
 
-/// Interval of a line in a solid at a place.
+/// Interval of a line in a solid at a position.
 pub(super) fn in_solid(
     solid: &Solid,
     turn: Mat3,

@@ -154,7 +154,7 @@ impl AnyFluid {
     /// Takes the saved populations of some cells.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// Their defect.
     pub fn restore(&mut self, cells: Block, bytes: &[u8]) -> std::result::Result<(), String> {
         either!(self, fluid => fluid.restore(cells, bytes))
     }

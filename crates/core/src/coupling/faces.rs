@@ -54,7 +54,7 @@ impl FacePlane {
         self.offset - (self.normal[1] * y + self.normal[2] * z)
     }
 
-    /// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body).
+    /// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body).
     #[inline(always)]
     pub(super) fn shares(planes: &[Self], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
         let shares = if planes.len() <= MANY {
@@ -76,7 +76,7 @@ const MEETING: usize = 8;
 /// Bodies with more faces than this have more than [`MEETING`] in most places.
 const MANY: usize = 40;
 
-/// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body), or none if more faces
+/// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body), or none if more faces
 /// meet there than can be looked at together.
 ///
 /// Volume fraction of a cell that several faces cut: each is combined with the fraction behind the previous ones, at the
@@ -135,7 +135,7 @@ fn one_by_one(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; B
     shares
 }
 
-/// The share of one cell.
+/// Volume fraction of one cell.
 #[inline(always)]
 fn alone(planes: &[FacePlane], x: f64, y: f64, z: f64) -> f64 {
     let mut share = 1.0;

@@ -109,7 +109,7 @@ pub(super) fn add_segment<T: Real>(
     }
 }
 
-/// Adds the shares of a segment in what the solids of its partially saturated cells received and hold to `incoming`, and in
+/// Adds the parts of a segment in what the solids of its partially saturated cells received and hold to `incoming`, and in
 /// what they hold to `outgoing`; its fractions come from `windows`.
 #[inline(always)]
 pub(super) fn add_shares<'a, T: Real>(

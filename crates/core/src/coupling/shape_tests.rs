@@ -198,7 +198,7 @@ fn a_cube_has_the_shares_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
             .zip(&exact)
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
-        // At corners the combined shares do not quite end where the body does, and cells beyond it are left out or not.
+        // At corners the combined fractions do not quite end where the body does, and cells beyond it are left out or not.
         assert!(off < 1e-3, "{off}");
     }
 }

@@ -144,13 +144,13 @@ const NEAR: f64 = 1e-3;
 pub enum Fraction {
     /// A cosine ramp of this width (cells) of the distance of the cell's centre.
     Ramp(f64),
-    /// The share of the cell's volume; the flat faces of a cube are moved out by so much (cells), those of other bodies as their
+    /// Volume fraction of the cell; the flat faces of a cube are moved out by this distance (cells), those of other bodies as their
     /// edges ask for.
     Volume(f64),
 }
 
 impl Fraction {
-    /// Shares of volume with faces where they have to be for the drag to be right.
+    /// Volume fractions with faces moved so that the drag is right.
     pub const VOLUME: Self = Self::Volume(0.1);
 
     /// Half the width of the layer (cells) outside of which cells are wholly solid or wholly fluid.
@@ -395,7 +395,7 @@ impl<'a> Mapper<'a> {
         }
     }
 
-    /// Share of the cell with its centre at a point relative to the centre of a smooth body (cells, world axes).
+    /// Volume fraction of the cell with its centre at a point relative to the centre of a smooth body (cells, world axes).
     #[inline(always)]
     fn share(&self, x: f64, y: f64, z: f64) -> f64 {
         let point = self.to_body * (Vec3::new(x, y, z) * self.dx);
@@ -404,7 +404,7 @@ impl<'a> Mapper<'a> {
         behind_plane(distance + self.shift, normal.into())
     }
 
-    /// Adds the shares of cells on the surface in a sphere, where there are none yet, [`BLOCK`] at a time and
+    /// Adds the volume fractions of cells on the surface of a sphere, where there are none yet, [`BLOCK`] at a time and
     /// without branches: most of what a particle on the lattice costs.
     #[inline(always)]
     fn sphere_shares<T: Real>(&self, fraction: &mut [T; CHUNK], surface: Surface, r: [f64; 3], radius: f64) {

@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn the_moments_are_those_of_the_force_in_every_cell_about_the_centre() {
-        // A sphere at rest in fluid that flows as `u = E r`: all it takes in a cell is along its own share of the strain.
+        // A sphere at rest in fluid that flows as `u = E r`: all it takes in a cell is along its own part of the strain.
         let strain = [[1e-3, 2e-4, 3e-4], [2e-4, -5e-4, 4e-4], [3e-4, 4e-4, -5e-4]];
         let (centre, radius) = (Vec3::new(1.51, 1.18, 1.73), 0.7);
         let decomposition = Decomposition::new(

@@ -25,7 +25,7 @@ impl Surface {
         self.start + (self.count - self.end)
     }
 
-    /// Places of the cells from `first` on, from the centre of the body, `offset` being that of the first of the window; the last
+    /// Positions of the cells from `first` on, from the centre of the body, `offset` being that of the first of the window; the last
     /// one again where there are no more.
     #[inline(always)]
     pub(super) fn places(self, first: usize, offset: f64, centre: f64) -> [f64; BLOCK] {
@@ -42,7 +42,7 @@ impl Surface {
         x
     }
 
-    /// Shares to where the cells are in the window.
+    /// Copies volume fractions to the positions of the cells in the window.
     #[inline(always)]
     pub(super) fn add<T: Real>(self, shares: &Shares<T>, fraction: &mut [T; CHUNK]) {
         let gap = self.end - self.start;
@@ -59,7 +59,7 @@ impl Surface {
     }
 }
 
-/// Puts the shares of some cells from the `first` on beside those of others.
+/// Puts the volume fractions of some cells from the `first` on beside those of others.
 #[inline(always)]
 pub(super) fn put<T: Real>(shares: &mut Shares<T>, first: usize, some: &[f64; BLOCK]) {
     let to = &mut shares[CHUNK + first..CHUNK + first + BLOCK];

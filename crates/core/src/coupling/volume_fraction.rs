@@ -17,7 +17,7 @@
 /// Components of a normal below this count as this, which keeps the division good to eight digits.
 pub(super) const LEAST: f64 = 1e-4;
 
-/// Share of a cell behind a plane with normal `n`, the signed distance of its centre being `d` (cells).
+/// Volume fraction of a cell behind a plane with normal `n`, the signed distance of its centre being `d` (cells).
 #[inline(always)]
 pub(super) fn behind_plane(d: f64, n: [f64; 3]) -> f64 {
     behind(

@@ -1,4 +1,4 @@
-//! Walls as the fluid knows them: cells whose centres lie in a wall, and steady motions in lattice units.
+//! Walls as cells of the lattice: cells whose centres are in a wall, and steady motions in lattice units.
 
 use crate::fluid::WallMotion;
 use crate::math::Vec3;
@@ -9,7 +9,7 @@ use crate::wall::{Surface, Wall};
 const TOLERANCE: f64 = 1e-9;
 
 /// Says what is wrong with the motion of a wall that a fluid meets: its surface must stay where it is, and the velocity of
-/// its matter at a place must not change in time. So a plane slides along itself or turns about its normal (not both),
+/// its material at a position must not change in time. So a plane slides along itself or turns about its normal (not both),
 /// and a cylinder slides along its axis and turns about it.
 ///
 /// # Errors

@@ -93,9 +93,9 @@ impl History {
         self.cursor = 0;
     }
 
-    /// Sends the records for which another rank has become responsible to that rank.
+    /// Sends the records of contacts whose evaluating rank has changed to that rank.
     ///
-    /// `responsible` gives the rank of a record; one for which it gives none is forgotten.
+    /// `responsible` gives the evaluating rank of a record; one without a rank is dropped.
     ///
     /// # Collective
     pub fn hand_over(

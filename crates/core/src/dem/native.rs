@@ -87,13 +87,13 @@ pub struct Native {
     ledger: Ledger,
     /// Sub-steps since the start.
     substep: u64,
-    /// Loads of the sub-step before by known particle, if a law wants them.
+    /// Loads of the previous sub-step by particle, if a law needs them.
     past: Vec<Load>,
     roll: Roll,
 }
 
 impl Native {
-    /// The part of `all` that `rank` owns or knows; `all` and the rest are the same on every rank.
+    /// The particles of `all` that `rank` has, owned or as ghosts; `all` and the rest are the same on every rank.
     ///
     /// A particle with an angular velocity but no angular momentum gets the one that belongs to it.
     ///
@@ -151,7 +151,7 @@ impl Native {
     }
 
     /// Goes on where another engine stood after `substep` sub-steps: the particles are its particles, `records` are (at
-    /// least) the memories of the contacts this rank is responsible for, `begun` the contacts it has seen begin. Walls stand where `substep` sub-steps of the coming length have brought them.
+    /// least) the histories of the contacts that this rank evaluates, `begun` the contacts that have begun here. Walls stand where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
         let mine = records
             .iter()
@@ -161,7 +161,7 @@ impl Native {
         self.substep = substep;
     }
 
-    /// Memories of the contacts this rank is responsible for, ascending by pair of ids.
+    /// Histories of the contacts that this rank evaluates, ascending by pair of ids.
     pub fn records(&self) -> &[Record] {
         self.ledger.history.records()
     }
@@ -194,7 +194,7 @@ impl Native {
         evaluated.and(moved)
     }
 
-    /// Forces of the contacts this rank is responsible for, at the current positions.
+    /// Forces of the contacts that this rank evaluates, at the current positions.
     fn evaluate_contacts(&mut self, dt: f64) -> Result<()> {
         self.ledger.open();
         let Some(contact) = &self.params.contact else {
@@ -266,7 +266,7 @@ fn laws(model: &ContactModel) -> Vec<PairLaw> {
     (0..n * n).map(|i| PairLaw::new(model, i / n, i % n)).collect()
 }
 
-/// The rank responsible for a contact by its record, if all its particles are known here.
+/// The rank that evaluates the contact of a record, if this rank has all its particles.
 fn responsible_for(record: &Record, near: &Neighbourhood, population: &Population) -> Option<usize> {
     let i = population.index_of(record.first)?;
     if ContactState::wall_of(record.second).is_some() {

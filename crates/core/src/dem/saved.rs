@@ -2,7 +2,7 @@
 //!
 //! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts, and the
 //! contacts of the last sub-step, as plain data of this machine, and at the end what the engine has of its own. All parts together are the run: whoever reads them picks
-//! what its own rank owns or knows, so the number of ranks may be another one.
+//! what its own rank has, so the number of ranks may be another one.
 
 use super::{ContactState, Load, Record};
 use crate::domain::Domain;
@@ -60,7 +60,7 @@ fn padded(engine: &str) -> [u8; 16] {
     std::array::from_fn(|i| engine.as_bytes().get(i).copied().unwrap_or(0))
 }
 
-/// The next `count` items, if there are so many.
+/// The next `count` items, if there are as many.
 fn take<T: Pod>(rest: &mut &[u8], count: u64) -> Option<Vec<T>> {
     let length = usize::try_from(count).ok()?.checked_mul(size_of::<T>())?;
     let (items, after) = rest.split_at_checked(length)?;

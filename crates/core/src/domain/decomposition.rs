@@ -103,7 +103,7 @@ impl Decomposition {
         self.grid.iter().product()
     }
 
-    /// Place of a rank in the grid of blocks; x runs fastest.
+    /// Grid index of a rank; x runs fastest.
     pub fn place(&self, rank: usize) -> [usize; 3] {
         [
             rank % self.grid[0],
@@ -112,14 +112,14 @@ impl Decomposition {
         ]
     }
 
-    /// Rank at a place in the grid of blocks, taken periodically.
+    /// Rank at a grid index, taken periodically.
     pub fn rank_at(&self, place: [isize; 3]) -> usize {
         self.rank_of(std::array::from_fn(|i| {
             place[i].rem_euclid(self.grid[i] as isize) as usize
         }))
     }
 
-    /// Rank at a place in the grid of blocks.
+    /// Rank at a grid index.
     pub fn rank_of(&self, [x, y, z]: [usize; 3]) -> usize {
         x + self.grid[0] * (y + self.grid[1] * z)
     }
@@ -173,7 +173,7 @@ impl Decomposition {
         near
     }
 
-    /// The slabs of an axis that come within `reach` (m) of the one at place `p`, that one included, ascending. Looks at no
+    /// The slabs of an axis that come within `reach` (m) of the one with index `p`, that one included, ascending. Looks at no
     /// slab beyond the first that is too far away.
     fn slabs_near(&self, axis: usize, p: usize, reach: f64) -> Vec<usize> {
         let (cuts, cells) = (&self.cuts[axis], self.domain.cells[axis]);
@@ -191,7 +191,7 @@ impl Decomposition {
     }
 }
 
-/// The places along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on both sides
+/// The indices along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on both sides
 /// up to the first for which it does not; round the back if `periodic`.
 pub(crate) fn around(p: usize, count: usize, periodic: bool, accepts: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut places = vec![p];

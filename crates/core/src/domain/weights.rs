@@ -1,7 +1,7 @@
 //! Work per layer of cells, and the cuts that balance it.
 //!
-//! Work is known by its sums over the layers of cells along each axis. The share of a block is taken to be the product
-//! of the shares of the three slabs it lies in, which is exact where the work varies along one axis only (a bed on a floor):
+//! Work is represented by its sums over the layers of cells along each axis. The fraction of the work in a block is taken to be the product
+//! of the fractions of its three slabs, which is exact where the work varies along one axis only (a bed on a floor):
 //!
 //! ```text
 //! work(p, q, r) = total X_p Y_q Z_r,      X_p = work of the layers of slab p / total,   Y, Z likewise
@@ -20,7 +20,7 @@ const WORTH: f64 = 1.02;
 /// The faces across y cost a hair more than those across z, so that equal grids have one order.
 pub(super) const FACES: [f64; 3] = [1.5, 1.01, 1.0];
 
-/// Work of a time step by place, in any unit.
+/// Work of a time step by position, in any unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Work of each layer of cells along each axis; all three have the same sum.
@@ -56,7 +56,7 @@ impl Weights {
         self.layers[0].iter().sum()
     }
 
-    /// Cuts of an axis into so many slabs, and the share of the work (with the ends of rows) that the heaviest has.
+    /// Cuts of an axis into this many slabs, and the fraction of the work (with the ends of rows) that the heaviest has.
     pub(super) fn cut(&self, axis: usize, parts: usize) -> (Vec<usize>, f64) {
         let layers = &self.layers[axis];
         let sums = running_sums(layers);

@@ -67,12 +67,12 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
             let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
             let mut places: Places<T> = [base; Q];
             for (place, index) in places.iter_mut().zip(indices) {
-                // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
+                // SAFETY: slots of real cells are inside the buffer (tested in `layout`).
                 *place = unsafe { base.add(index) };
             }
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
             let dead = walls.map_or(&[][..], |walls| &walls.dead);
-            // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
+            // SAFETY: every slot of a row of whole chunks is inside the buffer and belongs to one cell only (tested in
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if flow.is_some() {

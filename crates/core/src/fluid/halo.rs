@@ -2,7 +2,7 @@
 //!
 //! In place, populations cross twice in two steps. After a sweep from [`Phase::Home`] the boundary cells of a block are
 //! copied to the ghosts of its neighbours (*fill*), which the next sweep reads and writes; after that one the ghosts go
-//! back to the boundary cells they stand for (*return*). Both move the same places: for a face the 5 populations that
+//! back to the boundary cells they stand for (*return*). Both move the same slots: for a face the 5 populations that
 //! cross it, for an edge 1, for a corner none. Nothing crosses a closed face of the box; see [`walls`](super::walls).
 
 use super::layout::{Layout, Phase};
@@ -146,7 +146,7 @@ impl<T: Pod + Send> Pattern<T> {
 /// The plan for one block, with its buffers.
 ///
 /// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
-/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the places
+/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the slots
 /// that a message is packed from belong to cells of these rows, so no later row writes them, and those that it is unpacked to
 /// belong to no cell of the block: only garbage lanes of the sweep may write them, which is over by then.
 pub(crate) struct FluidHalo<T> {
@@ -225,7 +225,7 @@ enum Side {
     Boundary,
 }
 
-/// The places that cross a face or edge in direction `d`, population by population.
+/// The slots that cross a face or edge in direction `d`, population by population.
 ///
 /// A real cell reaches ghost `g` through population `j` from `g - c_j`, so along the face only ghosts with a real
 /// `g - c_j` count; the rest belongs to a neighbouring edge.
@@ -282,7 +282,7 @@ mod tests {
         Decomposition::with_grid(domain, grid)
     }
 
-    /// Places of a list of runs, in order.
+    /// Slots of a list of runs, in order.
     fn places(runs: &[Run]) -> Vec<usize> {
         let each = |run: &Run| {
             let Run {

@@ -58,7 +58,7 @@ pub(crate) struct Keep<T> {
 
 /// Relaxes a register of cells at velocity `u` and pushes it to `target`, with two relaxation times if `TRT`.
 ///
-/// With a solid (sc3) the share `1 - b` of the cell is relaxed and the share `b` reflected: in the even part of a pair
+/// With a solid (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even part of a pair
 /// `f_i + f_-i` stays, in the odd part `f_i - f_-i` turns round and gains that of the equilibrium at twice `u_s`. Cells of
 /// `b = 0` come to the same bits as with two relaxation times and without a solid.
 #[inline(always)]
@@ -271,7 +271,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                 } else {
                     let t = R::splat(row.above_half);
                     let (through, b) = covered.reflecting(t);
-                    // Exactly one where there is no solid: such a cell must not feel who shares its register.
+                    // Exactly one where there is no solid: such a cell must not depend on the others in its register.
                     let share = one - solid * through * (through + open * t).recip();
                     let given = b * rho * R::splat(row.reflection);
                     for axis in 0..3 {

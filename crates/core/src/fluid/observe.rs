@@ -32,7 +32,7 @@ impl<T: Real> Fluid<T> {
     /// acceleration of the coming sweep.
     ///
     /// With exact-difference forcing the velocity lies midway between before and after the collision,
-    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator in the place of
+    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator instead of
     /// `(1 - B)(u_s - u)`.
     pub fn each_cell(
         &self,

@@ -8,7 +8,7 @@ use super::kernel::Number;
 use crate::math::to_fixed;
 use std::ops::Range;
 
-/// Cells that share one entry of solid data: the widest register of single precision.
+/// Cells with one common entry of solid data: the widest register of single precision.
 pub const CHUNK: usize = 16;
 
 /// Solid data of the row that is being swept, lattice units.

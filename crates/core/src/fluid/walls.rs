@@ -44,7 +44,7 @@ impl WallMotion {
             .any(|&v| v != 0.0)
     }
 
-    /// Velocity at a place (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
+    /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
     pub fn at(&self, place: [f64; 3]) -> [f64; 3] {
         let (w, r): (_, [f64; 3]) = (
             self.angular_velocity,
@@ -92,7 +92,7 @@ const NO_WALL: u16 = u16::MAX;
 /// Links of consecutive cells along x in the same direction to the same wall.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Place `(x, i)` of the first link; `(w, -i)` lies a distance from it that the direction tells.
+    /// Slot `(x, i)` of the first link; the direction gives the distance of `(w, -i)` from it.
     near: usize,
     count: u32,
     /// First of the corrections, or `NO_CORRECTION`.
@@ -200,7 +200,7 @@ impl Map {
         self.walls[((x + 1) + nx * ((y + 1) + ny * (z + 1))) as usize]
     }
 
-    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its place in the whole box, so it is
+    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so it is
     /// the same on every rank.
     fn correction<T: Real>(&self, motion: &WallMotion, cell: [isize; 3], i: usize) -> T {
         let middle =
@@ -482,7 +482,7 @@ impl<T: Real> Walls<T> {
         (run.correction != NO_CORRECTION).then(|| &self.corrections[first..first + run.count as usize])
     }
 
-    /// Place `(w, -i)` of the first link of a run.
+    /// Slot `(w, -i)` of the first link of a run.
     #[inline(always)]
     fn far(&self, run: &Run) -> usize {
         run.near

@@ -38,7 +38,7 @@ fn damped_impact(damping: DampingLaw, set: f64, speed: f64) -> [f64; 3] {
 
 #[test]
 fn damped_impacts_end_with_the_set_restitution_and_last_and_sink_in_as_each_damping_says() {
-    // By Runge-Kutta integration of one impact: restitution less the set one by Carvalho and Martins; duration and depth
+    // By Runge-Kutta integration of one impact: restitution minus the set one by Carvalho and Martins; duration and depth
     // over those of the elastic impact, by them and by Tsuji's dashpot.
     for (set, off, hunt_crossley, tsuji) in [
         (0.95, -5.8e-8, [1.00538, 0.97982], [1.00525, 0.97990]),

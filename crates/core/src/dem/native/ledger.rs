@@ -157,7 +157,7 @@ impl Ledger {
         action
     }
 
-    /// Books a share of known particle `index`: here, or in the message to its owner.
+    /// Books the force on particle `index` (owned or ghost): here, or in the message to its owner.
     pub(super) fn book(&mut self, index: usize, share: Share, near: &Neighbourhood, store: &ParticleStore) {
         if index < store.owned {
             self.shares.push((index as u32, share));

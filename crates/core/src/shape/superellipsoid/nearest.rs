@@ -11,8 +11,8 @@
 //! ```
 //!
 //! by Newton's method from the highest planes of a fixed grid. Where a step does not lead higher, the highest
-//! place of a stencil that becomes ever finer is the next start. The height is wrong in second order of what is wrong
-//! with the place, and never too high. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
+//! point of a stencil that becomes ever finer is the next start. The height is wrong in second order of what is wrong
+//! with the point, and never too high. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
 
 use crate::math::Vec3;
 
@@ -22,7 +22,7 @@ const GRID: usize = 8;
 const SLACK: f64 = 0.3;
 /// Steps of the coordinates that no longer count: the height depends on them in second order.
 const CONVERGED: f64 = 1e-8;
-/// Stencils after which the highest place so far is taken.
+/// Stencils after which the highest point so far is taken.
 const MOST_STENCILS: u32 = 300;
 
 /// A point `u, v >= 0` with `u^p + v^p = 1` and the dual one, the gradient of the norm, `m = u^(p-1)`, `k = v^(p-1)`.
@@ -122,7 +122,7 @@ pub(super) struct Chart {
     grid: Vec<Plane>,
 }
 
-/// A place on the surface during the search.
+/// A point on the surface during the search.
 #[derive(Clone, Copy)]
 struct Place {
     /// Coordinates, towards the pole and around.
@@ -194,7 +194,7 @@ impl Chart {
         }
     }
 
-    /// The highest place that can be reached uphill.
+    /// The highest point that can be reached uphill.
     fn climb(&self, p: Vec3, start: [f64; 2]) -> Place {
         let mut here = self.place(p, start);
         let mut reach = 0.25 / GRID as f64;
@@ -262,7 +262,7 @@ impl Chart {
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
 
-    /// The highest of the places around, if one is higher.
+    /// The highest of the points around, if one is higher.
     fn highest_around(&self, p: Vec3, here: &Place, reach: f64) -> Option<Place> {
         let mut best = *here;
         for n in 0..9 {
