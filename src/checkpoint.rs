@@ -114,7 +114,7 @@ pub fn write(
 /// if it makes the same calls on all ranks, even when only one of them finds something damaged: [`agreed`] sees to that.
 ///
 /// # Errors
-/// [`Error::Agreed`], the same on every rank: there is none, or each of them with what is wrong.
+/// [`Error::Agreed`], the same on every rank: there is none, or each of them with its defect.
 pub fn newest_sound<R>(
     directory: &Path,
     comm: &Comm,

@@ -1,6 +1,6 @@
 //! Files that are read: regular ones, up to a limit, opened without waiting, and quoted in messages by one word at most.
 //!
-//! Cases, the files that they name, and checkpoints may come from anybody. A FIFO would be waited for without end, a device may be
+//! Cases, the files that they name, and checkpoints may come from untrusted sources. Reading a FIFO would block for ever, a device may be
 //! endless or act when it is opened, and a message may be seen by others than the owner of a file.
 
 use std::fs::{File, FileType, OpenOptions};
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(said(&fifo), "it is a FIFO, not a regular file");
         assert_eq!(said(folder.path()), "it is a directory, not a regular file");
         assert_eq!(said(Path::new("/dev/zero")), "it is a device, not a regular file");
-        // One that takes the place of a file after it was asked for is opened, but not waited for.
+        // One that replaces a file after the check is opened, but without blocking.
         assert!(open_with(&fifo, libc::O_NONBLOCK).is_err());
     }
 

@@ -17,7 +17,7 @@ pub use neighbours::close_pairs;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-/// Largest solid volume fraction that random packing is asked for (-).
+/// Largest solid volume fraction accepted for random packing (-).
 pub const MAX_VOLUME_FRACTION: f64 = 0.35;
 /// Largest volume fraction of the spheres with their gaps (-); random close packing ends at 0.64.
 pub const MAX_GROWN_FRACTION: f64 = 0.52;

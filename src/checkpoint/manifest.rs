@@ -67,7 +67,7 @@ impl Manifest {
         format!("{text}{SEAL}{seal}\n")
     }
 
-    /// From the text, or what is wrong with it.
+    /// Parses the text, or returns its defect.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         const DAMAGED: &str = "manifest.toml is damaged";
         let text = std::str::from_utf8(bytes).map_err(|_| DAMAGED)?;

@@ -94,7 +94,7 @@ impl PartHead {
         xxh3_64(bytemuck::bytes_of(self))
     }
 
-    /// Reads the head of the part of `rank` of `ranks`, or says what is wrong with it.
+    /// Reads the head of the part of `rank` of `ranks`, or returns its defect.
     pub(super) fn read(file: &mut File, (rank, ranks): (usize, usize), seal: &str) -> Result<Self, String> {
         let mut bytes = [0; size_of::<Self>()];
         file.read_exact(&mut bytes)
@@ -163,7 +163,7 @@ impl PartHead {
         xxh3_64_with_seed(bytes, self.checksum.wrapping_add(z))
     }
 
-    /// A section, or what is wrong with it.
+    /// A section, or its defect.
     pub(super) fn read_section(&self, file: &mut File, section: usize) -> Result<Vec<u8>, String> {
         let name = SECTION_NAMES[section];
         let Section { length, checksum } = self.sections[section];
@@ -177,7 +177,7 @@ impl PartHead {
         Ok(bytes)
     }
 
-    /// A plane into `bytes`, or what is wrong with it.
+    /// Reads a plane into `bytes`, or returns its defect.
     pub(super) fn read_plane(&self, file: &mut File, z: usize, bytes: &mut Vec<u8>) -> Result<(), String> {
         let (start, length) = (self.plane_start(z as u64), self.plane_length());
         let (start, length) = start.zip(length).expect("checked with the length of the file");

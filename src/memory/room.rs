@@ -15,7 +15,7 @@ pub struct Room {
     pub each: bool,
 }
 
-/// The limits of this process, if the system tells any.
+/// The limits of this process, if the system reports any.
 pub fn rooms() -> Vec<Room> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let machine = kilobytes(&read("/proc/meminfo"), "MemTotal:").map(|bytes| Room {

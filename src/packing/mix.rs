@@ -35,7 +35,7 @@ const MOST_SWEEPS: f64 = 1000.0;
 /// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need up to
 /// half a million bodies.
 const MOST_MOVES: f64 = 5e7;
-/// Sweeps after which the length of the steps is looked at.
+/// Sweeps after which the length of the steps is adapted.
 const LOOK: u32 = 10;
 /// The part of the moves that is to count (-).
 const WANTED: f64 = 0.35;

@@ -18,7 +18,7 @@ pub use threads::{ThreadComm, on_threads, try_on_threads};
 use traffic::Counters;
 pub use traffic::{Tally, Traffic};
 
-/// A process that a launcher of MPI has started, as its environment tells.
+/// A process started by an MPI launcher, from its environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Launched {
     /// Number of this process.
@@ -83,7 +83,7 @@ pub trait Halo<T>: Send {
     fn send(&mut self, link: usize) -> &mut [T];
     /// Sends all messages, which travel while the caller works.
     fn start(&mut self);
-    /// Lets a transport that has no thread of its own move data; between start and finish.
+    /// Lets a transport without its own thread move data; between start and finish.
     fn progress(&mut self) {}
     /// Waits for all messages that are due.
     fn finish(&mut self);
@@ -364,7 +364,7 @@ mod tests {
             }
         }
         let everybody: Vec<usize> = (0..size).collect();
-        // The longest are too long for MPI to send before the receiver asks.
+        // The longest are too long for MPI to send before the receiver is ready.
         let lengths: Vec<usize> = everybody
             .iter()
             .map(|&p| 3 + 40_000 * usize::from(p + rank == 1) + p + rank)

@@ -1,6 +1,6 @@
 //! Fluid and particles meet here, and only here: the border between SI units and lattice units at run time.
 //!
-//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep asks for row
+//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep requests row
 //!   by row ([`solids`](Coupling::solids));
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
 //! - [`Stresslet`]: first moments of that momentum -> stress of the particles;
@@ -111,7 +111,7 @@ struct Partial {
 }
 
 impl Coupling {
-    /// For the block of `rank`; `max_circumradius` (m) of all particles bounds who can touch whom.
+    /// For the block of `rank`; `max_circumradius` (m) of all particles limits which particles can touch.
     pub fn new(
         params: CouplingParams,
         decomposition: &Decomposition,
@@ -267,7 +267,7 @@ impl Coupling {
                     .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
-        // Partially saturated cells tell all by themselves.
+        // Partially saturated cells need no neighbours.
         let lines = if self.params.solids.is_saturated() {
             0
         } else {

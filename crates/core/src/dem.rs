@@ -110,7 +110,7 @@ pub trait DemEngine: Send {
     fn contacts(&self) -> ContactSummary;
 
     /// The contacts that this rank evaluated at the last sub-step, ascending by the ids of the pair. Asked for only
-    /// when they are written, so that an engine may gather them when asked.
+    /// when they are written, so that an engine may gather them on request.
     fn contact_states(&self) -> Vec<ContactState>;
 
     /// Checks that all requests since the last [`advance`](Self::advance) could be answered. For the end of a run: during
@@ -122,18 +122,18 @@ pub trait DemEngine: Send {
         Ok(())
     }
 
-    /// This rank's part of everything that is needed to go on from here.
+    /// This rank's part of the state, from which [`restore`](Self::restore) continues.
     fn save(&self) -> Result<Vec<u8>>;
 
-    /// Goes on where the ranks of an earlier run, of this case and this engine, stood when they [saved](Self::save)
-    /// `parts`, one for each of them in their order; there may be more or fewer ranks now. Collective; `parts` are the same on
-    /// every rank.
+    /// Restores the state of an earlier run of this case and this engine, whose ranks [saved](Self::save) `parts`, one
+    /// each, in their order. The number of ranks may have changed. Collective; `parts` are the same on every rank.
     ///
-    /// [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) tell over all ranks what they told then.
+    /// Over all ranks, [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) return what they returned
+    /// then.
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case; the native
-    /// engine then stands where it stood.
+    /// engine then keeps its state.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }
 
@@ -183,7 +183,7 @@ impl Default for LiggghtsOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LiggghtsProcess {
-    /// In a process of its own, whose crash ends as an error message.
+    /// In a separate process, whose crash becomes an error message.
     #[default]
     Worker,
     /// In this process.

@@ -3,7 +3,7 @@
 //! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
 //! streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts exchanged with the
 //! neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not know particles: it receives solid fractions and velocities, and
-//! asked for the momentum that rows of cells received.
+//! returns the momentum that rows of cells received.
 
 mod buffer;
 mod covered;
@@ -255,9 +255,9 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// `solids` says row by row what is solid, and sees what each row exchanged; rows come in any order. What leaves the block
+    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order. What leaves the block
     /// is on its way to the neighbouring blocks when this returns, most of it since the rows next to them were swept; the
-    /// ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns what the cells held before. Collective.
+    /// ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns measurements of the cells before the sweep. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],

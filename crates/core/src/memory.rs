@@ -13,7 +13,7 @@ thread_local! {
     static TRYING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does something whose allocations may fail, and which can tell.
+/// Runs code whose allocations may fail and which handles the failure.
 pub fn trying<R>(work: impl FnOnce() -> R) -> R {
     let before = TRYING.replace(true);
     let result = work();

@@ -395,7 +395,7 @@ extern "C" fn finalise() {
         return;
     }
     let mut over = 0;
-    // SAFETY: MPI may be asked at any time; it is told once, when nothing else of this program calls it any more.
+    // SAFETY: MPI may be queried at any time; it is finalised once, when nothing else of this program calls it any more.
     unsafe {
         ffi::MPI_Finalized(&raw mut over);
         if over == 0 {
@@ -442,7 +442,7 @@ fn split(all: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
 }
 
 fn wait_all(requests: &mut [ffi::MPI_Request]) {
-    // SAFETY: the requests are alive, and their statuses not wanted.
+    // SAFETY: the requests are alive, and their statuses not needed.
     done(unsafe {
         ffi::MPI_Waitall(
             count(requests.len()),
@@ -587,7 +587,7 @@ impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
         }
         let (requests, mut all) = (&mut self.requests, 0);
         self.counters.halo.time(|| {
-            // SAFETY: the requests are alive, and may be complete; their statuses are not wanted.
+            // SAFETY: the requests are alive, and may be complete; their statuses are not needed.
             done(unsafe {
                 ffi::MPI_Testall(
                     count(requests.len()),

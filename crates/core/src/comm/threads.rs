@@ -104,7 +104,7 @@ impl<T> Mailbox<T> {
         message
     }
 
-    /// Polls, then yields, then sleeps until the number of messages is as wanted. Only one rank puts and only one takes.
+    /// Polls, then yields, then sleeps until the number of messages is as requested. Only one rank puts and only one takes.
     fn wait_until(&self, wanted: impl Fn(usize) -> bool, shared: &Shared) {
         for tries in 0..POLLS + YIELDS {
             if wanted(self.count.load(Ordering::Acquire)) {
@@ -189,7 +189,7 @@ impl ThreadComm {
         all
     }
 
-    /// The mailbox of a plan for one direction; the first to ask makes it.
+    /// The mailbox of a plan for one direction; the first caller makes it.
     fn mailbox<T: Send + 'static>(&self, plan: usize, from: usize, to: usize) -> Arc<Mailbox<T>> {
         let mut boxes = lock(&self.shared.mailboxes);
         let entry = boxes
@@ -344,7 +344,7 @@ fn start<R: Send>(
         }
         result
     };
-    // Told when all threads are there, or when one is not to be had.
+    // Signalled when all threads exist, or when one cannot be created.
     let complete: &OnceLock<bool> = &OnceLock::new();
     let results: Vec<_> = std::thread::scope(|scope| {
         let threads: Result<Vec<_>> = (0..ranks)

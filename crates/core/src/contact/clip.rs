@@ -78,7 +78,7 @@ impl Graph {
         Self { corners }
     }
 
-    /// The same body turned.
+    /// The same body, rotated.
     #[must_use]
     pub(super) fn turned(mut self, turn: &Mat3) -> Self {
         for corner in &mut self.corners {

@@ -37,7 +37,7 @@ pub const ENERGY_FACTOR: f64 = 2.0 / 3.0 * 0.239_090_686_568_373_64;
 /// Damping of a contact whose bodies have not approached yet.
 pub const UNSET: f64 = -1.0;
 
-/// Slowest impact that is told from rest (m/s): keeps the damping finite.
+/// Slowest impact that is distinguished from rest (m/s): keeps the damping finite.
 const SLOWEST: f64 = 1e-290;
 
 /// Sliding speed over transition speed beyond which friction is kinetic to the last bit.
@@ -129,7 +129,7 @@ impl PairLaw {
     ///
     /// With approach speed `v` (m/s, positive while the bodies close in). [`HuntCrossley`](DampingLaw::HuntCrossley): `1 + c v >= 0`
     /// with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of `-u0 <= v <= u0` the product
-    /// `c v` is held at its end, `|c v| <= c u0`, so that a contact made almost at rest and pushed later cannot explode.
+    /// `c v` is clamped to its end, `|c v| <= c u0`, so that a contact made almost at rest and pushed later cannot explode.
     /// [`Tsuji`](DampingLaw::Tsuji): `sqrt(5) b sqrt(m* F / d) v`, of either sign; for Hertz `sqrt(5) b sqrt(m* K) d^(1/4) v`
     /// with `F = K d^(3/2)`.
     ///

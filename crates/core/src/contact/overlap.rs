@@ -67,7 +67,7 @@ impl Contour {
     }
 }
 
-/// A body of a pair: its contour and how it is turned.
+/// A body of a pair: its grown shape and orientation.
 #[derive(Clone, Copy, Debug)]
 pub struct Body<'a> {
     /// Geometry.

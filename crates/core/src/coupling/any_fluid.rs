@@ -81,7 +81,7 @@ impl AnyFluid {
     }
 
     /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step squared), as
-    /// [`Fluid::sweep`]; with `measure`, returns what the cells held before. Collective.
+    /// [`Fluid::sweep`]; with `measure`, returns measurements of the cells before the sweep. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],

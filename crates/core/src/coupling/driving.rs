@@ -84,7 +84,7 @@ impl ControlRecord {
     }
 }
 
-/// The acceleration of the fluid, held between measurements.
+/// The acceleration of the fluid, constant between measurements.
 #[derive(Clone, Debug)]
 pub struct Driving {
     params: DrivingParams,

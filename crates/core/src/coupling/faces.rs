@@ -70,14 +70,14 @@ impl FacePlane {
     }
 }
 
-/// Most faces that reach into the same [`BLOCK`] of cells to be looked at together.
+/// Most faces that reach into the same [`BLOCK`] of cells to be evaluated together.
 const MEETING: usize = 8;
 
 /// Bodies with more faces than this have more than [`MEETING`] in most places.
 const MANY: usize = 40;
 
 /// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body), or none if more faces
-/// meet there than can be looked at together.
+/// meet there than can be evaluated together.
 ///
 /// Volume fraction of a cell that several faces cut: each is combined with the fraction behind the previous ones, at the
 /// cosine to the most similar of them.

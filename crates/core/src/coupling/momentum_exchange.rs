@@ -188,7 +188,7 @@ fn add_cells<T: Real>(
     sum.add(&levered(&f, n), 1);
 }
 
-/// The first `count` numbers, then zeros: the other cells belong to somebody else, or lie beyond the row and hold anything.
+/// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and undefined.
 /// Without a branch.
 #[inline(always)]
 pub(super) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {

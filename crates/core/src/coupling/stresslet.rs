@@ -104,7 +104,7 @@ mod tests {
         })
     }
 
-    /// The sums after some steps, each of which is told beforehand what it will measure.
+    /// The sums after some steps, each of which gets beforehand what it will measure.
     fn measured<T: Real>(solids: SolidCollision, grid: [usize; 3]) -> [i128; 6] {
         let domain = Domain {
             periodic: [true, true, false],

@@ -1,10 +1,10 @@
-//! Cells that the surface of a body cuts, looked at several at a time.
+//! Cells that the surface of a body cuts, evaluated several at a time.
 //!
 //! A row of cells leaves a body as it came in: cut cells, solid ones, cut cells. The cut ones of both ends go into one register.
 
 use crate::fluid::{CHUNK, Real};
 
-/// Cells on a surface that are looked at together: a register of double precision, where they are widest.
+/// Cells on a surface that are evaluated together: a register of double precision, where they are widest.
 pub(super) const BLOCK: usize = 8;
 
 /// The cells `0..start` and `end..count` of a window, side by side: those between are wholly solid.

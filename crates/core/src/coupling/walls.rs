@@ -8,12 +8,12 @@ use crate::wall::{Surface, Wall};
 /// Sines of angles and relative lengths below this count as zero.
 const TOLERANCE: f64 = 1e-9;
 
-/// Says what is wrong with the motion of a wall that a fluid meets: its surface must stay where it is, and the velocity of
+/// Checks the motion of a wall in contact with fluid: its surface must not move, and the velocity of
 /// its material at a position must not change in time. So a plane slides along itself or turns about its normal (not both),
 /// and a cylinder slides along its axis and turns about it.
 ///
 /// # Errors
-/// Checks that a wall moves along itself only; otherwise returns its motion, as the end of a sentence that begins with its name.
+/// The motion that is not possible, as the end of a sentence that begins with the name of the wall.
 pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
     let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
     let along = |a: &Vec3, b: &Vec3| a.cross(b).norm() <= TOLERANCE * a.norm();

@@ -152,8 +152,8 @@ impl Neighbourhood {
         ranks
     }
 
-    /// The slabs of an axis whose ranks have a particle as far as that axis goes, ascending. Only slabs round that of the
-    /// owner are looked at.
+    /// The slabs of an axis whose ranks have a particle as far as that axis goes, ascending. Only slabs around that of the
+    /// owner are tested.
     fn slabs_that_know(&self, axis: usize, position: Vec3, template: u64) -> Vec<usize> {
         let cut = &self.decomposition;
         let reach = self.reach[template as usize];

@@ -52,7 +52,7 @@ impl History {
         &self.current
     }
 
-    /// The record of a pair, if the contact existed. Pairs must be asked for in ascending order.
+    /// The record of a pair, if the contact existed. Pairs must be requested in ascending order.
     pub fn recall(&mut self, first: u64, second: u64) -> Option<Record> {
         while self
             .current

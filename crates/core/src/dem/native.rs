@@ -150,8 +150,9 @@ impl Native {
         })
     }
 
-    /// Goes on where another engine stood after `substep` sub-steps: the particles are its particles, `records` are (at
-    /// least) the histories of the contacts that this rank evaluates, `begun` the contacts that have begun here. Walls stand where `substep` sub-steps of the coming length have brought them.
+    /// Continues from the state of another engine after `substep` sub-steps: the particles are its particles, `records` are
+    /// (at least) the histories of the contacts that this rank evaluates, `begun` is the number of contacts that have begun
+    /// here. Walls are where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
         let mine = records
             .iter()
@@ -171,7 +172,7 @@ impl Native {
         self.substep
     }
 
-    /// Keeps the loads of the sub-step before for the laws that want them.
+    /// Stores the loads of the previous sub-step for the laws that need them.
     fn note_loads(&mut self) {
         self.past.clear();
         if self.laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
@@ -294,7 +295,7 @@ pub fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     })
 }
 
-/// Refuses a box in which a pair could touch through two images: the nearest one is all the engine looks at.
+/// Refuses a box in which a pair could touch through two images: the engine considers only the nearest one.
 fn check_images(decomposition: &Decomposition, all: &[Particle], bounds: &[f64]) -> Result<()> {
     let (mut largest, mut second) = (0.0, 0.0);
     for particle in all {

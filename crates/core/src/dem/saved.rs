@@ -1,7 +1,7 @@
 //! Saved state of an engine as bytes, and its reading by all ranks.
 //!
 //! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts, and the
-//! contacts of the last sub-step, as plain data of this machine, and at the end what the engine has of its own. All parts together are the run: whoever reads them picks
+//! contacts of the last sub-step, as plain data of this machine, and at the end the engine's own data. All parts together are the run: a reader picks
 //! what its own rank has, so the number of ranks may be another one.
 
 use super::{ContactState, Load, Record};
@@ -103,7 +103,7 @@ impl Saved {
         Some(bytemuck::pod_read_unaligned::<Header>(head).begun)
     }
 
-    /// One part, or what is wrong with it.
+    /// One part, or its defect.
     fn read(engine: &str, bytes: &[u8]) -> std::result::Result<Self, String> {
         let (head, mut rest) = bytes
             .split_at_checked(size_of::<Header>())

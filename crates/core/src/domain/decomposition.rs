@@ -89,7 +89,7 @@ impl Decomposition {
         }
     }
 
-    /// The largest rank count not above `wanted` that [`new`](Self::new) accepts.
+    /// The largest number of ranks up to `wanted` that [`new`](Self::new) accepts.
     pub fn max_ranks(domain: Domain, wanted: usize) -> usize {
         let most = domain.cells.iter().map(|n| n / MIN_BLOCK).product();
         (1..=wanted.min(most))
@@ -192,10 +192,10 @@ impl Decomposition {
 }
 
 /// The indices along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on both sides
-/// up to the first for which it does not; round the back if `periodic`.
+/// up to the first for which it does not; across the ends if `periodic`.
 pub(crate) fn around(p: usize, count: usize, periodic: bool, accepts: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut places = vec![p];
-    // Steps upwards, then downwards as far as nobody has been.
+    // Steps upwards, then downwards to the indices not yet visited.
     let mut up = 0;
     while up + 1 < count && (periodic || p + up + 1 < count) && accepts((p + up + 1) % count) {
         up += 1;

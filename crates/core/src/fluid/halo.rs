@@ -68,7 +68,7 @@ impl Message {
     }
 }
 
-/// The rank of the block next to that of `rank` in a direction; across a closed face there is nobody.
+/// The rank of the block next to that of `rank` in a direction; none across a closed face.
 fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Option<usize> {
     let place = decomposition.place(rank);
     let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);

@@ -1,6 +1,6 @@
 //! Solid data of one row of cells, which exists only while the row is swept.
 //!
-//! Solids are told to the sweep row by row through [`Solids`]: it fills a row just before the row collides and looks at
+//! The sweep receives solids row by row through [`Solids`]: it fills a row just before the row collides and looks at
 //! what came in and went out just after, all in the first-level cache. Nothing is stored per cell of the block.
 
 use super::SolidCollision;
@@ -49,7 +49,7 @@ fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
     values[x..].first_chunk_mut().expect("a chunk more than the row")
 }
 
-/// The solids on a block, asked row by row during a sweep.
+/// The solids on a block, requested row by row during a sweep.
 pub trait Solids<T> {
     /// Adds all solids to row `(y, z)` of the block, which is empty.
     fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>);

@@ -21,7 +21,7 @@ pub struct ReproducibleSum {
 
 /// Binary digits of the largest terms.
 const DIGITS: i32 = 61;
-/// Exponent of the least magnitude that is told apart from zero, so that `2^digits` is a number.
+/// Exponent of the least magnitude that is distinguished from zero, so that `2^digits` is a number.
 const LEAST: i32 = -900;
 
 impl ReproducibleSum {
@@ -53,7 +53,7 @@ impl ReproducibleSum {
     }
 }
 
-/// Magnitude of a term; infinite if it is not a number, so that the largest one tells.
+/// Magnitude of a term; infinite if it is NaN, so that the largest one shows it.
 pub fn magnitude(term: f64) -> f64 {
     if term.is_nan() { f64::INFINITY } else { term.abs() }
 }

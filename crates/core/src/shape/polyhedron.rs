@@ -303,7 +303,7 @@ impl Shape for Polyhedron {
         Some(self)
     }
 
-    /// Its flat faces, however fine a mesh is asked for.
+    /// Its flat faces, whatever the requested refinement.
     fn surface_mesh(&self, _: u32) -> SurfaceMesh {
         SurfaceMesh {
             points: self.vertices.clone(),

@@ -2,7 +2,7 @@
 
 use crate::math::{Quat, Vec3};
 
-/// The line `(x, y, z), x in R` in the frame of a turned body: `origin + x direction`.
+/// The line `(x, y, z), x in R` in the frame of a rotated body: `origin + x direction`.
 pub(super) struct Line {
     pub origin: Vec3,
     pub direction: Vec3,

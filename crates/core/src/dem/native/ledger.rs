@@ -120,7 +120,7 @@ impl Ledger {
         self.states = states;
     }
 
-    /// Finds or begins the memory of a contact, and what it does. Contacts come in ascending order of the ids.
+    /// Finds or begins the history of a contact, and evaluates its force. Contacts come in ascending order of the ids.
     pub(super) fn enter(&mut self, meeting: &Meeting) -> Action {
         let Meeting {
             ids: [first, second],

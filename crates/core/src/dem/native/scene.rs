@@ -1,4 +1,4 @@
-//! The contacts of one moment: who overlaps whom, with which velocity.
+//! Contacts at one time: overlapping pairs and their relative velocities.
 
 use super::failures::{behind_wall, too_deep, too_deep_in_wall};
 use super::ledger::{Ledger, Meeting, Share};
@@ -100,7 +100,7 @@ impl<'a> Scene<'a> {
 
     /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, as a law needs it.
     ///
-    /// [`DampingLaw::Tsuji`] is there to be held against LIGGGHTS, whose velocity Verlet works forces out with the velocity of
+    /// [`DampingLaw::Tsuji`] exists for comparison with LIGGGHTS, whose velocity Verlet computes forces with the velocity of
     /// half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
     fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw) -> Vec3 {
         let particle = &self.store.particles[index];

@@ -29,7 +29,7 @@ pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
             .filter(|second| mirrored_arcs_cross(first, second))
         {
             let normal = first.along.cross(&second.along);
-            // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face tells their width.
+            // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face gives their width.
             let scale = first.along.norm_squared() * second.along.norm_squared();
             if normal.norm_squared() > PARALLEL * PARALLEL * scale {
                 width = width.min((first.start - second.start).dot(&normal).abs() / normal.norm());
@@ -80,6 +80,6 @@ fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
         return false;
     }
     let (a_side, b_side) = (a.dot(&second.across), b.dot(&second.across));
-    // The last one tells the arc itself from its mirror image.
+    // The last one distinguishes the arc from its mirror image.
     a_side * b_side < 0.0 && c_side * b_side < 0.0
 }
