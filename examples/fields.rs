@@ -23,7 +23,7 @@ pub(crate) fn run() -> Result<f64> {
         .build()?;
     simulation.run_until(1.5)?;
 
-    let fields = simulation.fields();
+    let fields = simulation.fields()?;
     let [nx, ny, nz] = fields.block.size();
     let mut layers = vec![0.0; nz];
     for ([_, _, z], velocity) in fields.cells().zip(&fields.velocity) {

@@ -1,7 +1,13 @@
 //! Fields of the fluid in SI units.
 
-use super::{Simulation, Wet};
+use super::Simulation;
+use super::observe::gather;
 use crate::domain::Block;
+use crate::error::Result;
+use crate::memory;
+
+/// Name of the arrays of [`Fields`] in messages.
+const FIELDS: &str = "the fields";
 
 /// Fields of a [block](Self::block) of cells in SI units, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +23,28 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// Fluid at rest in a block.
+    pub(super) fn zeros(block: Block) -> Result<Self> {
+        let cells = block.cell_count();
+        Ok(Self {
+            block,
+            velocity: memory::zeroed(cells, FIELDS)?,
+            pressure: memory::zeroed(cells, FIELDS)?,
+            solid_fraction: memory::zeroed(cells, FIELDS)?,
+        })
+    }
+
+    /// Room for the values of `cells` cells in a message.
+    pub(super) fn room(cells: usize) -> Result<Vec<u8>> {
+        memory::with_capacity(cells * size_of::<[f32; 5]>(), FIELDS)
+    }
+
+    pub(super) fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
+        self.velocity[at] = [u, v, w];
+        self.pressure[at] = pressure;
+        self.solid_fraction[at] = solid_fraction;
+    }
+
     /// The cells of the box in the order of the fields.
     pub fn cells(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
         let Block { lo, hi } = self.block;
@@ -29,46 +57,21 @@ impl Simulation {
     /// Fields of the block of this rank, which is the whole box on one rank, with the particles where they are now. Changes
     /// nothing. Empty without a fluid.
     ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) if there is no room for them.
+    ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
     /// simulation.advance(2)?;
-    /// let fields = simulation.fields();
+    /// let fields = simulation.fields()?;
     /// let solid: f32 = fields.solid_fraction.iter().sum();
     /// assert_eq!(fields.cells().count(), fields.velocity.len());
     /// assert!((solid - std::f32::consts::PI / 6.0 * 64.0).abs() < 1e-3);
     /// # Ok::<(), turbid::Error>(())
     /// ```
-    pub fn fields(&mut self) -> Fields {
-        let acceleration = (self.acceleration() / self.units.acceleration()).into();
-        let Self { units, wet, dem, .. } = self;
-        let Some(Wet { fluid, coupling, .. }) = wet else {
-            return Fields {
-                block: Block {
-                    lo: [0; 3],
-                    hi: [0; 3],
-                },
-                velocity: Vec::new(),
-                pressure: Vec::new(),
-                solid_fraction: Vec::new(),
-            };
-        };
-        let block = fluid.block();
-        let cells = block.cell_count();
-        let mut fields = Fields {
-            block,
-            velocity: Vec::with_capacity(cells),
-            pressure: Vec::with_capacity(cells),
-            solid_fraction: Vec::with_capacity(cells),
-        };
-        coupling.map(dem.particles());
-        fluid.each_cell(block, acceleration, coupling, dem.particles(), |cell| {
-            let velocity = cell.velocity.map(|u| (u * units.velocity()) as f32);
-            fields.velocity.push(velocity);
-            fields
-                .pressure
-                .push((cell.density_deviation * units.pressure()) as f32);
-            fields.solid_fraction.push(cell.solid_fraction as f32);
-        });
-        fields
+    pub fn fields(&mut self) -> Result<Fields> {
+        let nothing = Block { lo: [0; 3], hi: [0; 3] };
+        let block = self.fluid().map_or(nothing, |fluid| fluid.block());
+        gather::own_fields(self, block)
     }
 }

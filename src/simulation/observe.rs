@@ -5,7 +5,7 @@
 //! ([`collect`]). A failure to write on one rank ends the run on every rank.
 
 mod collect;
-mod gather;
+pub(super) mod gather;
 mod row;
 mod summary;
 
@@ -59,10 +59,12 @@ impl ObserverState {
     /// # Errors
     /// [`Error::Input`] if rows are gone.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
-        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
-            Some(state) => writer.fits(state),
-            None => Ok(()),
-        })
+        writers
+            .iter()
+            .try_for_each(|writer| match self.states.get(writer.name()) {
+                Some(state) => writer.fits(state),
+                None => Ok(()),
+            })
     }
 }
 
