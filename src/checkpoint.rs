@@ -11,10 +11,11 @@
 //!   step-0000000100.replaced/   the old one while one of the same step takes its place
 //! ```
 //!
-//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3), so what is
-//! damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes mean: cells have
-//! a number of bytes each, and what the engine, the coupling and the whole run need are sections of bytes. Numbers are plain data of
-//! the machine that wrote them (little-endian on all that this program is built for).
+//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3),
+//! so what is damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes
+//! mean: cells have a number of bytes each, and what the engine, the coupling and the whole run need are sections of
+//! bytes. Numbers are plain data of the machine that wrote them (little-endian on all that this program is built
+//! for).
 
 mod folder;
 mod manifest;
@@ -85,8 +86,8 @@ pub struct Part<'a> {
     pub shared: &'a [u8],
 }
 
-/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but that of the
-/// step which is known to be `sound`: the last one that this run has written or resumed from. Collective.
+/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but
+/// that of the step which is known to be `sound`: the last one that this run has written or resumed from. Collective.
 ///
 /// `plane(z, out)` appends the bytes of the plane `z` of the block, `block.lo[2] <= z < block.hi[2]`: for y, for x,
 /// `bytes_per_cell` bytes. It is called once for each z, ascending, and not at all in a dry run.
@@ -107,11 +108,12 @@ pub fn write(
     })
 }
 
-/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for each newer
-/// one what it was skipped for. Collective.
+/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for
+/// each newer one what it was skipped for. Collective.
 ///
-/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound on all of them. It may be collective itself
-/// if it makes the same calls on all ranks, even when only one of them finds something damaged: [`agreed`] sees to that.
+/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound on all of them. It may be
+/// collective itself if it makes the same calls on all ranks, even when only one of them finds something damaged:
+/// [`agreed`] sees to that.
 ///
 /// # Errors
 /// [`Error::Agreed`], the same on every rank: there is none, or each of them with its defect.

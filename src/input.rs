@@ -1,7 +1,9 @@
-//! Files that are read: regular ones, up to a limit, opened without waiting, and quoted in messages by one word at most.
+//! Files that are read: regular ones, up to a limit, opened without waiting, and quoted in messages by one word at
+//! most.
 //!
-//! Cases, the files that they name, and checkpoints may come from untrusted sources. Reading a FIFO would block for ever, a device may be
-//! endless or act when it is opened, and a message may be seen by others than the owner of a file.
+//! Cases, the files that they name, and checkpoints may come from untrusted sources. Reading a FIFO would block for
+//! ever, a device may be endless or act when it is opened, and a message may be seen by others than the owner of a
+//! file.
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{self, Read};

@@ -1,9 +1,9 @@
 //! Initial positions: random ones that keep their distance, and files of positions.
 //!
-//! Random points are pushed apart pair by pair until no two spheres are closer than they may be; bodies of other shapes
-//! start from there, as if they were spheres of the same volume, and are [relaxed](relax) on. Then all are [mixed](mix)
-//! until they lie as in a fluid of hard bodies. Only additions, multiplications, divisions and square roots are used, and
-//! streams of random numbers: the same seed gives the same bits on any machine.
+//! Random points are pushed apart pair by pair until no two spheres are closer than they may be; bodies of other
+//! shapes start from there, as if they were spheres of the same volume, and are [relaxed](relax) on. Then all are
+//! [mixed](mix) until they lie as in a fluid of hard bodies. Only additions, multiplications, divisions and square
+//! roots are used, and streams of random numbers: the same seed gives the same bits on any machine.
 
 pub mod mix;
 mod neighbours;

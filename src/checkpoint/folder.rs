@@ -103,8 +103,8 @@ pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
     sync_folder(directory)
 }
 
-/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. The others are damaged, or belong to
-/// a course that was given up, since the run was resumed from before them.
+/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. The others are
+/// damaged, or belong to a course that was given up, since the run was resumed from before them.
 pub(super) fn thin_out(directory: &Path, step: u64, sound: Option<u64>) -> Result<()> {
     let mut kept = Vec::new();
     for found in list(directory)? {

@@ -25,7 +25,8 @@ pub struct Checkpoint {
 pub(crate) type Damage<T> = std::result::Result<T, String>;
 
 impl Checkpoint {
-    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in common.
+    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in
+    /// common.
     ///
     /// # Errors
     /// [`Error::Input`] with the name of the checkpoint and what is damaged or missing.
@@ -139,8 +140,9 @@ impl Checkpoint {
         self.sections(COUPLING)
     }
 
-    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one plane of
-    /// `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x. Nothing in a dry run.
+    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one
+    /// plane of `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x.
+    /// Nothing in a dry run.
     ///
     /// # Errors
     /// [`Error::Input`] with the part and plane that is damaged, or that `visit` finds something wrong with; or if some cells are

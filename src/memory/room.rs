@@ -1,4 +1,5 @@
-//! Memory that a process may have: that of the machine, less where a control group or a limit of the process grants less.
+//! Memory that a process may have: that of the machine, less where a control group or a limit of the process grants
+//! less.
 
 use super::in_bytes;
 use std::fs;
@@ -35,8 +36,8 @@ pub fn kilobytes(meminfo: &str, key: &str) -> Option<f64> {
     Some(1024.0 * kilobytes)
 }
 
-/// The least that the control group of `/proc/self/cgroup` or one above it grants, of version 2 or 1. In a container the groups
-/// above its own, and its own name, may be out of sight; then what is seen at the root is its own.
+/// The least that the control group of `/proc/self/cgroup` or one above it grants, of version 2 or 1. In a container
+/// the groups above its own, and its own name, may be out of sight; then what is seen at the root is its own.
 fn group(groups: &str, root: &Path) -> Option<Room> {
     let mut least: Option<Room> = None;
     for line in groups.lines() {

@@ -1,7 +1,8 @@
 //! STL, text or binary: the corners of each facet.
 //!
-//! Text begins with `solid`, in any case, behind a byte order mark or blanks; a binary file has a length that says how many facets
-//! there are, and may begin with `solid`, too. Coordinates have single precision in both. A text file may hold several solids.
+//! Text begins with `solid`, in any case, behind a byte order mark or blanks; a binary file has a length that says
+//! how many facets there are, and may begin with `solid`, too. Coordinates have single precision in both. A text file
+//! may hold several solids.
 
 use crate::input;
 use crate::math::Vec3;

@@ -9,9 +9,9 @@
 //! x -> x + s R (u_1, u_2, u_3),     turned by the quaternion (1, s/2 (u_4, u_5, u_6)),     u_i in [-1, 1)
 //! ```
 //!
-//! with `R` the reach of the body. Steps and their reverse are equally likely, so that all states without overlaps become
-//! equally likely. The length `s` of the steps is set so that [`WANTED`] of them count, during the first
-//! half; after that it stays. Only `+ - * /` and square roots: the same seed gives the same bits on any machine.
+//! with `R` the reach of the body. Steps and their reverse are equally likely, so that all states without overlaps
+//! become equally likely. The length `s` of the steps is set so that [`WANTED`] of them count, during the first half;
+//! after that it stays. Only `+ - * /` and square roots: the same seed gives the same bits on any machine.
 //!
 //! # Reference
 //! Metropolis, Rosenbluth, Rosenbluth, Teller, Teller (1953), doi:10.1063/1.1699114.
@@ -32,8 +32,8 @@ use rand_chacha::rand_core::SeedableRng;
 const SWEEPS: f64 = 2.0;
 const LEAST_SWEEPS: f64 = 400.0;
 const MOST_SWEEPS: f64 = 1000.0;
-/// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need up to
-/// half a million bodies.
+/// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need
+/// up to half a million bodies.
 const MOST_MOVES: f64 = 5e7;
 /// Sweeps after which the length of the steps is adapted.
 const LOOK: u32 = 10;

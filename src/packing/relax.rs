@@ -1,7 +1,7 @@
 //! Bodies of any shape, turned at random, pushed and turned apart until none touches another or a wall.
 //!
-//! Pair by pair, with the overlap `(d, p, n)` of the two bodies, grown by half of their gap (depth, point, normal), as a
-//! rigid constraint of position-based dynamics: with the generalised inverse masses
+//! Pair by pair, with the overlap `(d, p, n)` of the two bodies, grown by half of their gap (depth, point, normal),
+//! as a rigid constraint of position-based dynamics: with the generalised inverse masses
 //!
 //! ```text
 //! w = 1 / V + (r x n) . I^-1 (r x n) / V,     r = p - x,  I = inertia per unit of mass, V = volume
@@ -9,8 +9,8 @@
 //! x -= l n / V,   turned by  - l I^-1 (r x n) / V      (the first body; the second the other way)
 //! ```
 //!
-//! Walls do not move. A later push of a round sees the earlier ones. Only `+ - * /` and square roots: the same seed gives the
-//! same bits on any machine.
+//! Walls do not move. A later push of a round sees the earlier ones. Only `+ - * /` and square roots: the same seed
+//! gives the same bits on any machine.
 //!
 //! # Reference
 //! Mueller, Macklin, Chentanez, Jeschke, Kim (2020), Detailed rigid body simulation with extended position based dynamics,

@@ -72,9 +72,9 @@ pub enum Comm {
 /// A fixed pattern of messages, at most one per ordered pair of ranks, repeated every step.
 ///
 /// Fill all of [`send`](Self::send), then [`start`](Self::start), do other work, [`finish`](Self::finish), read
-/// [`received`](Self::received). Buffers are out of reach between start and finish. After an exchange the send buffers hold
-/// stale data and must be overwritten wholly. Several patterns may be under way at once, if every rank starts and finishes
-/// them in the same order.
+/// [`received`](Self::received). Buffers are out of reach between start and finish. After an exchange the send
+/// buffers hold stale data and must be overwritten wholly. Several patterns may be under way at once, if every rank
+/// starts and finishes them in the same order.
 pub trait Halo<T>: Send {
     /// Buffer for the message to `peers[link]`, of the length agreed at creation.
     ///
@@ -203,8 +203,8 @@ impl Comm {
         ranks[0] > 0
     }
 
-    /// Agrees on an operation that every rank does for itself: the result if all have succeeded; else the error of this rank,
-    /// or [`Error::OtherRank`]. Collective.
+    /// Agrees on an operation that every rank does for itself: the result if all have succeeded; else the error of
+    /// this rank, or [`Error::OtherRank`]. Collective.
     ///
     /// # Errors
     /// On every rank, if one of them has failed.
@@ -235,7 +235,8 @@ impl Comm {
 
     /// Sends `messages[i]` to `peers[i]` and returns what `peers[i]` sent here.
     ///
-    /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this rank.
+    /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this
+    /// rank.
     pub fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         assert_eq!(peers.len(), messages.len());
         let Some(counters) = self.counters() else {
@@ -252,7 +253,8 @@ impl Comm {
         })
     }
 
-    /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its own peer.
+    /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its
+    /// own peer.
     ///
     /// # Errors
     /// [`Error::Memory`] on a rank that has no room for the buffers; then no rank may [start](Halo::start) the pattern.

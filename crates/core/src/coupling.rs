@@ -7,8 +7,8 @@
 //! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
-//! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the same
-//! on every rank, for every periodic image, and for a particle moved by whole cells.
+//! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the
+//! same on every rank, for every periodic image, and for a particle moved by whole cells.
 
 mod any_fluid;
 mod driving;
@@ -68,7 +68,8 @@ pub struct Coupling {
     /// Faces of the flat-faced ones, and where those of each begin; one past the last.
     planes: Vec<FacePlane>,
     first_plane: Vec<u32>,
-    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other fractions.
+    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other
+    /// fractions.
     shifts: Vec<f64>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
@@ -139,8 +140,8 @@ impl Coupling {
         }
     }
 
-    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not charged
-    /// with the momentum of the fluid that its cells hold from then on.
+    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not
+    /// charged with the momentum of the fluid that its cells hold from then on.
     #[must_use]
     pub fn in_fluid_at_rest(mut self) -> Self {
         self.begun = true;
@@ -247,8 +248,8 @@ impl Coupling {
         }
     }
 
-    /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells that
-    /// were covered only then or only now.
+    /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
+    /// that were covered only then or only now.
     pub fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
         let [_, ny, nz] = self.block.size();
         // Where each particle of one list is in the other.

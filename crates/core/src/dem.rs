@@ -113,8 +113,8 @@ pub trait DemEngine: Send {
     /// when they are written, so that an engine may gather them on request.
     fn contact_states(&self) -> Vec<ContactState>;
 
-    /// Checks that all requests since the last [`advance`](Self::advance) could be answered. For the end of a run: during
-    /// a run the next advance fails instead.
+    /// Checks that all requests since the last [`advance`](Self::advance) could be answered. For the end of a run:
+    /// during a run the next advance fails instead.
     ///
     /// # Errors
     /// [`Error::Engine`] on the rank where it could not.
@@ -128,8 +128,8 @@ pub trait DemEngine: Send {
     /// Restores the state of an earlier run of this case and this engine, whose ranks [saved](Self::save) `parts`, one
     /// each, in their order. The number of ranks may have changed. Collective; `parts` are the same on every rank.
     ///
-    /// Over all ranks, [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) return what they returned
-    /// then.
+    /// Over all ranks, [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) return what they
+    /// returned then.
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case; the native

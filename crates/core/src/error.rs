@@ -32,8 +32,8 @@ pub enum Error {
     /// A case, or another document of keys, asks for something impossible.
     #[error("{text}")]
     Case {
-        /// Path of the key, such as `"lattice.relaxation_time"` or `"particles.0.density"`: the first of those that do not fit
-        /// together. Empty where no key stands for it.
+        /// Path of the key, such as `"lattice.relaxation_time"` or `"particles.0.density"`: the first of those that
+        /// do not fit together. Empty where no key stands for it.
         key: String,
         /// Problem in one line: key, value and what would be right.
         what: String,
@@ -118,7 +118,8 @@ impl Error {
         }
     }
 
-    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine, 4 for a run that was stopped.
+    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine, 4 for a run that
+    /// was stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
             Self::Diverged { .. } | Self::Engine { .. } => 3,

@@ -1,9 +1,9 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
 //!
-//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
-//! streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts exchanged with the
-//! neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not know particles: it receives solid fractions and velocities, and
-//! returns the momentum that rows of cells received.
+//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their
+//! weights and streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts
+//! exchanged with the neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not
+//! know particles: it receives solid fractions and velocities, and returns the momentum that rows of cells received.
 
 mod buffer;
 mod covered;
@@ -255,9 +255,10 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order. What leaves the block
-    /// is on its way to the neighbouring blocks when this returns, most of it since the rows next to them were swept; the
-    /// ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns measurements of the cells before the sweep. Collective.
+    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order.
+    /// What leaves the block is on its way to the neighbouring blocks when this returns, most of it since the rows
+    /// next to them were swept; the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
+    /// measurements of the cells before the sweep. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],
@@ -302,8 +303,8 @@ impl<T: Real> Fluid<T> {
         self.walls.bounce_late(self.phase, &mut self.populations);
     }
 
-    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`; nothing
-    /// leaves a cell in a wall.
+    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`;
+    /// nothing leaves a cell in a wall.
     pub fn departed(&self, [x, y, z]: [usize; 3]) -> [f64; 4] {
         if self.walls.of([x, y, z]).is_some() {
             return [0.0; 4];

@@ -1,11 +1,13 @@
-//! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an abort on one.
+//! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an
+//! abort on one.
 //!
 
 use crate::error::{Error, Result};
 use bytemuck::Zeroable;
 use std::cell::Cell;
 
-/// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that are written.
+/// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that
+/// are written.
 pub const PER_PARTICLE: f64 = 2000.0;
 
 thread_local! {

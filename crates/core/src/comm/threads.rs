@@ -104,7 +104,8 @@ impl<T> Mailbox<T> {
         message
     }
 
-    /// Polls, then yields, then sleeps until the number of messages is as requested. Only one rank puts and only one takes.
+    /// Polls, then yields, then sleeps until the number of messages is as requested. Only one rank puts and only one
+    /// takes.
     fn wait_until(&self, wanted: impl Fn(usize) -> bool, shared: &Shared) {
         for tries in 0..POLLS + YIELDS {
             if wanted(self.count.load(Ordering::Acquire)) {

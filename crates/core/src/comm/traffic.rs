@@ -11,7 +11,8 @@ pub struct Traffic {
     pub halo: Tally,
     /// Messages of any length between neighbours, [`Comm::exchange`](super::Comm::exchange); empty ones are messages.
     pub exchange: Tally,
-    /// Reductions, gatherings and barriers of all ranks: one message for each call, with the bytes that this rank puts in.
+    /// Reductions, gatherings and barriers of all ranks: one message for each call, with the bytes that this rank
+    /// puts in.
     pub collective: Tally,
 }
 

@@ -1,8 +1,8 @@
 //! Convex polyhedra cut by half-spaces, and integrals over what is left.
 //!
 //! The surface is a graph in which every vertex has three edges and three faces; corners where more faces meet are
-//! several vertices at (nearly) the same position. A cut keeps the vertices with `normal . x <= offset`, puts a new vertex
-//! on every edge that leaves them, and joins the new ones along their common faces into the new face. Whatever
+//! several vertices at (nearly) the same position. A cut keeps the vertices with `normal . x <= offset`, puts a new
+//! vertex on every edge that leaves them, and joins the new ones along their common faces into the new face. Whatever
 //! rounding makes of the signs, the surface stays closed, so volumes are right to rounding however degenerate the
 //! planes are. Buffers are kept from cut to cut and from body to body: nothing is allocated.
 //!
@@ -272,7 +272,8 @@ impl Clipper {
             return Cut::Emptied;
         }
         let gone = |heights: &[f64], v: u32| heights[v as usize] > slack;
-        // Half-edges of corners that stay to corners that go, found from the side that has fewer: most planes trim little.
+        // Half-edges of corners that stay to corners that go, found from the side that has fewer: most planes trim
+        // little.
         let mut trimmed = std::mem::take(&mut self.trimmed);
         trimmed.clear();
         for &u in self.live.iter().filter(|&&u| gone(&self.heights, u)) {

@@ -133,8 +133,8 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
     sampled::overlap(first, second, offset, samples)
 }
 
-/// Returns true if two bodies overlap, as [`measure`] of the exact geometry finds, but faster and without a size. Overlaps so
-/// small that samples miss them count.
+/// Returns true if two bodies overlap, as [`measure`] of the exact geometry finds, but faster and without a size.
+/// Overlaps so small that samples miss them count.
 pub fn touch(first: &Body, second: &Body, offset: Vec3) -> bool {
     let reach = first.contour.reach() + second.contour.reach();
     if offset.norm_squared() >= reach * reach {

@@ -5,9 +5,9 @@
 //! belongs half to either: moving one body along its normal takes volume away or not, and half is the mean of both, and
 //! the same whichever body is called the first. Depth is the length of the line along the normal through the centre.
 //!
-//! Pairs that do not overlap are excluded by, in this order, bounding spheres, the planes of the faces of either body (the furthest
-//! corner of the other along the normal; faces that point away are skipped, by the inscribed sphere), and the
-//! clipping itself, which an edge across an edge leaves nothing of.
+//! Pairs that do not overlap are excluded by, in this order, bounding spheres, the planes of the faces of either body
+//! (the furthest corner of the other along the normal; faces that point away are skipped, by the inscribed sphere),
+//! and the clipping itself, which an edge across an edge leaves nothing of.
 
 use super::clip::{Clipper, Cut, Plane};
 use super::overlap::Overlap;

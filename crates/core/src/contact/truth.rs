@@ -223,9 +223,9 @@ pub(super) fn frame(normal: Vec3) -> Mat3 {
     Mat3::from_columns(&[u, normal.cross(&u), normal])
 }
 
-/// Checks area vector and moment of `measured` against differences of the volume: `volume(shift, rotation)` is that with
-/// the second body turned about the centre of the first, then shifted. Returns the largest error, in parts of the
-/// area and of the area times `size`.
+/// Checks area vector and moment of `measured` against differences of the volume: `volume(shift, rotation)` is that
+/// with the second body turned about the centre of the first, then shifted. Returns the largest error, in parts of
+/// the area and of the area times `size`.
 pub(super) fn gradient_error(
     measured: &Overlap,
     volume: impl Fn(Vec3, Quat) -> f64,

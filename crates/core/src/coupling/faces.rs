@@ -54,7 +54,8 @@ impl FacePlane {
         self.offset - (self.normal[1] * y + self.normal[2] * z)
     }
 
-    /// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body).
+    /// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of
+    /// the body).
     #[inline(always)]
     pub(super) fn shares(planes: &[Self], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
         let shares = if planes.len() <= MANY {
@@ -76,11 +77,11 @@ const MEETING: usize = 8;
 /// Bodies with more faces than this have more than [`MEETING`] in most places.
 const MANY: usize = 40;
 
-/// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body), or none if more faces
-/// meet there than can be evaluated together.
+/// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the
+/// body), or none if more faces meet there than can be evaluated together.
 ///
-/// Volume fraction of a cell that several faces cut: each is combined with the fraction behind the previous ones, at the
-/// cosine to the most similar of them.
+/// Volume fraction of a cell that several faces cut: each is combined with the fraction behind the previous ones, at
+/// the cosine to the most similar of them.
 #[inline(always)]
 fn together(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> Option<[f64; BLOCK]> {
     let (mut share, mut outside) = ([1.0_f64; BLOCK], [false; BLOCK]);

@@ -109,8 +109,8 @@ pub(super) fn add_segment<T: Real>(
     }
 }
 
-/// Adds the parts of a segment in what the solids of its partially saturated cells received and hold to `incoming`, and in
-/// what they hold to `outgoing`; its fractions come from `windows`.
+/// Adds the parts of a segment in what the solids of its partially saturated cells received and hold to `incoming`,
+/// and in what they hold to `outgoing`; its fractions come from `windows`.
 #[inline(always)]
 pub(super) fn add_shares<'a, T: Real>(
     segment: &Segment,
@@ -135,7 +135,8 @@ pub(super) fn add_shares<'a, T: Real>(
 
 /// Adds `shares` of what the first `count` cells of a window exchanged, whose first cell has offset `n`.
 ///
-/// As [`add_cells`], axis by axis: with the forces of all axes handed to a function for both, collecting takes twice as long.
+/// As [`add_cells`], axis by axis: with the forces of all axes handed to a function for both, collecting takes twice
+/// as long.
 #[inline(always)]
 fn add_parts<T: Real>(
     exchanged: [&[T; CHUNK]; 4],
@@ -188,8 +189,8 @@ fn add_cells<T: Real>(
     sum.add(&levered(&f, n), 1);
 }
 
-/// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and undefined.
-/// Without a branch.
+/// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and
+/// undefined. Without a branch.
 #[inline(always)]
 pub(super) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
     let mask = &FIRST[CHUNK - count..];

@@ -26,7 +26,8 @@ impl Coupling {
         owned.zip(self.swept_loads.iter().copied())
     }
 
-    /// This rank's part of the state that a resumed run needs: all parts together describe every particle that a sweep has seen.
+    /// This rank's part of the state that a resumed run needs: all parts together describe every particle that a
+    /// sweep has seen.
     pub fn save(&self) -> Vec<u8> {
         let swept: Vec<Swept> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
             // Of a particle that is owned elsewhere only what left its cells here.

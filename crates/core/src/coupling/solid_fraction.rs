@@ -96,11 +96,12 @@ impl RigidMotion {
     }
 }
 
-/// By how much the surface of a body is moved in (cells). Smooth bodies, to count as a plane in each cell: by their mean curvature,
-/// taken as the same everywhere. Flat faces are moved out, for their edges: see the head of this module.
+/// By how much the surface of a body is moved in (cells). Smooth bodies, to count as a plane in each cell: by their
+/// mean curvature, taken as the same everywhere. Flat faces are moved out, for their edges: see the head of this
+/// module.
 ///
-/// `(k_1 + k_2) / 24` in the mean over the surface is `M / (12 A)` with the area `A` and, after Minkowski, the integral of the mean
-/// curvature `M = 2 pi b`, `b` the mean width.
+/// `(k_1 + k_2) / 24` in the mean over the surface is `M / (12 A)` with the area `A` and, after Minkowski, the
+/// integral of the mean curvature `M = 2 pi b`, `b` the mean width.
 pub(super) fn shift_of(shape: &dyn Shape, dx: f64, out: f64) -> f64 {
     if let Some(radius) = shape.as_sphere() {
         return curved(2.0 * dx / radius);
@@ -144,8 +145,8 @@ const NEAR: f64 = 1e-3;
 pub enum Fraction {
     /// A cosine ramp of this width (cells) of the distance of the cell's centre.
     Ramp(f64),
-    /// Volume fraction of the cell; the flat faces of a cube are moved out by this distance (cells), those of other bodies as their
-    /// edges ask for.
+    /// Volume fraction of the cell; the flat faces of a cube are moved out by this distance (cells), those of other
+    /// bodies as their edges ask for.
     Volume(f64),
 }
 
@@ -338,8 +339,8 @@ impl<'a> Mapper<'a> {
                 .signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
     }
 
-    /// Writes the solid fractions and velocities of a segment to the row that is being swept, and the fractions to the end of
-    /// `shares`.
+    /// Writes the solid fractions and velocities of a segment to the row that is being swept, and the fractions to
+    /// the end of `shares`.
     #[inline(always)]
     pub(super) fn fill<T: Real>(
         &self,
@@ -395,7 +396,8 @@ impl<'a> Mapper<'a> {
         }
     }
 
-    /// Volume fraction of the cell with its centre at a point relative to the centre of a smooth body (cells, world axes).
+    /// Volume fraction of the cell with its centre at a point relative to the centre of a smooth body (cells, world
+    /// axes).
     #[inline(always)]
     fn share(&self, x: f64, y: f64, z: f64) -> f64 {
         let point = self.to_body * (Vec3::new(x, y, z) * self.dx);

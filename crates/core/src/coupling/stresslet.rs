@@ -36,8 +36,9 @@ impl Coupling {
 }
 
 impl<T> Stresslet<'_, T> {
-    /// `xx`, `yy`, `zz`, `xy`, `xz` and `yz` of the moments of `g` over the cells of the block, all particles together: exact sums of
-    /// fixed-point numbers in lattice units. `tau Q` is the other part of what the fluid measures.
+    /// `xx`, `yy`, `zz`, `xy`, `xz` and `yz` of the moments of `g` over the cells of the block, all particles
+    /// together: exact sums of fixed-point numbers in lattice units. `tau Q` is the other part of what the fluid
+    /// measures.
     pub fn sums(&self) -> [i128; 6] {
         self.sums
     }
@@ -162,7 +163,8 @@ mod tests {
 
     #[test]
     fn the_moments_are_those_of_the_force_in_every_cell_about_the_centre() {
-        // A sphere at rest in fluid that flows as `u = E r`: all it takes in a cell is along its own part of the strain.
+        // A sphere at rest in fluid that flows as `u = E r`: all it takes in a cell is along its own part of the
+        // strain.
         let strain = [[1e-3, 2e-4, 3e-4], [2e-4, -5e-4, 4e-4], [3e-4, 4e-4, -5e-4]];
         let (centre, radius) = (Vec3::new(1.51, 1.18, 1.73), 0.7);
         let decomposition = Decomposition::new(
@@ -195,7 +197,8 @@ mod tests {
         let mut stresslet = coupling.stresslet(&store);
         fluid.measure(&mut stresslet);
         let sums = stresslet.sums().map(from_fixed_wide);
-        // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave 5 / 12 over a^2 in cells, 1.3 %.
+        // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave 5 / 12 over a^2 in cells, 1.3
+        // %.
         let cells = radius / UNITS.dx;
         let whole = 4.0 / 15.0 * std::f64::consts::PI * cells.powi(5);
         for (sum, (a, b)) in sums

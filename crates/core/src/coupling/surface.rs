@@ -1,6 +1,7 @@
 //! Cells that the surface of a body cuts, evaluated several at a time.
 //!
-//! A row of cells leaves a body as it came in: cut cells, solid ones, cut cells. The cut ones of both ends go into one register.
+//! A row of cells leaves a body as it came in: cut cells, solid ones, cut cells. The cut ones of both ends go into
+//! one register.
 
 use crate::fluid::{CHUNK, Real};
 
@@ -15,7 +16,8 @@ pub(super) struct Surface {
     pub(super) count: usize,
 }
 
-/// Volume fractions of cells on the surface, side by side, from index [`CHUNK`] on; before are zeros, for windows that begin in front of them.
+/// Volume fractions of cells on the surface, side by side, from index [`CHUNK`] on; before are zeros, for windows
+/// that begin in front of them.
 pub(super) type Shares<T> = [T; 2 * CHUNK];
 
 impl Surface {
@@ -25,8 +27,8 @@ impl Surface {
         self.start + (self.count - self.end)
     }
 
-    /// Positions of the cells from `first` on, from the centre of the body, `offset` being that of the first of the window; the last
-    /// one again where there are no more.
+    /// Positions of the cells from `first` on, from the centre of the body, `offset` being that of the first of the
+    /// window; the last one again where there are no more.
     #[inline(always)]
     pub(super) fn places(self, first: usize, offset: f64, centre: f64) -> [f64; BLOCK] {
         let mut x = [0.0; BLOCK];

@@ -8,9 +8,9 @@ use crate::wall::{Surface, Wall};
 /// Sines of angles and relative lengths below this count as zero.
 const TOLERANCE: f64 = 1e-9;
 
-/// Checks the motion of a wall in contact with fluid: its surface must not move, and the velocity of
-/// its material at a position must not change in time. So a plane slides along itself or turns about its normal (not both),
-/// and a cylinder slides along its axis and turns about it.
+/// Checks the motion of a wall in contact with fluid: its surface must not move, and the velocity of its material at
+/// a position must not change in time. So a plane slides along itself or turns about its normal (not both), and a
+/// cylinder slides along its axis and turns about it.
 ///
 /// # Errors
 /// The motion that is not possible, as the end of a sentence that begins with the name of the wall.

@@ -69,8 +69,8 @@ pub struct Neighbourhood {
 impl Neighbourhood {
     /// For particles that lie in spheres of these radii (m, by template), enlarged for contacts.
     ///
-    /// A rank has a particle if its centre is at most `R + R_max + 2 dx` from the rank's block: enough for every contact of
-    /// the particles inside the block, also after each has moved by a cell.
+    /// A rank has a particle if its centre is at most `R + R_max + 2 dx` from the rank's block: enough for every
+    /// contact of the particles inside the block, also after each has moved by a cell.
     pub fn new(decomposition: Decomposition, rank: usize, radii: &[f64]) -> Self {
         let dx = decomposition.domain.dx;
         let largest = radii.iter().copied().fold(0.0, f64::max);
@@ -152,8 +152,8 @@ impl Neighbourhood {
         ranks
     }
 
-    /// The slabs of an axis whose ranks have a particle as far as that axis goes, ascending. Only slabs around that of the
-    /// owner are tested.
+    /// The slabs of an axis whose ranks have a particle as far as that axis goes, ascending. Only slabs around that
+    /// of the owner are tested.
     fn slabs_that_know(&self, axis: usize, position: Vec3, template: u64) -> Vec<usize> {
         let cut = &self.decomposition;
         let reach = self.reach[template as usize];
@@ -163,8 +163,8 @@ impl Neighbourhood {
         })
     }
 
-    /// The rank that evaluates the contact of two particles, each with its owner, wrapped position and template: the same
-    /// answer on every rank.
+    /// The rank that evaluates the contact of two particles, each with its owner, wrapped position and template: the
+    /// same answer on every rank.
     pub fn responsible(&self, a: (usize, Vec3, u64), b: (usize, Vec3, u64)) -> Option<usize> {
         let knows_both = |rank| {
             let zone = self.zone(rank);
@@ -179,8 +179,8 @@ impl Neighbourhood {
 
     /// The lowest rank that has both of two particles.
     ///
-    /// Ranks have a particle axis by axis, so those that have both are a product of slabs along x, y and z, and the lowest
-    /// is at the lowest of each.
+    /// Ranks have a particle axis by axis, so those that have both are a product of slabs along x, y and z, and the
+    /// lowest is at the lowest of each.
     fn lowest_that_knows(&self, [a, b]: [(Vec3, u64); 2]) -> Option<usize> {
         let mut place = [0; 3];
         for axis in 0..3 {

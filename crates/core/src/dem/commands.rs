@@ -1,12 +1,13 @@
 //! Commands of a case for LIGGGHTS: the few that turbid passes on.
 //!
-//! LIGGGHTS's language reads and writes any file that a command names, runs programs, and can replace what the coupling rests
-//! on. So a command passes only if it has one of the [`FORMS`]. These take names and finite numbers and nothing else: no path,
-//! no variable, no string. In LIGGGHTS 3.8.0 none of them opens a file, and the fixes among them add to the forces, so that
-//! what LIGGGHTS is given of the fluid stays what it was given (one that sets forces would not).
+//! LIGGGHTS's language reads and writes any file that a command names, runs programs, and can replace what the
+//! coupling rests on. So a command passes only if it has one of the [`FORMS`]. These take names and finite numbers
+//! and nothing else: no path, no variable, no string. In LIGGGHTS 3.8.0 none of them opens a file, and the fixes
+//! among them add to the forces, so that what LIGGGHTS is given of the fluid stays what it was given (one that sets
+//! forces would not).
 
-/// The commands that are passed on, as [`CLASSES`] and literals; `|` separates choices, `...` follows what may be repeated,
-/// and brackets enclose options in any order.
+/// The commands that are passed on, as [`CLASSES`] and literals; `|` separates choices, `...` follows what may be
+/// repeated, and brackets enclose options in any order.
 pub const FORMS: [&str; 15] = [
     "group NEW type RANGE...",
     "group NEW id RANGE...",
@@ -57,7 +58,8 @@ const TAKEN: [&str; 16] = [
     "nneighs_full",
 ];
 
-/// Commands, and beginnings of styles of `fix`, for which there is something better to say than that they are not among the forms.
+/// Commands, and beginnings of styles of `fix`, for which there is something better to say than that they are not
+/// among the forms.
 const REASONS: [(&str, &str); 9] = [
     (
         "run rerun minimize run_style timestep reset_timestep",

@@ -255,7 +255,8 @@ mod tests {
         }
     }
 
-    /// Positions along an axis where rounding might lose or double a particle: the ends of the box and the faces of blocks.
+    /// Positions along an axis where rounding might lose or double a particle: the ends of the box and the faces of
+    /// blocks.
     fn edges(cut: &Decomposition, axis: usize) -> Vec<f64> {
         let length = cut.domain.size()[axis];
         let below = |x: f64| f64::from_bits(x.to_bits() - 1);

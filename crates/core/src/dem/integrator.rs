@@ -76,10 +76,11 @@ impl Inertia {
     }
 }
 
-/// Advances a particle by `dt` (s) under the `contact` forces at its current position and a constant `load` (gravity included).
+/// Advances a particle by `dt` (s) under the `contact` forces at its current position and a constant `load` (gravity
+/// included).
 ///
-/// The particle's `contact_force` and `contact_torque` must be those of the step before; at the start of the motion those of
-/// this step, see [`start`]. The position is not wrapped.
+/// The particle's `contact_force` and `contact_torque` must be those of the step before; at the start of the motion
+/// those of this step, see [`start`]. The position is not wrapped.
 pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &Load, dt: f64) {
     let half = 0.5 * dt;
 
@@ -108,7 +109,8 @@ pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &L
     particle.contact_torque = contact.torque.into();
 }
 
-/// Makes the first [`step`] a good one: with the contacts of the step before unknown, those of this step stand for them.
+/// Makes the first [`step`] a good one: with the contacts of the step before unknown, those of this step stand for
+/// them.
 pub fn start(particle: &mut Particle, contact: &Load) {
     particle.contact_force = contact.force.into();
     particle.contact_torque = contact.torque.into();
@@ -133,8 +135,8 @@ fn turned_freely(orientation: &Quat, inertia: &Inertia, momentum: Vec3, dt: f64)
     turned(&Quat::new_unchecked(turning), momentum * common, dt)
 }
 
-/// Turns a body about its own axis `k` by `momentum[k] inverse dt`: `q' = q (1, t e_k)`, not normalised, with the tangent
-/// `t` of [`turned`]; the momentum in the body frame turns the other way.
+/// Turns a body about its own axis `k` by `momentum[k] inverse dt`: `q' = q (1, t e_k)`, not normalised, with the
+/// tangent `t` of [`turned`]; the momentum in the body frame turns the other way.
 fn turn_about_own_axis(q: &mut Quaternion<f64>, momentum: &mut Vec3, k: usize, inverse: f64, dt: f64) {
     let (a, b) = ((k + 1) % 3, (k + 2) % 3);
     let half = 0.5 * dt * inverse * momentum[k];
@@ -150,8 +152,8 @@ fn turn_about_own_axis(q: &mut Quaternion<f64>, momentum: &mut Vec3, k: usize, i
 
 /// The orientation after turning with `angular_velocity` (1/s, world frame) for `dt` (s).
 ///
-/// `q' = (1, t) q / |(1, t) q|` with the vector `t = h (1 + |h|^2 / 3)`, `h = w dt / 2`: the tangent of half the angle to
-/// third order, so that even a constant spin is exact to the fourth.
+/// `q' = (1, t) q / |(1, t) q|` with the vector `t = h (1 + |h|^2 / 3)`, `h = w dt / 2`: the tangent of half the
+/// angle to third order, so that even a constant spin is exact to the fourth.
 pub fn turned(orientation: &Quat, angular_velocity: Vec3, dt: f64) -> Quat {
     let half = angular_velocity * (0.5 * dt);
     let tangent = half * (1.0 + half.norm_squared() / 3.0);

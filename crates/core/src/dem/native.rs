@@ -150,9 +150,9 @@ impl Native {
         })
     }
 
-    /// Continues from the state of another engine after `substep` sub-steps: the particles are its particles, `records` are
-    /// (at least) the histories of the contacts that this rank evaluates, `begun` is the number of contacts that have begun
-    /// here. Walls are where `substep` sub-steps of the coming length have brought them.
+    /// Continues from the state of another engine after `substep` sub-steps: the particles are its particles,
+    /// `records` are (at least) the histories of the contacts that this rank evaluates, `begun` is the number of
+    /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
         let mine = records
             .iter()

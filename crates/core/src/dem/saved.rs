@@ -1,8 +1,8 @@
 //! Saved state of an engine as bytes, and its reading by all ranks.
 //!
-//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts, and the
-//! contacts of the last sub-step, as plain data of this machine, and at the end the engine's own data. All parts together are the run: a reader picks
-//! what its own rank has, so the number of ranks may be another one.
+//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts,
+//! and the contacts of the last sub-step, as plain data of this machine, and at the end the engine's own data. All
+//! parts together are the run: a reader picks what its own rank has, so the number of ranks may be another one.
 
 use super::{ContactState, Load, Record};
 use crate::domain::Domain;
@@ -146,8 +146,9 @@ impl Saved {
         whole.ok_or_else(|| format!("has {} bytes, which are not those its head counts", bytes.len()))
     }
 
-    /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of contacts begun, that
-    /// are the business of `rank` of `size`: as they were for the same number of ranks, and together always all.
+    /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of
+    /// contacts begun, that are the business of `rank` of `size`: as they were for the same number of ranks, and
+    /// together always all.
     ///
     /// # Errors
     /// [`Error::Input`], the same on every rank, if the parts are damaged, incomplete, or of another engine, version or case.

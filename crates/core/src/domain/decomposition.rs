@@ -25,15 +25,16 @@ impl Decomposition {
     /// Cuts `domain` into `ranks` blocks of (nearly) equal size with the least surface; between equals the one with the
     /// longest rows.
     ///
-    /// `None` if no grid of `ranks` blocks leaves every block at least four cells wide; see [`max_ranks`](Self::max_ranks).
+    /// `None` if no grid of `ranks` blocks leaves every block at least four cells wide; see
+    /// [`max_ranks`](Self::max_ranks).
     pub fn new(domain: Domain, ranks: usize) -> Option<Self> {
         let edges = |grid: [usize; 3]| domain.edges(grid);
         let grid = best_grid(&domain, ranks, |grid| surface(grid, edges(grid)))?;
         Some(Self::with_grid(domain, grid))
     }
 
-    /// Cuts `domain` into `ranks` blocks of nearly the same work: of all grids the one whose heaviest block, with what its
-    /// faces cost, has the least.
+    /// Cuts `domain` into `ranks` blocks of nearly the same work: of all grids the one whose heaviest block, with
+    /// what its faces cost, has the least.
     ///
     /// `None` as in [`new`](Self::new).
     pub fn balanced(domain: Domain, ranks: usize, weights: &Weights) -> Option<Self> {
@@ -173,8 +174,8 @@ impl Decomposition {
         near
     }
 
-    /// The slabs of an axis that come within `reach` (m) of the one with index `p`, that one included, ascending. Looks at no
-    /// slab beyond the first that is too far away.
+    /// The slabs of an axis that come within `reach` (m) of the one with index `p`, that one included, ascending.
+    /// Looks at no slab beyond the first that is too far away.
     fn slabs_near(&self, axis: usize, p: usize, reach: f64) -> Vec<usize> {
         let (cuts, cells) = (&self.cuts[axis], self.domain.cells[axis]);
         let periodic = self.domain.periodic[axis];
@@ -191,8 +192,8 @@ impl Decomposition {
     }
 }
 
-/// The indices along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on both sides
-/// up to the first for which it does not; across the ends if `periodic`.
+/// The indices along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on
+/// both sides up to the first for which it does not; across the ends if `periodic`.
 pub(crate) fn around(p: usize, count: usize, periodic: bool, accepts: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut places = vec![p];
     // Steps upwards, then downwards to the indices not yet visited.
@@ -223,8 +224,8 @@ fn surface(grid: [usize; 3], [x, y, z]: [f64; 3]) -> f64 {
     (0..3).filter(|&i| grid[i] > 1).map(|i| FACES[i] * faces[i]).sum()
 }
 
-/// The grid of `ranks` blocks of the least cost of those whose blocks can be four cells wide; between equals the one with
-/// the fewest cuts across x, then y.
+/// The grid of `ranks` blocks of the least cost of those whose blocks can be four cells wide; between equals the one
+/// with the fewest cuts across x, then y.
 fn best_grid(domain: &Domain, ranks: usize, mut cost: impl FnMut([usize; 3]) -> f64) -> Option<[usize; 3]> {
     let most = domain.cells.map(|cells| cells / MIN_BLOCK);
     let mut best: Option<([usize; 3], f64)> = None;

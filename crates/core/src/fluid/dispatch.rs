@@ -25,8 +25,8 @@ pub trait Real: Number + Pod + Send + Sync {
     fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> (Flow, [i128; 6]);
 }
 
-/// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what one needs of
-/// registers is not at the expense of the other.
+/// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what
+/// one needs of registers is not at the expense of the other.
 type AskSolids<T, S> = (
     unsafe fn(&mut S, usize, usize, &mut SolidRow<T>),
     unsafe fn(&mut S, usize, usize, &SolidRow<T>),

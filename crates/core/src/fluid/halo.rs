@@ -146,9 +146,10 @@ impl<T: Pod + Send> Pattern<T> {
 /// The plan for one block, with its buffers.
 ///
 /// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
-/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the slots
-/// that a message is packed from belong to cells of these rows, so no later row writes them, and those that it is unpacked to
-/// belong to no cell of the block: only garbage lanes of the sweep may write them, which is over by then.
+/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all
+/// rows. In both phases the slots that a message is packed from belong to cells of these rows, so no later row writes
+/// them, and those that it is unpacked to belong to no cell of the block: only garbage lanes of the sweep may write
+/// them, which is over by then.
 pub(crate) struct FluidHalo<T> {
     /// From here to here, where the block is its own neighbour.
     own: Message,
@@ -190,8 +191,8 @@ impl<T: Pod + Send> FluidHalo<T> {
         self.late.progress();
     }
 
-    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep; sends what has not
-    /// been sent.
+    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep; sends what has
+    /// not been sent.
     pub(crate) fn exchange(&mut self, populations: &mut [T], entered: Phase) {
         self.early.start(populations, entered);
         self.late.start(populations, entered);
@@ -380,7 +381,8 @@ mod tests {
 
     #[test]
     fn a_step_sends_each_neighbour_one_message_of_what_crosses_on_2_and_8_ranks() {
-        // Five numbers for each cell of the two faces; and on 8 ranks three faces and three edges, all with different peers.
+        // Five numbers for each cell of the two faces; and on 8 ranks three faces and three edges, all with different
+        // peers.
         for (cells, grid, expected) in [
             ([10, 12, 20], [1, 1, 2], [1, 2 * 5 * 10 * 12]),
             ([16, 16, 16], [2, 2, 2], [6, 6 * (5 * 64 - 4 * 8) + 12 * 8]),

@@ -58,9 +58,9 @@ pub(crate) struct Keep<T> {
 
 /// Relaxes a register of cells at velocity `u` and pushes it to `target`, with two relaxation times if `TRT`.
 ///
-/// With a solid (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even part of a pair
-/// `f_i + f_-i` stays, in the odd part `f_i - f_-i` turns round and gains that of the equilibrium at twice `u_s`. Cells of
-/// `b = 0` come to the same bits as with two relaxation times and without a solid.
+/// With a solid (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even part of
+/// a pair `f_i + f_-i` stays, in the odd part `f_i - f_-i` turns round and gains that of the equilibrium at twice
+/// `u_s`. Cells of `b = 0` come to the same bits as with two relaxation times and without a solid.
 #[inline(always)]
 fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     g: &mut [R; Q],
@@ -213,7 +213,8 @@ const LINE: usize = 64;
 /// slower, none at all by a third.
 const AHEAD: usize = 768;
 
-/// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or empty.
+/// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or
+/// empty.
 ///
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap.

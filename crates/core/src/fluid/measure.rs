@@ -80,9 +80,10 @@ fn deviation_of_flux<T: Number, R: Lanes<T>>(
     ]
 }
 
-/// Returns the measurements of a [`sweep_row`](super::kernel::sweep_row) of the row, without changing anything. `incoming` of
-/// the solids gets the momentum that they would receive in their cells, per unit of `sum e_k`; `held` is the fraction of the deviation of the flux of
-/// momentum from equilibrium that partially saturated cells would keep from relaxing, where there are solids.
+/// Returns the measurements of a [`sweep_row`](super::kernel::sweep_row) of the row, without changing anything.
+/// `incoming` of the solids gets the momentum that they would receive in their cells, per unit of `sum e_k`; `held`
+/// is the fraction of the deviation of the flux of momentum from equilibrium that partially saturated cells would
+/// keep from relaxing, where there are solids.
 ///
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read at `places[i]`.

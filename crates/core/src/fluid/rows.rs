@@ -1,5 +1,5 @@
-//! In which order a block sweeps its rows: those that messages are packed from first, so that these travel while the rest is
-//! swept.
+//! In which order a block sweeps its rows: those that messages are packed from first, so that these travel while the
+//! rest is swept.
 
 use crate::domain::Decomposition;
 

@@ -27,8 +27,8 @@ pub struct SolidRow<T> {
     pub(crate) fraction_sum: Vec<T>,
     /// `sum phi_k u_k`.
     pub(crate) velocity_sum: [Vec<T>; 3],
-    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per unit of
-    /// `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
+    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per
+    /// unit of `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
     pub(crate) incoming: [Vec<T>; 4],
     /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells. Partially saturated, per unit of
     /// `sum e_k`: momentum left within the solids beyond that of their own motion, `e rho (u' - u_s)`.
@@ -95,8 +95,8 @@ impl<T: Number> SolidRow<T> {
         }
     }
 
-    /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice units);
-    /// the fractions after the first `count` are zero.
+    /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice
+    /// units); the fractions after the first `count` are zero.
     #[inline(always)]
     pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
         self.used[x / CHUNK] = true;
@@ -164,8 +164,8 @@ impl<T: Number> SolidRow<T> {
         self.used[chunk]
     }
 
-    /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without solids
-    /// hold anything.
+    /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without
+    /// solids hold anything.
     #[inline(always)]
     pub fn exchanged(&self, x: usize) -> [[&[T; CHUNK]; 4]; 2] {
         let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);

@@ -40,7 +40,8 @@ fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
     fluid.exchange();
 }
 
-/// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of viscosity.
+/// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of
+/// viscosity.
 fn viscosity_error<T: Real>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
     let params = FluidParams {
         collision,

@@ -61,8 +61,8 @@ impl WallMotion {
 pub struct Boundary<'a> {
     /// Motion of each wall.
     pub motions: &'a [WallMotion],
-    /// The wall a cell belongs to, an index into `motions`; of every cell beyond a closed face it must know one. Cells are
-    /// those of the box, and up to one beyond in directions that are not periodic.
+    /// The wall a cell belongs to, an index into `motions`; of every cell beyond a closed face it must know one.
+    /// Cells are those of the box, and up to one beyond in directions that are not periodic.
     pub wall_of: &'a dyn Fn([i64; 3]) -> Option<usize>,
 }
 
@@ -76,8 +76,8 @@ impl Boundary<'_> {
     }
 }
 
-/// Momentum that a wall received in a time step: sums of fixed-point numbers ([`from_fixed_wide`](crate::math::from_fixed_wide)),
-/// lattice units.
+/// Momentum that a wall received in a time step: sums of fixed-point numbers
+/// ([`from_fixed_wide`](crate::math::from_fixed_wide)), lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WallLoad {
     /// Force.
@@ -127,8 +127,8 @@ pub(crate) struct Walls<T> {
     motions: Vec<WallMotion>,
     /// Links to wall cells beyond the block, which wait for the halo exchange.
     late: Vec<Run>,
-    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at all if
-    /// there is none. The memory they touch is in the cache then.
+    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at
+    /// all if there is none. The memory they touch is in the cache then.
     early: Vec<Run>,
     early_rows: Vec<usize>,
     /// From `(x, i)` to `(w, -i)`, by direction.
@@ -200,8 +200,8 @@ impl Map {
         self.walls[((x + 1) + nx * ((y + 1) + ny * (z + 1))) as usize]
     }
 
-    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so it is
-    /// the same on every rank.
+    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so
+    /// it is the same on every rank.
     fn correction<T: Real>(&self, motion: &WallMotion, cell: [isize; 3], i: usize) -> T {
         let middle =
             std::array::from_fn(|a| (cell[a] + self.lo[a] as isize) as f64 + 0.5 * (1.0 - C[i][a] as f64));
@@ -395,9 +395,9 @@ impl<T: Real> Walls<T> {
         !self.ends.is_empty()
     }
 
-    /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both ends of
-    /// a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a chunk is swept,
-    /// too). `entered` is the phase after the sweep.
+    /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both
+    /// ends of a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a
+    /// chunk is swept, too). `entered` is the phase after the sweep.
     #[inline(never)]
     pub(crate) fn bounce_row_ends(
         &self,

@@ -7,8 +7,9 @@
 /// |sum - exact| <= n unit / 2 <= n 2^-62 largest     for n terms, before the sum becomes an `f64`
 /// ```
 ///
-/// The largest magnitude is found first, over all ranks; every term then is an integer below 2^62, and integers have no order.
-/// Terms within a factor of 2^9 of the largest enter whole. A largest magnitude below 2^-900 counts as 2^-900.
+/// The largest magnitude is found first, over all ranks; every term then is an integer below 2^62, and integers have
+/// no order. Terms within a factor of 2^9 of the largest enter whole. A largest magnitude below 2^-900 counts as
+/// 2^-900.
 ///
 /// # Reference
 /// Demmel, Nguyen (2013), doi:10.1109/ARITH.2013.9, whose one-bin case this is.

@@ -164,8 +164,8 @@ impl Polyhedron {
         Ok(Self::assemble(vertices, faces))
     }
 
-    /// Sharpness of the edges relative to a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at which the normals
-    /// turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
+    /// Sharpness of the edges relative to a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at
+    /// which the normals turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
     pub fn sharpness(&self) -> f64 {
         let mut across = BTreeMap::new();
         let (mut area, mut sum) = (0.0, 0.0);

@@ -88,9 +88,10 @@ pub(super) fn quadratic(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
 
 /// Interval in which a convex function of `x` is at most `level`, by Newton's method.
 ///
-/// `function` gives value and slope; the interval must lie in `low..=high`. The tangent of a convex function is below it,
-/// so the iteration from either end never passes the interval: the result is at most `tolerance` or so too long. If it must
-/// be within (`inner`), the ends move to where the chord from the middle reaches the level, as the function is below its chord.
+/// `function` gives value and slope; the interval must lie in `low..=high`. The tangent of a convex function is below
+/// it, so the iteration from either end never passes the interval: the result is at most `tolerance` or so too long.
+/// If it must be within (`inner`), the ends move to where the chord from the middle reaches the level, as the
+/// function is below its chord.
 pub(super) fn convex(
     function: impl Fn(f64) -> (f64, f64),
     (low, high): (f64, f64),

@@ -186,7 +186,8 @@ fn the_gradient_has_length_one_and_is_that_of_the_distance() {
             let ends = |axis: usize| [-step, step].map(|s| p + Vec3::ith(axis, s));
             let gradient = shape.gradient(p);
             worst = worst.max((gradient.norm() - 1.0).abs());
-            // Where two points of the surface are nearest, or the surface has an edge close by, differences say nothing.
+            // Where two points of the surface are nearest, or the surface has an edge close by, differences say
+            // nothing.
             let turns = |axis| {
                 let [a, b] = ends(axis).map(|end| shape.gradient(end));
                 (a - b).norm()

@@ -27,8 +27,8 @@ pub(super) fn normal(first: &Side, second: &Side, offset: Vec3) -> Option<Vec3> 
     })
 }
 
-/// The same from the furthest difference of a point of the first body and one of the second, each from its centre, along a
-/// unit vector. Bodies that are as good as in touch count as overlapping.
+/// The same from the furthest difference of a point of the first body and one of the second, each from its centre,
+/// along a unit vector. Bodies that are as good as in touch count as overlapping.
 pub(in crate::contact) fn meeting(offset: Vec3, furthest: impl Fn(Vec3) -> Vec3) -> Option<Vec3> {
     let fallback = offset.try_normalize(0.0).unwrap_or_else(Vec3::x);
     let unit = |v: Vec3| v.try_normalize(0.0);

@@ -183,8 +183,8 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// The secant method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex along a
-    /// line, so that no step passes the surface, and one that leads no nearer shows that there is none ahead.
+    /// The secant method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex
+    /// along a line, so that no step passes the surface, and one that leads no nearer shows that there is none ahead.
     fn approach(&self, line: &Line, start: f64, sign: f64, precision: f64) -> Approach {
         let (mut t, mut last) = (0.0, self.distance(line.at(start)));
         if last <= 0.0 {

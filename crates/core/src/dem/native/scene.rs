@@ -13,11 +13,12 @@ use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
 use crate::wall::{Surface, Wall};
 
-/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres half of
-/// the radius.
+/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres
+/// half of the radius.
 const DEEPEST: f64 = 0.25;
 
-/// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from sub-step to sub-step.
+/// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
+/// sub-step to sub-step.
 #[derive(Clone, Debug)]
 pub(super) struct Roll {
     finder: PairFinder,
@@ -100,8 +101,8 @@ impl<'a> Scene<'a> {
 
     /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, as a law needs it.
     ///
-    /// [`DampingLaw::Tsuji`] exists for comparison with LIGGGHTS, whose velocity Verlet computes forces with the velocity of
-    /// half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
+    /// [`DampingLaw::Tsuji`] exists for comparison with LIGGGHTS, whose velocity Verlet computes forces with the
+    /// velocity of half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
     fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw) -> Vec3 {
         let particle = &self.store.particles[index];
         let (velocity, spin) = match (law.damping, self.past) {

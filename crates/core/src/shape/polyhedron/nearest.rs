@@ -1,8 +1,8 @@
 //! The point of a polyhedron nearest to a point outside: on a face, an edge or a corner.
 //!
-//! The nearest point lies on a face whose plane the point is above. If the foot of the perpendicular on that plane lies
-//! within the face it is the nearest point of all, as no plane is further than the body. Otherwise the nearest point of a
-//! face lies on one of the edges that the point is beyond.
+//! The nearest point lies on a face whose plane the point is above. If the foot of the perpendicular on that plane
+//! lies within the face it is the nearest point of all, as no plane is further than the body. Otherwise the nearest
+//! point of a face lies on one of the edges that the point is beyond.
 
 use super::Face;
 use crate::math::Vec3;

@@ -1,7 +1,7 @@
 //! The smallest width of a convex polyhedron.
 //!
-//! It is taken between a face and a corner, or between two edges whose common normal supports the body at both
-//! (Houle and Toussaint 1988, doi:10.1109/34.3916). The latter are the pairs of edges whose arcs on the sphere of normals
+//! It is taken between a face and a corner, or between two edges whose common normal supports the body at both (Houle
+//! and Toussaint 1988, doi:10.1109/34.3916). The latter are the pairs of edges whose arcs on the sphere of normals
 //! cross when one of them is mirrored.
 
 use super::Face;
@@ -71,7 +71,8 @@ fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
     edges
 }
 
-/// Returns true if the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a circle.
+/// Returns true if the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a
+/// circle.
 fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
     let [a, b] = first.normals;
     let [c, d] = second.normals;

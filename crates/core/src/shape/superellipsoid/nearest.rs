@@ -1,9 +1,9 @@
 //! The nearest surface point of a superellipsoid.
 //!
-//! The signed distance is the greatest height `n . (p - x(n))` above any supporting plane, outside as well as inside, and
-//! the plane lies in the octant of `p`. The surface of an octant has two coordinates in `0..=1`, one around the z axis and
-//! one towards the pole, each for one of the two nested norms ([`Pair`]). Normal and point of a pair are smooth
-//! in the coordinate for any exponent. With `r = x - p`, the nearest point solves
+//! The signed distance is the greatest height `n . (p - x(n))` above any supporting plane, outside as well as inside,
+//! and the plane lies in the octant of `p`. The surface of an octant has two coordinates in `0..=1`, one around the z
+//! axis and one towards the pole, each for one of the two nested norms ([`Pair`]). Normal and point of a pair are
+//! smooth in the coordinate for any exponent. With `r = x - p`, the nearest point solves
 //!
 //! ```text
 //! r_x n_y - r_y n_x = 0                                           (around)
