@@ -3,11 +3,11 @@
 use super::{Case, Check, Findings, Level, Outcome, Overlay, Score};
 use crate::error::{Error, Result};
 use crate::output::numbers::{significant, small};
-use crate::output::picture::{Curve, CurveStyle};
 use crate::output::write_bytes;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use turbid_plot::Style;
 
 /// Width of the column of quantities, at least.
 const QUANTITY: usize = 44;
@@ -206,35 +206,29 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
         return Ok(());
     };
     for overlay in overlays {
-        overlay.write(directory, outcome.case.name, &curves(overlay))?;
+        overlay.write(directory, outcome.case.name, looks(overlay))?;
     }
     Ok(())
 }
 
-/// The reference lies below, pale; what was measured on it: one curve solid, of several each in its own colour.
-fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
+/// Legend and style of every curve: references lie below, pale; of two measured curves the second is drawn over the first.
+fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
     let measured = |name: &str| !name.starts_with("reference");
-    let several = overlay.curves.iter().filter(|(name, _)| measured(name)).count() > 2;
-    let mut others = 0;
-    let style = |name: &str| match (measured(name), several) {
-        (false, _) => CurveStyle::Pale,
-        (true, true) => {
-            others += 1;
-            CurveStyle::Other(others - 1)
-        }
-        (true, false) => {
-            others += 1;
-            [CurveStyle::Solid, CurveStyle::Dashed][usize::from(others) - 1]
-        }
+    let two = overlay.curves.iter().filter(|(name, _)| measured(name)).count() == 2;
+    let mut before = 0;
+    let look = |name: &str| {
+        let style = match (measured(name), before) {
+            (false, _) => Style::Reference,
+            (true, 1) if two => Style::Overlaid,
+            (true, _) => Style::Measured,
+        };
+        before += usize::from(measured(name));
+        (
+            name.strip_prefix("reference: ").unwrap_or(name).to_string(),
+            style,
+        )
     };
-    let mut style = style;
-    let all = overlay.curves.iter().map(|(name, points)| Curve {
-        name: name.strip_prefix("reference: ").unwrap_or(name),
-        style: style(name),
-        label: "",
-        points,
-    });
-    all.collect()
+    overlay.curves.iter().map(|(name, _)| &**name).map(look).collect()
 }
 
 /// Writes `validation.csv`, `validation.json` and `validation.md`.

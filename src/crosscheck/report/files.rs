@@ -15,7 +15,6 @@ use crate::crosscheck::{Findings, Moment, Overlay};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::output::picture::{Curve, CurveStyle};
 use crate::output::{Collection, surfaces, write_bytes};
 use crate::particle::{Particle, Template};
 use crate::shape::Sphere;
@@ -23,6 +22,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use turbid_plot::Style;
 
 /// Endings of the files of a case.
 const OWN: [&str; 6] = ["png", "svg", "pvd", "vtp", "log", "csv"];
@@ -75,7 +75,7 @@ pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
         return Ok(());
     };
     for overlay in overlays {
-        overlay.write(directory, outcome.case, &curves(overlay))?;
+        overlay.write(directory, outcome.case, looks(overlay))?;
     }
     for (engine, name) in ENGINES.iter().enumerate() {
         let stem = format!("{}_{name}", outcome.case);
@@ -127,14 +127,14 @@ pub(super) fn csv(outcomes: &[Outcome]) -> Vec<u8> {
     table.into_inner().expect("memory takes any row")
 }
 
-/// The curves with their styles: by the engine whose name they begin with; the only other beside both is the reference.
+/// Legend and style of every curve: by the engine whose name it begins with; the only other beside both is the reference.
 ///
-/// Where several curves are of one engine, the rest of each name stands beside the curve.
-pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
-    const ROLES: [(&str, CurveStyle); 3] = [
-        ("native", CurveStyle::Dashed),
-        ("LIGGGHTS", CurveStyle::Solid),
-        ("analytic", CurveStyle::Pale),
+/// Where both engines have several curves, those of LIGGGHTS are told apart, and those of the native engine lie on them.
+pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
+    const ROLES: [(&str, Style); 3] = [
+        ("native", Style::Overlaid),
+        ("LIGGGHTS", Style::Measured),
+        ("analytic", Style::Reference),
     ];
     let role = |name: &str| {
         let begins = ROLES.iter().position(|role| name.starts_with(role.0))?;
@@ -143,35 +143,21 @@ pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
         (others == 1).then_some(begins)
     };
     let roles: Vec<Option<usize>> = overlay.curves.iter().map(|(name, _)| role(name)).collect();
-    let repeated = (0..ROLES.len()).any(|r| roles.iter().filter(|role| **role == Some(r)).count() > 1);
-    let both = roles.contains(&Some(0)) && roles.contains(&Some(1));
-    let alone = roles.iter().filter(|role| role.is_none()).count() == 1;
-    let (mut labels, mut others) = (Vec::new(), 0);
-    let mut curves = Vec::new();
-    for ((name, points), role) in overlay.curves.iter().zip(&roles) {
-        let (name, style, rest) = match *role {
-            Some(role) if repeated => {
-                let (short, style) = ROLES[role];
-                (short, style, name[short.len()..].trim_matches([' ', ',', ':']))
-            }
-            Some(role) => (name.as_str(), ROLES[role].1, ""),
-            None if both && alone => (name.as_str(), CurveStyle::Pale, ""),
-            None => {
-                others += 1;
-                (name.as_str(), CurveStyle::Other(others - 1), "")
-            }
-        };
-        // What is the same for all engines is said once.
-        let label = if labels.contains(&rest) { "" } else { rest };
-        labels.push(rest);
-        curves.push(Curve {
-            name,
-            style,
-            label,
-            points,
-        });
-    }
-    curves
+    let count = |role: Option<usize>| roles.iter().filter(|other| **other == role).count();
+    let both = count(Some(0)) > 0 && count(Some(1)) > 0;
+    let look = |(name, role): (&String, &Option<usize>)| match *role {
+        Some(role) if both && count(Some(role)) > 1 && role != 1 => (ROLES[role].0.into(), ROLES[role].1),
+        Some(role) if both || count(Some(role)) == 1 => (name.clone(), ROLES[role].1),
+        None if both && count(None) == 1 => (name.clone(), Style::Reference),
+        _ => (name.clone(), Style::Measured),
+    };
+    overlay
+        .curves
+        .iter()
+        .map(|(name, _)| name)
+        .zip(&roles)
+        .map(look)
+        .collect()
 }
 
 /// The spheres of one engine at a moment.

@@ -1,19 +1,15 @@
 //! The particles from the side, coloured by their speeds: what there is to see without a fluid.
 
-use super::canvas::Canvas;
-use super::colour::{BACKGROUND, viridis};
-use super::page::{Panel, SpeedScale, page};
 use super::plane::Plane;
-use super::raster::{Corner, Raster};
-use super::scene::Scene;
+use super::scene::{AXES, Scene, SpeedRange};
 use super::slice::draw_walls;
-use super::text::{italic, roman};
-use super::write_png;
+use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
 use crate::particle::Template;
 use crate::wall::Surface;
 use std::path::Path;
+use turbid_plot::{BACKGROUND, Corner, Image, Raster};
 
 /// Up to this many particles get finer meshes.
 const FEW: usize = 300;
@@ -29,14 +25,17 @@ const ALONG: f64 = 1e-6;
 ///
 /// Walls that are seen edge on and pipes are drawn, too; others would hide what is behind them.
 pub fn write_side_view(path: &Path, scene: &Scene) -> Result<()> {
-    write_png(path, &draw(scene))
+    let (image, range) = draw(scene);
+    let caption = format!("seen along {}", AXES[scene.plane.normal]);
+    let figure = scene.figure(image, &caption, "speed of particles |v|", &range);
+    write_figure(path, &figure, Format::Png)
 }
 
-fn draw(scene: &Scene) -> Canvas {
+fn draw(scene: &Scene) -> (Image, SpeedRange) {
     let plane = scene.plane;
-    let Panel { pixels, scale } = Panel::of(&plane);
+    let (pixels, scale) = scene.pixels();
     let fastest = || (scene.particles.iter()).fold(0.0, |most: f64, p| most.max(p.velocity().norm()));
-    let speeds = SpeedScale::up_to(scene.largest_speed.unwrap_or_else(fastest));
+    let range = SpeedRange::up_to(scene.largest_speed.unwrap_or_else(fastest));
     let refinement = if scene.particles.len() <= FEW { 3 } else { 2 };
     let bodies: Vec<Body> = scene.templates.iter().map(|t| Body::new(t, refinement)).collect();
     let mut raster = Raster::new(pixels.0, pixels.1, BACKGROUND);
@@ -44,7 +43,7 @@ fn draw(scene: &Scene) -> Canvas {
     for particle in scene.particles {
         let body = &bodies[particle.template as usize];
         let reach = scene.templates[particle.template as usize].shape.circumradius();
-        let colour = viridis(speeds.part(particle.velocity().norm()));
+        let colour = range.colour(particle.velocity().norm());
         for centre in scene.images(particle.position(), reach, &[plane.across, plane.up]) {
             let placed = Placed {
                 orientation: particle.orientation(),
@@ -55,11 +54,9 @@ fn draw(scene: &Scene) -> Canvas {
             surface = body.draw(&mut raster, &placed, colour, surface);
         }
     }
-    let mut panel = raster.canvas();
-    draw_walls(&mut panel, &plane, scale, &walls_edge_on(scene, &plane));
-    let what = [roman("seen along "), italic(["x", "y", "z"][plane.normal])];
-    let speed = [roman("speed of particles |"), italic("v"), roman("|")];
-    page(scene, &plane, &panel, speeds, &what, &speed)
+    let mut image = raster.image();
+    draw_walls(&mut image, &plane, scale, &walls_edge_on(scene, &plane));
+    (image, range)
 }
 
 /// The walls whose edge is seen, in the middle of the box: planes along the line of sight, and pipes by their outline.
@@ -141,11 +138,12 @@ impl Body {
                 let at = placed.centre + placed.orientation * arm;
                 let light = (placed.orientation * normal).dot(&sun).max(0.0);
                 Corner {
-                    at: Vec3::new(
+                    at: [
                         at[placed.plane.across],
                         placed.plane.down(at[placed.plane.up]),
                         at.dot(&towards),
-                    ) * placed.scale,
+                    ]
+                    .map(|length| length * placed.scale),
                     light: SHADE + (1.0 - SHADE) * light,
                 }
             };
@@ -184,7 +182,7 @@ mod tests {
         // Seen along y with x to the right and z upwards: small y is near.
         for (near, far) in [(1.0, 0.0), (0.0, 1.0)] {
             let particles = [moving(0.9, far), moving(0.2, near)];
-            let canvas = draw(&Scene {
+            let (image, _) = draw(&Scene {
                 case: "",
                 clock: Clock {
                     time: 0.0,
@@ -196,11 +194,7 @@ mod tests {
                 walls: &[],
                 largest_speed: Some(1.0),
             });
-            let (x, y) = (canvas.width() / 2, canvas.height() / 2);
-            let first = 3 * (y * canvas.width() + x) as usize;
-            let [r, _, b] = canvas.rgb()[first..first + 3] else {
-                panic!()
-            };
+            let [r, _, b] = image.colour(image.width() / 2, image.height() / 2);
             assert_eq!(r > b, near > 0.5, "yellow is fast, violet is slow");
         }
     }
