@@ -65,6 +65,9 @@ const STATE: &str = "case packing coupling fluid dem contact particle shape wall
 const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh exp exp2 exp_m1 ln ln_1p log log2 log10 \
                        powf cbrt hypot mul_add";
 
+/// Modules that describe charts or pictures.
+const MAY_DRAW: &[&str] = &["output", "crosscheck", "study", "report", "validate"];
+
 /// Who may write to the terminal.
 const MAY_PRINT: &[&str] = &["cli", "output/progress.rs"];
 
@@ -219,6 +222,22 @@ fn only_comm_names_mpi() {
             assert!(!named, "src/{} names mpi; only comm may", file.path);
         });
     }
+}
+
+#[test]
+fn only_figures_name_the_plot_crate_and_it_names_nothing_of_turbid() {
+    for file in sources() {
+        visit(file.tokens.clone(), &mut |tokens, at| {
+            let named = is(tokens, at, "turbid_plot");
+            let draws = MAY_DRAW.contains(&file.module.as_str());
+            assert!(draws || !named, "src/{} names turbid_plot", file.path);
+        });
+    }
+    let manifest = fs::read_to_string(root().join("crates/plot/Cargo.toml")).unwrap();
+    assert!(
+        !manifest.contains("path ="),
+        "crates/plot depends on a crate of ours"
+    );
 }
 
 #[test]

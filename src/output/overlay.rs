@@ -14,7 +14,7 @@ pub struct Overlay {
     pub title: String,
     /// Quantity and unit of both axes.
     pub axes: [String; 2],
-    /// Whether each axis is logarithmic.
+    /// Logarithmic axes.
     pub logarithmic: [bool; 2],
     /// Name and points of every curve; the suite decides by the name how each is drawn.
     pub curves: Vec<(String, Vec<[f64; 2]>)>,

@@ -36,7 +36,7 @@ pub struct Chart {
 pub struct Axis {
     /// Quantity, with the unit in parentheses at the end: `"time (s)"`; `(-)` stands for none.
     pub label: String,
-    /// Whether it is logarithmic; values that are not positive are then left out.
+    /// Logarithmic axis; values that are not positive are then left out.
     pub log: bool,
 }
 
@@ -57,7 +57,7 @@ pub struct Panel {
 pub struct Series {
     /// Name in the legend; an empty one is not listed.
     pub label: String,
-    /// How it is drawn.
+    /// Appearance.
     pub style: Style,
     /// In the order in which a line connects them; one that is not finite interrupts the line.
     pub points: Vec<Point>,
@@ -106,7 +106,7 @@ pub enum Mark {
         error: Option<f64>,
         /// Both ends, in the unit of the horizontal axis; else those of the frame.
         between: Option<[f64; 2]>,
-        /// Whether it is dashed.
+        /// Dashes instead of a solid line.
         dashed: bool,
         /// Red, green and blue.
         colour: [u8; 3],

@@ -1,4 +1,4 @@
-//! What is drawn, for pixels or as SVG: one description, so that both show the same.
+//! Figures as lists of marks, which pixels and SVG show alike.
 
 use crate::image::Image;
 use crate::svg;
@@ -16,7 +16,7 @@ pub(crate) type Colour = [u8; 3];
 pub struct Figure {
     /// Width and height (pixels).
     pub(crate) size: (f32, f32),
-    /// What it shows, for those who cannot see it.
+    /// Description for those who cannot see it.
     pub(crate) title: String,
     pub(crate) drawing: Drawing,
 }
@@ -78,6 +78,9 @@ impl Align {
     }
 }
 
+/// Dashes of a line, and the gaps behind them, in its widths.
+pub(crate) const DASHES: &[f32] = &[5.0, 3.0];
+
 /// Colour, width and dashes of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pencil {
@@ -90,17 +93,14 @@ pub(crate) struct Pencil {
 
 impl Pencil {
     pub(crate) fn new(colour: Colour, width: f32) -> Self {
+        Self::dashed(colour, width, &[])
+    }
+
+    pub(crate) fn dashed(colour: Colour, width: f32, dashes: &'static [f32]) -> Self {
         Self {
             colour,
             width,
-            dashes: &[],
-        }
-    }
-
-    pub(crate) fn dashed(self) -> Self {
-        Self {
-            dashes: &[5.0, 3.0],
-            ..self
+            dashes,
         }
     }
 
@@ -112,26 +112,14 @@ impl Pencil {
 
 #[derive(Clone, Debug)]
 pub(crate) enum Mark {
-    Line {
-        points: Vec<Place>,
-        closed: bool,
-        pencil: Pencil,
-    },
-    Area {
-        points: Vec<Place>,
-        colour: Colour,
-        opacity: f32,
-    },
-    /// One line of text, its baseline at the position.
-    Text {
-        spans: Vec<Span>,
-        size: f32,
-        at: Place,
-        align: Align,
-        colour: Colour,
-    },
-    /// Pixels, their top left corner at the position.
-    Image { image: Image, at: (u32, u32) },
+    /// A line; whether it is closed.
+    Line(Vec<Place>, bool, Pencil),
+    /// An area; its opacity, 0 to 1.
+    Area(Vec<Place>, Colour, f32),
+    /// One line of text; its size, and the position of its baseline.
+    Text(Vec<Span>, f32, Place, Align, Colour),
+    /// Pixels; the position of their top left corner.
+    Image(Image, (u32, u32)),
 }
 
 /// Lines, areas and text in the order in which they lie on each other.
@@ -142,22 +130,14 @@ pub(crate) struct Drawing {
 
 impl Drawing {
     pub(crate) fn line(&mut self, points: Vec<Place>, pencil: Pencil) {
-        self.stroke(points, false, pencil);
+        if points.len() > 1 {
+            self.marks.push(Mark::Line(points, false, pencil));
+        }
     }
 
     /// The closed line round an area.
     pub(crate) fn outline(&mut self, points: Vec<Place>, pencil: Pencil) {
-        self.stroke(points, true, pencil);
-    }
-
-    fn stroke(&mut self, points: Vec<Place>, closed: bool, pencil: Pencil) {
-        if points.len() > 1 {
-            self.marks.push(Mark::Line {
-                points,
-                closed,
-                pencil,
-            });
-        }
+        self.marks.push(Mark::Line(points, true, pencil));
     }
 
     /// A frame whose lines lie outside of the area.
@@ -166,13 +146,8 @@ impl Drawing {
         self.outline(corners((l - h, t - h, r + h, b + h)), pencil);
     }
 
-    /// Fills an area, `opacity` between 0 and 1.
     pub(crate) fn fill(&mut self, points: Vec<Place>, colour: Colour, opacity: f32) {
-        self.marks.push(Mark::Area {
-            points,
-            colour,
-            opacity,
-        });
+        self.marks.push(Mark::Area(points, colour, opacity));
     }
 
     pub(crate) fn rectangle(&mut self, area: Area, colour: Colour, opacity: f32) {
@@ -180,17 +155,11 @@ impl Drawing {
     }
 
     pub(crate) fn text(&mut self, spans: Vec<Span>, size: f32, at: Place, align: Align, colour: Colour) {
-        self.marks.push(Mark::Text {
-            spans,
-            size,
-            at,
-            align,
-            colour,
-        });
+        self.marks.push(Mark::Text(spans, size, at, align, colour));
     }
 
     pub(crate) fn image(&mut self, image: Image, at: (u32, u32)) {
-        self.marks.push(Mark::Image { image, at });
+        self.marks.push(Mark::Image(image, at));
     }
 }
 

@@ -1,10 +1,9 @@
 //! Pixels, and marks that are painted on them.
 
 use crate::drawing::{Align, Colour, Drawing, Mark, Pencil, Place};
-use crate::text;
+use crate::text::{self, Glyph};
 use tiny_skia::{
-    FillRule, IntSize, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, PremultipliedColorU8, Stroke,
-    StrokeDash, Transform,
+    FillRule, IntSize, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash, Transform,
 };
 
 /// 200 dots per inch: a picture 1200 pixels wide fills 15 cm of a page.
@@ -58,16 +57,11 @@ impl Image {
     /// Mixes a colour into every pixel `(x, y)`, by `part` between 0 and 1.
     pub fn blend(&mut self, colour: [u8; 3], part: impl Fn(u32, u32) -> f32) {
         let width = self.pixels.width();
-        for (index, pixel) in self.pixels.pixels_mut().iter_mut().enumerate() {
-            let part = part(index as u32 % width, index as u32 / width);
-            if part > 0.0 {
-                let mix = |old: u8, new: u8| {
-                    (f32::from(old) + part.min(1.0) * (f32::from(new) - f32::from(old))).round() as u8
-                };
-                let [r, g, b] = colour;
-                let mixed = [mix(pixel.red(), r), mix(pixel.green(), g), mix(pixel.blue(), b)];
-                *pixel = PremultipliedColorU8::from_rgba(mixed[0], mixed[1], mixed[2], 255)
-                    .expect("an opaque colour is premultiplied");
+        for (index, pixel) in self.pixels.data_mut().chunks_exact_mut(4).enumerate() {
+            let part = part(index as u32 % width, index as u32 / width).clamp(0.0, 1.0);
+            for (channel, new) in pixel.iter_mut().zip(colour) {
+                let old = f32::from(*channel);
+                *channel = (old + part * (f32::from(new) - old)).round() as u8;
             }
         }
     }
@@ -82,71 +76,56 @@ impl Image {
 
     /// Paints a drawing on the image.
     pub(crate) fn paint(&mut self, drawing: &Drawing) {
+        let identity = Transform::identity();
         for mark in &drawing.marks {
             match mark {
-                Mark::Line {
-                    points,
-                    closed,
-                    pencil,
-                } => self.stroke(points, *closed, *pencil),
-                Mark::Area {
-                    points,
-                    colour,
-                    opacity,
-                } => {
-                    if let Some(path) = path(points, true) {
-                        self.fill(&path, &paint(*colour, *opacity), Transform::identity());
+                Mark::Line(points, closed, pencil) => {
+                    let stroke = Stroke {
+                        width: pencil.width,
+                        line_join: LineJoin::Round,
+                        dash: StrokeDash::new(pencil.dash(), 0.0),
+                        ..Stroke::default()
+                    };
+                    if let Some(path) = path(points, *closed) {
+                        let paint = paint(pencil.colour, 1.0);
+                        self.pixels.stroke_path(&path, &paint, &stroke, identity, None);
                     }
                 }
-                Mark::Text {
-                    spans,
-                    size,
-                    at,
-                    align,
-                    colour,
-                } => {
+                Mark::Area(points, colour, opacity) => {
+                    if let Some(path) = path(points, true) {
+                        self.fill(&path, &paint(*colour, *opacity), identity);
+                    }
+                }
+                Mark::Text(spans, size, at, align, colour) => {
                     let (glyphs, width) = text::glyphs(spans, *size);
                     let degrees = if *align == Align::Upwards { -90.0 } else { 0.0 };
                     let place = Transform::from_translate(-align.shift(width), 0.0)
                         .post_concat(Transform::from_rotate(degrees))
                         .post_translate(at.0, at.1);
-                    for glyph in glyphs {
-                        if let Some(path) = text::outline(glyph.italic, glyph.id) {
-                            let own = Transform::from_scale(glyph.scale, glyph.scale)
-                                .post_translate(glyph.at.0, glyph.at.1);
+                    for Glyph {
+                        italic,
+                        id,
+                        at,
+                        scale,
+                    } in glyphs
+                    {
+                        let own = Transform::from_scale(scale, scale).post_translate(at.0, at.1);
+                        if let Some(path) = text::outline(italic, id) {
                             self.fill(&path, &paint(*colour, 1.0), own.post_concat(place));
                         }
                     }
                 }
-                Mark::Image { image, at } => self.pixels.draw_pixmap(
-                    at.0 as i32,
-                    at.1 as i32,
-                    image.pixels.as_ref(),
-                    &PixmapPaint::default(),
-                    Transform::identity(),
-                    None,
-                ),
+                Mark::Image(image, (x, y)) => {
+                    let (pixels, paint) = (image.pixels.as_ref(), PixmapPaint::default());
+                    self.pixels
+                        .draw_pixmap(*x as i32, *y as i32, pixels, &paint, identity, None);
+                }
             }
         }
     }
 
     fn fill(&mut self, path: &Path, paint: &Paint, place: Transform) {
         self.pixels.fill_path(path, paint, FillRule::Winding, place, None);
-    }
-
-    fn stroke(&mut self, points: &[Place], closed: bool, pencil: Pencil) {
-        let Some(path) = path(points, closed) else { return };
-        let dash = (!pencil.dashes.is_empty())
-            .then(|| StrokeDash::new(pencil.dash(), 0.0).expect("pairs of positive lengths"));
-        let stroke = Stroke {
-            width: pencil.width,
-            line_join: LineJoin::Round,
-            dash,
-            ..Stroke::default()
-        };
-        let paint = paint(pencil.colour, 1.0);
-        self.pixels
-            .stroke_path(&path, &paint, &stroke, Transform::identity(), None);
     }
 
     /// The bytes of a PNG file.
@@ -161,8 +140,13 @@ impl Image {
             yppu: PIXELS_PER_METRE,
             unit: png::Unit::Meter,
         }));
-        let channels = |p: &PremultipliedColorU8| [p.red(), p.green(), p.blue()];
-        let rgb: Vec<u8> = self.pixels.pixels().iter().flat_map(channels).collect();
+        let rgb: Vec<u8> = self
+            .pixels
+            .data()
+            .chunks_exact(4)
+            .flat_map(|pixel| &pixel[..3])
+            .copied()
+            .collect();
         let mut writer = encoder.write_header().expect("memory takes any header");
         writer.write_image_data(&rgb).expect("three bytes per pixel");
         writer.finish().expect("memory takes any picture");
@@ -170,13 +154,9 @@ impl Image {
     }
 }
 
-fn paint(colour: Colour, opacity: f32) -> Paint<'static> {
+fn paint([r, g, b]: Colour, opacity: f32) -> Paint<'static> {
     let mut paint = Paint::default();
-    let [r, g, b] = colour;
-    let mut colour = tiny_skia::Color::from_rgba8(r, g, b, 255);
-    colour.apply_opacity(opacity);
-    paint.set_color(colour);
-    paint.anti_alias = true;
+    paint.set_color_rgba8(r, g, b, (255.0 * opacity).round() as u8);
     paint
 }
 

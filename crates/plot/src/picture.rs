@@ -1,11 +1,12 @@
 //! A picture in colours: pixels on axes, with a colour bar.
 
+use crate::axis::Side;
 use crate::colour::{INK, WALL, viridis};
 use crate::drawing::{Align, Area, Drawing, Figure, Pencil};
 use crate::image::Image;
 use crate::markup::{axis_name, spans};
 use crate::scale::Scale;
-use crate::text::{widest, width};
+use crate::text::{Span, width};
 
 /// Contents of a picture.
 #[derive(Clone, Debug)]
@@ -20,11 +21,11 @@ pub struct Picture {
     pub x: (String, f64),
     /// Vertical axis: label, and the length of the image in its unit; it starts at zero at the bottom.
     pub y: (String, f64),
-    /// Whether the vertical axis starts at the top instead.
+    /// True if the vertical axis starts at the top instead.
     pub downwards: bool,
     /// Colour bar: label, and the number at its upper end, for which [`viridis`] is 1; it starts at zero.
     pub bar: (String, f64),
-    /// Whether there are walls left and right, and below and above.
+    /// Walls left and right, and below and above.
     pub closed: [bool; 2],
 }
 
@@ -41,7 +42,6 @@ const LOWEST: f32 = 900.0;
 const TITLE: f32 = 30.0;
 const LABEL: f32 = 28.0;
 const NUMBER: f32 = 24.0;
-const TICK: f32 = 9.0;
 /// Width of the line that stands for a wall.
 const CLOSED: f32 = 10.0;
 
@@ -53,10 +53,9 @@ impl Picture {
         let x = scale(self.x.1, (width_ / 110.0).max(2.0));
         let y = scale(self.y.1, (height / 110.0).max(2.0));
         let bar = scale(self.bar.1, (height / 60.0).clamp(2.0, 9.0));
-        let numbers = |scale: &Scale| widest(scale.ticks.iter().map(|tick| &tick.text), NUMBER);
         let (left, right) = (
-            (NAME_SPACE + numbers(&y)).ceil(),
-            (BAR_SPACE + numbers(&bar)).ceil(),
+            (NAME_SPACE + y.widest(NUMBER)).ceil(),
+            (BAR_SPACE + bar.widest(NUMBER)).ceil(),
         );
         let (title, caption) = (spans(&self.title), spans(&self.caption));
         let titles = (width(&title, TITLE) + width(&caption, TITLE) + 2.0 * TITLE).floor();
@@ -76,29 +75,14 @@ impl Picture {
         drawing.text(title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
         drawing.text(caption, TITLE, (r + inset, t - 26.0), Align::End, INK);
 
-        let ink = Pencil::new(INK, 2.0);
-        for tick in &x.ticks {
-            let at = l + tick.part * (r - l);
-            drawing.line(vec![(at, b + 2.0), (at, b + 2.0 + TICK)], ink);
-            drawing.text(tick.text.clone(), NUMBER, (at, b + 38.0), Align::Middle, INK);
-        }
-        for tick in &y.ticks {
-            let part = if self.downwards {
-                1.0 - tick.part
-            } else {
-                tick.part
-            };
-            let at = b - part * (b - t);
-            drawing.line(vec![(l - 2.0, at), (l - 2.0 - TICK, at)], ink);
-            let beside = (l - 18.0, at + 0.36 * NUMBER);
-            drawing.text(tick.text.clone(), NUMBER, beside, Align::End, INK);
-        }
+        x.draw(&mut drawing, Side::Below, area, NUMBER);
+        let flipped = if self.downwards { (l, b, r, t) } else { area };
+        y.draw(&mut drawing, Side::Left, flipped, NUMBER);
         let (across, up) = (axis_name(&self.x.0, x.exponent), axis_name(&self.y.0, y.exponent));
         drawing.text(across, LABEL, (0.5 * (l + r), b + 82.0), Align::Middle, INK);
-        let beside = (l - 36.0 - numbers(&y), 0.5 * (t + b));
+        let beside = (l - 36.0 - y.widest(NUMBER), 0.5 * (t + b));
         drawing.text(up, LABEL, beside, Align::Upwards, INK);
-        let name = (axis_name(&self.bar.0, bar.exponent), numbers(&bar));
-        draw_bar(&mut drawing, &bar, name, area);
+        draw_bar(&mut drawing, &bar, axis_name(&self.bar.0, bar.exponent), area);
         Figure {
             size,
             title: format!("{}: {}", self.title, self.caption),
@@ -122,27 +106,16 @@ impl Picture {
     }
 }
 
-/// Draws the colour bar right of the image, with its name and the width of its numbers.
-fn draw_bar(
-    drawing: &mut Drawing,
-    scale: &Scale,
-    (name, numbers): (Vec<crate::text::Span>, f32),
-    (_, t, r, b): Area,
-) {
+/// Draws the colour bar right of the image, with its name.
+fn draw_bar(drawing: &mut Drawing, scale: &Scale, name: Vec<Span>, (_, t, r, b): Area) {
     let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
     let rows = (b - t) as u32;
     let row = |y: u32| viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
     let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| [row(y); BAR.1 as usize]).collect();
     drawing.image(Image::new(BAR.1 as u32, rows, &colours), (left as u32, t as u32));
-    let ink = Pencil::new(INK, 2.0);
-    drawing.frame((left, t, right, b), ink);
-    for tick in &scale.ticks {
-        let at = b - tick.part * (b - t);
-        drawing.line(vec![(right + 2.0, at), (right + 2.0 + TICK, at)], ink);
-        let beside = (right + 18.0, at + 0.36 * NUMBER);
-        drawing.text(tick.text.clone(), NUMBER, beside, Align::Start, INK);
-    }
-    let at = (right + 60.0 + numbers, 0.5 * (t + b));
+    drawing.frame((left, t, right, b), Pencil::new(INK, 2.0));
+    scale.draw(drawing, Side::Right, (left, t, right, b), NUMBER);
+    let at = (right + 60.0 + scale.widest(NUMBER), 0.5 * (t + b));
     drawing.text(name, LABEL, at, Align::Upwards, INK);
 }
 

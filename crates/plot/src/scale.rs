@@ -28,7 +28,7 @@ pub(crate) struct Tick {
 }
 
 impl Tick {
-    /// Whether it has a number and a grid line.
+    /// True if it has a number and a grid line.
     pub(crate) fn is_major(&self) -> bool {
         !self.text.is_empty()
     }
@@ -38,16 +38,13 @@ impl Scale {
     /// The axis for these values, all of them finite and positive if it is logarithmic, with at most `steps` steps between ticks; a
     /// tight one ends at the outermost values.
     pub(crate) fn new(values: &[f64], logarithmic: bool, tight: bool, steps: f64) -> Self {
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        match (values.is_empty(), logarithmic) {
-            (true, _) => Self::of_range((0.0, 1.0), logarithmic, tight, steps),
-            (false, true) => Self::of_range((least.log10(), most.log10()), true, tight, steps),
-            (false, false) => Self::of_range((least, most), false, tight, steps),
-        }
-    }
-
-    fn of_range(ends: (f64, f64), logarithmic: bool, tight: bool, steps: f64) -> Self {
+        let values = values
+            .iter()
+            .map(|value| if logarithmic { value.log10() } else { *value });
+        let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
+            Some(ends.map_or((value, value), |(lo, hi)| (lo.min(value), hi.max(value))))
+        });
+        let ends = ends.unwrap_or((0.0, 1.0));
         let (range, exponent, numbers) = if logarithmic {
             let range = logarithmic_range(ends, tight);
             (range, 0, logarithmic_ticks(range, steps))
@@ -171,15 +168,20 @@ fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> {
         (true, 1) => power_of_ten(power).into(),
         (true, _) => [vec![roman(format!("{digit}\u{d7}"))], power_of_ten(power).into()].concat(),
     };
-    let linear = !far && hi - lo < 0.8;
-    for digits in [&[1, 2, 5][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]] {
+    // A linear step suits what spans much less than a decade.
+    let digits: &[&[u8]] = if far || hi - lo > 0.8 {
+        &[&[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]]
+    } else {
+        &[]
+    };
+    for digits in digits {
         let decades = lo.floor() as i32..=hi.floor() as i32;
         let all = decades.flat_map(|power| digits.iter().map(move |&digit| (digit, power)));
         let ticks: Vec<(f64, Vec<Span>)> = all
             .map(|(digit, power)| (f64::from(power) + f64::from(digit).log10(), number(digit, power)))
             .filter(|(at, _)| (lo..=hi).contains(at))
             .collect();
-        if ticks.len() > 2 && !linear {
+        if ticks.len() > 2 {
             return ticks;
         }
     }

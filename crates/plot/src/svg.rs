@@ -3,7 +3,6 @@
 use crate::drawing::{Align, Figure, Mark, Place};
 use crate::text::{Glyph, glyphs, outline};
 use std::collections::BTreeSet;
-use std::fmt::Write;
 use tiny_skia::PathSegment;
 
 /// A page, which opens at half its size in pixels.
@@ -14,15 +13,11 @@ pub(crate) fn page(figure: &Figure) -> String {
     for mark in &figure.drawing.marks {
         element(&mut body, mark, &mut known);
     }
-    let mut glyphs = String::new();
-    for (italic, id) in known {
-        if let Some(data) = data(italic, id) {
-            add(
-                &mut glyphs,
-                format_args!("<path id=\"{}\" d=\"{data}\"/>\n", name(italic, id)),
-            );
-        }
-    }
+    let glyphs = known.into_iter().filter_map(|(italic, id)| {
+        let (name, data) = (name(italic, id), data(italic, id)?);
+        Some(format!("<path id=\"{name}\" d=\"{data}\"/>\n"))
+    });
+    let glyphs: String = glyphs.collect();
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"{}\" \
          height=\"{}\" viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n\
@@ -35,97 +30,72 @@ pub(crate) fn page(figure: &Figure) -> String {
 
 /// Appends the element of a mark and a line break, and the glyphs that it needs to the known ones.
 fn element(page: &mut String, mark: &Mark, known: &mut BTreeSet<(bool, u16)>) {
-    match mark {
-        Mark::Line {
-            points,
-            closed,
-            pencil,
-        } => {
+    let element = match mark {
+        Mark::Line(points, closed, pencil) => {
             let name = if *closed { "polygon" } else { "polyline" };
-            let dash: Vec<String> = pencil.dash().iter().map(ToString::to_string).collect();
-            let dash = match &dash[..] {
-                [] => String::new(),
-                dash => format!(" stroke-dasharray=\"{}\"", dash.join(" ")),
-            };
+            let dashes: Vec<String> = pencil.dash().iter().map(ToString::to_string).collect();
+            let dashes = attribute("stroke-dasharray", &dashes.join(" "), pencil.dashes.is_empty());
             let (points, colour, width) = (listed(points), hex(pencil.colour), pencil.width);
-            add(
-                page,
-                format_args!(
-                    "<{name} points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
-                     stroke-linejoin=\"round\"{dash}/>"
-                ),
-            );
+            format!(
+                "<{name} points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+                 stroke-linejoin=\"round\"{dashes}/>"
+            )
         }
-        Mark::Area {
-            points,
-            colour,
-            opacity,
-        } => {
+        Mark::Area(points, colour, opacity) => {
             let (points, colour) = (listed(points), hex(*colour));
-            let opacity = if *opacity < 1.0 {
-                format!(" fill-opacity=\"{opacity}\"")
-            } else {
-                String::new()
-            };
-            add(
-                page,
-                format_args!("<polygon points=\"{points}\" fill=\"{colour}\"{opacity}/>"),
-            );
+            let opacity = attribute("fill-opacity", &opacity.to_string(), *opacity >= 1.0);
+            format!("<polygon points=\"{points}\" fill=\"{colour}\"{opacity}/>")
         }
-        Mark::Text {
-            spans,
-            size,
-            at: (x, y),
-            align,
-            colour,
-        } => {
+        Mark::Text(spans, size, (x, y), align, colour) => {
             let (glyphs, width) = glyphs(spans, *size);
             let shift = align.shift(width);
             let place = match align {
                 Align::Upwards => format!("translate({x:.2} {:.2}) rotate(-90)", y + shift),
                 _ => format!("translate({:.2} {y:.2})", x - shift),
             };
-            add(
-                page,
-                format_args!("<g fill=\"{}\" transform=\"{place}\">", hex(*colour)),
-            );
             known.extend(glyphs.iter().map(|glyph| (glyph.italic, glyph.id)));
-            text(page, &glyphs);
-            page.push_str("</g>");
+            format!(
+                "<g fill=\"{}\" transform=\"{place}\">{}</g>",
+                hex(*colour),
+                text(&glyphs)
+            )
         }
-        Mark::Image { image, at } => {
-            let (x, y, width, height) = (at.0, at.1, image.width(), image.height());
-            let data = base64(&image.png());
-            add(
-                page,
-                format_args!(
-                    "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
-                     xlink:href=\"data:image/png;base64,{data}\"/>"
-                ),
-            );
+        Mark::Image(image, (x, y)) => {
+            let (width, height, data) = (image.width(), image.height(), base64(&image.png()));
+            format!(
+                "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
+                 xlink:href=\"data:image/png;base64,{data}\"/>"
+            )
         }
+    };
+    page.extend([&element, "\n"]);
+}
+
+/// An attribute behind a blank, nothing where it has its usual value.
+fn attribute(name: &str, value: &str, usual: bool) -> String {
+    if usual {
+        String::new()
+    } else {
+        format!(" {name}=\"{value}\"")
     }
-    page.push('\n');
 }
 
 /// Glyphs of one size and rise share a group, in which they count in units of the font.
-fn text(page: &mut String, glyphs: &[Glyph]) {
+fn text(glyphs: &[Glyph]) -> String {
     let key = |glyph: &Glyph| (glyph.scale.to_bits(), glyph.at.1.to_bits());
-    for group in glyphs.chunk_by(|a, b| key(a) == key(b)) {
+    let groups = glyphs.chunk_by(|a, b| key(a) == key(b)).map(|group| {
         let (y, scale) = (group[0].at.1, group[0].scale);
-        add(
-            page,
-            format_args!("<g transform=\"translate(0 {y:.2}) scale({scale})\">"),
-        );
-        for glyph in group
+        let seen = group
             .iter()
-            .filter(|glyph| outline(glyph.italic, glyph.id).is_some())
-        {
+            .filter(|glyph| outline(glyph.italic, glyph.id).is_some());
+        let uses = seen.map(|glyph| {
             let (name, x) = (name(glyph.italic, glyph.id), glyph.at.0 / scale);
-            add(page, format_args!("<use xlink:href=\"#{name}\" x=\"{x:.0}\"/>"));
-        }
-        page.push_str("</g>");
-    }
+            format!("<use xlink:href=\"#{name}\" x=\"{x:.0}\"/>")
+        });
+        let uses: String = uses.collect();
+        format!("<g transform=\"translate(0 {y:.2}) scale({scale})\">{uses}</g>")
+    });
+    groups.collect()
 }
 
 fn name(italic: bool, id: u16) -> String {
@@ -144,10 +114,6 @@ fn data(italic: bool, id: u16) -> Option<String> {
         PathSegment::Close => "Z".to_string(),
     });
     Some(segments.collect())
-}
-
-fn add(page: &mut String, text: std::fmt::Arguments) {
-    page.write_fmt(text).expect("memory takes any text");
 }
 
 fn escaped(text: &str) -> String {

@@ -13,37 +13,29 @@ pub(crate) struct Span {
     pub(crate) rise: f32,
 }
 
+fn span(text: impl Into<String>, italic: bool, rise: f32) -> Span {
+    let text = text.into();
+    Span { text, italic, rise }
+}
+
 /// Upright text.
 pub(crate) fn roman(text: impl Into<String>) -> Span {
-    Span {
-        text: text.into(),
-        italic: false,
-        rise: 0.0,
-    }
+    span(text, false, 0.0)
 }
 
 /// A symbol.
 pub(crate) fn italic(text: impl Into<String>) -> Span {
-    Span {
-        italic: true,
-        ..roman(text)
-    }
+    span(text, true, 0.0)
 }
 
 /// A subscript.
 pub(crate) fn below(text: impl Into<String>) -> Span {
-    Span {
-        rise: -0.22,
-        ..roman(text)
-    }
+    span(text, false, -0.22)
 }
 
 /// A superscript.
 pub(crate) fn above(text: impl Into<String>) -> Span {
-    Span {
-        rise: 0.32,
-        ..roman(text)
-    }
+    span(text, false, 0.32)
 }
 
 /// Size of subscripts and superscripts over that of the text.

@@ -87,17 +87,10 @@ fn draw_particles(image: &mut Image, scene: &Scene, scale: f64) {
     }
 }
 
-/// Larger of width and height.
+/// Largest distance along an axis from the first point.
 fn extent(points: &[(f32, f32)]) -> f32 {
-    let range = |of: fn(&(f32, f32)) -> f32| {
-        let (lo, hi) = (f32::INFINITY, f32::NEG_INFINITY);
-        let ends = points
-            .iter()
-            .map(of)
-            .fold((lo, hi), |(lo, hi), x| (lo.min(x), hi.max(x)));
-        ends.1 - ends.0
-    };
-    range(|p| p.0).max(range(|p| p.1))
+    let apart = |p: &(f32, f32)| (p.0 - points[0].0).abs().max((p.1 - points[0].1).abs());
+    points.iter().map(apart).fold(0.0, f32::max)
 }
 
 #[cfg(test)]

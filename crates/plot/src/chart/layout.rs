@@ -8,7 +8,7 @@ use crate::colour::{GREY, INK};
 use crate::drawing::{Align, Area, Drawing, Place};
 use crate::markup::{axis_name, spans};
 use crate::scale::{Scale, grown};
-use crate::text::{Span, widest, width};
+use crate::text::{Span, width};
 
 /// Space at the edges of the page.
 pub(super) const MARGIN: f32 = 36.0;
@@ -64,7 +64,7 @@ impl Layout {
         let columns = columns(count);
         let (page, height) = page(chart);
         let y = vertical(chart, height);
-        let numbers = widest(y.ticks.iter().map(|tick| &tick.text), NUMBER);
+        let numbers = y.widest(NUMBER);
         let name = name_lines(&chart.y.label, y.exponent, height);
         let left = MARGIN + (1.0 + NAME_STEP * (name.len() - 1) as f32) * LABEL + 46.0 + numbers;
         let right = MARGIN + 14.0 + labels::margin(chart).min(0.4 * page);
@@ -100,7 +100,7 @@ impl Layout {
         }
     }
 
-    /// Whether the panel has no neighbour on the left.
+    /// True if the panel has no neighbour on the left.
     pub(super) fn is_leftmost(&self, panel: usize) -> bool {
         panel.is_multiple_of(self.columns)
     }
@@ -142,7 +142,7 @@ impl Layout {
     }
 }
 
-/// Whether a value has a position on an axis.
+/// True if a value has a position on an axis.
 fn fits(value: f64, axis: &Axis) -> bool {
     value.is_finite() && (value > 0.0 || !axis.log)
 }

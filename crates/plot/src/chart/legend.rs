@@ -1,12 +1,12 @@
 //! The legend: a grid of names above the panels.
 
 use super::Chart;
-use super::layout::{MARGIN, page};
+use super::layout::{MARGIN, page, wrapped};
 use super::looks::{Look, Looks, draw_marker};
 use crate::colour::INK;
 use crate::drawing::{Align, Drawing};
 use crate::markup::spans;
-use crate::text::{widest, width};
+use crate::text::widest;
 
 const SIZE: f32 = 25.0;
 /// Height of a line.
@@ -75,11 +75,8 @@ impl Legend {
 
 /// A text no wider than `space`, with an ellipsis where it was cut.
 fn shortened(text: &str, space: f32) -> String {
-    let mut kept = text.to_string();
-    while width(&spans(&kept), SIZE) > space && kept.pop().is_some() {
-        if width(&spans(&kept), SIZE) + SIZE <= space {
-            return format!("{}\u{2026}", kept.trim_end());
-        }
+    match &wrapped(text, SIZE, space - SIZE)[..] {
+        [line, _, ..] => format!("{line}\u{2026}"),
+        _ => text.to_string(),
     }
-    kept
 }

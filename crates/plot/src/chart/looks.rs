@@ -41,11 +41,9 @@ const OUTLINES: usize = 8;
 /// A marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Marker {
-    /// Number of its outline.
-    outline: usize,
+    /// Number of its outline; after all outlines were used once, a dot of the other colour is added.
+    number: usize,
     filled: bool,
-    /// Whether there is a dot within, of the other colour: after all outlines were used once.
-    dotted: bool,
 }
 
 /// Appearance of a series.
@@ -115,9 +113,8 @@ impl Looks {
                 };
                 let dense = points > MARKED && style != Style::Points;
                 let marker = (is_marked(style) && !dense).then(|| Marker {
-                    outline: (colours - 1) % OUTLINES,
+                    number: (colours - 1) % (2 * OUTLINES),
                     filled: style == Style::Measured,
-                    dotted: (colours - 1) / OUTLINES % 2 == 1,
                 });
                 let dashes = match style {
                     Style::Line if !is_paired => LINES[index % LINES.len()],
@@ -129,10 +126,7 @@ impl Looks {
                     Style::Reference => Some(Pencil::new(colour, 12.0)),
                     Style::Measured if !dense => Some(Pencil::new(pale(colour), 2.0)),
                     _ if marker.is_some() => None,
-                    _ => Some(Pencil {
-                        dashes,
-                        ..Pencil::new(colour, 3.0)
-                    }),
+                    _ => Some(Pencil::dashed(colour, 3.0, dashes)),
                 };
                 Look {
                     style,
@@ -177,19 +171,24 @@ fn pale(colour: Colour) -> Colour {
 
 /// Draws the marker of a series.
 pub(super) fn draw_marker(drawing: &mut Drawing, look: Look, at: Place) {
-    let Some(marker) = look.marker else { return };
-    if marker.filled {
-        let outline = outline(marker.outline, at, RADIUS);
-        // A white rim keeps markers apart that lie on each other.
-        drawing.outline(outline.clone(), Pencil::new([255; 3], 2.5));
-        drawing.fill(outline, look.colour, 1.0);
+    let (Some(Marker { number, filled }), white) = (look.marker, [255; 3]) else {
+        return;
+    };
+    // A white rim keeps markers apart that lie on each other.
+    let (size, rim) = if filled {
+        (RADIUS, 2.5)
     } else {
-        let outline = outline(marker.outline, at, 1.15 * RADIUS);
-        drawing.outline(outline.clone(), Pencil::new([255; 3], 5.0));
-        drawing.outline(outline, Pencil::new(look.colour, 2.6));
+        (1.15 * RADIUS, 5.0)
+    };
+    let corners = outline(number % OUTLINES, at, size);
+    drawing.outline(corners.clone(), Pencil::new(white, rim));
+    if filled {
+        drawing.fill(corners, look.colour, 1.0);
+    } else {
+        drawing.outline(corners, Pencil::new(look.colour, 2.6));
     }
-    if marker.dotted {
-        let colour = if marker.filled { [255; 3] } else { look.colour };
+    if number >= OUTLINES {
+        let colour = if filled { white } else { look.colour };
         drawing.fill(outline(0, at, 0.36 * RADIUS), colour, 1.0);
     }
 }

@@ -3,13 +3,12 @@
 use super::layout::{Layout, NUMBER, PANEL_TITLE};
 use super::looks::{Look, Looks, RADIUS, draw_marker};
 use super::{Chart, Mark, Panel, Point, Series, Style, labels};
+use crate::axis::Side;
 use crate::colour::{GREY, GRID, INK, VERMILION};
-use crate::drawing::{Align, Area, Drawing, Pencil, Place};
+use crate::drawing::{Align, Area, DASHES, Drawing, Pencil, Place};
 use crate::markup::spans;
-use crate::scale::Tick;
 use crate::text::width;
 
-const TICK: f32 = 10.0;
 /// Points closer to the last one than this are not drawn (pixels).
 const RESOLUTION: f32 = 0.25;
 /// Half the width of the end of an error bar.
@@ -59,45 +58,26 @@ pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, index:
     drawing.text(title, PANEL_TITLE, at, Align::Start, INK);
 }
 
+/// Grid, ticks and lines at zero.
 fn draw_axes(drawing: &mut Drawing, layout: &Layout, index: usize) {
-    let (l, t, r, b) = layout.panels[index];
-    let ink = Pencil::new(INK, 2.0);
+    let area @ (l, t, r, b) = layout.panels[index];
+    let across = |part: f32| vec![(l, b - part * (b - t)), (r, b - part * (b - t))];
+    let up = |part: f32| vec![(l + part * (r - l), t), (l + part * (r - l), b)];
     let grid = Pencil::new(GRID, 1.5);
-    let length = |tick: &Tick| if tick.is_major() { TICK } else { 0.6 * TICK };
-    // End of the last number.
-    let mut used = f32::NEG_INFINITY;
-    for tick in &layout.x.ticks {
-        let at = l + tick.part * (r - l);
-        if tick.is_major() {
-            drawing.line(vec![(at, t), (at, b)], grid);
-        }
-        drawing.line(vec![(at, b + 2.0), (at, b + 2.0 + length(tick))], ink);
-        let half = 0.5 * width(&tick.text, NUMBER);
-        if tick.is_major() && at - half > used + 12.0 {
-            drawing.text(tick.text.clone(), NUMBER, (at, b + 40.0), Align::Middle, INK);
-            used = at + half;
-        }
+    for tick in layout.x.ticks.iter().filter(|tick| tick.is_major()) {
+        drawing.line(up(tick.part), grid);
     }
-    let mut used = f32::INFINITY;
-    for tick in &layout.y.ticks {
-        let at = b - tick.part * (b - t);
-        if tick.is_major() {
-            drawing.line(vec![(l, at), (r, at)], grid);
-        }
-        drawing.line(vec![(l - 2.0, at), (l - 2.0 - length(tick), at)], ink);
-        if layout.is_leftmost(index) && tick.is_major() && at + NUMBER < used {
-            let beside = (l - 20.0, at + 0.36 * NUMBER);
-            drawing.text(tick.text.clone(), NUMBER, beside, Align::End, INK);
-            used = at;
-        }
+    for tick in layout.y.ticks.iter().filter(|tick| tick.is_major()) {
+        drawing.line(across(tick.part), grid);
     }
-    if let Some(zero) = layout.y.zero() {
-        let at = b - zero * (b - t);
-        drawing.line(vec![(l, at), (r, at)], Pencil::new(GREY, 1.5));
-    }
-    if let Some(zero) = layout.x.zero() {
-        let at = l + zero * (r - l);
-        drawing.line(vec![(at, t), (at, b)], Pencil::new(GREY, 1.5));
+    layout.x.draw(drawing, Side::Below, area, NUMBER);
+    let numbers = if layout.is_leftmost(index) { NUMBER } else { 0.0 };
+    layout.y.draw(drawing, Side::Left, area, numbers);
+    for line in [layout.y.zero().map(across), layout.x.zero().map(up)]
+        .into_iter()
+        .flatten()
+    {
+        drawing.line(line, Pencil::new(GREY, 1.5));
     }
 }
 
@@ -113,7 +93,7 @@ fn draw_marks(drawing: &mut Drawing, layout: &Layout, (l, t, r, b): Area, panel:
             }
             Mark::Event { label, at } => {
                 let Some(x) = across(*at) else { continue };
-                drawing.line(vec![(x, t), (x, b)], Pencil::new(INK, 2.0).dashed());
+                drawing.line(vec![(x, t), (x, b)], Pencil::dashed(INK, 2.0, DASHES));
                 let text = spans(label);
                 // Right of the line if there is space.
                 let (x, align) = if x + 24.0 + width(&text, NUMBER) < r {
@@ -139,8 +119,8 @@ fn draw_marks(drawing: &mut Drawing, layout: &Layout, (l, t, r, b): Area, panel:
                 if let Some((top, bottom)) = band {
                     drawing.rectangle((from, top.max(t), to, bottom.min(b)), *colour, 0.25);
                 }
-                let pencil = Pencil::new(*colour, if *dashed { 2.5 } else { 3.0 });
-                let pencil = if *dashed { pencil.dashed() } else { pencil };
+                let dashes = if *dashed { DASHES } else { &[] };
+                let pencil = Pencil::dashed(*colour, 2.5, dashes);
                 drawing.line(vec![(from, y), (to, y)], pencil);
             }
         }
