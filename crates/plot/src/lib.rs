@@ -5,6 +5,20 @@
 //! any [`Format`]. There is one system of ticks ([`Chart`] and [`Picture`] share it) and one font, which is embedded: a figure
 //! has the same bytes on every machine. [`Raster`] draws solid bodies for a picture.
 //!
+//! ```
+//! use turbid_plot::{Axis, Chart, Format, Panel, Point, Series};
+//!
+//! let points = [(0.1, 0.31), (0.2, 0.23)].map(|(x, y)| Point { x, y, error: Some(0.01) });
+//! let series = Series { label: "spheres".into(), points: points.into(), ..Series::default() };
+//! let chart = Chart {
+//!     x: Axis { label: "volume fraction phi (-)".into(), log: false },
+//!     y: Axis { label: "settling velocity / u_Stokes (-)".into(), log: false },
+//!     panels: vec![Panel { series: vec![series], ..Panel::default() }],
+//!     ..Chart::default()
+//! };
+//! assert!(chart.figure().encode(Format::Svg).starts_with(b"<svg"));
+//! ```
+//!
 //! # Text
 //! In titles, labels and names a letter that stands alone is a symbol, as are the names of Greek letters; `^` raises the word that
 //! follows, and `_` lowers it behind a symbol: `"u / u_Stokes"`, `"acceleration (m/s^2)"`. The unit of an axis stands in parentheses at the

@@ -3,6 +3,7 @@
 use crate::math::{Quat, Vec3};
 use crate::shape::{Shape, SurfaceMesh};
 use std::f64::consts::TAU;
+use std::ops::Deref;
 
 /// Refinement of the meshes that are cut: their edges turn by about two degrees.
 pub(super) const REFINEMENT: u32 = 5;
@@ -11,11 +12,11 @@ const POINTS: u32 = 256;
 
 /// The outline of a body in the plane `origin + a across + b up`, as pairs `(a, b)` in order round it.
 ///
-/// `origin` is relative to the centre of mass, `across` and `up` are unit vectors, world axes; `mesh` is the surface of the body.
-/// Empty where the plane misses the body. Spheres and bodies with flat faces are cut exactly.
+/// `origin` is relative to the centre of mass, `across` and `up` are unit vectors, world axes; `mesh` is the surface of the body, which
+/// spheres do not need. Empty where the plane misses the body. Spheres and bodies with flat faces are cut exactly.
 pub(super) fn cut(
     shape: &dyn Shape,
-    mesh: &SurfaceMesh,
+    mesh: &impl Deref<Target = SurfaceMesh>,
     orientation: &Quat,
     origin: Vec3,
     across: Vec3,
@@ -71,7 +72,7 @@ mod tests {
     fn outline(shape: &dyn Shape, turn: &Quat, origin: Vec3, across: Vec3) -> Vec<(f64, f64)> {
         cut(
             shape,
-            &shape.surface_mesh(REFINEMENT),
+            &&shape.surface_mesh(REFINEMENT),
             turn,
             origin,
             across,

@@ -6,8 +6,9 @@ use super::scene::{AXES, Scene, SpeedRange};
 use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::shape::SurfaceMesh;
+use crate::particle::Particle;
 use crate::wall::Surface;
+use std::cell::LazyCell;
 use std::path::Path;
 use turbid_plot::{Image, WALL};
 
@@ -68,20 +69,21 @@ fn draw_particles(image: &mut Image, scene: &Scene, scale: f64) {
     let plane = &scene.plane;
     let (across, up) = (Vec3::ith(plane.across, 1.0), Vec3::ith(plane.up, 1.0));
     let middle = Vec3::ith(plane.normal, plane.height());
-    let meshes: Vec<SurfaceMesh> = (scene.templates.iter())
-        .map(|template| template.shape.surface_mesh(REFINEMENT))
-        .collect();
-    for particle in scene.particles {
-        let template = particle.template as usize;
-        let shape = &*scene.templates[template].shape;
-        for centre in scene.images(particle.position(), shape.circumradius(), &[0, 1, 2]) {
-            let turn = particle.orientation();
-            let outline = cut(shape, &meshes[template], &turn, middle - centre, across, up);
-            let points: Vec<(f32, f32)> = (outline.iter())
-                .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
-                .collect();
-            if extent(&points) >= SMALLEST_OUTLINE {
-                image.outline(&points);
+    let mut particles: Vec<&Particle> = scene.particles.iter().collect();
+    particles.sort_by_key(|particle| particle.template);
+    for group in particles.chunk_by(|a, b| a.template == b.template) {
+        let shape = &*scene.templates[group[0].template as usize].shape;
+        let mesh = LazyCell::new(|| shape.surface_mesh(REFINEMENT));
+        for particle in group {
+            for centre in scene.images(particle.position(), shape.circumradius(), &[0, 1, 2]) {
+                let turn = particle.orientation();
+                let outline = cut(shape, &mesh, &turn, middle - centre, across, up);
+                let points: Vec<(f32, f32)> = (outline.iter())
+                    .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
+                    .collect();
+                if extent(&points) >= SMALLEST_OUTLINE {
+                    image.outline(&points);
+                }
             }
         }
     }
@@ -98,7 +100,7 @@ mod tests {
     use super::super::scene::Clock;
     use super::*;
     use crate::domain::Domain;
-    use crate::particle::{Particle, Template};
+    use crate::particle::Template;
     use crate::shape::Sphere;
     use crate::wall::{Motion, Wall};
     use std::sync::Arc;

@@ -173,8 +173,8 @@ fn horizontal(chart: &Chart, pixels: f32) -> Scale {
         let (least, most) = ends(&values);
         let margin = if curves { 0.0 } else { 0.05 * (most - least) };
         let ends = [grown(least, -margin), grown(most, margin)];
-        let ends: Vec<f64> = ends.into_iter().filter(|end| end.is_finite()).collect();
-        Scale::new(&ends, false, true, steps)
+        let ends: &[f64] = if values.is_empty() { &[] } else { &ends };
+        Scale::new(ends, false, true, steps)
     };
     // A few whole numbers on a short logarithmic axis, such as resolutions, are better ticks than round ones.
     values.sort_by(f64::total_cmp);
@@ -191,11 +191,9 @@ fn vertical(chart: &Chart, pixels: f32) -> Scale {
     let mut values: Vec<f64> = Vec::new();
     for point in points(chart) {
         let error = point.error.filter(|error| error.is_finite()).unwrap_or(0.0);
-        values.extend(
-            [point.y, point.y - error, point.y + error]
-                .iter()
-                .filter(|_| fits(point.y, &chart.y)),
-        );
+        if fits(point.y, &chart.y) {
+            values.extend([point.y, point.y - error, point.y + error]);
+        }
     }
     for mark in chart.panels.iter().flat_map(|panel| &panel.marks) {
         if let Mark::Level { value, .. } = mark {
@@ -205,11 +203,6 @@ fn vertical(chart: &Chart, pixels: f32) -> Scale {
     values.retain(|value| fits(*value, &chart.y));
     let (least, most) = ends(&values);
     if !chart.y.log && least > 0.0 && least < 0.4 * most {
-        values.push(0.0);
-    }
-    // A curve that trembles about zero at its start gets no range of its own.
-    if !chart.y.log && least < 0.0 && least > -0.03 * most && series(chart).all(|s| s.points.len() > MARKED) {
-        values.retain(|value| *value > 0.0);
         values.push(0.0);
     }
     Scale::new(&values, chart.y.log, false, f64::from(pixels / 75.0))

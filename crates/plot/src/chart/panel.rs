@@ -31,16 +31,13 @@ pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, index:
     let none = Panel::default();
     let panel = chart.panels.get(index).unwrap_or(&none);
     draw_marks(drawing, layout, area, panel);
-    let ordered = || {
-        ORDER
-            .iter()
-            .flat_map(|style| panel.series.iter().filter(move |s| s.style == *style))
-    };
-    for series in ordered() {
+    let mut ordered: Vec<&Series> = panel.series.iter().collect();
+    ordered.sort_by_key(|series| ORDER.iter().position(|style| *style == series.style));
+    for series in &ordered {
         draw_line(drawing, layout, area, series, looks.find(series));
     }
     drawing.frame(area, Pencil::new(INK, 2.0));
-    for series in ordered() {
+    for series in &ordered {
         draw_points(drawing, layout, area, series, looks.find(series));
     }
     labels::draw(drawing, layout, area, panel);
@@ -73,10 +70,8 @@ fn draw_axes(drawing: &mut Drawing, layout: &Layout, index: usize) {
     layout.x.draw(drawing, Side::Below, area, NUMBER);
     let numbers = if layout.is_leftmost(index) { NUMBER } else { 0.0 };
     layout.y.draw(drawing, Side::Left, area, numbers);
-    for line in [layout.y.zero().map(across), layout.x.zero().map(up)]
-        .into_iter()
-        .flatten()
-    {
+    let zeros = [layout.y.zero().map(across), layout.x.zero().map(up)];
+    for line in zeros.into_iter().flatten() {
         drawing.line(line, Pencil::new(GREY, 1.5));
     }
 }
