@@ -1,11 +1,10 @@
 //! The figures of a time series.
 
 use super::super::Block;
-use crate::output::picture::{
-    Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle, SettlingPlot, settling_figure,
-};
+use crate::output::picture::{SettlingPlot, settling_chart};
 use crate::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use crate::simulation::settling_references;
+use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
 
 /// The part of the largest value from which values are shown on a logarithmic axis.
 const SHOWN: f64 = 1e-5;
@@ -161,7 +160,7 @@ fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Opti
         Some((summary.transient_end?, estimate))
     });
     let references = steady.map(|summary| settling_references(&summary.scales, summary.volume_fraction));
-    let figure = settling_figure(&SettlingPlot {
+    let chart = settling_chart(&SettlingPlot {
         case,
         t_star,
         velocity,
@@ -176,7 +175,7 @@ fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Opti
     Some(Block::Figure {
         name: "settling_velocity".into(),
         title: "Settling velocity".into(),
-        figure: Box::new(figure),
+        figure: Box::new(chart.figure()),
         note: note.into(),
     })
 }
@@ -205,11 +204,11 @@ fn over_time(
         f64::NEG_INFINITY
     };
     let shown = |y: f64| if y >= least { y } else { f64::NAN };
-    let lines = columns.iter().map(|(column, label)| ChartSeries {
+    let lines = columns.iter().map(|(column, label)| Series {
         label: (*label).to_string(),
-        style: ChartStyle::Line,
+        style: Style::Line,
         points: (times.iter().zip(&column.values))
-            .map(|(&x, &y)| ChartPoint {
+            .map(|(&x, &y)| Point {
                 x,
                 y: shown(y),
                 error: None,
@@ -218,17 +217,17 @@ fn over_time(
     });
     let chart = Chart {
         title: format!("{case}: {}", decapitalised(&title)),
-        x: ChartAxis {
+        x: Axis {
             label: time.into(),
-            logarithmic: false,
+            log: false,
         },
-        y: ChartAxis {
+        y: Axis {
             label: format!("{} ({unit})", decapitalised(&title)),
-            logarithmic,
+            log: logarithmic,
         },
-        panels: vec![ChartPanel {
-            title: String::new(),
+        panels: vec![Panel {
             series: lines.collect(),
+            ..Panel::default()
         }],
         note: String::new(),
     };
