@@ -3,7 +3,7 @@
 use super::picture::{Format, write_figure};
 use crate::error::Result;
 use std::path::Path;
-use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
+use turbid_plot::{Axis, Chart, Series, Style};
 
 /// Curves over each other, for a chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,28 +23,11 @@ pub struct Overlay {
 impl Overlay {
     /// Writes the chart as `CASE_NAME.png` and `CASE_NAME.svg`, its curves with the given legends and styles, one for each curve.
     pub fn write(&self, directory: &Path, case: &str, looks: Vec<(String, Style)>) -> Result<()> {
-        let axis = |i: usize| Axis {
-            label: self.axes[i].clone(),
-            log: self.logarithmic[i],
-        };
         let series = (looks.into_iter().zip(&self.curves)).map(|((label, style), (_, points))| {
-            let points = points.iter().map(|&[x, y]| Point { x, y, error: None });
-            Series {
-                label,
-                style,
-                points: points.collect(),
-            }
+            Series::new(label, style, points.iter().map(|&[x, y]| (x, y)))
         });
-        let chart = Chart {
-            title: self.title.clone(),
-            x: axis(0),
-            y: axis(1),
-            panels: vec![Panel {
-                series: series.collect(),
-                ..Panel::default()
-            }],
-            ..Chart::default()
-        };
+        let [x, y] = [0, 1].map(|i: usize| Axis::new(&self.axes[i], self.logarithmic[i]));
+        let chart = Chart::new(&self.title, x, y, series.collect());
         let (figure, stem) = (chart.figure(), format!("{case}_{}", self.name));
         for format in [Format::Png, Format::Svg] {
             let file = format!("{stem}.{}", format.extension());
