@@ -122,7 +122,40 @@ pub enum Mark {
     Interval([f64; 2]),
 }
 
+impl Axis {
+    /// The axis with this label.
+    pub fn new(label: impl Into<String>, log: bool) -> Self {
+        let label = label.into();
+        Self { label, log }
+    }
+}
+
+impl Series {
+    /// The series of these points, without errors.
+    pub fn new(label: impl Into<String>, style: Style, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (label, points) = (label.into(), points.into_iter());
+        let points = points.map(|(x, y)| Point { x, y, error: None }).collect();
+        Self { label, style, points }
+    }
+}
+
 impl Chart {
+    /// The chart of one panel, without a note.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
+        let (title, note) = (title.into(), String::new());
+        let panel = Panel {
+            series,
+            ..Panel::default()
+        };
+        Self {
+            title,
+            x,
+            y,
+            panels: vec![panel],
+            note,
+        }
+    }
+
     /// Draws the chart.
     pub fn figure(&self) -> Figure {
         let looks = Looks::of(&self.panels);

@@ -6,16 +6,12 @@
 //! has the same bytes on every machine. [`Raster`] draws solid bodies for a picture.
 //!
 //! ```
-//! use turbid_plot::{Axis, Chart, Format, Panel, Point, Series};
+//! use turbid_plot::{Axis, Chart, Format, Series, Style};
 //!
-//! let points = [(0.1, 0.31), (0.2, 0.23)].map(|(x, y)| Point { x, y, error: Some(0.01) });
-//! let series = Series { label: "spheres".into(), points: points.into(), ..Series::default() };
-//! let chart = Chart {
-//!     x: Axis { label: "volume fraction phi (-)".into(), log: false },
-//!     y: Axis { label: "settling velocity / u_Stokes (-)".into(), log: false },
-//!     panels: vec![Panel { series: vec![series], ..Panel::default() }],
-//!     ..Chart::default()
-//! };
+//! let spheres = Series::new("spheres", Style::Measured, [(0.1, 0.31), (0.2, 0.23), (0.3, 0.15)]);
+//! let x = Axis::new("volume fraction phi (-)", false);
+//! let y = Axis::new("settling velocity / u_Stokes (-)", false);
+//! let chart = Chart::new("Hindered settling", x, y, vec![spheres]);
 //! assert!(chart.figure().encode(Format::Svg).starts_with(b"<svg"));
 //! ```
 //!

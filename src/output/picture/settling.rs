@@ -4,7 +4,7 @@ use super::{Format, write_figure};
 use crate::error::Result;
 use crate::output::Estimate;
 use std::path::Path;
-use turbid_plot::{Axis, Chart, INK, Mark, Panel, Point, REFERENCES, Series, VERMILION};
+use turbid_plot::{Axis, Chart, INK, Mark, REFERENCES, Series, Style, VERMILION};
 
 /// Contents of a chart of the settling velocity.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,6 @@ pub fn settling_chart(plot: &SettlingPlot) -> Chart {
         plot.velocity.len(),
         "one velocity for each time"
     );
-    let points = plot.t_star.iter().zip(plot.velocity);
     let end = plot.t_star.iter().copied().fold(0.0, f64::max);
     let level = |name: &str, estimate: Estimate, between, dashed, colour| Mark::Level {
         label: format!("{name}\n{}", with_error(estimate)),
@@ -71,25 +70,15 @@ pub fn settling_chart(plot: &SettlingPlot) -> Chart {
     }
     // A name without a value would point nowhere.
     marks.retain(|mark| !matches!(mark, Mark::Level { value, .. } if !value.is_finite()));
-    let axis = |label: &str| Axis {
-        label: label.into(),
-        log: false,
-    };
-    let series = Series {
-        points: points.map(|(&x, &y)| Point { x, y, error: None }).collect(),
-        ..Series::default()
-    };
-    Chart {
-        title: plot.case.into(),
-        x: axis("t* = t u_Stokes / D (-)"),
-        y: axis("settling velocity  u / u_Stokes (-)"),
-        panels: vec![Panel {
-            series: vec![series],
-            marks,
-            ..Panel::default()
-        }],
-        ..Chart::default()
-    }
+    let points = plot.t_star.iter().copied().zip(plot.velocity.iter().copied());
+    let mut chart = Chart::new(
+        plot.case,
+        Axis::new("t* = t u_Stokes / D (-)", false),
+        Axis::new("settling velocity  u / u_Stokes (-)", false),
+        vec![Series::new("", Style::Measured, points)],
+    );
+    chart.panels[0].marks = marks;
+    chart
 }
 
 /// A mean with its error: two digits of the error, and as many decimals of the mean; three significant digits without one.

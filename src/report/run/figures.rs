@@ -4,7 +4,7 @@ use super::super::Block;
 use crate::output::picture::{SettlingPlot, settling_chart};
 use crate::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use crate::simulation::settling_references;
-use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
+use turbid_plot::{Axis, Chart, Series, Style};
 
 /// The part of the largest value from which values are shown on a logarithmic axis.
 const SHOWN: f64 = 1e-5;
@@ -204,33 +204,16 @@ fn over_time(
         f64::NEG_INFINITY
     };
     let shown = |y: f64| if y >= least { y } else { f64::NAN };
-    let lines = columns.iter().map(|(column, label)| Series {
-        label: (*label).to_string(),
-        style: Style::Line,
-        points: (times.iter().zip(&column.values))
-            .map(|(&x, &y)| Point {
-                x,
-                y: shown(y),
-                error: None,
-            })
-            .collect(),
+    let lines = columns.iter().map(|(column, label)| {
+        let points = times.iter().zip(&column.values);
+        Series::new(*label, Style::Line, points.map(|(&x, &y)| (x, shown(y))))
     });
-    let chart = Chart {
-        title: format!("{case}: {}", decapitalised(&title)),
-        x: Axis {
-            label: time.into(),
-            log: false,
-        },
-        y: Axis {
-            label: format!("{} ({unit})", decapitalised(&title)),
-            log: logarithmic,
-        },
-        panels: vec![Panel {
-            series: lines.collect(),
-            ..Panel::default()
-        }],
-        note: String::new(),
-    };
+    let chart = Chart::new(
+        format!("{case}: {}", decapitalised(&title)),
+        Axis::new(time, false),
+        Axis::new(format!("{} ({unit})", decapitalised(&title)), logarithmic),
+        lines.collect(),
+    );
     Block::Figure {
         name: name.to_string(),
         title,
