@@ -45,7 +45,7 @@ pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_wit
 use std::rc::Rc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
-    Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
+    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 

@@ -40,9 +40,15 @@ fn calibrate(threads: usize) -> Result<()> {
     let times = |factor: f64| format!("{factor:.2}");
     let row = |name: &str, factor: f64| [name.to_string(), times(factor), String::new()];
     let mut rows = vec![row("f32", found.single), row("f64", found.double)];
-    rows[0][2] = format!("times as long as with the built-in costs, on {} threads", found.threads);
+    rows[0][2] = format!(
+        "times as long as with the built-in costs, on {} threads",
+        found.threads
+    );
     let kept = match found.keep()? {
-        Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
+        Some(path) => format!(
+            "kept in {}, for the estimates of `check` and `study`",
+            path.display()
+        ),
         None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),
     };
     say(&format!("{}\n{kept}", table(&rows)));

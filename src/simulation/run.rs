@@ -1,7 +1,7 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
-use super::engine::Context;
 use super::checkpointer::{Checkpointer, Requests};
+use super::engine::Context;
 use super::observe::{Observer, agree as agree_here};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};

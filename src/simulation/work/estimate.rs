@@ -37,7 +37,9 @@ pub struct TimeEstimate {
 pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
     let cut = decompose(setup)?;
     let calibration = file().and_then(|path| Calibration::read(&path));
-    let factor = calibration.as_ref().map_or(1.0, |found| found.factor(setup.plan.precision));
+    let factor = calibration
+        .as_ref()
+        .map_or(1.0, |found| found.factor(setup.plan.precision));
     let ranks = cut.ranks();
     // Threads that have to take turns; of processes nobody knows where they are.
     let turns = match comm::launched() {

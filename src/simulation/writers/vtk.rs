@@ -133,8 +133,11 @@ impl<F: Format> Writer for Vtk<'_, F> {
 
 /// The state of the writer of this name.
 pub(super) fn parsed<T: for<'de> Deserialize<'de>>(name: &str, state: &WriterState) -> Result<T> {
-    T::deserialize(state)
-        .map_err(|error| Error::Input(format!("the state of the writer of {name} in the common state: {error}")))
+    T::deserialize(state).map_err(|error| {
+        Error::Input(format!(
+            "the state of the writer of {name} in the common state: {error}"
+        ))
+    })
 }
 
 /// Velocity, pressure and solid fraction of all cells.
