@@ -29,6 +29,10 @@ pub mod statistics;
 pub mod summary;
 pub mod surfaces;
 pub mod vti;
+#[cfg(test)]
+#[path = "../tests/common/vtk.rs"]
+mod vtk_reader;
+mod vtkio_file;
 pub mod walls;
 
 pub(crate) use atomic::write_bytes;

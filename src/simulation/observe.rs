@@ -5,7 +5,7 @@
 //! ([`collect`]). A failure to write on one rank ends the run on every rank.
 
 mod collect;
-pub(super) mod gather;
+mod gather;
 mod row;
 mod summary;
 
@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
+pub(super) use gather::own_fields;
 pub use summary::instruction_set;
 
 /// All writers of a run.
@@ -59,12 +60,10 @@ impl ObserverState {
     /// # Errors
     /// [`Error::Input`] if rows are gone.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
-        writers
-            .iter()
-            .try_for_each(|writer| match self.states.get(writer.name()) {
-                Some(state) => writer.fits(state),
-                None => Ok(()),
-            })
+        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
+            Some(state) => writer.fits(state),
+            None => Ok(()),
+        })
     }
 }
 
