@@ -278,7 +278,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         stop: Arc::clone(&options.stop),
     };
     let mut simulation = Simulation::in_context(setup, decomposition, comm, &context)?;
-    let mut checkpointer = Checkpointer::new(setup, decomposition, &simulation, start);
+    let mut checkpointer = Checkpointer::new(setup, &simulation, start);
     let mut writers = writers::of(setup);
     writers.extend(more(simulation.comm.rank()));
     let observer = |simulation: &Simulation, writers| {
