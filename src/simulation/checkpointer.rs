@@ -38,8 +38,6 @@ pub(super) struct Checkpointer<'a> {
     setup: &'a Setup,
     folder: PathBuf,
     start: Instant,
-    /// The step of the last one.
-    last: Option<u64>,
     /// When this rank last had nothing to lose: at the start of the run or behind a checkpoint.
     safe: Instant,
     /// How long one takes to write (s), once one has been written.
@@ -58,7 +56,6 @@ impl<'a> Checkpointer<'a> {
             folder: OutputFiles::new(&setup.plan.output.directory).checkpoints(),
             setup,
             start,
-            last: None,
             safe: Instant::now(),
             write_seconds: None,
             bytes: (setup.domain.cell_count() * simulation.saved_bytes()) as f64,
@@ -116,7 +113,7 @@ impl<'a> Checkpointer<'a> {
             }
             CheckpointSpacing::Never | CheckpointSpacing::WallTime(_) => false,
         };
-        if self.last == Some(step) || !(due || requests.stop || requests.checkpoint) {
+        if simulation.checkpoint == Some(step) || !(due || requests.stop || requests.checkpoint) {
             return Ok(());
         }
         let start = Instant::now();
@@ -128,7 +125,6 @@ impl<'a> Checkpointer<'a> {
                 write_seconds,
             }))
         })?;
-        self.last = Some(step);
         let seconds = start.elapsed().as_secs_f64();
         self.write_seconds = Some(self.write_seconds.map_or(seconds, |before| before.max(seconds)));
         // It is counted by itself.
@@ -156,7 +152,6 @@ impl<'a> Checkpointer<'a> {
             |saved| self.means_the_same(saved),
             |shared: &Shared| shared.observer.fits(writers),
         )?;
-        self.last = Some(simulation.step);
         // Of a file: it may hold any number.
         self.write_seconds = shared
             .write_seconds
