@@ -16,7 +16,7 @@ use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::progress::Workload;
-use crate::output::{OutputFiles, Progress, Summary, directory};
+use crate::output::{Numbered, OutputFiles, Progress, Summary, directory};
 use crate::particle::Particle;
 pub(super) use row::{settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,11 @@ impl ObserverState {
             None => Ok(()),
         })
     }
+}
+
+/// The numbered files of writers.
+pub(super) fn names(writers: &[Box<dyn Writer + '_>]) -> Vec<Numbered> {
+    writers.iter().filter_map(|writer| writer.numbered()).collect()
 }
 
 /// The failure of this rank, or that another one has failed. Collective.
@@ -122,9 +127,9 @@ impl<'a> Observer<'a> {
         let written = |done: &Option<u64>| *done == Some(self.first);
         let kept: Vec<PathBuf> = (self.writers.iter().zip(&self.done))
             .filter(|(_, done)| written(done))
-            .flat_map(|(writer, _)| writer.files(self.first))
+            .filter_map(|(writer, _)| Some(writer.numbered()?.file(self.files.directory(), self.first)))
             .collect();
-        directory::clear_after(self.files.directory(), self.first, &kept)?;
+        directory::clear_after(self.files.directory(), &names(&self.writers), self.first, &kept)?;
         for writer in &mut self.writers {
             if let Some(state) = state.states.get(writer.name()) {
                 writer.resume(state)?;

@@ -23,7 +23,7 @@ use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::memory;
 use crate::output::picture::Plane;
-use crate::output::{Contact, ForceAndTorque, OutputFiles, SeriesRow, Summary, pieces};
+use crate::output::{Contact, ForceAndTorque, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
 use std::path::PathBuf;
 
@@ -69,9 +69,9 @@ pub trait Writer {
         Ok(())
     }
 
-    /// Numbered files of a step, which stay when a run resumes from that step. Pieces and indices follow from their names.
-    fn files(&self, _step: u64) -> Vec<PathBuf> {
-        Vec::new()
+    /// Its numbered files: before a run they are refused or cleared; those of later steps go when a run resumes.
+    fn numbered(&self) -> Option<Numbered> {
+        None
     }
 
     /// What [`resume`](Self::resume) needs, on rank 0; all that is written is safe on disk after this.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use turbid::Result;
 use turbid::case::{self, Setup};
 use turbid::error::Error;
+use turbid::output::Numbered;
 use turbid::particle::Particle;
 use turbid::simulation::{
     Need, RankOutput, RootOutput, RunOptions, Writer, WriterState, resume_with, run_with,
@@ -33,8 +34,12 @@ picture_every = "never"
 checkpoint_every = { steps = 24 }
 "#;
 
-/// Writes the mean height of the particles with even ids, and the mean pressure, to a table.
+/// A file for each step.
+const NUMBERED: Numbered = Numbered::new("heights", "heights_", ".txt");
+
+/// Writes the mean height of the particles with even ids, and the mean pressure, to a table, and the table so far for each step.
 struct Heights {
+    out: PathBuf,
     table: PathBuf,
     text: String,
     pressure: f32,
@@ -70,7 +75,14 @@ impl Writer for Heights {
         assert!(particles.windows(2).all(|pair| pair[0].id < pair[1].id));
         let height = particles.iter().map(|p| p.position().z).sum::<f64>() / particles.len() as f64;
         self.text += &format!("{} {height:e} {:e}\n", output.step, self.pressure);
+        let numbered = NUMBERED.file(&self.out, output.step);
+        std::fs::create_dir_all(numbered.parent().unwrap()).unwrap();
+        std::fs::write(numbered, &self.text).unwrap();
         std::fs::write(&self.table, &self.text).map_err(|source| Error::io("write", &self.table, source))
+    }
+
+    fn numbered(&self) -> Option<Numbered> {
+        Some(NUMBERED)
     }
 
     fn state(&mut self) -> Result<WriterState> {
@@ -99,6 +111,7 @@ fn quiet() -> RunOptions {
 
 fn writer(root: &Path) -> Vec<Box<dyn Writer>> {
     vec![Box::new(Heights {
+        out: root.join("out"),
         table: root.join("heights.txt"),
         text: String::new(),
         pressure: 0.0,
@@ -112,12 +125,15 @@ fn an_own_writer_gets_the_same_on_one_and_three_threads_and_continues_where_a_ch
     for (root, threads, end) in [(one, 1, 48), (three, 3, 48), (resumed, 2, 24)] {
         run_with(&setup(root, threads, end), &quiet(), &|_| writer(root)).unwrap();
     }
+    let late = NUMBERED.file(&resumed.join("out"), 30);
+    std::fs::write(&late, "of a run that was killed").unwrap();
     resume_with(&setup(resumed, 1, 48), &quiet(), &|_| writer(resumed)).unwrap();
     let read = |root: &Path| std::fs::read_to_string(root.join("heights.txt")).unwrap();
     let expected = read(one);
     assert_eq!(expected.lines().count(), 7, "{expected}");
     assert_eq!(read(three), expected);
     assert_eq!(read(resumed), expected);
+    assert!(!late.exists() && NUMBERED.file(&resumed.join("out"), 24).exists());
 }
 
 #[test]
@@ -127,4 +143,22 @@ fn a_writer_that_fails_ends_the_run_on_three_threads_with_its_error() {
     let run = run_with(&setup(place.path(), 3, 48), &quiet(), &|_| writer(&missing));
     let error = run.unwrap_err().to_string();
     assert!(error.contains("heights.txt"), "{error}");
+}
+
+#[test]
+fn files_of_an_own_writer_that_an_earlier_run_has_left_are_refused_and_with_overwrite_replaced() {
+    let place = tempfile::tempdir().unwrap();
+    let root = place.path();
+    let late = NUMBERED.file(&root.join("out"), 99);
+    std::fs::create_dir_all(late.parent().unwrap()).unwrap();
+    std::fs::write(&late, "of an earlier run").unwrap();
+    let run = |options: &RunOptions| run_with(&setup(root, 1, 8), options, &|_| writer(root));
+    let refused = run(&quiet()).unwrap_err().to_string();
+    assert!(refused.contains("heights_0000000099.txt"), "{refused}");
+    let overwrite = RunOptions {
+        overwrite: true,
+        ..quiet()
+    };
+    run(&overwrite).unwrap();
+    assert!(!late.exists() && NUMBERED.file(&root.join("out"), 8).exists());
 }
