@@ -12,10 +12,9 @@
 //! ```
 //!
 //! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3),
-//! so what is damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes
-//! mean: cells have a number of bytes each, and what the engine, the coupling and the whole run need are sections of
-//! bytes. Numbers are plain data of the machine that wrote them (little-endian on all that this program is built
-//! for).
+//! so damaged, truncated or missing files are detected and named on reading. The meaning of the bytes is not known
+//! here: cells have a fixed number of bytes, and the engine, the coupling and the whole run have sections of bytes.
+//! Numbers are plain data of the machine that wrote them (little-endian on all that this program is built for).
 
 mod folder;
 mod manifest;

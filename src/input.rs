@@ -1,5 +1,5 @@
-//! Files that are read: regular ones, up to a limit, opened without waiting, and quoted in messages by one word at
-//! most.
+//! Reading of files: regular files up to a size limit, opened without blocking; messages quote at most one word of
+//! them.
 //!
 //! Cases, the files that they name, and checkpoints may come from untrusted sources. Reading a FIFO would block for
 //! ever, a device may be endless or act when it is opened, and a message may be seen by others than the owner of a

@@ -1,4 +1,4 @@
-//! Memory: allocations that may fail, and how much of it there is ([`rooms`]).
+//! Memory: allocations that may fail, and the limits of a process ([`rooms`]).
 
 mod room;
 

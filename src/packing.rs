@@ -1,9 +1,9 @@
-//! Initial positions: random ones that keep their distance, and files of positions.
+//! Initial positions: random packings, and files of positions.
 //!
-//! Random points are pushed apart pair by pair until no two spheres are closer than they may be; bodies of other
-//! shapes start from there, as if they were spheres of the same volume, and are [relaxed](relax) on. Then all are
-//! [mixed](mix) until they lie as in a fluid of hard bodies. Only additions, multiplications, divisions and square
-//! roots are used, and streams of random numbers: the same seed gives the same bits on any machine.
+//! Random points are pushed apart pair by pair until no two spheres are closer than allowed. Bodies of other shapes
+//! start from there, as spheres of the same volume, and are [relaxed](relax) further. Then all are [mixed](mix) until
+//! they are distributed as in a fluid of hard bodies. Only `+ - * /`, square roots and streams of random numbers are
+//! used: the same seed gives the same bits on any machine.
 
 pub mod mix;
 mod neighbours;
@@ -21,7 +21,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 pub const MAX_VOLUME_FRACTION: f64 = 0.35;
 /// Largest volume fraction of the spheres with their gaps (-); random close packing ends at 0.64.
 pub const MAX_GROWN_FRACTION: f64 = 0.52;
-/// Least gap between surfaces in diameters if the case gives none, as in the data set of Marquardt et al. (2024).
+/// Smallest gap between surfaces in diameters if the case gives none, as in the data set of Marquardt et al. (2024).
 pub const DEFAULT_GAP: f64 = 0.0278;
 /// Rounds of pushing before giving up; phi = 0.35 takes a few dozen.
 const MAX_ROUNDS: usize = 5000;
@@ -33,7 +33,7 @@ const OVERSHOOT: f64 = 1.0 + 1e-3;
 pub struct Ball {
     /// Radius (m).
     pub radius: f64,
-    /// Half of the gap it keeps to its like (m); two spheres keep the sum of their halves.
+    /// Half of the gap to other spheres (m); the gap of two spheres is the sum of their halves.
     pub half_gap: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The folder of checkpoints: what in it is ours, and what becomes of it.
+//! The folder of checkpoints: the entries that belong to a run, and their removal.
 
 use crate::error::{Error, Result};
 use std::fs::{self, File};

@@ -1,4 +1,4 @@
-//! `manifest.toml`: what a checkpoint is and of which files it consists, in a form that people can read.
+//! `manifest.toml`: identity and files of a checkpoint, in readable form.
 
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;

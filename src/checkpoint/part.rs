@@ -6,7 +6,7 @@
 //! planes    for each z of the block, ascending: for y, for x, the bytes of the cell; then xxh3 of them, 8 bytes
 //! ```
 //!
-//! The checksum of a plane is seeded by that of the head plus z, so that no plane passes for another one.
+//! The checksum of a plane is seeded by that of the head plus z, so that no plane can be mistaken for another one.
 
 use super::{Head, Part};
 use crate::domain::Block;

@@ -1,4 +1,4 @@
-//! A checkpoint that is read: whole parts of it, or only the planes that a block needs.
+//! Reading of a checkpoint: whole parts of it, or only the planes that a block needs.
 
 use super::folder::name_of;
 use super::manifest::{FileEntry, Manifest, hex};

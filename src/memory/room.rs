@@ -1,5 +1,4 @@
-//! Memory that a process may have: that of the machine, less where a control group or a limit of the process grants
-//! less.
+//! Memory that a process may have: that of the machine, or less if a control group or a limit of the process says so.
 
 use super::in_bytes;
 use std::fs;

@@ -1,17 +1,18 @@
-//! Random Metropolis moves of hard bodies until they are in equilibrium: every free position is as likely as
-//! any other.
+//! Metropolis moves of hard bodies until they are in equilibrium: all configurations without overlap are equally
+//! likely.
 //!
-//! Bodies that were pushed apart lie in contact with their neighbours far too often. Metropolis moves forget that: each
-//! body in turn is shifted and turned by a random step, which counts if it then overlaps none and no wall, and is taken
-//! back if not,
+//! Bodies that were pushed apart touch their neighbours far too often. Metropolis moves remove this correlation: each
+//! body in turn is shifted and rotated by a random step, which is accepted if it then overlaps no body and no wall,
+//! and rejected otherwise,
 //!
 //! ```text
 //! x -> x + s R (u_1, u_2, u_3),     turned by the quaternion (1, s/2 (u_4, u_5, u_6)),     u_i in [-1, 1)
 //! ```
 //!
 //! with `R` the reach of the body. Steps and their reverse are equally likely, so that all states without overlaps
-//! become equally likely. The length `s` of the steps is set so that [`WANTED`] of them count, during the first half;
-//! after that it stays. Only `+ - * /` and square roots: the same seed gives the same bits on any machine.
+//! become equally likely. The length `s` of the steps is adapted during the first half so that a fraction [`WANTED`]
+//! of them is accepted; after that it is constant. Only `+ - * /` and square roots: the same seed gives the same bits
+//! on any machine.
 //!
 //! # Reference
 //! Metropolis, Rosenbluth, Rosenbluth, Teller, Teller (1953), doi:10.1063/1.1699114.

@@ -1,4 +1,4 @@
-//! Bodies of any shape, turned at random, pushed and turned apart until none touches another or a wall.
+//! Bodies of any shape with random orientations, pushed and rotated apart until none touches another or a wall.
 //!
 //! Pair by pair, with the overlap `(d, p, n)` of the two bodies, grown by half of their gap (depth, point, normal),
 //! as a rigid constraint of position-based dynamics: with the generalised inverse masses
@@ -9,8 +9,8 @@
 //! x -= l n / V,   turned by  - l I^-1 (r x n) / V      (the first body; the second the other way)
 //! ```
 //!
-//! Walls do not move. A later push of a round sees the earlier ones. Only `+ - * /` and square roots: the same seed
-//! gives the same bits on any machine.
+//! Walls do not move. Pushes within a round are sequential. Only `+ - * /` and square roots: the same seed gives the
+//! same bits on any machine.
 //!
 //! # Reference
 //! Mueller, Macklin, Chentanez, Jeschke, Kim (2020), Detailed rigid body simulation with extended position based dynamics,

@@ -10,8 +10,8 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`]). [`pairs`] says which pairs are near enough to be measured. Nothing here has a memory; the engine
-//! keeps the damping of each contact.
+//! centre ([`law`]). [`pairs`] finds the pairs near enough to be measured. Nothing here has a history; the engine
+//! stores the damping of each contact.
 
 mod clip;
 pub mod law;

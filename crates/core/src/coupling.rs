@@ -1,4 +1,4 @@
-//! Fluid and particles meet here, and only here: the border between SI units and lattice units at run time.
+//! Coupling of fluid and particles: the only place where SI units meet lattice units at run time.
 //!
 //! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep requests row
 //!   by row ([`solids`](Coupling::solids));

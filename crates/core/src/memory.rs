@@ -1,5 +1,5 @@
-//! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an
-//! abort on one.
+//! Fallible allocation of large arrays: if one does not fit in memory, the run ends with a message on every rank
+//! instead of an abort on one.
 //!
 
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Walls: rigid surfaces that particles touch and the fluid sticks to, at rest or moving.
+//! Walls: rigid no-slip surfaces in contact with particles and fluid, at rest or moving.
 //!
 //! A wall is the part of space behind its surface. SI units, world frame.
 

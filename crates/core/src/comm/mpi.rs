@@ -1,11 +1,11 @@
 //! Ranks that are MPI processes, started by `mpirun`, `srun` or the like.
 //!
 //! MPI is initialised only under such a launcher: alone it would cost a third of a second and start a daemon.
-//! Patterns of messages are persistent requests; all else is a handful of collectives and one message for each
+//! Patterns of messages are persistent requests; everything else is a few collectives and one message for each
 //! neighbour. One thread at a time calls MPI: the one that has the [`MpiComm`]. MPI runs from the first of them to
 //! the exit of the process, since it cannot be started twice.
 //!
-//! A rank that panics aborts all: otherwise the others would wait for it for ever.
+//! A rank that panics aborts all, because the others would wait for it for ever.
 
 use super::traffic::Counters;
 use super::{Halo, UNDER_WAY, buffers, sent};

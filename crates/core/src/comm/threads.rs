@@ -1,4 +1,4 @@
-//! Ranks that are threads of one process: messages change hands by swapping buffers.
+//! Ranks that are threads of one process: messages are exchanged by swapping buffers.
 
 use super::traffic::Counters;
 use super::{Comm, Halo, UNDER_WAY, buffers, sent};

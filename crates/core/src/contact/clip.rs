@@ -1,10 +1,10 @@
-//! Convex polyhedra cut by half-spaces, and integrals over what is left.
+//! Convex polyhedra clipped by half-spaces, and integrals over the remaining body.
 //!
 //! The surface is a graph in which every vertex has three edges and three faces; corners where more faces meet are
 //! several vertices at (nearly) the same position. A cut keeps the vertices with `normal . x <= offset`, puts a new
-//! vertex on every edge that leaves them, and joins the new ones along their common faces into the new face. Whatever
-//! rounding makes of the signs, the surface stays closed, so volumes are right to rounding however degenerate the
-//! planes are. Buffers are kept from cut to cut and from body to body: nothing is allocated.
+//! vertex on every edge that leaves them, and joins the new ones along their common faces into the new face. The
+//! surface stays closed whatever the rounding of the signs, so volumes are right to rounding even for degenerate
+//! planes. Buffers are reused: nothing is allocated.
 //!
 //! Integrals are sums over the tetrahedra from one corner to the fans of the faces:
 //!

@@ -128,10 +128,10 @@ impl PairLaw {
     /// Damping of an elastic force (N): the factor (-) by which it is multiplied, and the force (N) that is added.
     ///
     /// With approach speed `v` (m/s, positive while the bodies close in). [`HuntCrossley`](DampingLaw::HuntCrossley):
-    /// `1 + c v >= 0` with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of `-u0 <= v
-    /// <= u0` the product `c v` is clamped to its end, `|c v| <= c u0`, so that a contact made almost at rest and
-    /// pushed later cannot explode. [`Tsuji`](DampingLaw::Tsuji): `sqrt(5) b sqrt(m* F / d) v`, of either sign; for
-    /// Hertz `sqrt(5) b sqrt(m* K) d^(1/4) v` with `F = K d^(3/2)`.
+    /// `1 + c v >= 0` with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of
+    /// `-u0 <= v <= u0` the product `c v` is clamped to its end, `|c v| <= c u0`, so that a contact made almost at
+    /// rest and pushed later cannot explode. [`Tsuji`](DampingLaw::Tsuji): `sqrt(5) b sqrt(m* F / d) v`, of either
+    /// sign; for Hertz `sqrt(5) b sqrt(m* K) d^(1/4) v` with `F = K d^(3/2)`.
     ///
     /// # Reference
     /// Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028; bound on `c v`: ours.

@@ -1,8 +1,8 @@
 //! Neighbour search: bounding spheres in a cell list, periodic, nearest image.
 //!
-//! Bodies are sorted into cells at least as wide as the largest sum of two bounding radii by a counting sort; a
-//! body then looks into its own cell and the neighbours. Pairs come out in lexicographic order of the indices, so the
-//! list depends on the set of bodies only. [`brute_force`] is the slow truth.
+//! Bodies are sorted into cells at least as wide as the largest sum of two bounding radii by a counting sort; a body
+//! then looks into its own cell and the neighbours. Pairs come out in lexicographic order of the indices, so the list
+//! depends only on the set of bodies. [`brute_force`] is the slow reference.
 
 use crate::domain::Domain;
 use crate::math::Vec3;

@@ -1,13 +1,13 @@
-//! The overlap of two polyhedra, and of a polyhedron and a plane: what is left of one, cut by the faces of the other.
+//! The overlap of two polyhedra, and of a polyhedron and a plane: one clipped by the faces of the other.
 //!
 //! Volume, centre, area vector and moment are exact integrals over the clipped body ([`clip`](super::clip)); the area
-//! vector and the moment are those of its faces that belong to the first body. A face that lies in both surfaces
-//! belongs half to either: moving one body along its normal takes volume away or not, and half is the mean of both, and
-//! the same whichever body is called the first. Depth is the length of the line along the normal through the centre.
+//! vector and the moment are those of its faces that belong to the first body. A face in both surfaces belongs half
+//! to each: this is the mean of the values for a small motion either way along its normal, and it is symmetric in the
+//! two bodies. Depth is the length of the line along the normal through the centre.
 //!
 //! Pairs that do not overlap are excluded by, in this order, bounding spheres, the planes of the faces of either body
 //! (the furthest corner of the other along the normal; faces that point away are skipped, by the inscribed sphere),
-//! and the clipping itself, which an edge across an edge leaves nothing of.
+//! and the clipping itself, which leaves nothing where an edge passes another edge.
 
 use super::clip::{Clipper, Cut, Plane};
 use super::overlap::Overlap;

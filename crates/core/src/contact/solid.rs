@@ -1,4 +1,4 @@
-//! A polyhedron made ready for contacts: grown, and cut into the tables that the closed forms need.
+//! A polyhedron prepared for contacts: grown, with the tables that the closed forms need.
 //!
 //! The faces move outwards by the enlargement and the corners stay sharp, so that the grown cube is a cube. Where the
 //! planes of a very sharp edge meet far outside they are cut off by a box [`SHARPEST`] enlargements from the

@@ -1,5 +1,4 @@
-//! Slow truth for the tests: overlaps by many parallel lines, with nothing but the intervals in which a line meets a
-//! body.
+//! Slow reference for the tests: overlaps by many parallel lines, from the intervals of the lines inside each body.
 //!
 //! Lines along each of three axes give the volume (three times), and the component of the area vector along that
 //! axis: `int n_k dA` over the surface of the first body in the second is the cross-section of the lines that leave the

@@ -1,4 +1,4 @@
-//! Bodies with flat faces, as a row of cells sees them.
+//! Bodies with flat faces: intersections with a row of cells.
 
 use super::surface::BLOCK;
 use super::volume_fraction::{behind_both, behind_plane};

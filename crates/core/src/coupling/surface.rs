@@ -1,7 +1,7 @@
 //! Cells that the surface of a body cuts, evaluated several at a time.
 //!
-//! A row of cells leaves a body as it came in: cut cells, solid ones, cut cells. The cut ones of both ends go into
-//! one register.
+//! A row of cells through a body has cut cells, solid ones, and cut cells. The cut ones of both ends go into one
+//! register.
 
 use crate::fluid::{CHUNK, Real};
 

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! A curved surface counts as a plane moved in by `(k_1 + k_2) / 24` (principal curvatures, 1 / cells). Fractions
-//! `v`, `w` behind two planes whose normals have the cosine `c` combine as `(1 - c) v w + c min(v, w)` for `c >=
-//! 0`, and `(1 + c) v w - c max(0, v + w - 1)` otherwise. Derivation: `docs/theory/coupling.md`.
+//! `v`, `w` behind two planes whose normals have the cosine `c` combine as `(1 - c) v w + c min(v, w)` for `c >= 0`
+//! and `(1 + c) v w - c max(0, v + w - 1)` otherwise. Derivation: `docs/theory/coupling.md`.
 //!
 //! Reference: Scardovelli and Zaleski (2000), doi:10.1006/jcph.2000.6567.
 

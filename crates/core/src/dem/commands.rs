@@ -1,10 +1,9 @@
 //! Commands of a case for LIGGGHTS: the few that turbid passes on.
 //!
-//! LIGGGHTS's language reads and writes any file that a command names, runs programs, and can replace what the
-//! coupling rests on. So a command passes only if it has one of the [`FORMS`]. These take names and finite numbers
-//! and nothing else: no path, no variable, no string. In LIGGGHTS 3.8.0 none of them opens a file, and the fixes
-//! among them add to the forces, so that what LIGGGHTS is given of the fluid stays what it was given (one that sets
-//! forces would not).
+//! LIGGGHTS's language can read and write any file, run programs, and change what the coupling relies on. So a
+//! command passes only if it has one of the [`FORMS`]. These take names and finite numbers and nothing else: no path,
+//! no variable, no string. In LIGGGHTS 3.8.0 none of them opens a file, and the fixes among them add to the forces,
+//! so that the hydrodynamic forces remain (a fix that sets forces would remove them).
 
 /// The commands that are passed on, as [`CLASSES`] and literals; `|` separates choices, `...` follows what may be
 /// repeated, and brackets enclose options in any order.

@@ -1,4 +1,4 @@
-//! The particles of one rank, and the messages that keep them right when particles move.
+//! The particles of one rank, and the messages that update owners and ghosts when particles move.
 
 use super::Load;
 use super::assign::Neighbourhood;

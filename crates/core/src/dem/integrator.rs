@@ -8,8 +8,8 @@
 //! v^{n+1}   = v^{n+1/2} + dt/2 (C^n + L) / m   prediction
 //! ```
 //!
-//! Angular momentum likewise, with free rotation by symmetric splitting: exact for two equal moments. Only `+ - *
-//! /` and square roots are used, so every machine gets the same bits. Derivation: `docs/theory/motion.md`.
+//! Angular momentum likewise, with free rotation by symmetric splitting: exact for two equal moments. Only `+ - * /`
+//! and square roots are used, so every machine gets the same bits. Derivation: `docs/theory/motion.md`.
 //!
 //! # Reference
 //! Touma and Wisdom (1994), Astron. J. 107, 1189; Allen and Tildesley (2017), Computer Simulation of Liquids,

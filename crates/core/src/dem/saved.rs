@@ -1,8 +1,8 @@
 //! Saved state of an engine as bytes, and its reading by all ranks.
 //!
-//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts,
+//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the histories of contacts,
 //! and the contacts of the last sub-step, as plain data of this machine, and at the end the engine's own data. All
-//! parts together are the run: a reader picks what its own rank has, so the number of ranks may be another one.
+//! parts together are the run: a reader picks what its own rank has, so the number of ranks may change.
 
 use super::{ContactState, Load, Record};
 use crate::domain::Domain;

@@ -1,7 +1,7 @@
 //! Decomposition of the box: the block of a rank, the owner of a position, and neighbouring blocks.
 //!
-//! The blocks are a grid of cuts through the whole box. A rank keeps the cuts along each axis and nothing per rank, so
-//! that memory and time do not grow with the number of ranks.
+//! The blocks are a grid of cuts through the whole box. A rank stores the cuts along each axis and nothing per rank,
+//! so that memory and time do not grow with the number of ranks.
 
 use super::weights::{FACES, MIN_BLOCK, equal_cuts};
 use super::{Block, Domain, Weights};

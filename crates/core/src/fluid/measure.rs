@@ -1,4 +1,4 @@
-//! A look at all cells between two steps: what a measuring sweep would find, without a change.
+//! Measurement of all cells between two steps, equal to that of a measuring sweep, without changing anything.
 
 use super::covered::Covered;
 use super::dispatch::{observe_row, row_of};

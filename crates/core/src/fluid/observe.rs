@@ -1,4 +1,4 @@
-//! Looking at the fluid: fields, the hash of its state, and the bandwidth of the machine it runs on.
+//! Observation of the fluid: fields, the hash of its state, and the memory bandwidth of the machine.
 
 use super::buffer::Buffer;
 use super::{Flow, Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};

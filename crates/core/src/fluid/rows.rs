@@ -1,5 +1,5 @@
-//! In which order a block sweeps its rows: those that messages are packed from first, so that these travel while the
-//! rest is swept.
+//! Order in which a block sweeps its rows: those from which messages are packed come first, so that these travel
+//! while the rest is swept.
 
 use crate::domain::Decomposition;
 

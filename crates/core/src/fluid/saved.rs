@@ -1,9 +1,9 @@
 //! The state of a block as plain bytes, for checkpoints: independent of how the box is cut and of the phase.
 //!
-//! Saved is what *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all `i`: every population
-//! has one cell that it left, but those that came back from a wall, which follow from what went there. Cells in walls
-//! have zeros. To go on, these numbers are put where a sweep from [`Phase::Home`] leaves them, and all that follows
-//! such a sweep is done again.
+//! The saved populations are those that *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all
+//! `i`. Every population left one cell, except those reflected by a wall, which follow from what was sent there.
+//! Cells in walls have zeros. On resuming, these numbers are put where a sweep from [`Phase::Home`] leaves them, and
+//! all that follows such a sweep is repeated.
 
 use super::dispatch::wrap_row_x;
 use super::{Fluid, Phase, Real};

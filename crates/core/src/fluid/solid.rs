@@ -1,6 +1,6 @@
 //! Solid data of one row of cells, which exists only while the row is swept.
 //!
-//! The sweep receives solids row by row through [`Solids`]: it fills a row just before the row collides and looks at
+//! The sweep receives solids row by row through [`Solids`]: it fills a row just before the row collides and reads
 //! what came in and went out just after, all in the first-level cache. Nothing is stored per cell of the block.
 
 use super::SolidCollision;

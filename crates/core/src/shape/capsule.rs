@@ -1,4 +1,4 @@
-//! The capsule, a cylinder with half spheres for ends: all points within a radius of a piece of a line.
+//! The capsule, a cylinder with hemispherical ends: all points within a radius of a line segment.
 
 use super::error::check_size;
 use super::{Shape, ShapeError, SurfaceMesh, row, surface};

@@ -1,8 +1,9 @@
 //! The ellipsoid, with its true distance.
 //!
-//! The nearest surface point `x` to `p` has `p - x = t grad`, with `grad_i = x_i / a_i^2`, so `x_i = a_i^2 p_i / (t +
-//! a_i^2)`, where `t > -a_min^2` is the largest root of `S(t) = sum (a_i p_i / (t + a_i^2))^2 = 1` (Eberly 2013,
-//! "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid", section 3). The signed distance is `t
+//! The nearest surface point `x` to `p` has `p - x = t grad`, with `grad_i = x_i / a_i^2`, so
+//! `x_i = a_i^2 p_i / (t + a_i^2)`, where `t > -a_min^2` is the largest root of
+//! `S(t) = sum (a_i p_i / (t + a_i^2))^2 = 1` (Eberly 2013, "Distance from a point to an ellipse, an ellipsoid, or a
+//! hyperellipsoid", section 3). The signed distance is `t
 //! |grad|`, which loses no digits near the surface. `1 / sqrt(S)` is concave and rising, so Newton's method for `1 /
 //! sqrt(S) = 1`, from a `t` with `S >= 1`, rises to the root without passing it; it needs some four steps, one for a
 //! sphere.

@@ -1,4 +1,4 @@
-//! Why no body can be made of what was given.
+//! Errors of points or surfaces that describe no body.
 
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! The superellipsoid `(|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1) <= 1`: from boxes with round edges (small
 //! exponents) through ellipsoids (1, 1) to bodies with sharp tips (exponents near 2).
 //!
-//! It is the unit ball of nested norms: with `p = 2/e`, `|| (||(x/a, y/b)||_p2, z/c) ||_p1 <= 1`, the gauge. What is
-//! dual follows with `q = p / (p - 1)`: the support function is `|| (||(a nx, b ny)||_q2, c nz) ||_q1`.
+//! It is the unit ball of nested norms: with `p = 2/e`, `|| (||(x/a, y/b)||_p2, z/c) ||_p1 <= 1`, the gauge. The dual
+//! norm has `q = p / (p - 1)`: the support function is `|| (||(a nx, b ny)||_q2, c nz) ||_q1`.
 
 mod nearest;
 

@@ -1,8 +1,8 @@
-//! The part of one cell in which a function known at its middle and in its neighbours is positive.
+//! The part of one cell in which a function, given at the centres of the cell and its neighbours, is positive.
 //!
-//! The cell is the square `|x|, |y| <= 1/2`. The function is taken as linear, `g + gx x + gy y`, and integrated exactly
-//! over the polygon in which it is positive. Where it is positive all over and known on both sides, the mean over the
-//! cell is `g + (second differences) / 24`.
+//! The cell is the square `|x|, |y| <= 1/2`. The function is taken as linear, `g + gx x + gy y`, and integrated
+//! exactly over the polygon in which it is positive. Where it is positive everywhere and given on both sides, the
+//! mean over the cell is `g + (second differences) / 24`.
 
 /// Integrals over a cell, in its units.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,9 @@
 //! A box that fits the overlap of two sides closely, aligned with it.
 //!
-//! A polyhedron that holds the overlap is cut out of the box of their furthest points by half-spaces: flat faces known
-//! beforehand, and planes that touch a side between it and a corner of the polyhedron. Corners are taken where they
-//! count: the furthest in eight directions round the normal, which shows how the overlap lies; then, in the directions
-//! of the box, as long as the corner is far from the overlap. A polyhedron of which nothing is left proves that the
-//! sides do not touch.
+//! A polyhedron that contains the overlap is cut out of the bounding box by half-spaces: flat faces of the sides, and
+//! planes that touch a side between it and a corner of the polyhedron. The corners are the furthest in eight
+//! directions around the normal, which give the orientation of the overlap, and then those in the directions of the
+//! box as long as they are far from the overlap. An empty polyhedron proves that the sides do not touch.
 
 use super::side::Side;
 use crate::contact::clip::{Clipper, Cut, Graph};

@@ -1,9 +1,9 @@
 //! The direction in which two convex bodies meet, from their furthest points along directions.
 //!
-//! The bodies overlap if the offset of the second from the first lies in the body of all differences of their points
-//! (both taken from their centres). A triangle of points of its surface, the portal, through which the ray from its
-//! centre to the offset leaves, is moved outwards until its normal is that of the surface there. A plane through
-//! the furthest point along that normal which has the offset beyond it tells that the bodies are apart.
+//! The bodies overlap if the offset of the second from the first is in the Minkowski difference of the bodies (both
+//! taken from their centres). A triangle of points of its surface, the portal, through which the ray from its centre
+//! to the offset leaves, is moved outwards until its normal is that of the surface there. If the offset is beyond the
+//! plane through the furthest point along that normal, the bodies do not touch.
 //!
 //! # Reference
 //! Snethen (2008), `XenoCollide`, Game Programming Gems 7, section 2.5.

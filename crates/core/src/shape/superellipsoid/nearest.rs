@@ -10,9 +10,9 @@
 //! (a u2 r_x + b v2 r_y) k1 / c - r_z m1 = 0                       (towards the pole)
 //! ```
 //!
-//! by Newton's method from the highest planes of a fixed grid. Where a step does not lead higher, the highest
-//! point of a stencil that becomes ever finer is the next start. The height is wrong in second order of what is wrong
-//! with the point, and never too high. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
+//! by Newton's method from the highest planes of a fixed grid. Where a step does not lead higher, the next start is
+//! the highest point of a stencil that is refined each time. The error of the height is of second order in the error
+//! of the point, and never positive. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
 
 use crate::math::Vec3;
 
