@@ -265,12 +265,20 @@ impl Builder {
     /// # Errors
     /// [`Error::Case`] with the key, the value and a remedy.
     pub fn setup(&self) -> Result<Setup> {
-        let sections = self.particles.iter().chain(&self.walls);
-        let refused = std::iter::once(&self.case).chain(sections);
-        if let Some((key, why)) = refused.filter_map(|keys| keys.refused.as_ref()).next() {
+        let within = |name: &str, sections: &[Keys]| {
+            let refused = |(n, keys): (usize, &Keys)| {
+                let (key, why) = keys.refused.as_ref()?;
+                Some((format!("{name}.{n}.{key}"), why.clone()))
+            };
+            sections.iter().enumerate().find_map(refused)
+        };
+        let refused = (self.case.refused.clone())
+            .or_else(|| within("particles", &self.particles))
+            .or_else(|| within("walls", &self.walls));
+        if let Some((key, why)) = refused {
             let what = format!("`{key}` has no value that a case can have: {why}");
             return Err(Error::Case {
-                key: key.clone(),
+                key,
                 text: what.clone(),
                 what,
                 remedy: String::new(),

@@ -19,8 +19,8 @@
 //! ```
 //!
 //! Begin with [`Builder`] or [`case::load`]; both end in a [`Setup`]. [`Simulation`] steps it in your program, on one rank or on
-//! many; [`simulation::run()`] runs it to its end and writes all files, as the program does. Own engines implement
-//! [`dem::DemEngine`], own bodies [`shape::Shape`]. The folder `examples/` has short programs.
+//! many; [`simulation::run()`] runs it to its end and writes all files, as the program does. Engines of your own implement
+//! [`dem::DemEngine`], bodies [`shape::Shape`], files [`simulation::Writer`]. The folder `examples/` has short programs.
 //!
 //! | module | what it has |
 //! |---|---|

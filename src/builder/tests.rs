@@ -50,7 +50,7 @@ fn what_no_case_can_hold_is_refused_by_its_key() {
     let Err(Error::Case { key, .. }) = Builder::example().particles(endless).setup() else {
         panic!("accepted")
     };
-    assert_eq!(key, "count");
+    assert_eq!(key, "particles.1.count");
 }
 
 #[test]

@@ -28,8 +28,8 @@ const MAX_SUBSTEPS: u32 = 10_000;
 /// ```
 /// # let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
 /// let path = std::path::Path::new(folder).join("single_sphere.toml");
-/// let setup = turbid::case::load(&path, &["run.end.steps=10".to_string()])?;
-/// assert_eq!((setup.particles.len(), setup.plan.end_step), (1, 10));
+/// let setup = turbid::case::load(&path, &["lattice.relaxation_time=0.6".to_string()])?;
+/// assert_eq!((setup.particles.len(), setup.expect_fluid().relaxation_time), (1, 0.6));
 /// # Ok::<(), turbid::Error>(())
 /// ```
 ///

@@ -56,6 +56,37 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 
 /// As [`run`], with writers of the caller's beside those of the case.
 ///
+/// ```
+/// use turbid::simulation::{self, Need, RootOutput, Writer};
+/// use turbid::{Builder, Result};
+///
+/// /// Prints the rows of the time series.
+/// struct Rows;
+///
+/// impl Writer for Rows {
+///     fn name(&self) -> &'static str {
+///         "rows"
+///     }
+///     fn every(&self) -> u64 {
+///         5 // steps
+///     }
+///     fn needs(&self) -> Vec<Need> {
+///         vec![Need::Row]
+///     }
+///     fn complete(&mut self, output: &RootOutput) -> Result<()> {
+///         println!("{} s: {:?}", output.time, output.row);
+///         Ok(())
+///     }
+/// }
+///
+/// # let folder = std::env::temp_dir().join(format!("turbid-writer-{}", std::process::id()));
+/// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
+/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
+/// simulation::run_with(&setup, &quiet, &|_rank| vec![Box::new(Rows)])?;
+/// # std::fs::remove_dir_all(folder).unwrap();
+/// # Ok::<(), turbid::Error>(())
+/// ```
+///
 /// # Errors
 /// As [`run`]; what a writer says.
 pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {

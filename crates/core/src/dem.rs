@@ -117,7 +117,7 @@ pub trait DemEngine: Send {
     /// during a run the next advance fails instead.
     ///
     /// # Errors
-    /// [`Error::Engine`] on the rank where it could not.
+    /// [`Error::Engine`](crate::Error::Engine) on the rank where it could not.
     fn health(&self) -> Result<()> {
         Ok(())
     }
@@ -132,8 +132,8 @@ pub trait DemEngine: Send {
     /// returned then.
     ///
     /// # Errors
-    /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case; the native
-    /// engine then keeps its state.
+    /// [`Error::Input`](crate::Error::Input) on every rank if the parts are damaged, incomplete, or of another engine,
+    /// version or case; the native engine then keeps its state.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }
 
