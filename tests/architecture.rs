@@ -83,7 +83,15 @@ const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh a
 const ONLY_WRITTEN: &str = "simulation/references";
 
 /// Modules that describe charts or pictures.
-const MAY_DRAW: &[&str] = &["output", "simulation", "checks", "crosscheck", "study", "report", "validate"];
+const MAY_DRAW: &[&str] = &[
+    "output",
+    "simulation",
+    "checks",
+    "crosscheck",
+    "study",
+    "report",
+    "validate",
+];
 
 /// Who may write to the terminal.
 const MAY_PRINT: [&str; 2] = ["cli", "output/progress"];
