@@ -38,6 +38,9 @@ fn an_error_names_the_innermost_key_with_its_value_and_a_remedy() {
     assert_eq!(key(&example().particles(nowhere)), "particles.1.density");
     let sideways = Wall::plane("side", [0.0; 3], [0.0; 3]);
     assert!(key(&example().wall(sideways)).starts_with("walls.0.plane"));
+    let without_lattice = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5);
+    let sphere = Particles::spheres(1e-3, 2500.0).at([1e-3; 3]);
+    assert_eq!(key(&without_lattice.particles(sphere)), "lattice");
     assert_eq!(
         key(&Builder::new([1e-3; 3]).fluid(1.0, 1.0).lattice(4.0, 0.6)),
         "particles"

@@ -148,7 +148,7 @@ impl Source {
     /// An error that several places make together.
     pub(crate) fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
         let at_place = places.iter().find_map(|(span, _)| self.key_at(span));
-        let in_title = || title.split('`').nth(1).unwrap_or_default().to_string();
+        let in_title = || (title.split(['`', '[', ']']).nth(1).unwrap_or_default()).to_string();
         Error::Case {
             key: at_place.unwrap_or_else(in_title),
             what: title.to_string(),
