@@ -14,7 +14,7 @@ pub(crate) fn run() -> Result<f64> {
     let (height, viscosity, acceleration) = (4e-3, 1e-5, 0.3);
     // No particle: their diameter sizes the cells.
     let none = Particles::spheres(1e-3, 2500.0).count(0);
-    let mut simulation = Builder::new([4e-3, 4e-3, height])
+    let mut simulation = Builder::new([2e-3, 2e-3, height])
         .periodic([true, true, false])
         .fluid(1000.0, viscosity)
         .lattice(4.0, 0.6)

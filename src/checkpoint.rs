@@ -11,10 +11,11 @@
 //!   step-0000000100.replaced/   the old one while one of the same step takes its place
 //! ```
 //!
-//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3), so what is
-//! damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes mean: cells have
-//! so many bytes each, and what the engine, the coupling and the whole run need are sections of bytes. Numbers are plain data of
-//! the machine that wrote them (little-endian on all that this program is built for).
+//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3),
+//! so what is damaged, cut short or missing is found, and named, when it is read. Nothing here knows what the bytes
+//! mean: cells have a number of bytes each, and what the engine, the coupling and the whole run need are sections of
+//! bytes. Numbers are plain data of the machine that wrote them (little-endian on all that this program is built
+//! for).
 
 mod folder;
 mod manifest;
@@ -46,7 +47,7 @@ fn kept_file(n: usize) -> String {
     format!("{FILES}/{n:05}")
 }
 
-/// What identifies a state; the same on every rank.
+/// Identity of a state; the same on every rank.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Steps done.
@@ -68,11 +69,11 @@ pub struct CaseText {
     pub text: String,
     /// The files that the case names: the name as it stands there, and the contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What the program made of it, as JSON: a later version may have other defaults.
+    /// The case as resolved by the program, as JSON: a later version may have other defaults.
     pub resolved: String,
 }
 
-/// What one rank adds to a checkpoint besides its cells.
+/// Contribution of one rank to a checkpoint besides its cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<'a> {
     /// The cells of the rank.
@@ -81,12 +82,12 @@ pub struct Part<'a> {
     pub engine: &'a [u8],
     /// State of the coupling.
     pub coupling: &'a [u8],
-    /// What all ranks have in common; of rank 0, empty on all others.
+    /// Data common to all ranks; of rank 0, empty on all others.
     pub shared: &'a [u8],
 }
 
-/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but that of the
-/// step which is known to be `sound`: the last one that this run has written or gone on from. Collective.
+/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but
+/// that of the step which is known to be `sound`: the last one that this run has written or resumed from. Collective.
 ///
 /// `plane(z, out)` appends the bytes of the plane `z` of the block, `block.lo[2] <= z < block.hi[2]`: for y, for x,
 /// `bytes_per_cell` bytes. It is called once for each z, ascending, and not at all in a dry run.
@@ -107,14 +108,15 @@ pub fn write(
     })
 }
 
-/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for each newer
-/// one what it was skipped for. Collective.
+/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for
+/// each newer one what it was skipped for. Collective.
 ///
-/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound on all of them. It may be collective itself
-/// if it makes the same calls on all ranks, even when only one of them finds something damaged: [`agreed`] sees to that.
+/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound on all of them. It may be
+/// collective itself if it makes the same calls on all ranks, even when only one of them finds something damaged:
+/// [`agreed`] sees to that.
 ///
 /// # Errors
-/// [`Error::Agreed`], the same on every rank: there is none, or each of them with what is wrong.
+/// [`Error::Agreed`], the same on every rank: there is none, or each of them with its defect.
 pub fn newest_sound<R>(
     directory: &Path,
     comm: &Comm,
@@ -146,7 +148,7 @@ pub fn newest_sound<R>(
     })
 }
 
-/// What is said where there is no checkpoint.
+/// Message if there is no checkpoint.
 fn none_in(directory: &Path) -> String {
     format!(
         "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
@@ -177,7 +179,7 @@ pub fn agreed<R>(comm: &Comm, result: Result<R>) -> Result<R> {
     })
 }
 
-/// What rank 0 makes; the default on the others.
+/// Result of `make` on rank 0; the default on the others.
 fn in_rank_0<R: Default>(comm: &Comm, make: impl FnOnce() -> Result<R>) -> Result<R> {
     if comm.rank() == 0 {
         make()

@@ -1,7 +1,9 @@
-//! Files that are read: regular ones, up to a limit, opened without waiting, and quoted in messages by one word at most.
+//! Files that are read: regular ones, up to a limit, opened without waiting, and quoted in messages by one word at
+//! most.
 //!
-//! Cases, the files that they name, and checkpoints may come from anybody. A FIFO would be waited for without end, a device may be
-//! endless or act when it is opened, and a message may be seen by others than the owner of a file.
+//! Cases, the files that they name, and checkpoints may come from untrusted sources. Reading a FIFO would block for
+//! ever, a device may be endless or act when it is opened, and a message may be seen by others than the owner of a
+//! file.
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{self, Read};
@@ -106,7 +108,7 @@ fn contents(file: File, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What a message may quote of a text that somebody else wrote: its first word, cut short, without control characters.
+/// Quotable part of somebody else's text for a message: its first word, cut short, without control characters.
 pub fn word(text: &str) -> String {
     let word = text.split_whitespace().next().unwrap_or_default();
     let mut quoted = String::new();
@@ -138,7 +140,7 @@ mod tests {
         assert_eq!(said(&fifo), "it is a FIFO, not a regular file");
         assert_eq!(said(folder.path()), "it is a directory, not a regular file");
         assert_eq!(said(Path::new("/dev/zero")), "it is a device, not a regular file");
-        // One that takes the place of a file after it was asked for is opened, but not waited for.
+        // One that replaces a file after the check is opened, but without blocking.
         assert!(open_with(&fifo, libc::O_NONBLOCK).is_err());
     }
 

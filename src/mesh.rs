@@ -18,8 +18,8 @@ use std::path::Path;
 const MOST_FACETS: usize = 2_000;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
-/// Reads the body in a file; `scale` is the length in metres of 1 in the file. With `hull`, takes the hull of all points
-/// whatever the facets are.
+/// Reads the body in a file; `scale` is the length in metres of 1 in the file. With `hull`, takes the hull of all
+/// points whatever the facets are.
 ///
 /// Returns where the body lies in the frame of the file, too (m, after scaling).
 ///

@@ -1,9 +1,9 @@
 //! Initial positions: random ones that keep their distance, and files of positions.
 //!
-//! Random points are pushed apart pair by pair until no two spheres are closer than they may be; bodies of other shapes
-//! start from there, as if they were spheres of the same volume, and are [relaxed](relax) on. Then all are [mixed](mix)
-//! until they lie as in a fluid of hard bodies. Only additions, multiplications, divisions and square roots are used, and
-//! streams of random numbers: the same seed gives the same bits on any machine.
+//! Random points are pushed apart pair by pair until no two spheres are closer than they may be; bodies of other
+//! shapes start from there, as if they were spheres of the same volume, and are [relaxed](relax) on. Then all are
+//! [mixed](mix) until they lie as in a fluid of hard bodies. Only additions, multiplications, divisions and square
+//! roots are used, and streams of random numbers: the same seed gives the same bits on any machine.
 
 pub mod mix;
 mod neighbours;
@@ -17,7 +17,7 @@ pub use neighbours::close_pairs;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-/// Largest solid volume fraction that random packing is asked for (-).
+/// Largest solid volume fraction accepted for random packing (-).
 pub const MAX_VOLUME_FRACTION: f64 = 0.35;
 /// Largest volume fraction of the spheres with their gaps (-); random close packing ends at 0.64.
 pub const MAX_GROWN_FRACTION: f64 = 0.52;

@@ -57,11 +57,6 @@ impl Source {
         self.satisfies(key, number, |x| x > 0.0, "a finite number above 0", remedy)
     }
 
-    /// A finite number of at least 0.
-    pub(super) fn non_negative(&self, key: &str, number: &Located<f64>, remedy: &str) -> Result<f64> {
-        self.satisfies(key, number, |x| x >= 0.0, "a finite number of at least 0", remedy)
-    }
-
     /// A finite number that fulfils `condition`, which `wanted` puts in words.
     pub(super) fn satisfies(
         &self,

@@ -1,5 +1,6 @@
 //! A document held against the schema of its type: keys that are unknown or missing, values of another type, lists of another
-//! length. Each is named with its whole key, its place and a remedy. Ranges are checked where the numbers are used.
+//! length, numbers out of range. Each is named with its whole key, its place and a remedy, which is the comment of the key. Numbers
+//! of values that have several forms, such as `[4, 5, 6]` or `{ diameters = [4, 5, 6] }`, are checked where they are used.
 
 use super::source::{Source, nearest};
 use crate::error::{Error, Result};
@@ -35,7 +36,7 @@ type Form = Map<String, Json>;
 /// Refuses a document that does not have the form that its schema describes.
 pub(super) fn check(source: &Source, document: &DeTable<'_>, schema: &Json) -> Result<()> {
     let check = Check { source, schema };
-    check.table(document, &(0..0), &check.forms(schema), "")
+    check.table(document, &(0..0), &check.forms(schema), "", true)
 }
 
 struct Check<'a> {
@@ -68,7 +69,8 @@ impl<'a> Check<'a> {
             .collect()
     }
 
-    fn value(&self, value: &Spanned<DeValue<'_>>, schema: &'a Json, key: &str) -> Result<()> {
+    /// A value, and the numbers in it if they have `ranges` to keep.
+    fn value(&self, value: &Spanned<DeValue<'_>>, schema: &'a Json, key: &str, ranges: bool) -> Result<()> {
         let condition = self.defined(schema);
         if let Some(then) = condition.get("then") {
             // Our only condition: a table that has one of some keys.
@@ -76,7 +78,7 @@ impl<'a> Check<'a> {
             let mut names = conditions.filter_map(|condition| condition["required"][0].as_str());
             return match value.get_ref() {
                 DeValue::Table(table) if names.any(|name| table.contains_key(name)) => {
-                    self.value(value, then, key)
+                    self.value(value, then, key, ranges)
                 }
                 _ => Ok(()),
             };
@@ -85,6 +87,7 @@ impl<'a> Check<'a> {
         if all.is_empty() {
             return Ok(());
         }
+        let ranges = ranges && all.len() == 1;
         let forms: Vec<&Form> = all
             .iter()
             .copied()
@@ -100,12 +103,56 @@ impl<'a> Check<'a> {
                 let Some(items) = first.get("items") else {
                     return Ok(());
                 };
-                let mut places = values.iter().enumerate();
-                places.try_for_each(|(n, value)| self.value(value, items, &format!("{key}.{n}")))
+                for (n, value) in values.iter().enumerate() {
+                    self.value(value, items, &format!("{key}.{n}"), ranges)?;
+                    if ranges {
+                        self.range(value, items, description(schema), key)?;
+                    }
+                }
+                Ok(())
             }
-            DeValue::Table(table) => self.table(table, &value.span(), &forms, key),
+            DeValue::Table(table) => self.table(table, &value.span(), &forms, key, ranges || forms.len() > 1),
             _ => Ok(()),
         }
+    }
+
+    /// A number must be finite and within the bounds of its schema, if there are any.
+    fn range(
+        &self,
+        value: &Spanned<DeValue<'_>>,
+        schema: &Json,
+        remedy: Option<&str>,
+        key: &str,
+    ) -> Result<()> {
+        let number = match value.get_ref() {
+            DeValue::Float(number) => number.as_str().parse().ok(),
+            DeValue::Integer(number) => {
+                (i64::from_str_radix(number.as_str(), number.radix()).ok()).map(|n| n as f64)
+            }
+            _ => None,
+        };
+        let Some(number) = number.filter(|_| schema["type"] == "number") else {
+            return Ok(());
+        };
+        let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
+        let (above, least, most) = (bound("exclusiveMinimum"), bound("minimum"), bound("maximum"));
+        let wanted = match (above, least, most) {
+            (Some(above), _, None) => format!("a finite number above {above}"),
+            (Some(above), _, Some(most)) => format!("above {above} and at most {most}"),
+            (None, Some(least), None) => format!("a finite number of at least {least}"),
+            (None, Some(least), Some(most)) => format!("at least {least} and at most {most}"),
+            (None, None, _) => return Ok(()),
+        };
+        let within = above.is_none_or(|above| number > above)
+            && least.is_none_or(|least| number >= least)
+            && most.is_none_or(|most| number <= most);
+        if number.is_finite() && within {
+            return Ok(());
+        }
+        let remedy = remedy.unwrap_or_default();
+        Err(self
+            .source
+            .out_of_range(key, &value.span(), &number.to_string(), &wanted, remedy))
     }
 
     /// A text must be one of the words that are known, if all of them are.
@@ -139,7 +186,14 @@ impl<'a> Check<'a> {
         Err(self.source.error(span, &title, "of another length", &remedy))
     }
 
-    fn table(&self, table: &DeTable<'_>, span: &Range<usize>, forms: &[&'a Form], key: &str) -> Result<()> {
+    fn table(
+        &self,
+        table: &DeTable<'_>,
+        span: &Range<usize>,
+        forms: &[&'a Form],
+        key: &str,
+        ranges: bool,
+    ) -> Result<()> {
         let properties = || {
             forms
                 .iter()
@@ -154,13 +208,16 @@ impl<'a> Check<'a> {
                 _ => format!("{key}.{}", name.get_ref()),
             };
             if let Some(schema) = properties().find_map(|known| known.get(name.get_ref().as_ref())) {
-                self.value(value, schema, &inner)?;
+                self.value(value, schema, &inner, ranges)?;
+                if ranges && forms.len() == 1 {
+                    self.range(value, self.defined(schema), description(schema), &inner)?;
+                }
             } else if closed {
                 let known: Vec<&str> = properties().flat_map(Map::keys).map(String::as_str).collect();
                 let kind = if forms.len() > 1 { "choice" } else { "key" };
                 return Err(self.unknown(kind, name.get_ref(), &name.span(), &known, key));
             } else if let Some(schema) = forms[0].get("additionalProperties") {
-                self.value(value, schema, &inner)?;
+                self.value(value, schema, &inner, ranges)?;
             }
         }
         if let [form] = forms {

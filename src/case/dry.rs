@@ -89,13 +89,12 @@ pub(super) fn time_step(
         [("time_step", &dry.time_step), ("impact_speed", &dry.impact_speed)];
     source.exactly_one("dry", &section.span, &choices)?;
     if let Some(step) = &dry.time_step {
-        return source.positive("dry.time_step", step, "in seconds");
+        return Ok(step.value);
     }
     let speed = dry.impact_speed.as_ref().expect("checked by exactly_one");
-    let speed = source.positive("dry.impact_speed", speed, "in m/s")?;
     let shortest = templates
         .iter()
-        .map(|template| Hertz::new(template, materials.stiffest()).duration(speed))
+        .map(|template| Hertz::new(template, materials.stiffest()).duration(speed.value))
         .fold(f64::INFINITY, f64::min);
     Ok(f64::from(substeps) * shortest / STEPS_PER_CONTACT)
 }

@@ -16,9 +16,6 @@ use crate::wall::Surface;
 /// LIGGGHTS takes coefficients of restitution above this one.
 const LEAST_RESTITUTION: f64 = 0.05;
 
-/// Longest time to wait for an answer that may be asked for (s).
-const LONGEST_TIMEOUT: f64 = 1e6;
-
 /// Most that the components of a direction across an axis may be, over its length.
 const ALIGNED: f64 = 1e-9;
 
@@ -51,12 +48,6 @@ pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
             })?);
         }
         if let Some(timeout) = &section.timeout {
-            if !(timeout.value > 0.0 && timeout.value <= LONGEST_TIMEOUT) {
-                let wanted = format!("above 0 and at most {LONGEST_TIMEOUT:e} s");
-                let remedy = "give the longest time that a step may take, e.g. 60";
-                let (key, given) = ("dem.liggghts.timeout", timeout.value.to_string());
-                return Err(source.out_of_range(key, &timeout.span, &given, &wanted, remedy));
-            }
             options.timeout = timeout.value;
         }
     }

@@ -115,7 +115,7 @@ pub struct FluidSection {
     /// Density (kg/m^3).
     #[schemars(transform = positive)]
     pub density: Located<f64>,
-    /// Kinematic viscosity nu (m^2/s).
+    /// Kinematic viscosity nu (m^2/s); water has 1e-6.
     #[schemars(transform = positive)]
     pub viscosity: Option<Located<f64>>,
     /// Archimedes number g |s - 1| D^3 / nu^2 (-) of the first kind of particle, density ratio s.
@@ -137,10 +137,10 @@ pub struct LatticeSection {
     /// Cells per diameter of the first kind of particle (-), at least 2; 9 to 27 is usual.
     #[schemars(extend("minimum" = 2))]
     pub cells_per_diameter: Located<f64>,
-    /// Relaxation time (time steps), above 0.5; 0.51 to 1 is usual.
+    /// Relaxation time (time steps), above 0.5; 0.51 to 1 is usual, 0.55 a good start.
     #[schemars(extend("exclusiveMinimum" = 0.5))]
     pub relaxation_time: Option<Located<f64>>,
-    /// Time step of the fluid (s).
+    /// Time step of the fluid (s); dx^2 / (60 nu) gives a relaxation time of 0.55.
     #[schemars(transform = positive)]
     pub time_step: Option<Located<f64>>,
     /// Collision operator: "trt" with `magic_parameter`, or "bgk". Default "trt" with the coupling "saturated", "bgk" with

@@ -134,11 +134,6 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: 
         if index == 0 {
             all.diameter = written.shape.equivalent_diameter();
         }
-        let density = source.positive(
-            &format!("{key}.density"),
-            &kind.density,
-            "in kg/m^3; glass has 2500",
-        )?;
         let material = materials.index(source, &format!("{key}.material"), kind.material.as_ref())?;
         let sizes = builder.sizes()?;
         let total: f64 = sizes.iter().map(|(_, share)| share).sum();
@@ -158,12 +153,16 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: 
         for (size, _) in sizes {
             all.templates.push(Template {
                 shape: builder.build(scale * size)?.shape,
-                density,
+                density: kind.density.value,
                 material,
             });
         }
     }
     Ok(all)
+}
+
+fn vector(numbers: &Triple) -> Vec3 {
+    numbers.each_ref().map(|number| number.value).into()
 }
 
 /// Builds the shapes of one section.
@@ -201,36 +200,29 @@ impl Builder<'_> {
         let Some(wanted) = self.equivalent_diameter() else {
             return Ok(1.0);
         };
-        let wanted = self.positive("equivalent_diameter", wanted)?;
-        Ok(wanted / self.build(1.0)?.shape.equivalent_diameter())
+        Ok(wanted.value / self.build(1.0)?.shape.equivalent_diameter())
     }
 
     /// The shape with all lengths multiplied by `scale`.
     fn build(&self, scale: f64) -> Result<Written> {
         match &self.section.shape.value {
             ShapeSection::Sphere(sphere) => Ok(Written::upright(Sphere {
-                radius: 0.5 * scale * self.positive("diameter", &sphere.diameter)?,
+                radius: 0.5 * scale * sphere.diameter.value,
             })),
-            ShapeSection::Cuboid(cuboid) => {
-                self.made(Cuboid::new(scale * self.lengths("edges", &cuboid.edges)?))
-            }
+            ShapeSection::Cuboid(cuboid) => self.made(Cuboid::new(scale * vector(&cuboid.edges))),
             ShapeSection::Cube(cube) => {
-                let edge = match &cube.edge {
-                    Some(edge) => self.positive("edge", edge)?,
-                    None => 1.0,
-                };
+                let edge = cube.edge.as_ref().map_or(1.0, |edge| edge.value);
                 self.made(Cuboid::new(Vec3::repeat(scale * edge)))
             }
-            ShapeSection::Ellipsoid(ellipsoid) => self.made(Ellipsoid::new(
-                0.5 * scale * self.lengths("axes", &ellipsoid.axes)?,
-            )),
+            ShapeSection::Ellipsoid(ellipsoid) => {
+                self.made(Ellipsoid::new(0.5 * scale * vector(&ellipsoid.axes)))
+            }
             ShapeSection::Cylinder(cylinder) => {
-                let diameter = self.positive("diameter", &cylinder.diameter)?;
-                let length = self.positive("length", &cylinder.length)?;
+                let (diameter, length) = (cylinder.diameter.value, cylinder.length.value);
                 self.made(Cylinder::new(0.5 * scale * diameter, scale * length))
             }
             ShapeSection::Capsule(capsule) => {
-                let diameter = self.positive("diameter", &capsule.diameter)?;
+                let diameter = capsule.diameter.value;
                 let remedy = "`length` is that from tip to tip; for equal ones take a sphere";
                 let length = self.source.satisfies(
                     &format!("{}.length", self.shape_key()),
@@ -242,7 +234,7 @@ impl Builder<'_> {
                 self.made(Capsule::new(0.5 * scale * diameter, scale * (length - diameter)))
             }
             ShapeSection::Superellipsoid(superellipsoid) => {
-                let axes = self.lengths("axes", &superellipsoid.axes)?;
+                let axes = vector(&superellipsoid.axes);
                 let exponents = superellipsoid.exponents.each_ref().map(|e| e.value);
                 self.made(Superellipsoid::new(0.5 * scale * axes, exponents))
             }
@@ -264,11 +256,10 @@ impl Builder<'_> {
             ShapeSection::Mesh(mesh) => {
                 let name = &mesh.file.value;
                 let unit = self.unit(mesh)?;
-                let given = self.positive("scale", &mesh.scale)?;
                 let path = self.files.path(name);
                 if let Some(shape) = self.files.shape(name) {
                     // A body of the caller's own has one size.
-                    let factor = scale * unit * given;
+                    let factor = scale * unit * mesh.scale.value;
                     let fixed = (factor - 1.0).abs() < 1e-12;
                     let problem = format!("a shape of its own cannot be scaled, here by {factor}");
                     let refused = || self.bad(&mesh.file.span, &ShapeError::Mesh { path, problem });
@@ -280,7 +271,7 @@ impl Builder<'_> {
                         path: path.clone(),
                         problem,
                     })
-                    .and_then(|bytes| mesh::parse(&path, &bytes, scale * unit * given, mesh.hull))
+                    .and_then(|bytes| mesh::parse(&path, &bytes, scale * unit * mesh.scale.value, mesh.hull))
                     .map_err(|e| self.bad(&mesh.file.span, &e))?;
                 Ok(Written {
                     shape: Arc::new(shape),
@@ -325,20 +316,6 @@ impl Builder<'_> {
 
     fn shape_key(&self) -> String {
         format!("{}.shape.{}", self.key, self.section.shape.value.name())
-    }
-
-    fn positive(&self, name: &str, number: &Located<f64>) -> Result<f64> {
-        let key = format!("{}.{name}", self.shape_key());
-        self.source.positive(&key, number, "lengths are in metres")
-    }
-
-    fn lengths(&self, name: &str, numbers: &Triple) -> Result<Vec3> {
-        let [x, y, z] = numbers;
-        Ok(Vec3::new(
-            self.positive(name, x)?,
-            self.positive(name, y)?,
-            self.positive(name, z)?,
-        ))
     }
 
     /// Factors on all lengths, and their shares.

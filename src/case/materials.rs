@@ -1,6 +1,6 @@
 //! Materials by name, and the contact model.
 
-use super::file::{Case, ContactSection, GeometryKind, PairSection};
+use super::file::{Case, GeometryKind};
 use super::located::Located;
 use super::source::{Source, nearest};
 use crate::contact::{ContactModel, Geometry, Material, PairParams};
@@ -17,97 +17,32 @@ pub(super) struct Materials {
     elasticity: Vec<Material>,
 }
 
-/// Checks of the numbers that several sections share.
-struct Checks<'a>(&'a Source);
-
-impl Checks<'_> {
-    fn youngs_modulus(&self, section: &str, number: &Located<f64>) -> Result<f64> {
-        self.0
-            .positive(&format!("{section}.youngs_modulus"), number, "in Pa")
+/// The law has no place for a kinetic coefficient above the static one; a static one of 0 is smooth altogether.
+fn friction_order(source: &Source, key: &str, span: &Range<usize>, pair: &PairParams) -> Result<()> {
+    let (kinetic, most) = (pair.friction_kinetic, pair.friction_static);
+    if most > 0.0 && kinetic > most {
+        let key = format!("{key}.friction_kinetic");
+        let wanted = format!("at most the static coefficient, {most}");
+        let remedy = "sliding resists less than sticking; a pair takes what it does not give from [contact]";
+        return Err(source.out_of_range(&key, span, &kinetic.to_string(), &wanted, remedy));
     }
+    Ok(())
+}
 
-    fn poisson_ratio(&self, section: &str, number: &Located<f64>) -> Result<f64> {
-        self.0.satisfies(
-            &format!("{section}.poisson_ratio"),
-            number,
-            |x| x > -1.0 && x <= 0.5,
-            "above -1 and at most 0.5",
-            "0.2 to 0.3 is usual",
-        )
-    }
-
-    fn restitution(&self, section: &str, number: &Located<f64>) -> Result<f64> {
-        self.0.satisfies(
-            &format!("{section}.restitution"),
-            number,
-            |x| x > 0.0 && x <= 1.0,
-            "above 0 and at most 1",
-            "1 is elastic; 0.926 is usual for glass",
-        )
-    }
-
-    fn friction(&self, section: &str, name: &str, number: &Located<f64>) -> Result<f64> {
-        self.0
-            .non_negative(&format!("{section}.{name}"), number, "0 is smooth")
-    }
-
-    fn transition_velocity(&self, section: &str, number: &Located<f64>) -> Result<f64> {
-        self.0
-            .positive(&format!("{section}.transition_velocity"), number, "in m/s")
-    }
-
-    fn pair(&self, contact: &ContactSection) -> Result<PairParams> {
-        Ok(PairParams {
-            restitution: self.restitution("contact", &contact.restitution)?,
-            friction_static: self.friction("contact", "friction_static", &contact.friction_static)?,
-            friction_kinetic: self.friction("contact", "friction_kinetic", &contact.friction_kinetic)?,
-            transition_velocity: self.transition_velocity("contact", &contact.transition_velocity)?,
-        })
-    }
-
-    /// The law has no place for a kinetic coefficient above the static one; a static one of 0 is smooth altogether.
-    fn friction_order(&self, key: &str, span: &Range<usize>, pair: &PairParams) -> Result<()> {
-        let (kinetic, most) = (pair.friction_kinetic, pair.friction_static);
-        if most > 0.0 && kinetic > most {
-            let key = format!("{key}.friction_kinetic");
-            let wanted = format!("at most the static coefficient, {most}");
-            let remedy =
-                "sliding resists less than sticking; a pair takes what it does not give from [contact]";
-            return Err((self.0).out_of_range(&key, span, &kinetic.to_string(), &wanted, remedy));
-        }
-        Ok(())
-    }
-
-    /// The numbers a pair gives, and those of `[contact]` for the rest.
-    fn special(&self, key: &str, pair: &PairSection, rest: &PairParams) -> Result<PairParams> {
-        let mut special = *rest;
-        if let Some(number) = &pair.restitution {
-            special.restitution = self.restitution(key, number)?;
-        }
-        if let Some(number) = &pair.friction_static {
-            special.friction_static = self.friction(key, "friction_static", number)?;
-        }
-        if let Some(number) = &pair.friction_kinetic {
-            special.friction_kinetic = self.friction(key, "friction_kinetic", number)?;
-        }
-        if let Some(number) = &pair.transition_velocity {
-            special.transition_velocity = self.transition_velocity(key, number)?;
-        }
-        Ok(special)
-    }
+fn or(given: Option<&Located<f64>>, usual: f64) -> f64 {
+    given.map_or(usual, |number| number.value)
 }
 
 impl Materials {
     /// That of `[contact]` first, then those listed.
     pub(super) fn new(source: &Source, case: &Case) -> Result<Self> {
-        let checks = Checks(source);
-        let contact = &case.contact;
+        let usual = Material {
+            youngs_modulus: case.contact.youngs_modulus.value,
+            poisson_ratio: case.contact.poisson_ratio.value,
+        };
         let mut all = Self {
             names: vec![DEFAULT.to_string()],
-            elasticity: vec![Material {
-                youngs_modulus: checks.youngs_modulus("contact", &contact.youngs_modulus)?,
-                poisson_ratio: checks.poisson_ratio("contact", &contact.poisson_ratio)?,
-            }],
+            elasticity: vec![usual],
         };
         for (index, section) in case.materials.iter().enumerate() {
             let (key, section) = (format!("materials.{index}"), &section.value);
@@ -122,19 +57,9 @@ impl Materials {
                 let remedy = "every material needs a name of its own";
                 return Err(source.error(&section.name.span, &title, "not a new name", remedy));
             }
-            let Material {
-                youngs_modulus,
-                poisson_ratio,
-            } = all.elasticity[0];
             all.elasticity.push(Material {
-                youngs_modulus: match &section.youngs_modulus {
-                    Some(number) => checks.youngs_modulus(&key, number)?,
-                    None => youngs_modulus,
-                },
-                poisson_ratio: match &section.poisson_ratio {
-                    Some(number) => checks.poisson_ratio(&key, number)?,
-                    None => poisson_ratio,
-                },
+                youngs_modulus: or(section.youngs_modulus.as_ref(), usual.youngs_modulus),
+                poisson_ratio: or(section.poisson_ratio.as_ref(), usual.poisson_ratio),
             });
             all.names.push(name.to_string());
         }
@@ -169,10 +94,13 @@ impl Materials {
         let contact = &case.contact;
         let samples = &contact.samples;
         source.whole("contact.samples", samples, 2..=64, "from 2 to 64", "8 is usual")?;
-        // Checked even where contacts are off: a wrong number is wrong.
-        let checks = Checks(source);
-        let usual = checks.pair(contact)?;
-        checks.friction_order("contact", &contact.friction_kinetic.span, &usual)?;
+        let usual = PairParams {
+            restitution: contact.restitution.value,
+            friction_static: contact.friction_static.value,
+            friction_kinetic: contact.friction_kinetic.value,
+            transition_velocity: contact.transition_velocity.value,
+        };
+        friction_order(source, "contact", &contact.friction_kinetic.span, &usual)?;
         let n = self.names.len();
         let mut pairs = vec![usual; n * n];
         let mut given: Vec<(usize, usize)> = Vec::new();
@@ -195,13 +123,16 @@ impl Materials {
                 return Err(source.error_at(&places, &title, "remove one of them"));
             }
             given.push(both);
-            let special = checks.special(&key, &section.value, &usual)?;
-            let span = section
-                .value
-                .friction_kinetic
-                .as_ref()
-                .map_or(&section.span, |n| &n.span);
-            checks.friction_order(&key, span, &special)?;
+            let pair = &section.value;
+            let kinetic = pair.friction_kinetic.as_ref();
+            let special = PairParams {
+                restitution: or(pair.restitution.as_ref(), usual.restitution),
+                friction_static: or(pair.friction_static.as_ref(), usual.friction_static),
+                friction_kinetic: or(kinetic, usual.friction_kinetic),
+                transition_velocity: or(pair.transition_velocity.as_ref(), usual.transition_velocity),
+            };
+            let span = kinetic.map_or(&section.span, |n| &n.span);
+            friction_order(source, &key, span, &special)?;
             pairs[a * n + b] = special;
             pairs[b * n + a] = special;
         }

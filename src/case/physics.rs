@@ -25,7 +25,14 @@ pub(super) fn gravity(source: &Source, case: &Case) -> Result<Vec3> {
     let vector = match gravity.value {
         Gravity::Downwards(g) => {
             let remedy = "a number is the magnitude and points along -z; give [x, y, z] for other directions";
-            source.non_negative("driving.gravity", &at(&gravity.span, g), remedy)?;
+            let wanted = "a finite number of at least 0";
+            source.satisfies(
+                "driving.gravity",
+                &at(&gravity.span, g),
+                |g| g >= 0.0,
+                wanted,
+                remedy,
+            )?;
             [0.0, 0.0, -g]
         }
         Gravity::Vector(vector) => source.finite("driving.gravity", &gravity.span, vector)?,
@@ -43,9 +50,7 @@ pub(super) fn fluid(
     walls: &[PlacedWall],
     gravity: Vec3,
 ) -> Result<(f64, FluidSetup)> {
-    let density = &section.value.density;
-    let density = source.positive("fluid.density", density, "in kg/m^3; water has 1000")?;
-    let diameter = kinds.diameter;
+    let (density, diameter) = (section.value.density.value, kinds.diameter);
     let reference = Reference {
         diameter,
         density_ratio: kinds.templates[0].density / density,
@@ -134,11 +139,7 @@ fn viscosity(source: &Source, section: &Located<FluidSection>, reference: &Refer
     let name = source.exactly_one("fluid", &section.span, &choices)?;
     let value = (viscosity.as_ref()).or(archimedes.as_ref()).or(galileo.as_ref());
     let value = value.expect("checked by exactly_one");
-    let remedy = match name {
-        "viscosity" => "kinematic, in m^2/s; water has 1e-6",
-        _ => "e.g. archimedes = 1000",
-    };
-    let number = source.positive(&format!("fluid.{name}"), value, remedy)?;
+    let number = value.value;
     if name == "viscosity" {
         return Ok(number);
     }
@@ -172,16 +173,15 @@ fn time_step(
     ];
     source.exactly_one("lattice", &section.span, &choices)?;
     if let Some(tau) = &lattice.relaxation_time {
-        let remedy = "0.5 stands for no viscosity at all; 0.51 to 1 is usual, 0.55 a good start";
-        let wanted = "a finite number above 0.5";
-        let tau = source.satisfies("lattice.relaxation_time", tau, |x| x > 0.5, wanted, remedy)?;
-        return Ok((Units::from_relaxation_time(dx, tau, viscosity, density), tau));
+        let units = Units::from_relaxation_time(dx, tau.value, viscosity, density);
+        return Ok((units, tau.value));
     }
     let dt = lattice.time_step.as_ref().expect("checked by exactly_one");
-    let usual = Units::from_relaxation_time(dx, 0.55, viscosity, density).dt;
-    let remedy = format!("in seconds; {usual:.3e} s would be a relaxation time of 0.55");
-    let dt = source.positive("lattice.time_step", dt, &remedy)?;
-    let units = Units { dx, dt, density };
+    let units = Units {
+        dx,
+        dt: dt.value,
+        density,
+    };
     Ok((units, units.relaxation_time(viscosity)))
 }
 
@@ -205,17 +205,7 @@ fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, 
             "add `coupling = \"paper\"`, or remove it",
         )),
         (Coupling::Paper, None, width) => {
-            let usual = 0.5;
-            let width = match width {
-                None => usual,
-                Some(width) => source.satisfies(
-                    "lattice.solid_ramp_width",
-                    width,
-                    |width| width > 0.0 && width <= 2.0,
-                    "above 0 and at most 2 cells",
-                    "in cells; 0.5 is usual",
-                )?,
-            };
+            let width = width.as_ref().map_or(0.5, |width| width.value);
             Ok((SolidCollision::ExactDifference, Fraction::Ramp(width)))
         }
         (Coupling::Saturated, operator, None) => {
@@ -249,9 +239,9 @@ fn collision(source: &Source, lattice: &LatticeSection) -> Result<Collision> {
             "has no effect here",
             "add `collision = \"trt\"`, or remove it",
         )),
-        (CollisionKind::Trt, None) => Ok(Collision::Trt { magic: usual_magic }),
-        (CollisionKind::Trt, Some(magic)) => Ok(Collision::Trt {
-            magic: source.positive(key, magic, "0.1875 puts walls half-way between cells")?,
-        }),
+        (CollisionKind::Trt, magic) => {
+            let magic = magic.as_ref().map_or(usual_magic, |magic| magic.value);
+            Ok(Collision::Trt { magic })
+        }
     }
 }

@@ -117,8 +117,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     };
     let domain = domain(source, &case, lattice, &kinds, &mut warnings)?;
     let enlargement = match &medium {
-        Medium::Wet(..) => domain.dx * source.non_negative("contact.enlargement", grown, "in cells")?,
-        Medium::Dry(_) => source.non_negative("dry.enlargement", grown, "in metres")?,
+        Medium::Wet(..) => domain.dx * grown.value,
+        Medium::Dry(_) => grown.value,
     };
     let contact = materials.contact(source, &case, enlargement)?;
     let engine = engine(source, &case)?;

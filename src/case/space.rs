@@ -35,13 +35,7 @@ pub(super) fn domain(
         lengths[i] = unit * source.positive("domain.size", &edges[i], remedy)?;
     }
     let per_diameter = match lattice {
-        Some(lattice) => source.satisfies(
-            "lattice.cells_per_diameter",
-            &lattice.cells_per_diameter,
-            |n| n >= 2.0,
-            "a finite number of at least 2",
-            "9 to 27 cells are usual",
-        )?,
+        Some(lattice) => lattice.cells_per_diameter.value,
         None => diameter / dry::cell(lengths, &kinds.templates),
     };
     let dx = diameter / per_diameter;

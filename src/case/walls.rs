@@ -196,7 +196,6 @@ impl Builder<'_> {
         } else {
             let round = wall.pipe.as_ref().or(wall.rod.as_ref());
             let round = round.expect("checked by exactly_one");
-            let diameter = &round.value.diameter;
             Surface::Cylinder {
                 point: self
                     .source
@@ -204,7 +203,7 @@ impl Builder<'_> {
                 axis: self
                     .source
                     .direction(&key_of("axis"), &round.span, &round.value.axis)?,
-                radius: 0.5 * self.source.positive(&key_of("diameter"), diameter, "in metres")?,
+                radius: 0.5 * round.value.diameter.value,
                 pipe: wall.pipe.is_some(),
             }
         };

@@ -14,7 +14,7 @@ pub struct Found {
     pub path: PathBuf,
 }
 
-/// What stands behind the step in a name. An old one that makes way for another of the same step is whole.
+/// Suffix behind the step in a name. An old one that makes way for another of the same step is whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Whole,
@@ -41,7 +41,7 @@ pub(super) fn name_of(path: &Path) -> String {
         .into_owned()
 }
 
-/// Where the checkpoint of a step is written.
+/// Folder in which the checkpoint of a step is written.
 pub(super) fn partial(directory: &Path, step: u64) -> PathBuf {
     directory.join(name(step) + ".partial")
 }
@@ -103,8 +103,8 @@ pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
     sync_folder(directory)
 }
 
-/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. Others are damaged, or belong to
-/// a course that was given up, since the run has gone on from before them.
+/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. The others are
+/// damaged, or belong to a course that was given up, since the run was resumed from before them.
 pub(super) fn thin_out(directory: &Path, step: u64, sound: Option<u64>) -> Result<()> {
     let mut kept = Vec::new();
     for found in list(directory)? {
@@ -151,7 +151,7 @@ pub(super) fn sync_folder(directory: &Path) -> Result<()> {
     }
 }
 
-/// What in the folder has one of our names.
+/// Entries of the folder with one of our names.
 fn entries(directory: &Path) -> Result<Vec<(Found, Kind)>> {
     let attempt = || -> io::Result<Vec<_>> {
         let mut ours = Vec::new();

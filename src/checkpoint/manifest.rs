@@ -22,7 +22,7 @@ pub(super) struct Manifest {
     pub(super) ranks: usize,
     /// Name of the case.
     pub(super) case: String,
-    /// What the program made of the case, as JSON.
+    /// The case as resolved by the program, as JSON.
     pub(super) resolved: String,
     /// The case and what it names; the first is the case itself.
     pub(super) files: Vec<FileEntry>,
@@ -67,7 +67,7 @@ impl Manifest {
         format!("{text}{SEAL}{seal}\n")
     }
 
-    /// From the text, or what is wrong with it.
+    /// Parses the text, or returns its defect.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         const DAMAGED: &str = "manifest.toml is damaged";
         let text = std::str::from_utf8(bytes).map_err(|_| DAMAGED)?;

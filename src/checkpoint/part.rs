@@ -25,7 +25,7 @@ const SECTIONS: usize = 3;
 pub(super) const ENGINE: usize = 0;
 pub(super) const COUPLING: usize = 1;
 pub(super) const SHARED: usize = 2;
-/// How messages call them.
+/// Names of the sections in messages.
 const SECTION_NAMES: [&str; SECTIONS] = ["state of the engine", "state of the coupling", "common state"];
 
 /// Length of the checksum of a plane (bytes).
@@ -55,7 +55,7 @@ pub(super) struct PartHead {
     sections: [Section; SECTIONS],
 }
 
-/// Where [`PartHead::checksum`] ends.
+/// End of [`PartHead::checksum`].
 const UNCHECKED: usize = 16;
 
 /// Name of the file of a rank.
@@ -94,7 +94,7 @@ impl PartHead {
         xxh3_64(bytemuck::bytes_of(self))
     }
 
-    /// Reads the head of the part of `rank` of `ranks`, or says what is wrong with it.
+    /// Reads the head of the part of `rank` of `ranks`, or returns its defect.
     pub(super) fn read(file: &mut File, (rank, ranks): (usize, usize), seal: &str) -> Result<Self, String> {
         let mut bytes = [0; size_of::<Self>()];
         file.read_exact(&mut bytes)
@@ -118,7 +118,7 @@ impl PartHead {
         Ok(head)
     }
 
-    /// Whether this is a part of that state.
+    /// Returns true if this is a part of that state.
     pub(super) fn is_of(&self, step: u64, cells: [usize; 3], bytes_per_cell: usize) -> bool {
         let of = (step, cells.map(|n| n as u64), bytes_per_cell as u64);
         (self.step, self.cells, self.bytes_per_cell) == of
@@ -138,13 +138,13 @@ impl PartHead {
         row.checked_mul(self.hi[1] - self.lo[1])
     }
 
-    /// Where a section begins; that behind the last one is where the planes begin.
+    /// Start of a section; of the one behind the last, the start of the planes.
     fn section_start(&self, section: usize) -> Option<u64> {
         let mut lengths = self.sections[..section].iter().map(|section| section.length);
         lengths.try_fold(size_of::<Self>() as u64, u64::checked_add)
     }
 
-    /// Where a plane begins; that at `hi` is where the file ends.
+    /// Start of a plane; of the one at `hi`, the end of the file.
     fn plane_start(&self, z: u64) -> Option<u64> {
         let start = self.section_start(SECTIONS)?;
         if self.bytes_per_cell == 0 {
@@ -163,7 +163,7 @@ impl PartHead {
         xxh3_64_with_seed(bytes, self.checksum.wrapping_add(z))
     }
 
-    /// A section, or what is wrong with it.
+    /// A section, or its defect.
     pub(super) fn read_section(&self, file: &mut File, section: usize) -> Result<Vec<u8>, String> {
         let name = SECTION_NAMES[section];
         let Section { length, checksum } = self.sections[section];
@@ -177,7 +177,7 @@ impl PartHead {
         Ok(bytes)
     }
 
-    /// A plane into `bytes`, or what is wrong with it.
+    /// Reads a plane into `bytes`, or returns its defect.
     pub(super) fn read_plane(&self, file: &mut File, z: usize, bytes: &mut Vec<u8>) -> Result<(), String> {
         let (start, length) = (self.plane_start(z as u64), self.plane_length());
         let (start, length) = start.zip(length).expect("checked with the length of the file");

@@ -21,11 +21,12 @@ pub struct Checkpoint {
     parts: Vec<(PathBuf, PartHead)>,
 }
 
-/// What is wrong, without the name of the checkpoint.
+/// Defect of a checkpoint, without its name.
 pub(crate) type Damage<T> = std::result::Result<T, String>;
 
 impl Checkpoint {
-    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in common.
+    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in
+    /// common.
     ///
     /// # Errors
     /// [`Error::Input`] with the name of the checkpoint and what is damaged or missing.
@@ -103,7 +104,7 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// What identifies the state.
+    /// Identity of the state.
     pub fn head(&self) -> &Head {
         &self.head
     }
@@ -118,7 +119,7 @@ impl Checkpoint {
         self.parts.len()
     }
 
-    /// What all ranks had in common.
+    /// Data common to all ranks.
     pub fn shared(&self) -> &[u8] {
         &self.shared
     }
@@ -139,8 +140,9 @@ impl Checkpoint {
         self.sections(COUPLING)
     }
 
-    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one plane of
-    /// `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x. Nothing in a dry run.
+    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one
+    /// plane of `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x.
+    /// Nothing in a dry run.
     ///
     /// # Errors
     /// [`Error::Input`] with the part and plane that is damaged, or that `visit` finds something wrong with; or if some cells are

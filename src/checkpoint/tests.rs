@@ -43,7 +43,7 @@ fn slice(n: usize, rank: usize) -> Block {
     block
 }
 
-/// What a cell holds at a step.
+/// Bytes of a cell at a step.
 fn cell(step: u64, [x, y, z]: [usize; 3]) -> [u8; BYTES] {
     let number = (step << 32) + (x + CELLS[0] * (y + CELLS[1] * z)) as u64;
     let bytes = xxhash_rust::xxh3::xxh3_64(&number.to_le_bytes()).to_le_bytes();
@@ -76,7 +76,7 @@ fn sections(rank: usize) -> [Vec<u8>; 3] {
     [vec![rank as u8; 11 + rank], vec![0x40 + rank as u8; rank], shared]
 }
 
-/// One rank's share of writing a step.
+/// One rank's part of writing a step.
 fn write_as(directory: &Path, comm: &Comm, block: Block, head: &Head, create: &write::Create) -> Result<()> {
     let [engine, coupling, shared] = sections(comm.rank());
     let part = Part {
@@ -92,7 +92,7 @@ fn write_as(directory: &Path, comm: &Comm, block: Block, head: &Head, create: &w
             }
         }
     };
-    // The one before, as of a run that goes on; else that of the same step.
+    // The one before, as of a run that continues; else that of the same step.
     let before = list(directory).unwrap_or_default();
     let sound = (before.iter().map(|found| found.step))
         .filter(|&step| step <= head.step)
@@ -487,7 +487,7 @@ fn two_are_kept_and_what_is_not_ours_stays() {
     assert_eq!(names(&directory), with(&["step-0000000200", "step-0000000300"]));
     let steps: Vec<u64> = list(&directory).unwrap().iter().map(|found| found.step).collect();
     assert_eq!(steps, [300, 200]);
-    // A run that has gone on from an earlier step than the newest one.
+    // A run that was resumed from an earlier step than the newest one.
     write_step(&directory, 250);
     assert_eq!(names(&directory), with(&["step-0000000200", "step-0000000250"]));
     clear(&directory).unwrap();
@@ -510,7 +510,7 @@ fn only_the_one_before_that_is_known_to_be_sound_is_kept() {
         coupling: b"",
         shared: b"",
     };
-    // The run has gone on from step 40, since 60 is damaged.
+    // The run was resumed from step 40, since 60 is damaged.
     write(&directory, &Comm::Solo, Some(40), &head, &part, |_, _| ()).unwrap();
     assert_eq!(names(&directory), ["step-0000000040", "step-0000000070"]);
 }

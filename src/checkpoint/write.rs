@@ -1,4 +1,4 @@
-//! How a checkpoint comes to be: parts by all ranks, the rest and the final name by rank 0.
+//! Writing of a checkpoint: parts by all ranks, the rest and the final name by rank 0.
 
 use super::folder;
 use super::manifest::{FileEntry, Manifest, PartEntry, hex};

@@ -82,7 +82,7 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
             let realised = impact(&hertz, Damping::HuntCrossley(e), volume, speed).restitution;
             let what = |law: &str| format!("restitution, e = {e}, {speed} m/s, {law} (-)");
             let mut push = |quantity, values, between, reason| {
-                let check = absolute(quantity, values, between, 1.0, tolerance(e), reason);
+                let check = absolute(quantity, values, between, tolerance(e), reason);
                 findings.push(check);
             };
             push(what("tsuji"), [same, liggghts, Some(e)], Between::Theory, SET);
@@ -226,10 +226,10 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     let after = |track: &Track| Some(track.last()[0].velocity[2] / speed);
     let values = [after(&tracks[0]), after(&tracks[1]), Some(e)];
     let quantity = format!("restitution, e = {e}, tsuji (-)");
-    findings.push(absolute(quantity, values, Between::All, 1.0, 2e-4, SET));
+    findings.push(absolute(quantity, values, Between::All, 2e-4, SET));
     let values = [after(&own), None, Some(crossley.restitution)];
     let quantity = format!("restitution, e = {e}, hunt_crossley (-)");
-    findings.push(absolute(quantity, values, Between::Theory, 1.0, 2e-4, SET));
+    findings.push(absolute(quantity, values, Between::Theory, 2e-4, SET));
     let all = [&tracks[0], &tracks[1], &own];
     findings
         .checks

@@ -249,25 +249,15 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         let both = |of: &dyn Fn(&Run) -> f64| [Some(of(&runs[0])), Some(of(&runs[1]))];
         let what = format!("e = {restitution}");
         let [native, liggghts] = both(&|run| run.momentum);
-        findings.push(absolute(
-            format!("largest sum of the momenta, {what} (-)"),
-            [native, liggghts, Some(0.0)],
-            Between::Theory,
-            1.0,
-            1e-14,
-            MOMENTUM,
-        ));
+        let quantity = format!("largest sum of the momenta, {what} (-)");
+        let values = [native, liggghts, Some(0.0)];
+        findings.push(absolute(quantity, values, Between::Theory, 1e-14, MOMENTUM));
         let elastic = restitution >= 1.0;
         if elastic {
             let [native, liggghts] = both(&Run::drift);
-            findings.push(absolute(
-                format!("change of the energy, {what} (-)"),
-                [native, liggghts, Some(0.0)],
-                Between::Theory,
-                1.0,
-                2e-4,
-                ENERGY,
-            ));
+            let quantity = format!("change of the energy, {what} (-)");
+            let values = [native, liggghts, Some(0.0)];
+            findings.push(absolute(quantity, values, Between::Theory, 2e-4, ENERGY));
         }
         let early = if elastic { 2e-3 } else { 1e-3 };
         let sample = at(early * 1e3);

@@ -41,26 +41,24 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
 
             let same = laws.0 == ElasticLaw::Hertz;
             let what = format!("{label} law, {speed} m/s");
-            let speeds = |track: &Track| track.last().iter().map(|p| p.velocity[0]).collect::<Vec<_>>();
-            let [native, liggghts] = [0, 1].map(|i| speeds(&tracks[i]));
-            let restitution = |v: &[f64]| Some((v[1] - v[0]) / speed);
+            let of = |value: fn(f64, f64) -> f64| {
+                let ends = tracks.each_ref().map(|track| track.last());
+                let [native, liggghts] =
+                    ends.map(|end| value(end[0].velocity[0], end[1].velocity[0]) / speed);
+                [Some(native), Some(liggghts), Some(1.0)]
+            };
+            let quantity = format!("restitution, {what} (-)");
+            let restitution = of(|first, second| second - first);
             findings.push(absolute(
-                format!("restitution, {what} (-)"),
-                [restitution(&native), restitution(&liggghts), Some(1.0)],
+                quantity,
+                restitution,
                 Between::Theory,
-                1.0,
                 1e-5,
                 RESTITUTION,
             ));
-            let momentum = |v: &[f64]| Some((v[0] + v[1]) / speed);
-            findings.push(absolute(
-                format!("momentum over that at the start, {what} (-)"),
-                [momentum(&native), momentum(&liggghts), Some(1.0)],
-                Between::Theory,
-                1.0,
-                1e-14,
-                MOMENTUM,
-            ));
+            let quantity = format!("momentum over that at the start, {what} (-)");
+            let momentum = of(|first, second| first + second);
+            findings.push(absolute(quantity, momentum, Between::Theory, 1e-14, MOMENTUM));
 
             let ratio = |depth| if same { 1.0 } else { lens_ratio([RADIUS; 2], depth) };
             let own = impact(&hertz, Damping::Tsuji(1.0), ratio, speed);

@@ -66,7 +66,7 @@ pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
         let ends = [0, 1].map(|i| tracks[i].impact(|frame| depth(frame, 0)).map(|m| m.duration / dt));
         let values = [ends[0], ends[1], Some(theory.duration / dt)];
         let quantity = format!("end of the contact, e = {e} (steps)");
-        findings.push(absolute(quantity, values, Between::Engines, 1.0, 1.0, END));
+        findings.push(absolute(quantity, values, Between::Engines, 1.0, END));
         findings.overlays.extend(plots(&tracks, &theory, e));
     }
     Ok(findings)

@@ -174,7 +174,7 @@ fn checks(throw: &Throw, outcome: &Outcome) -> Vec<Check> {
         let ratio = |engine| Some(outcome.impulse_ratio(engine) / throw.friction);
         let values = [ratio(0), ratio(1), Some(1.0)];
         let quantity = format!("J_t / (mu J_n), {what} (-)");
-        checks.push(absolute(quantity, values, Between::Theory, 1.0, 1e-6, COULOMB));
+        checks.push(absolute(quantity, values, Between::Theory, 1e-6, COULOMB));
     }
     let drifts = [0, 1].map(|engine| outcome.drift(engine));
     let quantity = format!("change of momentum and angular momentum, {what} (-)");

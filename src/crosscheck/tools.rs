@@ -349,24 +349,15 @@ pub(super) fn given(
     }
 }
 
-/// A check of the largest absolute difference, in parts of `unit`.
+/// A check of the largest absolute difference.
 pub(super) fn absolute(
     quantity: impl Into<String>,
     values: [Option<f64>; 3],
     between: Between,
-    unit: f64,
     tolerance: f64,
     reason: &str,
 ) -> Check {
-    let [native, liggghts, analytic] = values;
-    let pairs = match between {
-        Between::Engines => vec![(native, liggghts)],
-        Between::Theory => vec![(native, analytic), (liggghts, analytic)],
-        Between::All => vec![(native, analytic), (liggghts, analytic), (native, liggghts)],
-    };
-    let apart = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs() / unit);
-    let difference = worst(pairs.into_iter().filter_map(apart));
-    given(quantity, values, difference, tolerance, reason)
+    given(quantity, values, difference(values, between), tolerance, reason)
 }
 
 /// A check of the largest relative difference; relative to theory or, without, to LIGGGHTS.
@@ -378,7 +369,23 @@ pub(super) fn relative(
     reason: &str,
 ) -> Check {
     let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
-    absolute(quantity, values, between, unit, tolerance, reason)
+    given(
+        quantity,
+        values,
+        difference(values, between) / unit,
+        tolerance,
+        reason,
+    )
+}
+
+/// The largest absolute difference.
+fn difference([native, liggghts, analytic]: [Option<f64>; 3], between: Between) -> f64 {
+    let pairs = match between {
+        Between::Engines => vec![(native, liggghts)],
+        Between::Theory => vec![(native, analytic), (liggghts, analytic)],
+        Between::All => vec![(native, analytic), (liggghts, analytic), (native, liggghts)],
+    };
+    worst(pairs.into_iter().filter_map(|(a, b)| Some((a? - b?).abs())))
 }
 
 /// Moments of a scene in both engines, from its particles at equal times (s).
@@ -443,7 +450,7 @@ mod tests {
 
     #[test]
     fn a_difference_that_is_not_a_number_or_missing_fails() {
-        let nothing = absolute("x", [None, Some(1.0), None], Between::All, 1.0, 1e9, "");
+        let nothing = absolute("x", [None, Some(1.0), None], Between::All, 1e9, "");
         assert!(!nothing.pass);
         let wrong = relative(
             "x",
@@ -458,7 +465,7 @@ mod tests {
     #[test]
     fn the_worst_of_the_differences_asked_for_decides() {
         let values = [Some(1.0), Some(1.2), Some(1.1)];
-        let differs = |between| absolute("x", values, between, 1.0, 0.15, "");
+        let differs = |between| absolute("x", values, between, 0.15, "");
         assert!((differs(Between::Engines).measured - 0.2).abs() < 1e-12);
         assert!(!differs(Between::Engines).pass);
         assert!((differs(Between::Theory).measured - 0.1).abs() < 1e-12);

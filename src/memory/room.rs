@@ -1,21 +1,22 @@
-//! Memory that a process may have: that of the machine, less where a control group or a limit of the process grants less.
+//! Memory that a process may have: that of the machine, less where a control group or a limit of the process grants
+//! less.
 
 use super::in_bytes;
 use std::fs;
 use std::path::Path;
 
-/// What one process may have, and who says so.
+/// Memory limit of one process, and its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Room {
-    /// How much (bytes).
+    /// Limit (bytes).
     pub bytes: f64,
     /// The limit in words, e.g. "this machine has 16.0 GB".
     pub limit: String,
-    /// Whether it holds for each process by itself; else all of the machine share it.
+    /// True if it holds for each process by itself; else all of the machine have it in common.
     pub each: bool,
 }
 
-/// The limits of this process, if the system tells any.
+/// The limits of this process, if the system reports any.
 pub fn rooms() -> Vec<Room> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let machine = kilobytes(&read("/proc/meminfo"), "MemTotal:").map(|bytes| Room {
@@ -35,8 +36,8 @@ pub fn kilobytes(meminfo: &str, key: &str) -> Option<f64> {
     Some(1024.0 * kilobytes)
 }
 
-/// The least that the control group of `/proc/self/cgroup` or one above it grants, of version 2 or 1. In a container the groups
-/// above its own, and its own name, may be out of sight; then what is seen at the root is its own.
+/// The least that the control group of `/proc/self/cgroup` or one above it grants, of version 2 or 1. In a container
+/// the groups above its own, and its own name, may be out of sight; then what is seen at the root is its own.
 fn group(groups: &str, root: &Path) -> Option<Room> {
     let mut least: Option<Room> = None;
     for line in groups.lines() {

@@ -1,7 +1,8 @@
 //! STL, text or binary: the corners of each facet.
 //!
-//! Text begins with `solid`, in any case, behind a byte order mark or blanks; a binary file has a length that says how many facets
-//! there are, and may begin with `solid`, too. Coordinates have single precision in both. A text file may hold several solids.
+//! Text begins with `solid`, in any case, behind a byte order mark or blanks; a binary file has a length that says
+//! how many facets there are, and may begin with `solid`, too. Coordinates have single precision in both. A text file
+//! may hold several solids.
 
 use crate::input;
 use crate::math::Vec3;
@@ -11,7 +12,7 @@ const REMEDY: &str = "export the mesh again as STL, text or binary";
 const HEAD: usize = 84;
 const FACET: usize = 50;
 
-/// The facets of a file, or what is wrong with it.
+/// The facets of a file, or its defect.
 pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     let count = bytes.get(80..HEAD).map(le_u32);
     let length = count.map(|count| HEAD as u64 + FACET as u64 * u64::from(count));

@@ -1,4 +1,4 @@
-//! Hard bodies moved about at random until they lie as in a fluid in equilibrium: any place that is free is as likely as
+//! Random Metropolis moves of hard bodies until they are in equilibrium: every free position is as likely as
 //! any other.
 //!
 //! Bodies that were pushed apart lie in contact with their neighbours far too often. Metropolis moves forget that: each
@@ -9,9 +9,9 @@
 //! x -> x + s R (u_1, u_2, u_3),     turned by the quaternion (1, s/2 (u_4, u_5, u_6)),     u_i in [-1, 1)
 //! ```
 //!
-//! with `R` the reach of the body. Steps and their reverse are equally likely, so that all states without overlaps become
-//! equally likely. The length `s` of the steps is set so that [`WANTED`] of them count, during the first
-//! half; after that it stays. Only `+ - * /` and square roots: the same seed gives the same bits on any machine.
+//! with `R` the reach of the body. Steps and their reverse are equally likely, so that all states without overlaps
+//! become equally likely. The length `s` of the steps is set so that [`WANTED`] of them count, during the first half;
+//! after that it stays. Only `+ - * /` and square roots: the same seed gives the same bits on any machine.
 //!
 //! # Reference
 //! Metropolis, Rosenbluth, Rosenbluth, Teller, Teller (1953), doi:10.1063/1.1699114.
@@ -26,16 +26,16 @@ use crate::wall::Surface;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Moves of every body: so many per square of the longest edge of the box over the diameter of the widest body, as
-/// what is crowded spreads like heat, but at least and at most so many. Near neighbours take 100, the longest wave of
+/// Moves of every body: this many per square of the longest edge of the box over the diameter of the widest body, as
+/// what is crowded spreads like heat, but within these limits. Near neighbours take 100, the longest wave of
 /// density 1.7 per square (volume fraction 0.3).
 const SWEEPS: f64 = 2.0;
 const LEAST_SWEEPS: f64 = 400.0;
 const MOST_SWEEPS: f64 = 1000.0;
-/// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need up to
-/// half a million bodies.
+/// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need
+/// up to half a million bodies.
 const MOST_MOVES: f64 = 5e7;
-/// Sweeps after which the length of the steps is looked at.
+/// Sweeps after which the length of the steps is adapted.
 const LOOK: u32 = 10;
 /// The part of the moves that is to count (-).
 const WANTED: f64 = 0.35;

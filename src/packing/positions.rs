@@ -1,9 +1,10 @@
 //! Files of positions: `x;y;z;rx;ry;rz;id` (metres, degrees), or CSV with a header that names its columns.
 //!
-//! Angles are those of the published data sets: `R = Rz(rz) Ry(ry) Rx(rx)` maps the body frame to the world frame. With a header
-//! there may also be `kind` (which `[[particles]]` section, counted from 0), `diameter` (m, of the sphere of equal volume), the
-//! unit quaternion `qx, qy, qz, qw` in place of angles, velocity `vx, vy, vz` (m/s) and angular velocity `wx, wy, wz` (1/s). That
-//! is how [`format()`] writes the particles of a run: reading gives back the same bits.
+//! Angles are those of the published data sets: `R = Rz(rz) Ry(ry) Rx(rx)` maps the body frame to the world frame.
+//! With a header there may also be `kind` (which `[[particles]]` section, counted from 0), `diameter` (m, of the
+//! sphere of equal volume), the unit quaternion `qx, qy, qz, qw` in place of angles, velocity `vx, vy, vz` (m/s) and
+//! angular velocity `wx, wy, wz` (1/s). That is how [`format()`] writes the particles of a run: reading gives back
+//! the same bits.
 
 use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
@@ -172,7 +173,7 @@ fn whole(text: &str) -> Option<u64> {
     text.parse().ok().or_else(float)
 }
 
-/// Which of [`COLUMNS`] each field of a header names.
+/// Index in [`COLUMNS`] of each field of a header.
 fn header(fields: &[&str]) -> Result<Vec<usize>, String> {
     let mut columns = Vec::new();
     for field in fields {

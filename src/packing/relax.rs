@@ -1,7 +1,7 @@
 //! Bodies of any shape, turned at random, pushed and turned apart until none touches another or a wall.
 //!
-//! Pair by pair, with the overlap `(d, p, n)` of the two bodies, grown by half of their gap (depth, point, normal), as a
-//! rigid constraint of position-based dynamics: with the generalised inverse masses
+//! Pair by pair, with the overlap `(d, p, n)` of the two bodies, grown by half of their gap (depth, point, normal),
+//! as a rigid constraint of position-based dynamics: with the generalised inverse masses
 //!
 //! ```text
 //! w = 1 / V + (r x n) . I^-1 (r x n) / V,     r = p - x,  I = inertia per unit of mass, V = volume
@@ -9,8 +9,8 @@
 //! x -= l n / V,   turned by  - l I^-1 (r x n) / V      (the first body; the second the other way)
 //! ```
 //!
-//! Walls do not move. A later push of a round sees the earlier ones. Only `+ - * /` and square roots: the same seed gives the
-//! same bits on any machine.
+//! Walls do not move. A later push of a round sees the earlier ones. Only `+ - * /` and square roots: the same seed
+//! gives the same bits on any machine.
 //!
 //! # Reference
 //! Mueller, Macklin, Chentanez, Jeschke, Kim (2020), Detailed rigid body simulation with extended position based dynamics,
@@ -35,7 +35,7 @@ const LARGEST_TURN: f64 = 0.1;
 /// Tells the stream of random orientations from that of positions with the same seed.
 const ORIENTATIONS: u64 = 0x6F72_6965_6E74;
 
-/// Where a body is, and how it is turned.
+/// Position and orientation of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Index of its contour, which is grown by half of the gap that it keeps.
@@ -141,7 +141,7 @@ pub(super) fn body<'a>(contours: &'a [Contour], pose: &Pose) -> Body<'a> {
     }
 }
 
-/// How easily a body moves: the inverses of its volume and of its moments of inertia, density 1.
+/// Mobility of a body: the inverses of its volume and of its moments of inertia, density 1.
 #[derive(Clone, Copy, Debug)]
 struct Mover {
     volume: f64,

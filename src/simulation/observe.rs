@@ -60,12 +60,10 @@ impl ObserverState {
     /// # Errors
     /// [`Error::Input`] if rows are gone.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
-        writers
-            .iter()
-            .try_for_each(|writer| match self.states.get(writer.name()) {
-                Some(state) => writer.fits(state),
-                None => Ok(()),
-            })
+        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
+            Some(state) => writer.fits(state),
+            None => Ok(()),
+        })
     }
 }
 

@@ -129,13 +129,7 @@ impl Study {
     }
 
     fn refuse_check(&self, Located { value, span }: &Located<CheckSection>) -> Result<()> {
-        for tolerance in [&value.tolerance, &value.absolute].into_iter().flatten() {
-            if !tolerance.value.is_finite() || tolerance.value < 0.0 {
-                let title = format!("a tolerance cannot be {}", tolerance.value);
-                let remedy = "give a number of at least 0";
-                return self.refuse(&tolerance.span, &title, "here", remedy);
-            }
-        }
+        self.refuse_unknown(&value.y, &value.y.value)?;
         if value.at.is_some() && value.tolerance.is_none() {
             let remedy = "e.g. tolerance = 0.03, a part of the extrapolation";
             return self.refuse(span, "`at` without a `tolerance`", "here", remedy);

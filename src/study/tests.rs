@@ -537,7 +537,10 @@ fn what_is_wrong_in_figures_and_checks_is_told_before_anything_runs() {
             format!("{check}y = \"settling_velocity\"\n"),
             "did you mean `settling_velocity_over_",
         ),
-        (format!("{check}tolerance = -0.1\n"), "a tolerance cannot be -0.1"),
+        (
+            format!("{check}tolerance = -0.1\n"),
+            "tolerance` is -0.1, but must be a finite number of at least 0",
+        ),
         (
             "[[check]]\nkind = \"convergence\"\nx = \"phi\"\nat = 0.2\n".into(),
             "`at` without a `tolerance`",

@@ -18,7 +18,7 @@ pub use threads::{ThreadComm, on_threads, try_on_threads};
 use traffic::Counters;
 pub use traffic::{Tally, Traffic};
 
-/// A process that a launcher of MPI has started, as its environment tells.
+/// A process started by an MPI launcher, from its environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Launched {
     /// Number of this process.
@@ -29,7 +29,7 @@ pub struct Launched {
     pub here: usize,
 }
 
-/// What a launcher of MPI says of this process; nothing if none has started it.
+/// Rank and size that an MPI launcher gives this process; `None` without a launcher.
 pub fn launched() -> Option<Launched> {
     // Open MPI; MPICH and Intel MPI; srun with PMIx.
     const NAMES: [[&str; 4]; 3] = [
@@ -72,9 +72,9 @@ pub enum Comm {
 /// A fixed pattern of messages, at most one per ordered pair of ranks, repeated every step.
 ///
 /// Fill all of [`send`](Self::send), then [`start`](Self::start), do other work, [`finish`](Self::finish), read
-/// [`received`](Self::received). Buffers are out of reach between start and finish. After an exchange the send buffers hold
-/// stale data and must be overwritten wholly. Several patterns may be under way at once, if every rank starts and finishes
-/// them in the same order.
+/// [`received`](Self::received). Buffers are out of reach between start and finish. After an exchange the send
+/// buffers hold stale data and must be overwritten wholly. Several patterns may be under way at once, if every rank
+/// starts and finishes them in the same order.
 pub trait Halo<T>: Send {
     /// Buffer for the message to `peers[link]`, of the length agreed at creation.
     ///
@@ -83,7 +83,7 @@ pub trait Halo<T>: Send {
     fn send(&mut self, link: usize) -> &mut [T];
     /// Sends all messages, which travel while the caller works.
     fn start(&mut self);
-    /// Lets a transport that has no thread of its own move data; between start and finish.
+    /// Lets a transport without its own thread move data; between start and finish.
     fn progress(&mut self) {}
     /// Waits for all messages that are due.
     fn finish(&mut self);
@@ -132,12 +132,12 @@ impl Comm {
         }
     }
 
-    /// What this rank has sent so far.
+    /// Traffic of this rank so far.
     pub fn traffic(&self) -> Traffic {
         self.counters().map_or_else(Traffic::default, Counters::traffic)
     }
 
-    /// A call of all ranks, counted, into which this one puts so many bytes.
+    /// A call of all ranks, counted, to which this rank contributes this number of bytes.
     fn collective<R>(&self, bytes: usize, call: impl FnOnce() -> R) -> R {
         match self.counters() {
             None => call(),
@@ -196,15 +196,15 @@ impl Comm {
         });
     }
 
-    /// Whether this is so on any rank.
+    /// Returns true on all ranks if the argument is true on any rank.
     pub fn any(&self, so: bool) -> bool {
         let mut ranks = [i64::from(so)];
         self.sum(&mut ranks);
         ranks[0] > 0
     }
 
-    /// What came of something that every rank does for itself: the result if all have succeeded; else the error of this rank,
-    /// or [`Error::OtherRank`]. Collective.
+    /// Agrees on an operation that every rank does for itself: the result if all have succeeded; else the error of
+    /// this rank, or [`Error::OtherRank`]. Collective.
     ///
     /// # Errors
     /// On every rank, if one of them has failed.
@@ -235,7 +235,8 @@ impl Comm {
 
     /// Sends `messages[i]` to `peers[i]` and returns what `peers[i]` sent here.
     ///
-    /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this rank.
+    /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this
+    /// rank.
     pub fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         assert_eq!(peers.len(), messages.len());
         let Some(counters) = self.counters() else {
@@ -252,7 +253,8 @@ impl Comm {
         })
     }
 
-    /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its own peer.
+    /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its
+    /// own peer.
     ///
     /// # Errors
     /// [`Error::Memory`] on a rank that has no room for the buffers; then no rank may [start](Halo::start) the pattern.
@@ -273,7 +275,7 @@ fn buffers<T: Pod>(lengths: &[usize]) -> Result<Vec<Vec<T>>> {
     lengths.iter().map(zeroed).collect()
 }
 
-/// What a start of a pattern sends to others: number of messages and bytes in them.
+/// Numbers of messages and bytes that a start of a pattern sends to others.
 fn sent<T>(rank: usize, peers: &[usize], lengths: &[usize]) -> [usize; 2] {
     let others = || peers.iter().zip(lengths).filter(|(peer, _)| **peer != rank);
     [
@@ -364,7 +366,7 @@ mod tests {
             }
         }
         let everybody: Vec<usize> = (0..size).collect();
-        // The longest are too long for MPI to send before the receiver asks.
+        // The longest are too long for MPI to send before the receiver is ready.
         let lengths: Vec<usize> = everybody
             .iter()
             .map(|&p| 3 + 40_000 * usize::from(p + rank == 1) + p + rank)

@@ -9,9 +9,9 @@
 //! | polyhedron | | [`polyhedra`] | [`sampled`] | [`polyhedra`] | [`sampled`] |
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
-//! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the centre
-//! ([`law`]). [`pairs`] says which pairs are near enough to be measured. Nothing here has a memory; the engine keeps
-//! the damping of each contact.
+//! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
+//! centre ([`law`]). [`pairs`] says which pairs are near enough to be measured. Nothing here has a memory; the engine
+//! keeps the damping of each contact.
 
 mod clip;
 pub mod law;
@@ -36,20 +36,20 @@ use serde::{Deserialize, Serialize};
 pub struct ContactModel {
     /// Materials; templates and walls name theirs by its index.
     pub materials: Vec<Material>,
-    /// What two materials do to each other: entry `a * materials.len() + b`, symmetric.
+    /// Properties of pairs of materials: entry `a * materials.len() + b`, symmetric.
     pub pairs: Vec<PairParams>,
     /// By how much the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
-    /// How overlaps are measured.
+    /// Method of measuring overlaps.
     pub geometry: Geometry,
-    /// How the elastic force follows from the overlap.
+    /// Law of the elastic force.
     pub law: ElasticLaw,
-    /// How the normal force is damped.
+    /// Law of the normal damping.
     pub damping: DampingLaw,
 }
 
 impl ContactModel {
-    /// What two materials, by their indices, do to each other.
+    /// Properties of a pair of materials, given by their indices.
     pub fn pair(&self, a: usize, b: usize) -> &PairParams {
         &self.pairs[a * self.materials.len() + b]
     }
@@ -64,11 +64,11 @@ pub struct ContactParams {
     pub pair: PairParams,
     /// By how much the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
-    /// How overlaps are measured.
+    /// Method of measuring overlaps.
     pub geometry: Geometry,
-    /// How the elastic force follows from the overlap.
+    /// Law of the elastic force.
     pub law: ElasticLaw,
-    /// How the normal force is damped.
+    /// Law of the normal damping.
     pub damping: DampingLaw,
 }
 
@@ -116,8 +116,8 @@ pub enum ElasticLaw {
     Paper,
     /// Minus the gradient of an energy of the overlap volume: elastic impacts of edges and corners conserve energy.
     OverlapEnergy,
-    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static force
-    /// of LIGGGHTS.
+    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static
+    /// force of LIGGGHTS.
     Hertz,
 }
 
@@ -128,13 +128,13 @@ pub enum DampingLaw {
     /// The elastic force times `1 + c v`, as in Marquardt et al. (2024): never pulls.
     #[default]
     HuntCrossley,
-    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does not
-    /// depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the velocity is that of
-    /// half a step before.
+    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does
+    /// not depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the
+    /// velocity is that of half a step before.
     Tsuji,
 }
 
-/// How overlaps are measured.
+/// Method of measuring overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Geometry {
     /// Closed forms where they exist.

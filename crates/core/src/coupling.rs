@@ -1,14 +1,14 @@
 //! Fluid and particles meet here, and only here: the border between SI units and lattice units at run time.
 //!
-//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep asks for row
+//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep requests row
 //!   by row ([`solids`](Coupling::solids));
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
 //! - [`Stresslet`]: first moments of that momentum -> stress of the particles;
 //! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
-//! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the same
-//! on every rank, for every periodic image, and for a particle moved by whole cells.
+//! Everything a cell contributes is computed from its integer offset to the particle's reference cell, so it is the
+//! same on every rank, for every periodic image, and for a particle moved by whole cells.
 
 mod any_fluid;
 mod driving;
@@ -45,13 +45,13 @@ pub use walls::{LatticeWalls, check_motion};
 pub struct CouplingParams {
     /// Cell size, time step, density of the fluid.
     pub units: Units,
-    /// How cells that particles cover collide, as in the parameters of the fluid.
+    /// Collision of cells that particles cover, as in the parameters of the fluid.
     pub solids: SolidCollision,
-    /// Solid fraction of a cell; the share of its volume where cells are partially saturated.
+    /// Solid fraction of a cell; its volume fraction where cells are partially saturated.
     pub fraction: Fraction,
     /// Gravity (m/s^2), for the buoyancy.
     pub gravity: Vec3,
-    /// Whether the mean pressure gradient acts on the particles, too.
+    /// Bodies on which the mean pressure gradient acts.
     pub force_balance: ForceBalance,
 }
 
@@ -60,7 +60,7 @@ pub struct Coupling {
     params: CouplingParams,
     decomposition: Decomposition,
     block: Block,
-    /// Ranks that may know a particle that touches this block.
+    /// Ranks that may have a particle that touches this block.
     peers: Vec<usize>,
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
@@ -68,7 +68,8 @@ pub struct Coupling {
     /// Faces of the flat-faced ones, and where those of each begin; one past the last.
     planes: Vec<FacePlane>,
     first_plane: Vec<u32>,
-    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other fractions.
+    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other
+    /// fractions.
     shifts: Vec<f64>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
@@ -78,7 +79,7 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
-    /// Whether what the particles held a step before is known: there was a sweep, or all was at rest.
+    /// True if the momentum inside the particles a step before is available: there was a sweep, or all was at rest.
     begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
@@ -93,7 +94,7 @@ struct Body {
     motion: RigidMotion,
     /// Momentum exchange of this step: came in now, less what left in the step before.
     exchange: ExchangeSum,
-    /// What left in this step's sweep; of partially saturated cells what stayed in them, the momentum within the particle.
+    /// Momentum that left in this step's sweep; for partially saturated cells the momentum inside the particle.
     departed: ExchangeSum,
     /// Momentum of fluid that fills the particle and moves with it; of owned ones, and none where it does not matter.
     rigid: ExchangeSum,
@@ -111,7 +112,7 @@ struct Partial {
 }
 
 impl Coupling {
-    /// For the block of `rank`; `max_circumradius` (m) of all particles bounds who can touch whom.
+    /// For the block of `rank`; `max_circumradius` (m) of all particles limits which particles can touch.
     pub fn new(
         params: CouplingParams,
         decomposition: &Decomposition,
@@ -139,8 +140,8 @@ impl Coupling {
         }
     }
 
-    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not charged
-    /// with the momentum of the fluid that its cells hold from then on.
+    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not
+    /// charged with the momentum of the fluid that its cells hold from then on.
     #[must_use]
     pub fn in_fluid_at_rest(mut self) -> Self {
         self.begun = true;
@@ -247,8 +248,8 @@ impl Coupling {
         }
     }
 
-    /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells that
-    /// were covered only then or only now.
+    /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
+    /// that were covered only then or only now.
     pub fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
         let [_, ny, nz] = self.block.size();
         // Where each particle of one list is in the other.
@@ -267,7 +268,7 @@ impl Coupling {
                     .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
-        // Partially saturated cells tell all by themselves.
+        // Partially saturated cells need no neighbours.
         let lines = if self.params.solids.is_saturated() {
             0
         } else {
@@ -287,7 +288,7 @@ impl Coupling {
             }
             for segment in old {
                 let is = new_of[segment.body as usize];
-                // A particle that this rank no longer knows covers no cell of it, nor did it a step ago.
+                // A particle that this rank no longer has covers no cell of it, nor did it a step ago.
                 if is == NOWHERE {
                     continue;
                 }
@@ -321,7 +322,7 @@ impl Coupling {
             "the particles that were mapped"
         );
         if self.params.solids.is_saturated() && !self.begun {
-            // Nothing is known of a step before: what is within the particles is taken to have been there.
+            // There is no step before: what is within the particles is taken to have been there.
             for body in &mut self.bodies {
                 body.exchange.add(&body.departed, -1);
             }
@@ -420,7 +421,7 @@ fn mapper<'a>(
     )
 }
 
-/// By how much the surface of a particle is moved in (cells); 0 where there are no shares of volume.
+/// By how much the surface of a particle is moved in (cells); 0 where there are no volume fractions.
 fn shift_in(shifts: &[f64], particle: &Particle) -> f64 {
     shifts.get(particle.template as usize).copied().unwrap_or(0.0)
 }
@@ -459,7 +460,7 @@ fn rigid_momentum(particle: &Particle, shape: &dyn Shape, motion: &RigidMotion, 
     }
 }
 
-/// What offsets grow by when they are counted from the reference cell of `new` instead of that of `old`, across the
+/// Shift of offsets when they are counted from the reference cell of `new` instead of that of `old`, across the
 /// periodic faces.
 fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
     std::array::from_fn(|a| {
@@ -484,7 +485,7 @@ pub struct MappedSolids<'a, T> {
     mappers: Vec<Mapper<'a>>,
     lines: &'a Lines,
     bodies: &'a mut [Body],
-    /// Where cells are partially saturated, or somebody measures, the fractions of the row that is being swept, segment by segment.
+    /// For partially saturated cells and for measurements, the fractions of the row being swept, segment by segment.
     shares: Option<Vec<[T; CHUNK]>>,
 }
 

@@ -21,7 +21,7 @@ pub use native::{Native, NativeParams};
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// What the fluid does to one particle.
+/// Hydrodynamic load on one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// Force on the centre of mass (N).
@@ -40,7 +40,7 @@ impl AddAssign for Load {
 /// Contacts of one rank at the last sub-step, for the time series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactSummary {
-    /// Number of contacts this rank is responsible for that exert a force.
+    /// Number of contacts evaluated by this rank that exert a force.
     pub count: usize,
     /// Largest depth (m).
     pub max_depth: f64,
@@ -56,7 +56,7 @@ pub struct ContactState {
     pub first: u64,
     /// Id of the second particle, or [`of_wall`](Self::of_wall) of the index of a wall.
     pub second: u64,
-    /// Where the force acts (m), wrapped into the domain.
+    /// Point of application (m), wrapped into the domain.
     pub point: [f64; 3],
     /// Unit normal, from the first body to the second.
     pub normal: [f64; 3],
@@ -69,7 +69,7 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    /// What stands for the wall with this index in place of the id of a particle; above all ids.
+    /// Stand-in for the id of a particle of the wall with this index; above all ids.
     pub fn of_wall(index: usize) -> u64 {
         u64::MAX - index as u64
     }
@@ -86,7 +86,7 @@ impl ContactState {
     }
 }
 
-/// Moves the particles; knows contacts, knows nothing of the fluid. All quantities are SI.
+/// Moves the particles under contacts and loads, without knowing the fluid. All quantities are SI.
 ///
 /// [`advance`](Self::advance) is collective: every rank calls it, in the same order. A failure on one rank is
 /// reported there by `Err`; the caller makes the failure collective before the next step.
@@ -94,7 +94,7 @@ pub trait DemEngine: Send {
     /// Short name for logs and messages, e.g. `"native"`.
     fn name(&self) -> &'static str;
 
-    /// Whether this engine can represent `shape`; asked once, at set-up.
+    /// Returns true if this engine can represent `shape`; asked once, at set-up.
     fn supports(&self, shape: &dyn Shape) -> bool;
 
     /// The particles that touch this rank's part of the domain; valid until the next [`advance`](Self::advance).
@@ -109,12 +109,12 @@ pub trait DemEngine: Send {
     /// Contacts at the last sub-step.
     fn contacts(&self) -> ContactSummary;
 
-    /// The contacts at the last sub-step that this rank is responsible for, ascending by the ids of the pair. Asked for only
-    /// when they are written, so that an engine may gather them when asked.
+    /// The contacts that this rank evaluated at the last sub-step, ascending by the ids of the pair. Asked for only
+    /// when they are written, so that an engine may gather them on request.
     fn contact_states(&self) -> Vec<ContactState>;
 
-    /// Whether all that was asked of the engine since the last [`advance`](Self::advance) could be answered. For the end of a
-    /// run: else the next advance fails.
+    /// Checks that all requests since the last [`advance`](Self::advance) could be answered. For the end of a run:
+    /// during a run the next advance fails instead.
     ///
     /// # Errors
     /// [`Error::Engine`] on the rank where it could not.
@@ -122,22 +122,22 @@ pub trait DemEngine: Send {
         Ok(())
     }
 
-    /// This rank's part of everything that is needed to go on from here.
+    /// This rank's part of the state, from which [`restore`](Self::restore) continues.
     fn save(&self) -> Result<Vec<u8>>;
 
-    /// Goes on where the ranks of an earlier run, of this case and this engine, stood when they [saved](Self::save)
-    /// `parts`, one for each of them in their order; there may be more or fewer ranks now. Collective; `parts` are the same on
-    /// every rank.
+    /// Restores the state of an earlier run of this case and this engine, whose ranks [saved](Self::save) `parts`, one
+    /// each, in their order. The number of ranks may have changed. Collective; `parts` are the same on every rank.
     ///
-    /// [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) tell over all ranks what they told then.
+    /// Over all ranks, [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) return what they
+    /// returned then.
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case; the native
-    /// engine then stands where it stood.
+    /// engine then keeps its state.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }
 
-/// Which engine moves the particles of a case.
+/// Engine that moves the particles of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum EngineChoice {
     /// [`Native`].
@@ -157,7 +157,7 @@ impl EngineChoice {
     }
 }
 
-/// What LIGGGHTS is told beyond what every engine needs.
+/// Options of LIGGGHTS beyond those of every engine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiggghtsOptions {
     /// Where LIGGGHTS runs.
@@ -183,7 +183,7 @@ impl Default for LiggghtsOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LiggghtsProcess {
-    /// In a process of its own, whose crash ends as an error message.
+    /// In a separate process, whose crash becomes an error message.
     #[default]
     Worker,
     /// In this process.

@@ -17,7 +17,7 @@ pub struct Domain {
     pub cells: [usize; 3],
     /// Edge of a cell (m).
     pub dx: f64,
-    /// Which directions are periodic; in the others positions stay as they are and have no images.
+    /// Periodic directions; in the others positions stay as they are and have no images.
     pub periodic: [bool; 3],
 }
 

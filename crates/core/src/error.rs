@@ -1,4 +1,4 @@
-//! What can go wrong, in words the user can act on.
+//! Errors, in words that the user can act on.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Result of any fallible operation in this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What went wrong, with the process exit code it stands for ([`Error::exit_code`]).
+/// Reason of a failure, with the process exit code that it stands for ([`Error::exit_code`]).
 ///
 /// ```
 /// # use turbid_core as turbid;
@@ -22,24 +22,24 @@ pub enum Error {
     /// A file or directory could not be read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// What was attempted, e.g. `"write"`.
+        /// Attempted operation, e.g. `"write"`.
         action: &'static str,
         /// The file or directory.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A case, or another document of keys, asks for something impossible.
     #[error("{text}")]
     Case {
-        /// Path of the key, such as `"lattice.relaxation_time"` or `"particles.0.density"`: the first of those that do not fit
-        /// together. Empty where no key stands for it.
+        /// Path of the key, such as `"lattice.relaxation_time"` or `"particles.0.density"`: the first of those that
+        /// do not fit together. Empty where no key stands for it.
         key: String,
         /// Problem in one line: key, value and what would be right.
         what: String,
         /// Suggested change; may be empty.
         remedy: String,
-        /// All of it with the place in the text, as it is printed.
+        /// The whole message with the position in the text, as it is printed.
         text: String,
     },
     /// A file is not of the kind that it should be.
@@ -49,10 +49,10 @@ pub enum Error {
         path: PathBuf,
         /// Line, from 1; 0 where no line stands for it.
         line: usize,
-        /// Problem and place, as it is printed.
+        /// Problem and position, as it is printed.
         text: String,
     },
-    /// What was asked for is impossible and belongs to no key of a case; the text names value and remedy.
+    /// An impossible request that belongs to no key of a case; the text names value and remedy.
     #[error("{0}")]
     Input(String),
     /// There is not enough memory for a large array.
@@ -61,9 +61,9 @@ pub enum Error {
          memory of the process (ulimit -v, the control group, the request of the job)"
     )]
     Memory {
-        /// How much, in words.
+        /// Amount, in words.
         amount: String,
-        /// What for, with an article.
+        /// Purpose, with an article.
         what: String,
     },
     /// The engine cannot represent what the case asks for.
@@ -71,7 +71,7 @@ pub enum Error {
     Unsupported {
         /// Name of the DEM engine.
         engine: &'static str,
-        /// What it cannot do.
+        /// Unsupported feature.
         what: String,
     },
     /// The simulation left the range in which the method holds.
@@ -79,7 +79,7 @@ pub enum Error {
     Diverged {
         /// Fluid step at which it was noticed.
         step: u64,
-        /// Quantity, place, value and limit.
+        /// Quantity, position, value and limit.
         what: String,
     },
     /// The engine that moves the particles failed: its library, its process, or a particle it lost.
@@ -89,10 +89,10 @@ pub enum Error {
         engine: &'static str,
         /// Fluid step at which it was noticed.
         step: u64,
-        /// What the engine said, or what became of it.
+        /// Message of the engine, or what became of it.
         what: String,
     },
-    /// What all ranks have agreed on to say, of a failure of one of them.
+    /// Failure of one rank, with the text on which all ranks agreed.
     #[error("{text}")]
     Agreed {
         /// The exit code of that failure.
@@ -118,7 +118,8 @@ impl Error {
         }
     }
 
-    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine, 4 for a run that was stopped.
+    /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine, 4 for a run that
+    /// was stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
             Self::Diverged { .. } | Self::Engine { .. } => 3,

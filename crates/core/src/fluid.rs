@@ -1,9 +1,9 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
 //!
-//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their weights and
-//! streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts exchanged with the
-//! neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid knows nothing of particles: it is told solid fractions and velocities, and
-//! asked for the momentum that rows of cells received.
+//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their
+//! weights and streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts
+//! exchanged with the neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not
+//! know particles: it receives solid fractions and velocities, and returns the momentum that rows of cells received.
 
 mod buffer;
 mod covered;
@@ -65,7 +65,7 @@ pub enum Collision {
     },
 }
 
-/// What happens in cells that solids cover; see [`kernel`] for the formulas.
+/// Collision of cells that solids cover; formulas in [`kernel`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolidCollision {
     /// Homogenised velocity by the exact difference (Krause et al. 2017).
@@ -80,7 +80,7 @@ pub enum SolidCollision {
 }
 
 impl SolidCollision {
-    /// Whether cells are partially saturated.
+    /// Returns true if cells are partially saturated.
     pub fn is_saturated(self) -> bool {
         self != Self::ExactDifference
     }
@@ -115,13 +115,13 @@ pub struct FluidParams {
     pub relaxation_time: f64,
     /// Collision operator.
     pub collision: Collision,
-    /// What solids do.
+    /// Collision of cells that solids cover.
     pub solids: SolidCollision,
     /// Instruction set, which the processor must have.
     pub simd: Simd,
 }
 
-/// What a measuring sweep saw before it collided, as exact sums of fixed-point numbers; cells in walls are left out.
+/// Measurements of a sweep before its collisions, as exact sums of fixed-point numbers, without cells in walls.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flow {
     /// Sum of the momentum of all cells.
@@ -222,7 +222,7 @@ impl<T: Real> Fluid<T> {
         self.block
     }
 
-    /// Sets every cell to equilibrium at the density and velocity given for its place in the whole box. Collective
+    /// Sets every cell to equilibrium at the density and velocity given for its position in the whole box. Collective
     /// in effect: every rank calls it between steps.
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
         let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
@@ -255,9 +255,10 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// `solids` says row by row what is solid, and sees what each row exchanged; rows come in any order. What leaves the block
-    /// is on its way to the neighbouring blocks when this returns, most of it since the rows next to them were swept; the
-    /// ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns what the cells held before. Collective.
+    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order.
+    /// What leaves the block is on its way to the neighbouring blocks when this returns, most of it since the rows
+    /// next to them were swept; the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
+    /// measurements of the cells before the sweep. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],
@@ -302,8 +303,8 @@ impl<T: Real> Fluid<T> {
         self.walls.bounce_late(self.phase, &mut self.populations);
     }
 
-    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`; nothing
-    /// leaves a cell in a wall.
+    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`;
+    /// nothing leaves a cell in a wall.
     pub fn departed(&self, [x, y, z]: [usize; 3]) -> [f64; 4] {
         if self.walls.of([x, y, z]).is_some() {
             return [0.0; 4];
@@ -320,7 +321,7 @@ impl<T: Real> Fluid<T> {
         sum
     }
 
-    /// Populations of a cell of the block after streaming, less their weights.
+    /// Populations of a cell of the block after streaming, minus their weights.
     pub fn populations(&self, [x, y, z]: [usize; 3]) -> [T; Q] {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         self.layout

@@ -42,7 +42,7 @@ pub const fn opposite(i: usize) -> usize {
     if i == 0 { 0 } else { i + 2 * (i % 2) - 1 }
 }
 
-/// Equilibrium populations at density `rho` and velocity `u`, less the weights:
+/// Equilibrium populations at density `rho` and velocity `u`, minus the weights:
 /// `w_i (rho (1 + 3 c.u + 4.5 (c.u)^2 - 1.5 u.u) - 1)`.
 pub fn shifted_equilibrium(rho: f64, u: [f64; 3]) -> [f64; Q] {
     let uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];

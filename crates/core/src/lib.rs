@@ -1,9 +1,9 @@
 //! Numerics of [Turbid](https://docs.rs/turbid): everything between a set of parameters and the next time step.
 //!
-//! A lattice Boltzmann fluid ([`fluid`]), rigid convex particles ([`shape`], [`particle`]) with a discrete contact model
-//! based on overlap volume ([`contact`], [`dem`]), and the coupling between them ([`coupling`]), on any number of ranks
-//! ([`domain`], [`comm`]). No file is read or written here, nothing is printed, and no case is parsed: the crate `turbid`
-//! does that, and re-exports these modules.
+//! A lattice Boltzmann fluid ([`fluid`]), rigid convex particles ([`shape`], [`particle`]) with a discrete contact
+//! model based on overlap volume ([`contact`], [`dem`]), and the coupling between them ([`coupling`]), on any number
+//! of ranks ([`domain`], [`comm`]). No file is read or written here, nothing is printed, and no case is parsed: the
+//! crate `turbid` does that, and re-exports these modules.
 //!
 //! Modules are layers: arrows point down only.
 //!

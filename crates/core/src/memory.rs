@@ -1,19 +1,21 @@
-//! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an abort on one.
+//! Large arrays as results: where there is no room for one, the run ends with a message on every rank instead of an
+//! abort on one.
 //!
 
 use crate::error::{Error, Result};
 use bytemuck::Zeroable;
 use std::cell::Cell;
 
-/// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that are written.
+/// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that
+/// are written.
 pub const PER_PARTICLE: f64 = 2000.0;
 
 thread_local! {
-    /// Whether this thread allocates something that may fail.
+    /// True while this thread makes an allocation that may fail.
     static TRYING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does something whose allocations may fail, and which can tell.
+/// Runs code whose allocations may fail and which handles the failure.
 pub fn trying<R>(work: impl FnOnce() -> R) -> R {
     let before = TRYING.replace(true);
     let result = work();
@@ -21,7 +23,7 @@ pub fn trying<R>(work: impl FnOnce() -> R) -> R {
     result
 }
 
-/// Whether the caller of an allocation on this thread can deal with its failure.
+/// Returns true if the caller of an allocation on this thread handles its failure.
 pub fn is_tried() -> bool {
     TRYING.get()
 }
@@ -29,7 +31,7 @@ pub fn is_tried() -> bool {
 /// An empty list with room for `len` items; `what` it is for stands in the message, with an article.
 ///
 /// # Errors
-/// [`Error::Memory`] if there is not so much memory.
+/// [`Error::Memory`] if there is not enough memory.
 pub fn with_capacity<T>(len: usize, what: &str) -> Result<Vec<T>> {
     let mut list = Vec::new();
     match trying(|| list.try_reserve_exact(len)) {
@@ -48,7 +50,7 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize, what: &str) -> Result<Vec<T>> {
     Ok(list)
 }
 
-/// The error for so many bytes that there is no room for.
+/// The error for an allocation of this many bytes that failed.
 pub fn refused(bytes: f64, what: &str) -> Error {
     Error::Memory {
         amount: in_bytes(bytes),

@@ -1,11 +1,11 @@
-//! One particle, its template, and the particles a rank knows.
+//! One particle, its template, and the particles of a rank, ghosts included.
 
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::shape::Shape;
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
-/// Geometry and material that many particles share.
+/// Geometry and material common to many particles.
 #[derive(Clone, Debug)]
 pub struct Template {
     /// Geometry.
@@ -43,7 +43,7 @@ pub fn surface_triangles(templates: &[Template], counts: impl IntoIterator<Item 
         .fold(0, usize::saturating_add)
 }
 
-/// How far the length of an orientation may be off one.
+/// Largest deviation of the length of an orientation from one.
 const UNIT: f64 = 1e-6;
 
 /// State of one particle, SI units, world frame. Plain data, so that it travels and is hashed as bytes.
@@ -118,7 +118,7 @@ impl Particle {
         self.orientation = orientation.coords.into();
     }
 
-    /// What of a particle that was read cannot be the state of one in a box of this size (m), if anything is.
+    /// Reason why this cannot be the state of a particle in a box of this size (m), if there is one.
     pub fn flaw(&self, size: Vec3) -> Option<String> {
         let fields: [(&str, &[f64]); 7] = [
             ("position", &self.position),
@@ -144,7 +144,7 @@ impl Particle {
         outside.then(|| format!("the position of particle {} is not in the box", self.id))
     }
 
-    /// Whether every number of the state is finite.
+    /// Returns true if every number of the state is finite.
     pub fn is_finite(&self) -> bool {
         [
             self.position,

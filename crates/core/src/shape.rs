@@ -60,7 +60,7 @@ pub trait Shape: Send + Sync + Debug {
     /// The point of the body that lies furthest along `direction` (body frame, any length but 0).
     fn support(&self, direction: Vec3) -> Vec3;
 
-    /// Half edges of the box along the world axes that holds the body turned by `orientation`, each way: the low
+    /// Half edges of the box along the world axes that contains the body rotated by `orientation`, each way: the low
     /// corner relative to the centre of mass, then the high one.
     fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {
         let reach = |axis: usize, sign: f64| {
@@ -73,11 +73,12 @@ pub trait Shape: Send + Sync + Debug {
         )
     }
 
-    /// Where the line `(x, y, z), x in R` meets the body grown by `growth` (m, may be negative).
+    /// Interval in which the line `(x, y, z), x in R` is inside the body grown by `growth` (m, may be negative).
     ///
-    /// World axes, relative to the centre of mass of a body turned by `orientation`. The set where the signed distance is
-    /// at most `growth` is one interval, as the body is convex. For `growth >= 0` the result holds that interval and may
-    /// be a little longer; for `growth < 0` it is the interval or a little shorter. `None` where there is none.
+    /// World axes, relative to the centre of mass of a body rotated by `orientation`. The set where the signed
+    /// distance is at most `growth` is one interval, as the body is convex. For `growth >= 0` the result holds that
+    /// interval and may be a little longer; for `growth < 0` it is the interval or a little shorter. `None` where
+    /// there is none.
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
         let line = row::Line::new(orientation, y, z);
         let bracket = row::ball(self.circumradius() + growth.max(0.0), y, z)?;

@@ -1,4 +1,4 @@
-//! The one place where lattice units and SI units are converted.
+//! Conversion between lattice units and SI units, which is done only here.
 //!
 //! With cell size `dx` (m), time step `dt` (s) and reference density `rho` (kg/m^3):
 //!

@@ -22,7 +22,7 @@ pub enum Surface {
         axis: Vec3,
         /// Radius (m).
         radius: f64,
-        /// Whether the free space is inside.
+        /// True if the free space is inside.
         pipe: bool,
     },
 }
@@ -123,7 +123,7 @@ impl Surface {
     }
 }
 
-/// How a wall moves: as a rigid body, steadily.
+/// Steady rigid-body motion of a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Motion {
     /// Velocity of the pivot (m/s).
@@ -139,9 +139,9 @@ pub struct Motion {
 pub struct Wall {
     /// Name for messages and output, e.g. `"z-"` for the lower face of the box in z.
     pub name: String,
-    /// Where it is at the time 0.
+    /// Surface at the time 0.
     pub surface: Surface,
-    /// How it moves.
+    /// Motion.
     pub motion: Motion,
     /// Index of its material.
     pub material: usize,
@@ -153,7 +153,7 @@ impl Wall {
         self.surface.moved(&self.motion, time)
     }
 
-    /// Velocity of its matter at a place and time (m/s).
+    /// Velocity of its material at a position and time (m/s).
     pub fn velocity(&self, at: Vec3, time: f64) -> Vec3 {
         let pivot = self.motion.pivot + self.motion.velocity * time;
         self.motion.velocity + self.motion.angular_velocity.cross(&(at - pivot))

@@ -35,7 +35,7 @@ pub enum ShapeSection {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereSection {
-    /// Diameter (m).
+    /// Diameter (m); lengths are in metres.
     #[schemars(transform = positive)]
     pub diameter: Located<f64>,
 }
@@ -44,7 +44,7 @@ pub struct SphereSection {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CuboidSection {
-    /// Edges along x, y and z (m).
+    /// Edges along x, y and z, in metres.
     #[schemars(transform = positive)]
     pub edges: Triple,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.

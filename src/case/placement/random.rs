@@ -28,11 +28,6 @@ impl Placer<'_> {
             .sum();
         let limit = packing::MAX_VOLUME_FRACTION;
         if let Some(fraction) = &kind.volume_fraction {
-            let key = format!("particles.{index}.volume_fraction");
-            let remedy = format!("random packing goes up to {limit}");
-            let wanted = format!("above 0 and at most {limit}");
-            self.source
-                .satisfies(&key, fraction, |x| x > 0.0 && x <= limit, &wanted, &remedy)?;
             return Ok(packing::count_for_volume_fraction(self.free_volume, fraction.value, volume) as usize);
         }
         let count = kind.count.as_ref().expect("checked by exactly_one");
@@ -146,10 +141,9 @@ impl Placer<'_> {
         let mut seed = 0_u64;
         for &(index, count) in random {
             let kind = &self.case.particles[index].value;
-            let key = format!("particles.{index}.minimum_gap");
             for template in self.kinds.sections[index].templates() {
                 gaps[template] = match &kind.minimum_gap {
-                    Some(gap) => self.source.non_negative(&key, gap, "gaps are in metres")?,
+                    Some(gap) => gap.value,
                     None => (2.0 * self.radius(template) * packing::DEFAULT_GAP).max(clear),
                 };
             }

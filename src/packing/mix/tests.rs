@@ -58,8 +58,8 @@ fn cuboid(edges: [f64; 3]) -> Arc<dyn Shape> {
     Arc::new(Cuboid::new(Vec3::from(edges) * scale).unwrap())
 }
 
-/// Pair distribution at contact of spheres of diameter 1, continued from two shells of this width with a constant slope of
-/// its logarithm.
+/// Pair distribution at contact of spheres of diameter 1, continued from two shells of this width with a constant
+/// slope of its logarithm.
 fn at_contact(domain: &Domain, boxes: &[Vec<Pose>], diameter: f64) -> f64 {
     const SHELL: f64 = 0.05;
     let mut shells = [0.0; 2];

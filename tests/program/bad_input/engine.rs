@@ -43,7 +43,7 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
                 &[
                     "bad.toml:21:20",
                     "`dem.liggghts.timeout` is 0",
-                    "above 0 and at most 1e6 s",
+                    "above 0 and at most 1000000",
                 ],
             ),
             (

@@ -1,9 +1,9 @@
 //! Ranks that are MPI processes, started by `mpirun`, `srun` or the like.
 //!
-//! MPI is initialised only under such a launcher: alone it would cost a third of a second and start a daemon. Patterns of
-//! messages are persistent requests; all else is a handful of collectives and one message for each neighbour. One thread at a
-//! time calls MPI: the one that has the [`MpiComm`]. MPI runs from the first of them to the exit of the process, since it
-//! cannot be started twice.
+//! MPI is initialised only under such a launcher: alone it would cost a third of a second and start a daemon.
+//! Patterns of messages are persistent requests; all else is a handful of collectives and one message for each
+//! neighbour. One thread at a time calls MPI: the one that has the [`MpiComm`]. MPI runs from the first of them to
+//! the exit of the process, since it cannot be started twice.
 //!
 //! A rank that panics aborts all: otherwise the others would wait for it for ever.
 
@@ -33,10 +33,10 @@ const MOST: usize = 1 << 30;
 /// Starts MPI.
 static START: Once = Once::new();
 
-/// Whether somebody has a [`Turn`].
+/// True while somebody has a [`Turn`].
 static AT_WORK: AtomicBool = AtomicBool::new(false);
 
-/// Whether this process has told MPI to end all.
+/// True once this process has told MPI to abort.
 static ABORTED: AtomicBool = AtomicBool::new(false);
 
 /// The right to call MPI, until the last communicator and pattern of a run are gone.
@@ -78,7 +78,7 @@ fn count(length: usize) -> c_int {
     c_int::try_from(length).expect("a message of less than 2 GiB")
 }
 
-/// Where bytes begin. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
+/// Address of the first byte. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
 fn start(bytes: &[u8]) -> *const c_void {
     if bytes.is_empty() {
         ptr::null()
@@ -87,7 +87,7 @@ fn start(bytes: &[u8]) -> *const c_void {
     }
 }
 
-/// Where bytes are to go, as [`start`].
+/// Address for received bytes, like [`start`].
 fn start_mut(bytes: &mut [u8]) -> *mut c_void {
     if bytes.is_empty() {
         ptr::null_mut()
@@ -97,7 +97,8 @@ fn start_mut(bytes: &mut [u8]) -> *mut c_void {
 }
 
 impl MpiComm {
-    /// The ranks of the job this process is one of. Their first call starts MPI, the exit of the process ends it. Collective.
+    /// The ranks of the job this process is one of. Their first call starts MPI, the exit of the process ends it.
+    /// Collective.
     ///
     /// # Panics
     /// If the communicator or a pattern of an earlier call is alive, or if others in this process have started MPI.
@@ -199,7 +200,7 @@ impl MpiComm {
             return self.all_gather_much(bytes, &lengths);
         };
         let mut all = vec![0_u8; lengths.iter().sum()];
-        // SAFETY: every rank has a place of its length in the array.
+        // SAFETY: every rank has a part of its length in the array.
         done(unsafe {
             ffi::MPI_Allgatherv(
                 start(bytes),
@@ -222,7 +223,7 @@ impl MpiComm {
         };
         let first = self.rank == 0;
         let mut all = vec![0_u8; if first { lengths.iter().sum() } else { 0 }];
-        // SAFETY: every rank has a place of its length in the array of rank 0.
+        // SAFETY: every rank has a part of its length in the array of rank 0.
         done(unsafe {
             ffi::MPI_Gatherv(
                 start(bytes),
@@ -239,7 +240,7 @@ impl MpiComm {
         split(&all, if first { &lengths } else { &[] })
     }
 
-    /// How many bytes each rank has.
+    /// Number of bytes of each rank.
     fn lengths(&self, bytes: &[u8]) -> Vec<usize> {
         let mine = bytes.len() as u64;
         let mut lengths = vec![0_u64; self.size];
@@ -271,7 +272,8 @@ impl MpiComm {
             .collect();
         for (rank, part) in all.iter_mut().enumerate() {
             for piece in part.chunks_mut(self.limit) {
-                // SAFETY: the piece has the same length on every rank; it is read on that rank and written on the others.
+                // SAFETY: the piece has the same length on every rank; it is read on that rank and written on the
+                // others.
                 done(unsafe {
                     ffi::MPI_Bcast(
                         piece.as_mut_ptr().cast(),
@@ -340,8 +342,8 @@ impl MpiComm {
     /// The next message of a peer, of any length.
     fn receive(&self, peer: usize) -> Vec<u8> {
         let mut length = 0;
-        // SAFETY: the status is filled by the probe before it is read, and the buffer has the length it tells; messages of
-        // one peer do not overtake each other.
+        // SAFETY: the status is filled by the probe before it is read, and the buffer has the length it tells;
+        // messages of one peer do not overtake each other.
         unsafe {
             let mut status = std::mem::zeroed::<ffi::MPI_Status>();
             done(ffi::MPI_Probe(count(peer), POST, self.raw(), &raw mut status));
@@ -395,7 +397,8 @@ extern "C" fn finalise() {
         return;
     }
     let mut over = 0;
-    // SAFETY: MPI may be asked at any time; it is told once, when nothing else of this program calls it any more.
+    // SAFETY: MPI may be queried at any time; it is finalised once, when nothing else of this program calls it any
+    // more.
     unsafe {
         ffi::MPI_Finalized(&raw mut over);
         if over == 0 {
@@ -442,7 +445,7 @@ fn split(all: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
 }
 
 fn wait_all(requests: &mut [ffi::MPI_Request]) {
-    // SAFETY: the requests are alive, and their statuses not wanted.
+    // SAFETY: the requests are alive, and their statuses not needed.
     done(unsafe {
         ffi::MPI_Waitall(
             count(requests.len()),
@@ -452,8 +455,8 @@ fn wait_all(requests: &mut [ffi::MPI_Request]) {
     });
 }
 
-/// Memory that MPI reads and writes through the address it was once given: a reference to it lives only between transfers, and
-/// derives from that address, so that none is made void by what MPI does.
+/// Memory that MPI reads and writes through the address it was once given: a reference to it lives only between
+/// transfers, and derives from that address, so that none is made void by what MPI does.
 struct Shared<T> {
     start: NonNull<T>,
     len: usize,
@@ -574,8 +577,8 @@ impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
         self.under_way = true;
         self.counters.halo.add(self.sent[0], self.sent[1]);
         let requests = &mut self.requests;
-        // SAFETY: the requests are persistent, complete, and their buffers in place and out of reach until they are complete
-        // again.
+        // SAFETY: the requests are persistent, complete, and their buffers in place and out of reach until they are
+        // complete again.
         self.counters
             .halo
             .time(|| done(unsafe { ffi::MPI_Startall(count(requests.len()), requests.as_mut_ptr()) }));
@@ -587,7 +590,7 @@ impl<T: Pod + Send> Halo<T> for MpiHalo<T> {
         }
         let (requests, mut all) = (&mut self.requests, 0);
         self.counters.halo.time(|| {
-            // SAFETY: the requests are alive, and may be complete; their statuses are not wanted.
+            // SAFETY: the requests are alive, and may be complete; their statuses are not needed.
             done(unsafe {
                 ffi::MPI_Testall(
                     count(requests.len()),

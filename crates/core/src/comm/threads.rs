@@ -20,7 +20,7 @@ const YIELDS: u32 = 200;
 /// A [`Mailbox`] of any type.
 type AnyMailbox = Arc<dyn Any + Send + Sync>;
 
-/// What all ranks of one run share.
+/// State common to all ranks of a run.
 struct Shared {
     size: usize,
     failed: AtomicBool,
@@ -28,7 +28,7 @@ struct Shared {
     mailboxes: Mutex<HashMap<(usize, usize, usize), AnyMailbox>>,
     arrived: AtomicUsize,
     generation: AtomicUsize,
-    /// One slot a rank for the collective that is going on.
+    /// One slot a rank for the current collective.
     slots: Vec<Mutex<Vec<u8>>>,
     sums: Vec<Mutex<Vec<i64>>>,
 }
@@ -71,7 +71,7 @@ const ROOM: usize = 2;
 /// Holds messages on their way from one rank to another, in order.
 struct Mailbox<T> {
     messages: Mutex<VecDeque<Vec<T>>>,
-    /// How many there are.
+    /// Number of ranks.
     count: AtomicUsize,
     changed: Condvar,
 }
@@ -104,7 +104,8 @@ impl<T> Mailbox<T> {
         message
     }
 
-    /// Polls, then yields, then sleeps until the number of messages is as wanted. Only one rank puts and only one takes.
+    /// Polls, then yields, then sleeps until the number of messages is as requested. Only one rank puts and only one
+    /// takes.
     fn wait_until(&self, wanted: impl Fn(usize) -> bool, shared: &Shared) {
         for tries in 0..POLLS + YIELDS {
             if wanted(self.count.load(Ordering::Acquire)) {
@@ -189,7 +190,7 @@ impl ThreadComm {
         all
     }
 
-    /// The mailbox of a plan for one direction; the first to ask makes it.
+    /// The mailbox of a plan for one direction; the first caller makes it.
     fn mailbox<T: Send + 'static>(&self, plan: usize, from: usize, to: usize) -> Arc<Mailbox<T>> {
         let mut boxes = lock(&self.shared.mailboxes);
         let entry = boxes
@@ -295,7 +296,7 @@ impl<T: Pod + Send> Halo<T> for ThreadHalo<T> {
     }
 }
 
-/// As [`try_on_threads`], where so many threads can be had.
+/// As [`try_on_threads`], where this many threads can be created.
 ///
 /// # Panics
 /// If not; and as there.
@@ -344,7 +345,7 @@ fn start<R: Send>(
         }
         result
     };
-    // Told when all threads are there, or when one is not to be had.
+    // Signalled when all threads exist, or when one cannot be created.
     let complete: &OnceLock<bool> = &OnceLock::new();
     let results: Vec<_> = std::thread::scope(|scope| {
         let threads: Result<Vec<_>> = (0..ranks)

@@ -1,17 +1,18 @@
-//! What a rank sends, counted where it is sent.
+//! Counts of what a rank sends.
 
 use std::ops::{Add, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// What a rank has sent since it began, by kind. What it sends to itself is not counted.
+/// Messages and bytes that a rank has sent since it began, by kind. Messages to itself are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traffic {
     /// Fixed patterns, [`Comm::halo`](super::Comm::halo).
     pub halo: Tally,
     /// Messages of any length between neighbours, [`Comm::exchange`](super::Comm::exchange); empty ones are messages.
     pub exchange: Tally,
-    /// Reductions, gatherings and barriers of all ranks: one message for each call, with the bytes that this rank puts in.
+    /// Reductions, gatherings and barriers of all ranks: one message for each call, with the bytes that this rank
+    /// puts in.
     pub collective: Tally,
 }
 

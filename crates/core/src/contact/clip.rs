@@ -1,8 +1,8 @@
 //! Convex polyhedra cut by half-spaces, and integrals over what is left.
 //!
 //! The surface is a graph in which every vertex has three edges and three faces; corners where more faces meet are
-//! several vertices in (nearly) the same place. A cut keeps the vertices with `normal . x <= offset`, puts a new vertex
-//! on every edge that leaves them, and joins the new ones along the faces they share into the new face. Whatever
+//! several vertices at (nearly) the same position. A cut keeps the vertices with `normal . x <= offset`, puts a new
+//! vertex on every edge that leaves them, and joins the new ones along their common faces into the new face. Whatever
 //! rounding makes of the signs, the surface stays closed, so volumes are right to rounding however degenerate the
 //! planes are. Buffers are kept from cut to cut and from body to body: nothing is allocated.
 //!
@@ -15,7 +15,7 @@
 //!
 //! # Reference
 //! Powell and Abel (2015), J. Comput. Phys. 297, 340, doi:10.1016/j.jcp.2015.05.022 (the graph; our own rules for
-//! joining, by twins of half-edges, also hold where two vertices share two edges).
+//! joining, by twins of half-edges, also hold where two vertices have two edges in common).
 
 use crate::math::{Mat3, Vec3};
 
@@ -40,7 +40,7 @@ impl Plane {
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     position: Vec3,
-    /// The half-edge that comes back: four times its corner plus its place there.
+    /// The half-edge that comes back: four times its corner plus its index there.
     twin: [u32; 3],
     /// The face to the left of the half-edge.
     face: [u32; 3],
@@ -78,7 +78,7 @@ impl Graph {
         Self { corners }
     }
 
-    /// The same body turned.
+    /// The same body, rotated.
     #[must_use]
     pub(super) fn turned(mut self, turn: &Mat3) -> Self {
         for corner in &mut self.corners {
@@ -121,7 +121,7 @@ impl Graph {
     }
 }
 
-/// What a cut did.
+/// Outcome of a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
     /// The plane misses the body, which lies below it.
@@ -175,7 +175,7 @@ impl Clipper {
         self.ball = None;
     }
 
-    /// What is left, as a body of its own.
+    /// The remaining body, as a body of its own.
     pub(super) fn graph(&self) -> Graph {
         let mut place = vec![0; self.corners.len()];
         for (new, &old) in self.live.iter().enumerate() {
@@ -272,7 +272,8 @@ impl Clipper {
             return Cut::Emptied;
         }
         let gone = |heights: &[f64], v: u32| heights[v as usize] > slack;
-        // Half-edges of corners that stay to corners that go, found from the side that has fewer: most planes trim little.
+        // Half-edges of corners that stay to corners that go, found from the side that has fewer: most planes trim
+        // little.
         let mut trimmed = std::mem::take(&mut self.trimmed);
         trimmed.clear();
         for &u in self.live.iter().filter(|&&u| gone(&self.heights, u)) {

@@ -1,57 +1,22 @@
-//! The contact force: elastic and damped along the normal, friction across it.
+//! Contact force: elastic and damped along the normal, friction across it.
 //!
-//! With volume `V`, depth `d`, unit normal `n` (from the first body to the second), centre `x_c` of the overlap, and the
-//! area `A` and moment `M` of the part of the first body's surface in it, the elastic force on the first body is
+//! With volume `V`, depth `d`, normal `n` (from the first body to the second), centre `x_c`, area `A` and moment
+//! `M` of the overlap, modulus `E*` ([`effective_modulus`]), `1/R_e = 1/R_a + 1/R_b`, `1/m* = 1/m_a + 1/m_b`,
+//! restitution `e` and approach speed `v`:
 //!
 //! ```text
 //! Paper           F = -n k E* sqrt(V d),   k = 4 / (3 sqrt(pi)),   through x_c
-//! OverlapEnergy   F = -n A E'(V),   torque -M E'(V),   E(V) = K V^(5/4)
-//!                 K = (8/15) E* R_e^(-3/4) pi^(-5/4),   E'(V) = (2/3) E* pi^(-5/4) (V / R_e^3)^(1/4)
+//! OverlapEnergy   F = -n A E'(V),   torque -M E'(V),   E(V) = K V^(5/4),   K = (8/15) E* R_e^(-3/4) pi^(-5/4)
 //! Hertz           F = -n (4/3) E* sqrt(R_e) d^(3/2),   through x_c
+//! HuntCrossley    F (1 + c v),   c = 1.5 (1 - e) (11 - e) / (1 + 9 e) / u0,   u0 stored when the bodies first approach
+//! Tsuji           F - n sqrt(5) b sqrt(m* |F| / d) v,   b = -ln e / sqrt(pi^2 + ln^2 e),   through x_c
 //! ```
 //!
-//! with the effective modulus `E*` ([`effective_modulus`]) and `1/R_e = 1/R_a + 1/R_b` of the spheres of equal volume (a wall
-//! has an infinite radius). The first two are Hertz for small overlaps of spheres with spheres and planes: there
-//! `V = pi R_e d^2` and `A = 2 pi R_e d`, and `Paper` is `Hertz` times `sqrt(1 - d/(6R))` for equal spheres, `sqrt(1 - d/(3R))`
-//! for a sphere and a plane. To each belongs a damping, with the approach speed `v`,
+//! Friction: [`PairLaw::act`]. `docs/theory/contact.md` says which law to use, with numbers.
 //!
-//! ```text
-//! HuntCrossley   F (1 + c v),   c = 1.5 (1 - e) (11 - e) / (1 + 9 e) / u0,   u0 latched when the bodies first approach
-//! Tsuji          F - n sqrt(5) b sqrt(m* |F| / d) v,   b = -ln e / sqrt(pi^2 + ln^2 e),   through x_c
-//! ```
-//!
-//! `1/m* = 1/m_a + 1/m_b`, the mass of a wall being infinite, and friction at `x_c` ([`PairLaw::act`]).
-//!
-//! Which to use:
-//!
-//! - `Paper` is the model of Marquardt et al. (2024) and the default. A face that lies flat on another is a linear spring of
-//!   stiffness `k E* sqrt(A)`. But `sqrt(V d)` is not the gradient of anything where edges or corners are pressed in: an
-//!   impact with e = 1 loses energy, the more the deeper it is. A cube of 1 mm that hits a wall at 0.1 m/s loses up to 2 % at
-//!   E = 1e7 Pa, 5 % at 1e6 Pa, 12 % at 1e5 Pa, and 0.4 % at 1e9 Pa; two cubes that collide anyhow, at E = 1e7 Pa and 0.2 m/s,
-//!   have between 87 % and 100.4 % of their energy left.
-//! - `OverlapEnergy` is the gradient of a potential by construction, `dV = A n . dx + M . dw`, so elastic impacts of any
-//!   bodies conserve energy, whatever the depth. Its price is a stiff onset of flat faces: there `V = A d` and
-//!   `F ~ A^(5/4) d^(1/4)`, infinitely steep at `d = 0`. A box that rests on its face should sink in by next to
-//!   nothing, and its stiffness there is `F / (4 d)`: no affordable time step resolves that, and the box hops (a cube of
-//!   1 mm with E = 1e7 Pa and steps of 1 us by a tenth of its edge). And corners are softer than by the paper's law, so that
-//!   impacts on them go deeper and are farther from those of rigid bodies. So take it where energy matters in
-//!   impacts (granular gases, checks), not for beds of bodies with flat faces.
-//! - `Hertz` with `Tsuji` is the normal force of LIGGGHTS (`gran model hertz`, `limitForce off`): take both for comparisons with
-//!   it, for spheres. For other bodies `Hertz` sees the depth and nothing of the shape: a face is as stiff as a sphere.
-//! - `HuntCrossley` never pulls and needs the impact speed, so a contact has a memory; what it makes of `e` is exact to 0.0002
-//!   for `e >= 0.5`, and 0.03 too much at 0.1. `Tsuji` has no memory, and in an impact of spheres by `Hertz` gives just `e`
-//!   at any speed; but its dashpot sets in steeply, as `d^(1/4)`, and pulls the bodies together at the end of an impact (by up to
-//!   a tenth of the largest elastic force), where friction follows `|F|`. On flat faces, which are linear springs, it
-//!   damps more than `e` says, by the factor `sqrt(5) / 2`. Both agree in how impacts end, not in their course: at e = 0.5
-//!   `HuntCrossley` lasts 2.4 % longer and goes 1.5 % less deep. So take `HuntCrossley` unless there is a reason not to.
-//!
-//! Friction is stiff near rest: steps longer than about `u_k m / (mu F)` (with a third of the mass for a body that may turn)
-//! let a sliding body jitter about its creep speed instead of approaching it; bounded, but not resolved.
-//!
-//! # Reference
-//! Volume and depth: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9. A potential of the overlap volume: Feng, Han and Owen
-//! (2012), Comput. Methods Appl. Mech. Engrg. 205-208, 169; the power 5/4 and `K`: ours, from Hertz. `Tsuji`: Tsuji, Tanaka and
-//! Ishida (1992), Powder Technol. 71, 239, with the closed form of Antypov and Elliott (2011), EPL 94, 50004.
+//! References: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9; Feng, Han and Owen (2012), Comput. Methods
+//! Appl. Mech. Engrg. 205-208, 169; Tsuji, Tanaka and Ishida (1992), Powder Technol. 71, 239; Antypov and Elliott
+//! (2011), EPL 94, 50004.
 
 #[cfg(test)]
 mod tests;
@@ -72,7 +37,7 @@ pub const ENERGY_FACTOR: f64 = 2.0 / 3.0 * 0.239_090_686_568_373_64;
 /// Damping of a contact whose bodies have not approached yet.
 pub const UNSET: f64 = -1.0;
 
-/// Slowest impact that is told from rest (m/s): keeps the damping finite.
+/// Slowest impact that is distinguished from rest (m/s): keeps the damping finite.
 const SLOWEST: f64 = 1e-290;
 
 /// Sliding speed over transition speed beyond which friction is kinetic to the last bit.
@@ -81,9 +46,9 @@ const GROSS: f64 = 1e30;
 /// Material constants of one pair, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
-    /// How the elastic force follows from the overlap.
+    /// Law of the elastic force.
     pub elastic: ElasticLaw,
-    /// How the normal force is damped.
+    /// Law of the normal damping.
     pub damping: DampingLaw,
     /// Effective modulus (Pa).
     pub modulus: f64,
@@ -125,7 +90,7 @@ impl PairLaw {
         }
     }
 
-    /// The damping constant `c = (c u0) / u0` (s/m) of a contact, given what is known of it so far.
+    /// The damping constant `c = (c u0) / u0` (s/m) of a contact, from its history so far.
     ///
     /// Latched at the first evaluation at which the bodies approach, `approach = u0 > 0` (m/s); until then it stays
     /// [`UNSET`], which damps nothing. (The reference code latches whatever speed it meets first, separation too.)
@@ -160,13 +125,13 @@ impl PairLaw {
         force.max(0.0)
     }
 
-    /// What damps an elastic force (N): the factor (-) it is multiplied by, and the force (N) that is added.
+    /// Damping of an elastic force (N): the factor (-) by which it is multiplied, and the force (N) that is added.
     ///
-    /// With approach speed `v` (m/s, positive while the bodies close in). [`HuntCrossley`](DampingLaw::HuntCrossley): `1 + c v >= 0`
-    /// with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of `-u0 <= v <= u0` the product
-    /// `c v` is held at its end, `|c v| <= c u0`, so that a contact made almost at rest and pushed later cannot explode.
-    /// [`Tsuji`](DampingLaw::Tsuji): `sqrt(5) b sqrt(m* F / d) v`, of either sign; for Hertz `sqrt(5) b sqrt(m* K) d^(1/4) v`
-    /// with `F = K d^(3/2)`.
+    /// With approach speed `v` (m/s, positive while the bodies close in). [`HuntCrossley`](DampingLaw::HuntCrossley):
+    /// `1 + c v >= 0` with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of `-u0 <= v
+    /// <= u0` the product `c v` is clamped to its end, `|c v| <= c u0`, so that a contact made almost at rest and
+    /// pushed later cannot explode. [`Tsuji`](DampingLaw::Tsuji): `sqrt(5) b sqrt(m* F / d) v`, of either sign; for
+    /// Hertz `sqrt(5) b sqrt(m* K) d^(1/4) v` with `F = K d^(3/2)`.
     ///
     /// # Reference
     /// Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028; bound on `c v`: ours.
@@ -287,7 +252,7 @@ impl Couple {
     }
 }
 
-/// What a contact does to its two bodies.
+/// Force and torques of a contact on its two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Action {
     /// Force on the first body (N); the second gets the opposite.

@@ -1,4 +1,4 @@
-//! What a contact is: the part of space that two (enlarged) bodies share.
+//! Overlap: the intersection of two (enlarged) bodies.
 
 use super::clip::Plane;
 use super::solid::Solid;
@@ -67,7 +67,7 @@ impl Contour {
     }
 }
 
-/// A body of a pair: its contour and how it is turned.
+/// A body of a pair: its grown shape and orientation.
 #[derive(Clone, Copy, Debug)]
 pub struct Body<'a> {
     /// Geometry.
@@ -76,7 +76,7 @@ pub struct Body<'a> {
     pub orientation: Quat,
 }
 
-/// What the closed forms know.
+/// Kind of body, as far as the closed forms distinguish.
 enum Form<'a> {
     /// Radius (m).
     Sphere(f64),
@@ -133,8 +133,8 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
     sampled::overlap(first, second, offset, samples)
 }
 
-/// Whether two bodies overlap, as [`measure`] of the exact geometry says it, but quicker and without a size. Overlaps so
-/// small that samples miss them count.
+/// Returns true if two bodies overlap, as [`measure`] of the exact geometry finds, but faster and without a size.
+/// Overlaps so small that samples miss them count.
 pub fn touch(first: &Body, second: &Body, offset: Vec3) -> bool {
     let reach = first.contour.reach() + second.contour.reach();
     if offset.norm_squared() >= reach * reach {
@@ -173,7 +173,7 @@ pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
     sampled::overlap_wall(body, wall, samples)
 }
 
-/// Whether a body overlaps a wall, as [`measure_wall`] of the exact geometry says it, but quicker at planes.
+/// Returns true if a body overlaps a wall, as [`measure_wall`] of the exact geometry finds, but faster at planes.
 pub fn touch_wall(body: &Body, wall: &Surface) -> bool {
     match (body.form(), wall) {
         (Form::Other, Surface::Plane { normal, .. }) => {

@@ -1,4 +1,4 @@
-//! Which bodies are near enough to touch: bounding spheres in a list of cells, periodic, nearest image.
+//! Neighbour search: bounding spheres in a cell list, periodic, nearest image.
 //!
 //! Bodies are sorted into cells at least as wide as the largest sum of two bounding radii by a counting sort; a
 //! body then looks into its own cell and the neighbours. Pairs come out in lexicographic order of the indices, so the
@@ -148,7 +148,7 @@ impl PairFinder {
         self.sorted.clear();
         self.sorted.resize(positions.len(), nothing);
         for (index, cell) in self.cell_of.iter().enumerate() {
-            // One place ahead: after this loop `starts[cell]` is the start of the cell.
+            // One index ahead: after this loop `starts[cell]` is the start of the cell.
             let place = &mut self.starts[row(cell) + 1];
             self.sorted[*place as usize] = Entry {
                 position: positions[index],
@@ -206,7 +206,7 @@ impl Axis {
     }
 }
 
-/// Whether the nearest image of a difference of wrapped positions is at most `reach` long.
+/// Returns true if the nearest image of a difference of wrapped positions is at most `reach` long.
 #[inline]
 fn meet(domain: &Domain, difference: Vec3, reach: f64) -> bool {
     let along = |i: usize| domain.shorter_way(i, difference[i].abs());
@@ -214,7 +214,7 @@ fn meet(domain: &Domain, difference: Vec3, reach: f64) -> bool {
     x * x + y * y + z * z <= reach * reach * (1.0 + SLACK)
 }
 
-/// What [`PairFinder::find`] finds, by looking at every pair.
+/// Result of [`PairFinder::find`] by a test of every pair.
 pub fn brute_force(domain: Domain, positions: &[Vec3], radii: &[f64]) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     for i in 0..positions.len() {

@@ -5,9 +5,9 @@
 //! belongs half to either: moving one body along its normal takes volume away or not, and half is the mean of both, and
 //! the same whichever body is called the first. Depth is the length of the line along the normal through the centre.
 //!
-//! Pairs apart are told by, in this order, bounding spheres, the planes of the faces of either body (the furthest
-//! corner of the other along the normal; faces that point away are skipped, by the inscribed sphere), and the
-//! clipping itself, which an edge across an edge leaves nothing of.
+//! Pairs that do not overlap are excluded by, in this order, bounding spheres, the planes of the faces of either body
+//! (the furthest corner of the other along the normal; faces that point away are skipped, by the inscribed sphere),
+//! and the clipping itself, which an edge across an edge leaves nothing of.
 
 use super::clip::{Clipper, Cut, Plane};
 use super::overlap::Overlap;
@@ -25,7 +25,7 @@ struct Workshop {
     clipper: Clipper,
     /// Planes of both bodies, in the frame of the first, those of the first in front.
     planes: Vec<Plane>,
-    /// Whether the body that is left reaches the plane (of the second body).
+    /// True where the clipped body reaches the plane (of the second body).
     reached: Vec<bool>,
     weights: Vec<f64>,
 }
@@ -66,7 +66,7 @@ pub(super) fn overlap(
     })
 }
 
-/// Whether two polyhedra overlap, as [`overlap`] says it, but without cutting.
+/// Returns true if two polyhedra overlap, as [`overlap`] does, but without clipping.
 pub(super) fn touch(
     first: &Solid,
     to_world: &Mat3,
@@ -113,7 +113,7 @@ pub(super) fn overlap_plane(body: &Solid, to_world: &Mat3, wall: &Plane) -> Opti
     })
 }
 
-/// Whether one of the planes has all of the body, turned and shifted, above it.
+/// Returns true if one of the planes has the whole body, rotated and shifted, above it.
 fn separated(planes: &[Plane], body: &Solid, turn: &Mat3, shift: Vec3) -> bool {
     planes.iter().any(|plane| {
         let height = plane.height(&shift);

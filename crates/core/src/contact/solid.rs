@@ -1,4 +1,4 @@
-//! A polyhedron made ready for contacts: grown, and cut into the tables that the closed forms want.
+//! A polyhedron made ready for contacts: grown, and cut into the tables that the closed forms need.
 //!
 //! The faces move outwards by the enlargement and the corners stay sharp, so that the grown cube is a cube. Where the
 //! planes of a very sharp edge meet far outside they are cut off by a box [`SHARPEST`] enlargements from the
@@ -9,7 +9,7 @@ use crate::math::Vec3;
 use crate::shape::Polyhedron;
 use std::collections::BTreeSet;
 
-/// How far a corner may move out, in enlargements.
+/// Limit on how far a corner may move out, in enlargements.
 const SHARPEST: f64 = 8.0;
 /// A plane that cuts off less than this part of the circumradius is a double.
 const SAME: f64 = 1e-12;
@@ -36,7 +36,7 @@ pub(super) struct Solid {
     pub graph: Graph,
     /// Edges of the faces, one face after the other.
     edges: Vec<Edge>,
-    /// Where the edges of each face begin, and where the last end.
+    /// Index of the first edge of each face, and one past the last.
     starts: Vec<usize>,
     /// Radius of a sphere about the origin that holds the body (m).
     pub reach: f64,
@@ -58,7 +58,7 @@ impl Solid {
         Self::from_planes(planes.collect(), circumradius, enlargement)
     }
 
-    /// What lies below all of these planes and, before it is grown, within `circumradius` (m).
+    /// Body below all of these planes and, before it is grown, within `circumradius` (m).
     pub(super) fn from_planes(mut planes: Vec<Plane>, circumradius: f64, enlargement: f64) -> Self {
         for plane in &mut planes {
             plane.offset += enlargement;

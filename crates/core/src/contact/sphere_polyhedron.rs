@@ -1,10 +1,7 @@
-//! The overlap of a sphere and a convex polyhedron, in closed form.
+//! Overlap of a sphere and a convex polyhedron, in closed form.
 //!
-//! From the centre `O` of the sphere (radius `R`), face `i` with unit normal `n_i` lies at the signed height `h_i`
-//! (positive if `O` is below it), and the sphere cuts its plane in a disc of radius `q_i`, `q^2 = R^2 - h^2`, about the
-//! foot of `O`. `F_i` is the part of the face in that disc. The vector field `x / 3 (1 - R^3 / r^3)`, `r = |x|`, has
-//! divergence 1 but for a sink of `4 pi R^3 / 3` at `O` and vanishes on the sphere; the integral of `x` over a body is
-//! that of `n r^2 / 2` over its surface; and the surface as a whole has no area vector. Hence
+//! From the centre `O` of the sphere (radius `R`), with face `i` at the signed height `h_i` and `F_i` its part
+//! inside the sphere:
 //!
 //! ```text
 //! V     = [O inside] 4/3 pi R^3 + sum h_i / 3 int_{F_i} (1 - R^3 / r^3) dA
@@ -12,39 +9,18 @@
 //! S     = sum n_i int_{F_i} dA                          of the polyhedron; that of the sphere is -S
 //! ```
 //!
-//! The pressure on the sphere has no moment about `O`, so that on the polyhedron acts there.
-//!
-//! Each integral is one over the angle `t` about the foot, of a function of the distance `d` of the rim of `F_i`. With
-//! `s = sign h`, `a = |h|`, `r^2 = h^2 + d^2`
-//!
-//! ```text
-//! int dA                       -> d^2 / 2
-//! int (r^2 - R^2) dA           -> d^4 / 4 - q^2 d^2 / 2
-//! h / 3 int (1 - R^3/r^3) dA   -> h d^2 / 6 + s R^3 / 3 (a / r - 1)
-//! ```
-//!
-//! On the disc `d = q`, and the last is `-s k^2 (2 R + a) / 6` with `k = R - a`: no difference of large numbers. On an
-//! edge at distance `p` from the foot (negative beyond the edge) with coordinate `l` along it, `d^2 = p^2 + l^2` and
-//! `dt = p dl / d^2`, so that
-//!
-//! ```text
-//! int d^2 dt = p l      int d^4 dt = p (p^2 l + l^3 / 3)
-//! int (a / r - 1) dt = atan(a l / (p r)) - atan(l / p) = -atan[ l p d^2 / ((r + a) (p^2 r + a l^2)) ]
-//! ```
-//!
-//! The last form is smooth where the foot lies on an edge or a corner. Only where `O` itself lies on the surface do the
-//! first term of `V` and these jump together; there `O` is moved inwards by [`NUDGE`] of the radius.
+//! The pressure on the sphere has no moment about `O`, so that on the polyhedron acts there. The integrals go edge
+//! by edge (`docs/theory/contact.md`). Where `O` is on the surface, it is moved inwards by [`NUDGE`] of the radius.
 //!
 //! # Reference
-//! Derived here. Other closed forms: Strobl, Formella, Pöschel (2016), J. Comput. Phys. 311, 158,
-//! doi:10.1016/j.jcp.2016.02.003.
+//! Derived here. Other closed forms: Strobl, Formella, Pöschel (2016), doi:10.1016/j.jcp.2016.02.003.
 
 use super::overlap::Overlap;
 use super::solid::{Edge, Solid};
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::PI;
 
-/// How near to the surface the centre may lie, in radii.
+/// Smallest distance of the centre from the surface, in radii.
 const NUDGE: f64 = 1e-8;
 /// Area vectors below this part of the square of the size have no direction.
 const NOWHERE: f64 = 1e-12;
@@ -156,7 +132,7 @@ struct Disc {
     rim: f64,
 }
 
-/// What one face contributes.
+/// Contribution of one face.
 #[derive(Default)]
 struct Part {
     volume: f64,

@@ -3,7 +3,7 @@
 //!
 //! Lines along each of three axes give the volume (three times), and the component of the area vector along that
 //! axis: `int n_k dA` over the surface of the first body in the second is the cross-section of the lines that leave the
-//! overlap through the first body less that of those that enter through it. The moment needs the same sums only.
+//! overlap through the first body minus that of those that enter through it. The moment needs the same sums only.
 
 use super::clip::Plane;
 use super::overlap::Overlap;
@@ -12,7 +12,7 @@ use crate::math::{Mat3, Quat, Vec3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Where the line through a point along a unit vector meets a body.
+/// Interval in which the line through a point along a unit vector is inside a body.
 pub(super) type Interval<'a> = dyn Fn(Vec3, Vec3) -> Option<(f64, f64)> + 'a;
 
 pub(super) fn random(seed: u64) -> ChaCha8Rng {
@@ -61,7 +61,7 @@ pub(super) fn random_solid(random: &mut ChaCha8Rng, cuts: u32, enlargement: f64)
     Solid::from_planes(planes, 1.1, enlargement)
 }
 
-/// Interval of a line in a solid at a place.
+/// Interval of a line in a solid at a position.
 pub(super) fn in_solid(
     solid: &Solid,
     turn: Mat3,
@@ -131,7 +131,7 @@ pub(super) fn lines(
     })
 }
 
-/// Whether any of some lines meets an overlap within `reach` of `about`.
+/// Returns true if any of some lines meets an overlap within `reach` of `about`.
 pub(super) fn any(first: &Interval, second: &Interval, about: Vec3, reach: f64) -> bool {
     let half = Vec3::repeat(reach);
     let corners = [about - half, about + half];
@@ -223,9 +223,9 @@ pub(super) fn frame(normal: Vec3) -> Mat3 {
     Mat3::from_columns(&[u, normal.cross(&u), normal])
 }
 
-/// Checks area vector and moment of `measured` against differences of the volume: `volume(shift, rotation)` is that with
-/// the second body turned about the centre of the first, then shifted. Returns the largest error, in parts of the
-/// area and of the area times `size`.
+/// Checks area vector and moment of `measured` against differences of the volume: `volume(shift, rotation)` is that
+/// with the second body turned about the centre of the first, then shifted. Returns the largest error, in parts of
+/// the area and of the area times `size`.
 pub(super) fn gradient_error(
     measured: &Overlap,
     volume: impl Fn(Vec3, Quat) -> f64,

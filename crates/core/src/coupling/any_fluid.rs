@@ -80,8 +80,8 @@ impl AnyFluid {
         either!(self, fluid => coupling.begin_exchange(fluid));
     }
 
-    /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step squared), as
-    /// [`Fluid::sweep`]; with `measure`, returns what the cells held before. Collective.
+    /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step
+    /// squared), as [`Fluid::sweep`]; with `measure`, returns measurements of the cells before the sweep. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],
@@ -107,8 +107,9 @@ impl AnyFluid {
         either!(self, fluid => fluid.fault(&mut coupling.solids(particles)))
     }
 
-    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`, `xz`,
-    /// `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see [`Fluid::measure`].
+    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`,
+    /// `xy`, `xz`, `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see
+    /// [`Fluid::measure`].
     pub fn measure(&self, coupling: &mut Coupling, particles: &ParticleStore) -> (Flow, [i128; 6]) {
         either!(self, fluid => {
             let mut stresslet = coupling.stresslet(particles);
@@ -154,7 +155,7 @@ impl AnyFluid {
     /// Takes the saved populations of some cells.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// Their defect.
     pub fn restore(&mut self, cells: Block, bytes: &[u8]) -> std::result::Result<(), String> {
         either!(self, fluid => fluid.restore(cells, bytes))
     }

@@ -1,4 +1,4 @@
-//! What cells within solids do in the long run, and where solids touch: spheres that turn on the spot. Lattice units.
+//! Long-term behaviour of cells inside solids, and at contacts: spheres that spin in place. Lattice units.
 
 use super::tests::{coupled, fluid_for};
 use super::*;
@@ -13,8 +13,8 @@ use std::sync::Arc;
 const RADIUS: f64 = 6.0;
 const SATURATED: [SolidCollision; 3] = [SolidCollision::Sc1, SolidCollision::Sc2, SolidCollision::Sc3];
 
-/// The force on the first of some spheres that turn about axes along z with surfaces of this speed, over `6 pi rho nu R u`,
-/// and the largest deviation of the density from its mean.
+/// The force on the first of some spheres that turn about axes along z with surfaces of this speed, over `6 pi rho nu
+/// R u`, and the largest deviation of the density from its mean.
 fn turning(
     solids: SolidCollision,
     relaxation_time: f64,

@@ -1,20 +1,17 @@
-//! What drives the fluid: the force that balances the particles' weight, and the control of the net flux.
+//! Driving of the fluid: the force that balances the particles' weight, and the control of the net flux.
 //!
-//! In a periodic box nothing holds the suspension up, so an upward acceleration `a` of the fluid takes the place of the
-//! mean pressure gradient. With the total submerged weight `W = sum (rho_p - rho) V_p g` and the fluid fraction `<B>`:
+//! In a periodic box nothing supports the suspension, so an upward acceleration `a` of the fluid replaces the mean
+//! pressure gradient. With the total submerged weight `W = sum (rho_p - rho) V_p g` and the fluid fraction `<B>`:
 //!
 //! ```text
 //! fluid only   rho a <B> V             = -W     all of it on the fluid (the reference paper's driver)
-//! mixture      rho a (<B> V + sum V_p) = -W     the gradient acts on the particles as well
+//! mixture      rho a (<B> V + sum V_p) = -W     the gradient acts on the particles as well, as in a closed vessel
 //! ```
 //!
-//! The second is what a closed vessel does; the first solves the problem for gravity `g / (1 - phi)` instead and
-//! overestimates the settling velocity at high volume fraction. A proportional controller adds `-k <u>`, which removes
-//! the volume flux `<u>` of the mixture; `k = max(u_Stokes / D, nu / D^2)`, the first being the paper's. It acts in each
-//! direction on its own, so that a flow driven along one of them is left alone.
-//!
-//! A closed direction, with walls at both ends, needs neither: the walls hold the fluid up and let no flux through. Walls
-//! within the box count to its volume as little as to its mean values.
+//! The first solves the problem for gravity `g / (1 - phi)` instead and overestimates the settling velocity at high
+//! volume fraction. A proportional controller adds `-k <u>`, `k = max(u_Stokes / D, nu / D^2)`, which removes the
+//! volume flux `<u>` of the mixture, in each direction on its own. A direction with walls at both ends needs
+//! neither.
 //!
 //! Reference: Marquardt et al. (2024), section 4, and the force balance of its published driver.
 
@@ -50,7 +47,7 @@ pub struct DrivingParams {
     pub submerged_weight: Vec3,
     /// Volume of all particles (m^3).
     pub particle_volume: f64,
-    /// Where the balancing force acts.
+    /// Bodies on which the balancing force acts.
     pub balance: ForceBalance,
     /// Rate of the controller of the net flux in each direction (1/s), 0 for none.
     pub control_rate: Vec3,
@@ -87,7 +84,7 @@ impl ControlRecord {
     }
 }
 
-/// The acceleration of the fluid, held between measurements.
+/// The acceleration of the fluid, constant between measurements.
 #[derive(Clone, Debug)]
 pub struct Driving {
     params: DrivingParams,

@@ -48,13 +48,14 @@ impl FacePlane {
         self.normal[0] * x - rest
     }
 
-    /// What the row at `y, z` from the centre leaves for `normal[0] x`.
+    /// Remainder of the offset for `normal[0] x` in the row at `y, z` from the centre.
     #[inline(always)]
     pub(super) fn rest(&self, y: f64, z: f64) -> f64 {
         self.offset - (self.normal[1] * y + self.normal[2] * z)
     }
 
-    /// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body).
+    /// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of
+    /// the body).
     #[inline(always)]
     pub(super) fn shares(planes: &[Self], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
         let shares = if planes.len() <= MANY {
@@ -70,17 +71,17 @@ impl FacePlane {
     }
 }
 
-/// Most faces that reach into the same [`BLOCK`] of cells to be looked at together.
+/// Most faces that reach into the same [`BLOCK`] of cells to be evaluated together.
 const MEETING: usize = 8;
 
 /// Bodies with more faces than this have more than [`MEETING`] in most places.
 const MANY: usize = 40;
 
-/// Shares behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the body), or none if more faces
-/// meet there than can be looked at together.
+/// Volume fractions behind all of `planes` of cells with their centres at `x, y, z` (cells, from the centre of the
+/// body), or none if more faces meet there than can be evaluated together.
 ///
-/// Where several faces cut a cell each is combined with what the ones before have left, at the cosine to that of them that is
-/// most like it.
+/// Volume fraction of a cell that several faces cut: each is combined with the fraction behind the previous ones, at
+/// the cosine to the most similar of them.
 #[inline(always)]
 fn together(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> Option<[f64; BLOCK]> {
     let (mut share, mut outside) = ([1.0_f64; BLOCK], [false; BLOCK]);
@@ -135,7 +136,7 @@ fn one_by_one(planes: &[FacePlane], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; B
     shares
 }
 
-/// The share of one cell.
+/// Volume fraction of one cell.
 #[inline(always)]
 fn alone(planes: &[FacePlane], x: f64, y: f64, z: f64) -> f64 {
     let mut share = 1.0;
@@ -166,7 +167,7 @@ fn alone(planes: &[FacePlane], x: f64, y: f64, z: f64) -> f64 {
 /// An interval of x.
 type Interval = (f64, f64);
 
-/// Where the row at `y, z` (cells from the centre) runs below all planes moved out by `growth`, and moved in by it.
+/// Interval of the row at `y, z` (cells from the centre) below all planes moved out by `growth`, and moved in by it.
 #[inline]
 pub(super) fn between(
     planes: &[FacePlane],

@@ -3,7 +3,7 @@
 /// Consecutive cells of a line that belong to one particle (one of its periodic images).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Segment {
-    /// Which particle: an index into the list of bodies the segments were made for.
+    /// Particle, as an index into the list of bodies for which the segments were made.
     pub(super) body: u32,
     /// First cell of the block, and number of cells.
     pub(super) x: u32,

@@ -1,36 +1,19 @@
-//! Momentum exchange: what the cells of a particle received from their neighbours, summed exactly.
-//!
-//! For a cell `x` of a particle with velocity `u_s` at `x`, over the 18 moving directions (Wen et al. 2014):
+//! Momentum exchange: the momentum that the cells of a particle receive from the fluid, summed exactly.
 //!
 //! ```text
-//! F(x) = - sum_i [ f_i(x + c_i) (c_i - u_s) + f_-i(x) (c_i + u_s) ]
-//!      =   (p_in - m_in u_s) - (p_out - m_out u_s)
+//! F = (p_in - m_in u_s) - (p_out - m_out u_s)                                                  homogenised cells
+//! F = G + S(t) - S(t - dt),   G = -b sum c W_solid,   S = rho V U + sum e rho (u - u_s)        partially saturated cells
 //! ```
 //!
-//! after streaming: `f_i(x + c_i)` has left the cell in the last sweep, `f_-i(x)` has come in; `p` and `m` are the momentum
-//! and mass they carry, less the weights. Links between two cells of one particle cancel in the sum over its cells up to
-//! the (second-order) velocity difference across a link, so all links of all covered cells may be counted, and then
-//! the sums are moments that the collision computes anyway: `p_in` in this sweep, `p_out` in the one before. Cells that
-//! were covered only before or only now are accounted for one by one ([`Fluid::departed`](crate::fluid::Fluid::departed)).
+//! In homogenised cells `p`, `m` are the momentum and mass (minus the weights) that came in and left over all links
+//! of a covered cell. Inner links cancel, so the sums are moments that the collision computes anyway. Cells that
+//! were covered only before or only now are corrected one by one
+//! ([`Fluid::departed`](crate::fluid::Fluid::departed)). `S` is the momentum inside the particle. Derivation:
+//! `docs/theory/coupling.md`.
 //!
-//! Partially saturated cells tell all by themselves: what a particle received is `G = -b sum c W_solid`, its share of it where
-//! several cover a cell, and no neighbour is asked. The fluid within the particle is part of the lattice, but not of the fluid;
-//! it takes up a part of `G` when the particle is accelerated, which belongs to the fluid outside:
-//!
-//! ```text
-//! F = G + S(t) - S(t - dt),     S = rho V U + sum over cells of e rho (u - u_s)
-//! ```
-//!
-//! `S` is the momentum within the particle, the same for the angular momentum: of fluid that moves as the particle does, with its
-//! exact volume, and what is left of the motion against it. So the lattice is not felt through the mapped volume, a particle
-//! that moves with the fluid round it feels nothing, and the fluid outside, `sum (1 - e) rho u`, and the particles keep their
-//! momentum exactly. An effective inertia `rho V dU/dt` would stand for the first part only (Uhlmann 2005; Feng and Michaelides
-//! 2009).
-//!
-//! The paper's Eq. (16) lacks the opposite index and the minus sign.
-//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024); Noble and Torczynski (1998),
-//! doi:10.1142/S0129183198001084; Uhlmann (2005), doi:10.1016/j.jcp.2005.03.017; Feng and Michaelides (2009),
-//! doi:10.1016/j.compfluid.2008.11.002.
+//! References: Wen et al. (2014), doi:10.1016/j.jcp.2014.02.018; Marquardt et al. (2024),
+//! doi:10.1016/j.cpc.2024.109321, whose Eq. (16) lacks the opposite index and the minus sign; Noble and Torczynski
+//! (1998), doi:10.1142/S0129183198001084.
 
 use super::lines::Segment;
 use super::solid_fraction::RigidMotion;
@@ -70,7 +53,7 @@ impl ExchangeSum {
         moved
     }
 
-    /// What one cell at offset `n` contributes with `exchanged = [p, m]` and solid velocity `u`.
+    /// Contribution of one cell at offset `n` with `exchanged = [p, m]` and solid velocity `u`.
     pub(super) fn of_cell(exchanged: [f64; 4], u: [f64; 3], n: [i64; 3]) -> Self {
         let f: [f64; 3] = std::array::from_fn(|a| exchanged[a] - u[a] * exchanged[3]);
         let [xy, xz] = [f[1], f[2]].map(|f| to_fixed(n[0] as f64 * f));
@@ -126,8 +109,8 @@ pub(super) fn add_segment<T: Real>(
     }
 }
 
-/// Adds the shares of a segment in what the solids of its partially saturated cells received and hold to `incoming`, and in
-/// what they hold to `outgoing`; its fractions come from `windows`.
+/// Adds the parts of a segment in what the solids of its partially saturated cells received and hold to `incoming`,
+/// and in what they hold to `outgoing`; its fractions come from `windows`.
 #[inline(always)]
 pub(super) fn add_shares<'a, T: Real>(
     segment: &Segment,
@@ -152,7 +135,8 @@ pub(super) fn add_shares<'a, T: Real>(
 
 /// Adds `shares` of what the first `count` cells of a window exchanged, whose first cell has offset `n`.
 ///
-/// As [`add_cells`], axis by axis: with the forces of all axes handed to a function for both, collecting takes twice as long.
+/// As [`add_cells`], axis by axis: with the forces of all axes handed to a function for both, collecting takes twice
+/// as long.
 #[inline(always)]
 fn add_parts<T: Real>(
     exchanged: [&[T; CHUNK]; 4],
@@ -205,8 +189,8 @@ fn add_cells<T: Real>(
     sum.add(&levered(&f, n), 1);
 }
 
-/// The first `count` numbers, then zeros: the other cells belong to somebody else, or lie beyond the row and hold anything.
-/// Without a branch.
+/// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and
+/// undefined. Without a branch.
 #[inline(always)]
 pub(super) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
     let mask = &FIRST[CHUNK - count..];

@@ -1,4 +1,4 @@
-//! What the coupling remembers from one step to the next, for checkpoints: where particles stood in the last sweep, and what
+//! State of the coupling between two steps, for checkpoints: poses of the particles in the last sweep, and what
 //! left their cells then.
 
 use super::Coupling;
@@ -26,7 +26,8 @@ impl Coupling {
         owned.zip(self.swept_loads.iter().copied())
     }
 
-    /// This rank's part of what is needed to go on: all parts together tell of every particle that a sweep has seen.
+    /// This rank's part of the state that a resumed run needs: all parts together describe every particle that a
+    /// sweep has seen.
     pub fn save(&self) -> Vec<u8> {
         let swept: Vec<Swept> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
             // Of a particle that is owned elsewhere only what left its cells here.
@@ -40,7 +41,7 @@ impl Coupling {
         bytemuck::cast_slice(&swept).to_vec()
     }
 
-    /// What of a saved particle cannot have been swept, if anything is.
+    /// Reason why a saved particle cannot have been swept, if there is one.
     fn flaw(&self, store: &ParticleStore, particle: &Particle) -> Option<String> {
         let id = particle.id;
         let Some(template) = store.templates.get(particle.template as usize) else {
@@ -60,11 +61,11 @@ impl Coupling {
         particle.flaw(self.decomposition.domain.size()).or_else(too_fast)
     }
 
-    /// Goes on where the ranks of an earlier run, of which there may have been more or fewer, stood when they
+    /// Restores the state of an earlier run, of any number of ranks, when these
     /// [saved](Self::save) `parts`, one for each of them; `particles` are those the engine has now.
     ///
     /// # Errors
-    /// What is wrong with the parts.
+    /// Defect of the parts.
     pub fn restore(&mut self, particles: &ParticleStore, parts: &[Vec<u8>]) -> Result<(), String> {
         let mut swept: BTreeMap<u64, Swept> = BTreeMap::new();
         for (n, bytes) in parts.iter().enumerate() {

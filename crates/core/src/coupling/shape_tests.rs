@@ -198,7 +198,8 @@ fn a_cube_has_the_shares_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
             .zip(&exact)
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
-        // At corners the combined shares do not quite end where the body does, and cells beyond it are left out or not.
+        // At corners the combined fractions do not quite end where the body does, and cells beyond it are left out or
+        // not.
         assert!(off < 1e-3, "{off}");
     }
 }
@@ -238,7 +239,8 @@ fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
         }
         let rms = f64::sqrt(sum / count);
         println!("{}: share off by {rms:.4} rms, {worst:.3} at most", shape.kind());
-        // Counting is off by 0.01 to 0.04; edges of cylinders and tight curves of superellipsoids are not flat within a cell.
+        // Counting is off by 0.01 to 0.04; edges of cylinders and tight curves of superellipsoids are not flat within
+        // a cell.
         let (limit, most) = match shape.kind() {
             "sphere" => (0.015, 0.06),
             _ => (0.04, 0.35),

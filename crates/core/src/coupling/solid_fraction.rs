@@ -1,4 +1,4 @@
-//! Solid fraction of the cells a particle covers.
+//! Solid fraction of the cells that a particle covers.
 //!
 //! ```text
 //! phi = 1                              d <= -w/2
@@ -6,18 +6,10 @@
 //! phi = 0                              d >=  w/2             w = width of the ramp
 //! ```
 //!
-//! or, for partially saturated cells, the share of the cell's volume ([`volume_fraction`](super::volume_fraction)).
-//!
-//! Edges: the stress at an edge is singular, and a lattice that does not resolve it makes the drag of a body with flat faces too low, by 4
-//! to 6 per cent for a cube of 12 cells per diameter of the sphere of its volume. The error is of first order in the cell, so that a body with its faces
-//! moved out by a part `s` of a cell does not have it:
-//!
-//! ```text
-//! s = 0.1 E,     E = V^(1/3) sum L (1 - cos t) / (2 A)
-//! ```
-//!
-//! over the edges of length `L` at which the normals turn by `t`; `V` volume, `A` area. `E` is 1 for a cube and falls to 0 for polyhedra that
-//! come near to smooth bodies. 0.1 is measured (`validation/drag`, `validation/hindered_settling/cubes.toml`).
+//! or, for partially saturated cells, the exact volume fraction ([`volume_fraction`](super::volume_fraction)).
+//! There flat faces are moved out by `0.1 E` cells, `E = V^(1/3) sum L (1 - cos t) / (2 A)` over the edges of
+//! length `L` at which the normals turn by `t`, since a lattice does not resolve the singular stress at an edge
+//! (`docs/theory/coupling.md`).
 //!
 //! Reference: Krause et al. (2017), doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), section 2.
 
@@ -80,7 +72,7 @@ pub(super) struct RigidMotion {
     pub(super) velocity: [f64; 3],
     /// Angular velocity (1 / time step).
     pub(super) angular: [f64; 3],
-    /// Where the centre lies, relative to the reference cell of the particle (cells).
+    /// Position of the centre relative to the reference cell of the particle (cells).
     pub(super) centre: [f64; 3],
 }
 
@@ -104,11 +96,12 @@ impl RigidMotion {
     }
 }
 
-/// By how much the surface of a body is moved in (cells). Smooth bodies, to count as a plane in each cell: by their mean curvature,
-/// taken as the same everywhere. Flat faces are moved out, for their edges: see the head of this module.
+/// By how much the surface of a body is moved in (cells). Smooth bodies, to count as a plane in each cell: by their
+/// mean curvature, taken as the same everywhere. Flat faces are moved out, for their edges: see the head of this
+/// module.
 ///
-/// `(k_1 + k_2) / 24` in the mean over the surface is `M / (12 A)` with the area `A` and, after Minkowski, the integral of the mean
-/// curvature `M = 2 pi b`, `b` the mean width.
+/// `(k_1 + k_2) / 24` in the mean over the surface is `M / (12 A)` with the area `A` and, after Minkowski, the
+/// integral of the mean curvature `M = 2 pi b`, `b` the mean width.
 pub(super) fn shift_of(shape: &dyn Shape, dx: f64, out: f64) -> f64 {
     if let Some(radius) = shape.as_sphere() {
         return curved(2.0 * dx / radius);
@@ -147,18 +140,18 @@ const HALF_DIAGONAL: f64 = 0.8660254037844386;
 /// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
 const NEAR: f64 = 1e-3;
 
-/// How the solid fraction of a cell follows from the body.
+/// Solid fraction of a cell as a function of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fraction {
     /// A cosine ramp of this width (cells) of the distance of the cell's centre.
     Ramp(f64),
-    /// The share of the cell's volume; the flat faces of a cube are moved out by so much (cells), those of other bodies as their
-    /// edges ask for.
+    /// Volume fraction of the cell; the flat faces of a cube are moved out by this distance (cells), those of other
+    /// bodies as their edges ask for.
     Volume(f64),
 }
 
 impl Fraction {
-    /// Shares of volume with faces where they have to be for the drag to be right.
+    /// Volume fractions with faces moved so that the drag is right.
     pub const VOLUME: Self = Self::Volume(0.1);
 
     /// Half the width of the layer (cells) outside of which cells are wholly solid or wholly fluid.
@@ -170,7 +163,7 @@ impl Fraction {
     }
 }
 
-/// How the geometry of a body is asked.
+/// Access to the geometry of a body.
 #[derive(Clone, Copy)]
 enum Geometry<'a> {
     /// A sphere of this radius (m), whose geometry is not worth a call.
@@ -195,7 +188,7 @@ pub(super) struct Mapper<'a> {
     per_ramp: f64,
     /// Half of it in cells.
     half_ramp: f64,
-    /// Whether the fractions are those of the volume.
+    /// True if the fractions are volume fractions.
     by_volume: bool,
     /// By how much the surface is moved in (cells).
     shift: f64,
@@ -346,8 +339,8 @@ impl<'a> Mapper<'a> {
                 .signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
     }
 
-    /// Writes the solid fractions and velocities of a segment to the row that is being swept, and the fractions to the end of
-    /// `shares`.
+    /// Writes the solid fractions and velocities of a segment to the row that is being swept, and the fractions to
+    /// the end of `shares`.
     #[inline(always)]
     pub(super) fn fill<T: Real>(
         &self,
@@ -403,7 +396,8 @@ impl<'a> Mapper<'a> {
         }
     }
 
-    /// Share of the cell with its centre at a point relative to the centre of a smooth body (cells, world axes).
+    /// Volume fraction of the cell with its centre at a point relative to the centre of a smooth body (cells, world
+    /// axes).
     #[inline(always)]
     fn share(&self, x: f64, y: f64, z: f64) -> f64 {
         let point = self.to_body * (Vec3::new(x, y, z) * self.dx);
@@ -412,7 +406,7 @@ impl<'a> Mapper<'a> {
         behind_plane(distance + self.shift, normal.into())
     }
 
-    /// Adds the shares of cells on the surface in a sphere, where there are none yet, [`BLOCK`] at a time and
+    /// Adds the volume fractions of cells on the surface of a sphere, where there are none yet, [`BLOCK`] at a time and
     /// without branches: most of what a particle on the lattice costs.
     #[inline(always)]
     fn sphere_shares<T: Real>(&self, fraction: &mut [T; CHUNK], surface: Surface, r: [f64; 3], radius: f64) {

@@ -1,35 +1,16 @@
-//! First moments of the momentum that the fluid gives to the particles, for the stress of a suspension.
-//!
-//! The fluid of the lattice fills the whole box, also within particles. In a time step the solid of a cell takes the momentum `g`
-//! of it, `(1 - B) rho (u - u_s)`, in partially saturated cells `-b sum c W_solid`, and changes the flux of momentum that leaves the
-//! collision by `Q`. With `r` from the centre of the particle
+//! Particle stresslet: first moments of the momentum that the fluid gives to the particles, for the stress of a
+//! suspension.
 //!
 //! ```text
-//! S = sum over cells of (r g + g r) / 2 - tau Q
-//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so that the solid itself carries stress
-//! tau Q = 0           sc2 and exact difference, but for terms of second order in u, as the Reynolds stress is
+//! S = sum over cells of (r g + g r) / 2 - tau Q,     r from the centre of the particle
+//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so the solid itself carries stress
+//! tau Q = 0           sc2 and exact difference, except for terms of second order in u
+//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>      exact in steady shear, both couplings, any grid
 //! ```
 //!
-//! is the stresslet of the particles, `sym int r (sigma n) dA - mu int (u n + n u) dA` over any surface that encloses one
-//! (Batchelor 1970, Eq. 4.8). With `Pi`, `Pi'` the second moments of the populations before and after the collision, in a steady
-//! flow between plates half-way between cells, summed over all cells of a column, streaming and bounce-back say
-//!
-//! ```text
-//! sum (Pi'_xz - Pi_xz) = (U_top - U_bottom) / 3
-//! stress on plates x height = -sum Pi'_xz + (U_top - U_bottom) / 6 + sum z g_x
-//! ```
-//!
-//! and with `Pi' = (1 - 1/tau) Pi + rho u u / tau + Q`
-//!
-//! ```text
-//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>
-//! ```
-//!
-//! exactly, for both couplings and on any grid. Inertia of the fluid within the particle belongs to the
-//! lattice and not to `g`: a moment of the order of `rho V a^2 w^2`, on the diagonal for a sphere, which the particle itself has as
-//! well where it is as dense as the fluid.
-//!
-//! All is a function of the state between two steps, so that it costs nothing where nobody asks.
+//! `g` is the momentum that the solid of a cell takes in a step: `(1 - B) rho (u - u_s)`, in partially saturated
+//! cells `-b sum c W_solid`. All is a function of the state between two steps, so it costs nothing where it is not
+//! requested. Derivation: `docs/theory/coupling.md`.
 //!
 //! Reference: Batchelor (1970), doi:10.1017/S0022112070000745.
 
@@ -55,8 +36,9 @@ impl Coupling {
 }
 
 impl<T> Stresslet<'_, T> {
-    /// `xx`, `yy`, `zz`, `xy`, `xz` and `yz` of the moments of `g` over the cells of the block, all particles together: exact sums of
-    /// fixed-point numbers in lattice units. `tau Q` is the other part of what the fluid measures.
+    /// `xx`, `yy`, `zz`, `xy`, `xz` and `yz` of the moments of `g` over the cells of the block, all particles
+    /// together: exact sums of fixed-point numbers in lattice units. `tau Q` is the other part of what the fluid
+    /// measures.
     pub fn sums(&self) -> [i128; 6] {
         self.sums
     }
@@ -123,7 +105,7 @@ mod tests {
         })
     }
 
-    /// The sums after some steps, each of which is told beforehand what it will measure.
+    /// The sums after some steps, each of which gets beforehand what it will measure.
     fn measured<T: Real>(solids: SolidCollision, grid: [usize; 3]) -> [i128; 6] {
         let domain = Domain {
             periodic: [true, true, false],
@@ -181,7 +163,8 @@ mod tests {
 
     #[test]
     fn the_moments_are_those_of_the_force_in_every_cell_about_the_centre() {
-        // A sphere at rest in fluid that flows as `u = E r`: all it takes in a cell is along its own share of the strain.
+        // A sphere at rest in fluid that flows as `u = E r`: all it takes in a cell is along its own part of the
+        // strain.
         let strain = [[1e-3, 2e-4, 3e-4], [2e-4, -5e-4, 4e-4], [3e-4, 4e-4, -5e-4]];
         let (centre, radius) = (Vec3::new(1.51, 1.18, 1.73), 0.7);
         let decomposition = Decomposition::new(
@@ -214,7 +197,8 @@ mod tests {
         let mut stresslet = coupling.stresslet(&store);
         fluid.measure(&mut stresslet);
         let sums = stresslet.sums().map(from_fixed_wide);
-        // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave 5 / 12 over a^2 in cells, 1.3 %.
+        // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave 5 / 12 over a^2 in cells, 1.3
+        // %.
         let cells = radius / UNITS.dx;
         let whole = 4.0 / 15.0 * std::f64::consts::PI * cells.powi(5);
         for (sum, (a, b)) in sums

@@ -1,10 +1,11 @@
-//! Cells that the surface of a body cuts, looked at several at a time.
+//! Cells that the surface of a body cuts, evaluated several at a time.
 //!
-//! A row of cells leaves a body as it came in: cut cells, solid ones, cut cells. The cut ones of both ends go into one register.
+//! A row of cells leaves a body as it came in: cut cells, solid ones, cut cells. The cut ones of both ends go into
+//! one register.
 
 use crate::fluid::{CHUNK, Real};
 
-/// Cells on a surface that are looked at together: a register of double precision, where they are widest.
+/// Cells on a surface that are evaluated together: a register of double precision, where they are widest.
 pub(super) const BLOCK: usize = 8;
 
 /// The cells `0..start` and `end..count` of a window, side by side: those between are wholly solid.
@@ -15,18 +16,19 @@ pub(super) struct Surface {
     pub(super) count: usize,
 }
 
-/// What cells on the surface have, side by side, from place [`CHUNK`] on; before are zeros, for windows that begin in front of them.
+/// Volume fractions of cells on the surface, side by side, from index [`CHUNK`] on; before are zeros, for windows
+/// that begin in front of them.
 pub(super) type Shares<T> = [T; 2 * CHUNK];
 
 impl Surface {
-    /// How many they are.
+    /// Number of cells.
     #[inline(always)]
     pub(super) fn cells(self) -> usize {
         self.start + (self.count - self.end)
     }
 
-    /// Places of the cells from `first` on, from the centre of the body, `offset` being that of the first of the window; the last
-    /// one again where there are no more.
+    /// Positions of the cells from `first` on, from the centre of the body, `offset` being that of the first of the
+    /// window; the last one again where there are no more.
     #[inline(always)]
     pub(super) fn places(self, first: usize, offset: f64, centre: f64) -> [f64; BLOCK] {
         let mut x = [0.0; BLOCK];
@@ -42,7 +44,7 @@ impl Surface {
         x
     }
 
-    /// Shares to where the cells are in the window.
+    /// Copies volume fractions to the positions of the cells in the window.
     #[inline(always)]
     pub(super) fn add<T: Real>(self, shares: &Shares<T>, fraction: &mut [T; CHUNK]) {
         let gap = self.end - self.start;
@@ -59,7 +61,7 @@ impl Surface {
     }
 }
 
-/// Puts the shares of some cells from the `first` on beside those of others.
+/// Puts the volume fractions of some cells from the `first` on beside those of others.
 #[inline(always)]
 pub(super) fn put<T: Real>(shares: &mut Shares<T>, first: usize, some: &[f64; BLOCK]) {
     let to = &mut shares[CHUNK + first..CHUNK + first + BLOCK];

@@ -1,4 +1,4 @@
-//! What a particle feels of the fluid, without an engine: particles are where the test puts them.
+//! Hydrodynamic loads on a particle without an engine: particles are at positions set by the test.
 
 use super::*;
 use crate::comm::{Comm, on_threads};
@@ -369,9 +369,9 @@ fn momentum_exchange_of_a_moving_sphere_agrees_with_the_sum_over_links() {
     {
         let [force, torque] = difference_from_links(simd, [0.0; 3]);
         assert!(force < 1e-10 && torque < 1e-9, "{simd:?}: {force:e} {torque:e}");
-        // What left is weighted with the velocity its cell had then; by now a turning body has moved on by one step, which
-        // changes the velocity at the cell by w x U dt: 2e-4 here, times the mass of order one that left at this impulsive
-        // start; the lever is up to five cells.
+        // What left is weighted with the velocity its cell had then; by now a turning body has moved on by one step,
+        // which changes the velocity at the cell by w x U dt: 2e-4 here, times the mass of order one that left at
+        // this impulsive start; the lever is up to five cells.
         let [force, torque] = difference_from_links(simd, [0.3, -0.2, 0.1]);
         assert!(force < 3e-4 && torque < 5e-3, "{simd:?}: {force:e} {torque:e}");
     }
@@ -409,8 +409,8 @@ fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
     }
 }
 
-/// A sphere that a jolt sets off in a flow that turns and is driven: what is left over in the balance of momentum of particle
-/// and fluid over all steps (lattice units), and the force of the last step.
+/// A sphere that a jolt sets off in a flow that turns and is driven: what is left over in the balance of momentum of
+/// particle and fluid over all steps (lattice units), and the force of the last step.
 fn left_over(solids: SolidCollision) -> [f64; 2] {
     let domain = Domain {
         periodic: [true; 3],

@@ -1,30 +1,23 @@
-//! Share of a cell's volume that lies in a particle.
+//! Volume fraction of a cell that is inside a particle.
 //!
-//! Behind a plane with unit normal `n` at the signed distance `d` of the cell's centre (cells, negative inside) lies
+//! Volume of a unit cube behind a plane with unit normal `n`, at the signed distance `d` of the cell's centre
+//! (cells, negative inside):
 //!
 //! ```text
 //! V(d, n) = [ q^3 - sum_a (q - m_a)+^3 + sum_a (q - s + m_a)+^3 - (q - s)+^3 ] / (6 m_1 m_2 m_3)
 //! m_a = |n_a|,   s = m_1 + m_2 + m_3,   q = s/2 - d,   x+ = max(x, 0)
 //! ```
 //!
-//! of a unit cube. A surface with the principal curvatures `k_1`, `k_2` (1 / cells) lies `(k_1 x_1^2 + k_2 x_2^2) / 2` below the
-//! plane that touches it, at the distances `x_1`, `x_2` from the point of contact. Over the section of a cell, averaged over all
-//! places of the plane, the mean of `x_1^2` is `(1/4 - 1/12) / 2 = 1/12` in the mean over directions, so to first order the
-//! plane is moved in by `(k_1 + k_2) / 24`: for a sphere of radius `R`, `1 / (12 R)`.
+//! A curved surface counts as a plane moved in by `(k_1 + k_2) / 24` (principal curvatures, 1 / cells). Fractions
+//! `v`, `w` behind two planes whose normals have the cosine `c` combine as `(1 - c) v w + c min(v, w)` for `c >=
+//! 0`, and `(1 + c) v w - c max(0, v + w - 1)` otherwise. Derivation: `docs/theory/coupling.md`.
 //!
-//! Where several planes cut a cell, the shares `v`, `w` behind two of them with normals at the cosine `c` combine as
-//!
-//! ```text
-//! c >= 0     (1 - c) v w + c min(v, w)                   exact for c = 1, and for c = 0 along the axes of the lattice
-//! c <  0     (1 + c) v w - c max(0, v + w - 1)           exact for c = -1
-//! ```
-//!
-//! Reference: Scardovelli and Zaleski (2000), doi:10.1006/jcph.2000.6567 (volume behind a plane).
+//! Reference: Scardovelli and Zaleski (2000), doi:10.1006/jcph.2000.6567.
 
 /// Components of a normal below this count as this, which keeps the division good to eight digits.
 pub(super) const LEAST: f64 = 1e-4;
 
-/// Share of a cell behind a plane with normal `n`, the signed distance of its centre being `d` (cells).
+/// Volume fraction of a cell behind a plane with normal `n`, the signed distance of its centre being `d` (cells).
 #[inline(always)]
 pub(super) fn behind_plane(d: f64, n: [f64; 3]) -> f64 {
     behind(
@@ -62,13 +55,14 @@ pub(super) fn behind(d: f64, m: [f64; 3]) -> f64 {
     if d > 0.0 { part } else { 1.0 - part }
 }
 
-/// By how much a surface whose principal curvatures (1 / cells) add up to `curvature` is moved in to count as a plane (cells).
+/// By how much a surface whose principal curvatures (1 / cells) add up to `curvature` is moved in to count as a plane
+/// (cells).
 #[inline(always)]
 pub(super) fn curved(curvature: f64) -> f64 {
     curvature / 24.0
 }
 
-/// What is behind two planes whose normals have the cosine `c`.
+/// Volume fraction behind two planes whose normals have the cosine `c`.
 #[inline(always)]
 pub(super) fn behind_both(v: f64, w: f64, c: f64) -> f64 {
     let both = v * w;

@@ -1,4 +1,4 @@
-//! What a particle beside a wall feels of the fluid, and what the walls feel.
+//! Hydrodynamic loads on a particle beside a wall, and on the walls.
 
 use super::tests::{CELLS, COUPLINGS, UNITS, coupled, fluid_for, store};
 use super::*;
@@ -31,7 +31,7 @@ pub(super) fn walls(domain: &Domain) -> Vec<Wall> {
     ]
 }
 
-/// What a run with particles that stay where they are ends with.
+/// Final state of a run with particles that stay at their positions.
 struct Outcome {
     /// Force and torque on the particles by id.
     loads: Vec<Load>,

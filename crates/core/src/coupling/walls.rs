@@ -1,4 +1,4 @@
-//! Walls as the fluid knows them: cells whose centres lie in a wall, and steady motions in lattice units.
+//! Walls as cells of the lattice: cells whose centres are in a wall, and steady motions in lattice units.
 
 use crate::fluid::WallMotion;
 use crate::math::Vec3;
@@ -8,12 +8,12 @@ use crate::wall::{Surface, Wall};
 /// Sines of angles and relative lengths below this count as zero.
 const TOLERANCE: f64 = 1e-9;
 
-/// Says what is wrong with the motion of a wall that a fluid meets: its surface must stay where it is, and the velocity of
-/// its matter at a place must not change in time. So a plane slides along itself or turns about its normal (not both),
-/// and a cylinder slides along its axis and turns about it.
+/// Checks the motion of a wall in contact with fluid: its surface must not move, and the velocity of its material at
+/// a position must not change in time. So a plane slides along itself or turns about its normal (not both), and a
+/// cylinder slides along its axis and turns about it.
 ///
 /// # Errors
-/// What the wall does instead, as the end of a sentence that begins with its name.
+/// The motion that is not possible, as the end of a sentence that begins with the name of the wall.
 pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
     let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
     let along = |a: &Vec3, b: &Vec3| a.cross(b).norm() <= TOLERANCE * a.norm();
@@ -81,7 +81,7 @@ impl LatticeWalls {
             .position(|surface| surface.distance(centre) < 0.0)
     }
 
-    /// How they move.
+    /// Their motions.
     pub fn motions(&self) -> &[WallMotion] {
         &self.motions
     }

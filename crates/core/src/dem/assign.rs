@@ -1,4 +1,4 @@
-//! Who owns, who knows, and who is responsible: every rank finds the same answer without a message.
+//! Owner, ghosts and evaluating rank, which every rank finds alike without a message.
 
 use crate::domain::{Decomposition, around};
 use crate::math::Vec3;
@@ -6,8 +6,8 @@ use crate::math::Vec3;
 /// The rank that evaluates a contact.
 ///
 /// 1. Both bodies have one owner: that rank.
-/// 2. Otherwise the lower owner that knows both.
-/// 3. Otherwise the lowest rank that knows both; `None` if there is none.
+/// 2. Otherwise the lower owner that has both.
+/// 3. Otherwise the lowest rank that has both; `None` if there is none.
 ///
 /// # Reference
 /// Marquardt, Hafen, Krause (2024), doi:10.1016/j.cpc.2024.109321, section 3.3.
@@ -44,13 +44,13 @@ impl Zone {
     }
 }
 
-/// Middle and half width (m) of the slab at place `p` along an axis.
+/// Middle and half width (m) of the slab with index `p` along an axis.
 fn slab(decomposition: &Decomposition, axis: usize, p: usize) -> [f64; 2] {
     let [lo, hi] = decomposition.slab(axis, p);
     [(lo + hi) * 0.5, (hi - lo) * 0.5]
 }
 
-/// Which ranks know a particle, from its position alone.
+/// Ranks that have a particle, as owner or as a ghost, from its position alone.
 ///
 /// Holds the blocks of this rank and its peers; all else is found from the cuts of the box.
 #[derive(Clone, Debug)]
@@ -62,15 +62,15 @@ pub struct Neighbourhood {
     pub peers: Vec<usize>,
     /// Those of the peers.
     zones: Vec<Zone>,
-    /// Distance to the block within which a particle of each template is known (m).
+    /// Distance to the block within which a particle of each template is a ghost (m).
     reach: Vec<f64>,
 }
 
 impl Neighbourhood {
     /// For particles that lie in spheres of these radii (m, by template), enlarged for contacts.
     ///
-    /// A rank knows a particle if its centre is at most `R + R_max + 2 dx` from the rank's block: enough for every contact of
-    /// the particles inside the block, also after each has moved by a cell.
+    /// A rank has a particle if its centre is at most `R + R_max + 2 dx` from the rank's block: enough for every
+    /// contact of the particles inside the block, also after each has moved by a cell.
     pub fn new(decomposition: Decomposition, rank: usize, radii: &[f64]) -> Self {
         let dx = decomposition.domain.dx;
         let largest = radii.iter().copied().fold(0.0, f64::max);
@@ -119,12 +119,12 @@ impl Neighbourhood {
         }
     }
 
-    /// Whether `rank` knows a particle of this template at a wrapped position.
+    /// Returns true if `rank` has a particle of this template at a wrapped position, as owner or as a ghost.
     pub fn knows(&self, rank: usize, position: Vec3, template: u64) -> bool {
         self.holds(&self.zone(rank), position, template)
     }
 
-    /// Whether `peers[link]` knows a particle of this template at a wrapped position.
+    /// Returns true if `peers[link]` has a particle of this template at a wrapped position, as owner or as a ghost.
     pub fn peer_knows(&self, link: usize, position: Vec3, template: u64) -> bool {
         self.holds(&self.zones[link], position, template)
     }
@@ -134,13 +134,13 @@ impl Neighbourhood {
         (0..3).all(|i| self.is_near(i, position[i], [zone.middle[i], zone.half[i]], reach))
     }
 
-    /// Whether a coordinate lies within `reach` (m) of a slab.
+    /// Returns true if a coordinate lies within `reach` (m) of a slab.
     fn is_near(&self, axis: usize, x: f64, [middle, half]: [f64; 2], reach: f64) -> bool {
         let offset = (x - middle).abs();
         self.decomposition.domain.shorter_way(axis, offset) <= half + reach
     }
 
-    /// All ranks that know a particle of this template at a wrapped position, its owner included, ascending.
+    /// All ranks that have a particle of this template at a wrapped position, its owner included, ascending.
     pub fn who_knows(&self, position: Vec3, template: u64) -> Vec<usize> {
         let [xs, ys, zs] = std::array::from_fn(|axis| self.slabs_that_know(axis, position, template));
         let mut ranks = Vec::with_capacity(xs.len() * ys.len() * zs.len());
@@ -152,8 +152,8 @@ impl Neighbourhood {
         ranks
     }
 
-    /// The slabs of an axis whose ranks know a particle as far as that axis goes, ascending. Only slabs round that of the
-    /// owner are looked at.
+    /// The slabs of an axis whose ranks have a particle as far as that axis goes, ascending. Only slabs around that
+    /// of the owner are tested.
     fn slabs_that_know(&self, axis: usize, position: Vec3, template: u64) -> Vec<usize> {
         let cut = &self.decomposition;
         let reach = self.reach[template as usize];
@@ -163,8 +163,8 @@ impl Neighbourhood {
         })
     }
 
-    /// The rank responsible for the contact of two particles, each with its owner, wrapped position and template: the same
-    /// answer on every rank.
+    /// The rank that evaluates the contact of two particles, each with its owner, wrapped position and template: the
+    /// same answer on every rank.
     pub fn responsible(&self, a: (usize, Vec3, u64), b: (usize, Vec3, u64)) -> Option<usize> {
         let knows_both = |rank| {
             let zone = self.zone(rank);
@@ -177,10 +177,10 @@ impl Neighbourhood {
         })
     }
 
-    /// The lowest rank that knows both of two particles.
+    /// The lowest rank that has both of two particles.
     ///
-    /// Ranks know a particle axis by axis, so those that know both are a product of slabs along x, y and z, and the lowest
-    /// is at the lowest of each.
+    /// Ranks have a particle axis by axis, so those that have both are a product of slabs along x, y and z, and the
+    /// lowest is at the lowest of each.
     fn lowest_that_knows(&self, [a, b]: [(Vec3, u64); 2]) -> Option<usize> {
         let mut place = [0; 3];
         for axis in 0..3 {
@@ -191,7 +191,7 @@ impl Neighbourhood {
         Some(self.decomposition.rank_of(place))
     }
 
-    /// Low corner and edges (m) of the part of space in which `rank` knows particles.
+    /// Low corner and edges (m) of the part of space in which `rank` has particles.
     pub fn window(&self, rank: usize) -> (Vec3, Vec3) {
         let reach = self.reach.iter().copied().fold(0.0, f64::max) + self.decomposition.domain.dx;
         let zone = self.zone(rank);

@@ -20,7 +20,7 @@ pub struct Ballistic {
 }
 
 impl Ballistic {
-    /// The part of `all` that `rank` owns or knows; `all` is the same on every rank.
+    /// The particles of `all` that `rank` has, owned or as ghosts; `all` is the same on every rank.
     pub fn new(
         decomposition: Decomposition,
         rank: usize,

@@ -1,12 +1,13 @@
 //! Commands of a case for LIGGGHTS: the few that turbid passes on.
 //!
-//! LIGGGHTS's language reads and writes any file that a command names, runs programs, and can replace what the coupling rests
-//! on. So a command passes only if it has one of the [`FORMS`]. These take names and finite numbers and nothing else: no path,
-//! no variable, no string. In LIGGGHTS 3.8.0 none of them opens a file, and the fixes among them add to the forces, so that
-//! what LIGGGHTS is given of the fluid stays what it was given (one that sets forces would not).
+//! LIGGGHTS's language reads and writes any file that a command names, runs programs, and can replace what the
+//! coupling rests on. So a command passes only if it has one of the [`FORMS`]. These take names and finite numbers
+//! and nothing else: no path, no variable, no string. In LIGGGHTS 3.8.0 none of them opens a file, and the fixes
+//! among them add to the forces, so that what LIGGGHTS is given of the fluid stays what it was given (one that sets
+//! forces would not).
 
-/// The commands that are passed on, as [`CLASSES`] and literals; `|` separates choices, `...` follows what may be repeated,
-/// and brackets enclose options in any order.
+/// The commands that are passed on, as [`CLASSES`] and literals; `|` separates choices, `...` follows what may be
+/// repeated, and brackets enclose options in any order.
 pub const FORMS: [&str; 15] = [
     "group NEW type RANGE...",
     "group NEW id RANGE...",
@@ -25,7 +26,7 @@ pub const FORMS: [&str; 15] = [
     "neigh_modify one COUNT page COUNT",
 ];
 
-/// What the words in capitals stand for, of those that are not plain.
+/// Meanings of the words in capitals that need an explanation.
 const CLASSES: [(&str, &str); 5] = [
     ("NEW", "a name that turbid and LIGGGHTS do not use"),
     ("RANGE", "n, first:last or first:last:stride"),
@@ -57,7 +58,8 @@ const TAKEN: [&str; 16] = [
     "nneighs_full",
 ];
 
-/// Commands, and beginnings of styles of `fix`, for which there is something better to say than that they are not among the forms.
+/// Commands, and beginnings of styles of `fix`, for which there is something better to say than that they are not
+/// among the forms.
 const REASONS: [(&str, &str); 9] = [
     (
         "run rerun minimize run_style timestep reset_timestep",
@@ -103,11 +105,11 @@ const REASONS: [(&str, &str); 9] = [
 /// Why a command is not passed on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// What it is, to follow the name of the key.
+    /// Kind of the mistake, to follow the name of the key.
     pub title: String,
-    /// What is wrong in it.
+    /// The mistake.
     pub label: String,
-    /// What to write instead.
+    /// The suggested fix.
     pub remedy: String,
 }
 
@@ -195,7 +197,7 @@ fn head(form: &str) -> (&str, usize) {
     (name, words.position(is_literal).map_or(1, |index| index + 1))
 }
 
-/// Whether a command is of this form, as far as its name and its style go.
+/// Returns true if a command is of this form, as far as its name and its style go.
 fn is_meant(form: &str, words: &[&str]) -> bool {
     let (name, style) = head(form);
     let kind = form.split(' ').nth(style).unwrap_or_default();
@@ -227,7 +229,7 @@ fn fit(form: &str, words: &[&str]) -> Result<(), usize> {
     Ok(())
 }
 
-/// Whether a word is of a class or one of the literals.
+/// Returns true if a word is of a class or one of the literals.
 fn is_of(word: &str, kind: &str) -> bool {
     match kind {
         "NEW" => is_name(word) && !is_taken(word),
@@ -252,7 +254,7 @@ fn is_taken(word: &str) -> bool {
     TAKEN.contains(&word) || word.strip_prefix("wall").is_some_and(of_wall)
 }
 
-/// Whether LIGGGHTS reads the word as a number, and the same one as everybody.
+/// Returns true if LIGGGHTS reads the word as a number, and as the same one as Rust does.
 fn is_number(word: &str) -> bool {
     let plain = word.chars().all(|c| c.is_ascii_digit() || "+-.eE".contains(c));
     plain && word.len() <= LONGEST && word.parse().is_ok_and(f64::is_finite)

@@ -21,7 +21,7 @@ pub struct Population {
     incoming: Vec<Parcel>,
 }
 
-/// A particle on its way to a rank that owns or knows it.
+/// A particle on its way to its new owner, or to a rank that has it as a ghost.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Parcel {
@@ -40,7 +40,7 @@ impl Parcel {
 }
 
 impl Population {
-    /// The particles of `all` that `rank` owns or knows, without loads.
+    /// The particles of `all` that `rank` has, owned or as ghosts, without loads.
     pub fn new(
         near: &Neighbourhood,
         rank: usize,
@@ -51,7 +51,7 @@ impl Population {
         Self::loaded(near, rank, templates, loaded)
     }
 
-    /// The particles of `all` that `rank` owns or knows, with their loads.
+    /// The particles of `all` that `rank` has, owned or as ghosts, with their loads.
     pub fn loaded(
         near: &Neighbourhood,
         rank: usize,
@@ -168,7 +168,7 @@ impl Population {
         store.owned = loads.len();
     }
 
-    /// Index of the known particle with this id.
+    /// Index of the particle with this id, owned or ghost.
     pub fn index_of(&self, id: u64) -> Option<usize> {
         let owned = self.store.owned;
         let (ours, ghosts) = self.store.particles.split_at(owned);
@@ -255,7 +255,8 @@ mod tests {
         }
     }
 
-    /// Places along an axis where rounding might lose or double a particle: the ends of the box and the faces of blocks.
+    /// Positions along an axis where rounding might lose or double a particle: the ends of the box and the faces of
+    /// blocks.
     fn edges(cut: &Decomposition, axis: usize) -> Vec<f64> {
         let length = cut.domain.size()[axis];
         let below = |x: f64| f64::from_bits(x.to_bits() - 1);

@@ -1,4 +1,4 @@
-//! What a contact remembers, kept by the rank that is responsible for it.
+//! Contact histories, stored by the rank that evaluates the contact.
 
 use crate::comm::Comm;
 use bytemuck::{Pod, Zeroable};
@@ -52,7 +52,7 @@ impl History {
         &self.current
     }
 
-    /// The record of a pair, if the contact existed. Pairs must be asked for in ascending order.
+    /// The record of a pair, if the contact existed. Pairs must be requested in ascending order.
     pub fn recall(&mut self, first: u64, second: u64) -> Option<Record> {
         while self
             .current
@@ -93,9 +93,9 @@ impl History {
         self.cursor = 0;
     }
 
-    /// Sends the records for which another rank has become responsible to that rank.
+    /// Sends the records of contacts whose evaluating rank has changed to that rank.
     ///
-    /// `responsible` gives the rank of a record; one for which it gives none is forgotten.
+    /// `responsible` gives the evaluating rank of a record; one without a rank is dropped.
     ///
     /// # Collective
     pub fn hand_over(

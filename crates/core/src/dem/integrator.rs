@@ -1,38 +1,19 @@
-//! Second-order motion of one rigid body: leapfrog for the centre, leapfrog with unit quaternions for the turning.
-//!
-//! Contact forces `C` are those at the current position, `C^n = C(x^n)`, and so symplectic. Loads `L` (of the fluid, and
-//! gravity) are constant over a step by definition, so that what they do is a parabola, and exact. A particle carries
-//! the velocity predicted for its own time, from which that at the half step is found again; there the contact force of the
-//! step before is needed, but the load of the coming step stands for its own past:
+//! Second-order motion of one rigid body: leapfrog for the centre of mass and, with unit quaternions, for the
+//! orientation.
 //!
 //! ```text
-//! v^{n-1/2} = v^n - dt/2 (C^{n-1} + L) / m     undoes the prediction
+//! v^{n-1/2} = v^n - dt/2 (C^{n-1} + L) / m     undoes the prediction;  C = contact force, L = load, constant over a step
 //! v^{n+1/2} = v^{n-1/2} + dt (C^n + L) / m
 //! x^{n+1}   = x^n + dt v^{n+1/2}
 //! v^{n+1}   = v^{n+1/2} + dt/2 (C^n + L) / m   prediction
 //! ```
 //!
-//! Without contacts this is `v' = v + dt L / m`, `x' = x + dt v + dt^2 L / (2 m)`, whatever the loads of other steps were; the
-//! momentum that loads give in any number of steps is their time integral.
-//!
-//! Likewise the angular momentum `L` in the world frame with the torque; between two kicks the body turns freely under the
-//! constant `L^{n+1/2}`. With the body-frame momentum `m = R^T L` the energy of turning is, `I_0` being the middle moment,
-//!
-//! ```text
-//! H = |L|^2 / (2 I_0) + sum_k m_k^2 / 2 (1/I_k - 1/I_0)
-//! ```
-//!
-//! The first part turns the body by `w = L / I_0` about an axis fixed in the world, and commutes with the others; part `k`
-//! turns it about its own axis `k` by `w_k = m_k (1/I_k - 1/I_0)`. Each is solved exactly but for the tangent of the angle, and
-//! they are put together symmetrically, half `a`, `b`, half `a`: symplectic and reversible, of second order, exact for bodies
-//! with two equal moments. Angular momentum is kept to rounding, and the energy of a free top swings within a bound
-//! but does not drift; this is the gyroscopic term of Euler's equations.
-//!
-//! Only + - * / and square roots are used, so that every machine gets the same bits.
+//! Angular momentum likewise, with free rotation by symmetric splitting: exact for two equal moments. Only `+ - *
+//! /` and square roots are used, so every machine gets the same bits. Derivation: `docs/theory/motion.md`.
 //!
 //! # Reference
-//! Touma and Wisdom (1994), Astron. J. 107, 1189, with the turn about `L` taken out and a Cayley-like turn for
-//! the sine and cosine; leapfrog: Allen and Tildesley (2017), Computer Simulation of Liquids, section 3.2.
+//! Touma and Wisdom (1994), Astron. J. 107, 1189; Allen and Tildesley (2017), Computer Simulation of Liquids,
+//! section 3.2.
 
 #[cfg(test)]
 mod tests;
@@ -95,10 +76,11 @@ impl Inertia {
     }
 }
 
-/// Advances a particle by `dt` (s) under the `contact` forces at its current position and a constant `load` (gravity included).
+/// Advances a particle by `dt` (s) under the `contact` forces at its current position and a constant `load` (gravity
+/// included).
 ///
-/// The particle's `contact_force` and `contact_torque` must be those of the step before; at the start of the motion those of
-/// this step, see [`start`]. The position is not wrapped.
+/// The particle's `contact_force` and `contact_torque` must be those of the step before; at the start of the motion
+/// those of this step, see [`start`]. The position is not wrapped.
 pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &Load, dt: f64) {
     let half = 0.5 * dt;
 
@@ -127,7 +109,8 @@ pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &L
     particle.contact_torque = contact.torque.into();
 }
 
-/// Makes the first [`step`] a good one: with the contacts of the step before unknown, those of this step stand for them.
+/// Makes the first [`step`] a good one: with the contacts of the step before unknown, those of this step stand for
+/// them.
 pub fn start(particle: &mut Particle, contact: &Load) {
     particle.contact_force = contact.force.into();
     particle.contact_torque = contact.torque.into();
@@ -152,8 +135,8 @@ fn turned_freely(orientation: &Quat, inertia: &Inertia, momentum: Vec3, dt: f64)
     turned(&Quat::new_unchecked(turning), momentum * common, dt)
 }
 
-/// Turns a body about its own axis `k` by `momentum[k] inverse dt`: `q' = q (1, t e_k)`, not normalised, with the tangent
-/// `t` of [`turned`]; the momentum in the body frame turns the other way.
+/// Turns a body about its own axis `k` by `momentum[k] inverse dt`: `q' = q (1, t e_k)`, not normalised, with the
+/// tangent `t` of [`turned`]; the momentum in the body frame turns the other way.
 fn turn_about_own_axis(q: &mut Quaternion<f64>, momentum: &mut Vec3, k: usize, inverse: f64, dt: f64) {
     let (a, b) = ((k + 1) % 3, (k + 2) % 3);
     let half = 0.5 * dt * inverse * momentum[k];
@@ -169,8 +152,8 @@ fn turn_about_own_axis(q: &mut Quaternion<f64>, momentum: &mut Vec3, k: usize, i
 
 /// The orientation after turning with `angular_velocity` (1/s, world frame) for `dt` (s).
 ///
-/// `q' = (1, t) q / |(1, t) q|` with the vector `t = h (1 + |h|^2 / 3)`, `h = w dt / 2`: the tangent of half the angle to
-/// third order, so that even a constant spin is exact to the fourth.
+/// `q' = (1, t) q / |(1, t) q|` with the vector `t = h (1 + |h|^2 / 3)`, `h = w dt / 2`: the tangent of half the
+/// angle to third order, so that even a constant spin is exact to the fourth.
 pub fn turned(orientation: &Quat, angular_velocity: Vec3, dt: f64) -> Quat {
     let half = angular_velocity * (0.5 * dt);
     let tangent = half * (1.0 + half.norm_squared() / 3.0);

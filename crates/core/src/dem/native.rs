@@ -2,20 +2,16 @@
 //!
 //! A sub-step:
 //!
-//! 1. every rank searches pairs among the particles it knows, and evaluates the contacts it is responsible for;
+//! 1. every rank finds pairs among its own particles and ghosts, and evaluates the contacts assigned to it;
 //! 2. forces go to the owners, who add them up in ascending order of the partner's id;
 //! 3. owners integrate;
-//! 4. particles go to their new owners and to all ranks that must know them;
-//! 5. the memory of a contact follows its responsibility.
+//! 4. particles go to their new owners, and to all ranks as ghosts that need them;
+//! 5. contact histories follow the evaluating rank.
 //!
-//! Every number is computed once, by one rank, from the same bits in the same order whatever the number of ranks: the
-//! pair with the lower id first, from the nearest image of wrapped positions. So trajectories are the same to the bit.
-//!
-//! Walls stand where their motion has brought them after `substep dt`; so `dt` is the same all the time. A
-//! contact with a wall belongs to the owner of the particle, and comes after the contacts with other particles.
-//!
-//! Bodies that touch through two images at once are left out, and so are images of walls: a plane that cuts the box has no
-//! copy behind a periodic face.
+//! Every number is computed once, by one rank, in the same order whatever the number of ranks: the pair with the
+//! lower id first, from the nearest image of wrapped positions. Walls stand where their motion has brought them
+//! after `substep dt`. A contact with a wall belongs to the owner of the particle and comes after those with
+//! particles. Bodies that touch through two images at once are left out, and so are images of walls.
 
 #[cfg(test)]
 mod bricks;
@@ -91,13 +87,13 @@ pub struct Native {
     ledger: Ledger,
     /// Sub-steps since the start.
     substep: u64,
-    /// Loads of the sub-step before by known particle, if a law wants them.
+    /// Loads of the previous sub-step by particle, if a law needs them.
     past: Vec<Load>,
     roll: Roll,
 }
 
 impl Native {
-    /// The part of `all` that `rank` owns or knows; `all` and the rest are the same on every rank.
+    /// The particles of `all` that `rank` has, owned or as ghosts; `all` and the rest are the same on every rank.
     ///
     /// A particle with an angular velocity but no angular momentum gets the one that belongs to it.
     ///
@@ -154,8 +150,9 @@ impl Native {
         })
     }
 
-    /// Goes on where another engine stood after `substep` sub-steps: the particles are its particles, `records` are (at
-    /// least) the memories of the contacts this rank is responsible for, `begun` the contacts it has seen begin. Walls stand where `substep` sub-steps of the coming length have brought them.
+    /// Continues from the state of another engine after `substep` sub-steps: the particles are its particles,
+    /// `records` are (at least) the histories of the contacts that this rank evaluates, `begun` is the number of
+    /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
         let mine = records
             .iter()
@@ -165,7 +162,7 @@ impl Native {
         self.substep = substep;
     }
 
-    /// Memories of the contacts this rank is responsible for, ascending by pair of ids.
+    /// Histories of the contacts that this rank evaluates, ascending by pair of ids.
     pub fn records(&self) -> &[Record] {
         self.ledger.history.records()
     }
@@ -175,7 +172,7 @@ impl Native {
         self.substep
     }
 
-    /// Keeps the loads of the sub-step before for the laws that want them.
+    /// Stores the loads of the previous sub-step for the laws that need them.
     fn note_loads(&mut self) {
         self.past.clear();
         if self.laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
@@ -198,7 +195,7 @@ impl Native {
         evaluated.and(moved)
     }
 
-    /// Forces of the contacts this rank is responsible for, at the current positions.
+    /// Forces of the contacts that this rank evaluates, at the current positions.
     fn evaluate_contacts(&mut self, dt: f64) -> Result<()> {
         self.ledger.open();
         let Some(contact) = &self.params.contact else {
@@ -270,7 +267,7 @@ fn laws(model: &ContactModel) -> Vec<PairLaw> {
     (0..n * n).map(|i| PairLaw::new(model, i / n, i % n)).collect()
 }
 
-/// The rank responsible for a contact by its record, if all its particles are known here.
+/// The rank that evaluates the contact of a record, if this rank has all its particles.
 fn responsible_for(record: &Record, near: &Neighbourhood, population: &Population) -> Option<usize> {
     let i = population.index_of(record.first)?;
     if ContactState::wall_of(record.second).is_some() {
@@ -298,7 +295,7 @@ pub fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     })
 }
 
-/// Refuses a box in which a pair could touch through two images: the nearest one is all the engine looks at.
+/// Refuses a box in which a pair could touch through two images: the engine considers only the nearest one.
 fn check_images(decomposition: &Decomposition, all: &[Particle], bounds: &[f64]) -> Result<()> {
     let (mut largest, mut second) = (0.0, 0.0);
     for particle in all {

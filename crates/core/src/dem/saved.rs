@@ -1,8 +1,8 @@
-//! What an engine saves of a run, as bytes, and how all ranks read it again.
+//! Saved state of an engine as bytes, and its reading by all ranks.
 //!
-//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts, and the
-//! contacts of the last sub-step, as plain data of this machine, and at the end what the engine has of its own. All parts together are the run: whoever reads them picks
-//! what its own rank owns or knows, so the number of ranks may be another one.
+//! A part, written by one rank, is a [`Header`] and then the owned particles, their loads, the memories of contacts,
+//! and the contacts of the last sub-step, as plain data of this machine, and at the end the engine's own data. All
+//! parts together are the run: a reader picks what its own rank has, so the number of ranks may be another one.
 
 use super::{ContactState, Load, Record};
 use crate::domain::Domain;
@@ -33,7 +33,7 @@ pub struct Saved {
     pub records: Vec<Record>,
     /// Contacts of the last sub-step.
     pub states: Vec<ContactState>,
-    /// What the engine has of its own, of all ranks together.
+    /// The engine's own data, of all ranks together.
     pub own: Vec<u8>,
 }
 
@@ -53,14 +53,14 @@ struct Header {
     own: u64,
 }
 
-/// Where [`Header::checksum`] ends.
+/// End of [`Header::checksum`].
 const UNCHECKED: usize = 16;
 
 fn padded(engine: &str) -> [u8; 16] {
     std::array::from_fn(|i| engine.as_bytes().get(i).copied().unwrap_or(0))
 }
 
-/// The next `count` items, if there are so many.
+/// The next `count` items, if there are as many.
 fn take<T: Pod>(rest: &mut &[u8], count: u64) -> Option<Vec<T>> {
     let length = usize::try_from(count).ok()?.checked_mul(size_of::<T>())?;
     let (items, after) = rest.split_at_checked(length)?;
@@ -103,7 +103,7 @@ impl Saved {
         Some(bytemuck::pod_read_unaligned::<Header>(head).begun)
     }
 
-    /// One part, or what is wrong with it.
+    /// One part, or its defect.
     fn read(engine: &str, bytes: &[u8]) -> std::result::Result<Self, String> {
         let (head, mut rest) = bytes
             .split_at_checked(size_of::<Header>())
@@ -146,8 +146,9 @@ impl Saved {
         whole.ok_or_else(|| format!("has {} bytes, which are not those its head counts", bytes.len()))
     }
 
-    /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of contacts begun, that
-    /// are the business of `rank` of `size`: as they were for the same number of ranks, and together always all.
+    /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of
+    /// contacts begun, that are the business of `rank` of `size`: as they were for the same number of ranks, and
+    /// together always all.
     ///
     /// # Errors
     /// [`Error::Input`], the same on every rank, if the parts are damaged, incomplete, or of another engine, version or case.
@@ -189,7 +190,7 @@ impl Saved {
     }
 }
 
-/// What a saved state must fit.
+/// Constraints on a saved state.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Id and template of all particles, ascending.
@@ -201,7 +202,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Whether all `parts` together can be the state of this case, or why not.
+    /// Checks that all `parts` together can be the state of this case; returns the reason if not.
     fn is_of(&self, parts: &[Saved]) -> std::result::Result<(), String> {
         let particles = parts.iter().flat_map(|part| &part.particles);
         let mut census: Vec<[u64; 2]> = particles.map(|p| [p.id, p.template]).collect();
@@ -228,7 +229,7 @@ impl Case {
         Ok(())
     }
 
-    /// Whether an engine can go on with the numbers of a part, or why not.
+    /// Checks that an engine can continue with the numbers of a part; returns the reason if not.
     fn is_sound(&self, part: &Saved) -> std::result::Result<(), String> {
         let size = self.domain.size();
         if let Some(flaw) = part.particles.iter().find_map(|particle| particle.flaw(size)) {
@@ -345,7 +346,7 @@ mod tests {
         parts.iter().map(|part| part.write("native")).collect()
     }
 
-    /// What [`Saved::join`] has against these parts.
+    /// Error of [`Saved::join`] for these parts.
     fn objection(parts: &[Vec<u8>]) -> String {
         let refused = Saved::join("native", parts, &case(), (0, 1)).unwrap_err();
         assert!(matches!(refused, Error::Input(_)));

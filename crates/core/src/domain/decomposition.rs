@@ -1,4 +1,4 @@
-//! Which block of cells a rank owns, who owns a position, and whose blocks are near.
+//! Decomposition of the box: the block of a rank, the owner of a position, and neighbouring blocks.
 //!
 //! The blocks are a grid of cuts through the whole box. A rank keeps the cuts along each axis and nothing per rank, so
 //! that memory and time do not grow with the number of ranks.
@@ -7,14 +7,14 @@ use super::weights::{FACES, MIN_BLOCK, equal_cuts};
 use super::{Block, Domain, Weights};
 use crate::math::Vec3;
 
-/// How the box is cut into one block per rank: a Cartesian grid of blocks.
+/// Decomposition of the box into one block per rank: a Cartesian grid of blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decomposition {
     /// The whole box.
     pub domain: Domain,
     /// Number of blocks in each direction.
     pub grid: [usize; 3],
-    /// Where the blocks begin along each axis, and where the last one ends (cells).
+    /// First cell of each block along each axis, and one past the last cell of the box.
     ///
     /// # Shape
     /// `cuts[axis].len() == grid[axis] + 1`, ascending from 0 to `domain.cells[axis]`
@@ -25,15 +25,16 @@ impl Decomposition {
     /// Cuts `domain` into `ranks` blocks of (nearly) equal size with the least surface; between equals the one with the
     /// longest rows.
     ///
-    /// `None` if no grid of `ranks` blocks leaves every block at least four cells wide; see [`max_ranks`](Self::max_ranks).
+    /// `None` if no grid of `ranks` blocks leaves every block at least four cells wide; see
+    /// [`max_ranks`](Self::max_ranks).
     pub fn new(domain: Domain, ranks: usize) -> Option<Self> {
         let edges = |grid: [usize; 3]| domain.edges(grid);
         let grid = best_grid(&domain, ranks, |grid| surface(grid, edges(grid)))?;
         Some(Self::with_grid(domain, grid))
     }
 
-    /// Cuts `domain` into `ranks` blocks of nearly the same work: of all grids the one whose heaviest block, with what its
-    /// faces cost, has the least.
+    /// Cuts `domain` into `ranks` blocks of nearly the same work: of all grids the one whose heaviest block, with
+    /// what its faces cost, has the least.
     ///
     /// `None` as in [`new`](Self::new).
     pub fn balanced(domain: Domain, ranks: usize, weights: &Weights) -> Option<Self> {
@@ -89,7 +90,7 @@ impl Decomposition {
         }
     }
 
-    /// The largest rank count not above `wanted` that [`new`](Self::new) accepts.
+    /// The largest number of ranks up to `wanted` that [`new`](Self::new) accepts.
     pub fn max_ranks(domain: Domain, wanted: usize) -> usize {
         let most = domain.cells.iter().map(|n| n / MIN_BLOCK).product();
         (1..=wanted.min(most))
@@ -103,7 +104,7 @@ impl Decomposition {
         self.grid.iter().product()
     }
 
-    /// Place of a rank in the grid of blocks; x runs fastest.
+    /// Grid index of a rank; x runs fastest.
     pub fn place(&self, rank: usize) -> [usize; 3] {
         [
             rank % self.grid[0],
@@ -112,14 +113,14 @@ impl Decomposition {
         ]
     }
 
-    /// Rank at a place in the grid of blocks, taken periodically.
+    /// Rank at a grid index, taken periodically.
     pub fn rank_at(&self, place: [isize; 3]) -> usize {
         self.rank_of(std::array::from_fn(|i| {
             place[i].rem_euclid(self.grid[i] as isize) as usize
         }))
     }
 
-    /// Rank at a place in the grid of blocks.
+    /// Rank at a grid index.
     pub fn rank_of(&self, [x, y, z]: [usize; 3]) -> usize {
         x + self.grid[0] * (y + self.grid[1] * z)
     }
@@ -133,7 +134,7 @@ impl Decomposition {
         }
     }
 
-    /// Where the slab at place `p` along an axis begins and ends (m).
+    /// Ends of the slab with index `p` along an axis (m).
     pub fn slab(&self, axis: usize, p: usize) -> [f64; 2] {
         [p, p + 1].map(|p| self.cuts[axis][p] as f64 * self.domain.dx)
     }
@@ -146,7 +147,7 @@ impl Decomposition {
         }))
     }
 
-    /// Whether some periodic image of a wrapped position lies within `reach` (m) of the rank's block.
+    /// Returns true if some periodic image of a wrapped position lies within `reach` (m) of the rank's block.
     ///
     /// The distance is taken direction by direction (a box grown by `reach`), so this is never too small.
     pub fn is_within(&self, rank: usize, position: Vec3, reach: f64) -> bool {
@@ -173,8 +174,8 @@ impl Decomposition {
         near
     }
 
-    /// The slabs of an axis that come within `reach` (m) of the one at place `p`, that one included, ascending. Looks at no
-    /// slab beyond the first that is too far away.
+    /// The slabs of an axis that come within `reach` (m) of the one with index `p`, that one included, ascending.
+    /// Looks at no slab beyond the first that is too far away.
     fn slabs_near(&self, axis: usize, p: usize, reach: f64) -> Vec<usize> {
         let (cuts, cells) = (&self.cuts[axis], self.domain.cells[axis]);
         let periodic = self.domain.periodic[axis];
@@ -191,11 +192,11 @@ impl Decomposition {
     }
 }
 
-/// The places along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on both sides
-/// up to the first for which it does not; round the back if `periodic`.
+/// The indices along an axis of `count` that `accepts` holds for, ascending: `p`, for which it does, and those on
+/// both sides up to the first for which it does not; across the ends if `periodic`.
 pub(crate) fn around(p: usize, count: usize, periodic: bool, accepts: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut places = vec![p];
-    // Steps upwards, then downwards as far as nobody has been.
+    // Steps upwards, then downwards to the indices not yet visited.
     let mut up = 0;
     while up + 1 < count && (periodic || p + up + 1 < count) && accepts((p + up + 1) % count) {
         up += 1;
@@ -223,8 +224,8 @@ fn surface(grid: [usize; 3], [x, y, z]: [f64; 3]) -> f64 {
     (0..3).filter(|&i| grid[i] > 1).map(|i| FACES[i] * faces[i]).sum()
 }
 
-/// The grid of `ranks` blocks of the least cost of those whose blocks can be four cells wide; between equals the one with
-/// the fewest cuts across x, then y.
+/// The grid of `ranks` blocks of the least cost of those whose blocks can be four cells wide; between equals the one
+/// with the fewest cuts across x, then y.
 fn best_grid(domain: &Domain, ranks: usize, mut cost: impl FnMut([usize; 3]) -> f64) -> Option<[usize; 3]> {
     let most = domain.cells.map(|cells| cells / MIN_BLOCK);
     let mut best: Option<([usize; 3], f64)> = None;

@@ -1,7 +1,8 @@
-//! How much work there is where, and the cuts that share it out.
+//! Work per layer of cells, and the cuts that balance it.
 //!
-//! Work is known by its sums over the layers of cells along each axis. The share of a block is taken to be the product
-//! of the shares of the three slabs it lies in, which is exact where the work varies along one axis only (a bed on a floor):
+//! Work is represented by its sums over the layers of cells along each axis. The fraction of the work in a block is
+//! taken to be the product of the fractions of its three slabs, which is exact where the work varies along one axis
+//! only (a bed on a floor):
 //!
 //! ```text
 //! work(p, q, r) = total X_p Y_q Z_r,      X_p = work of the layers of slab p / total,   Y, Z likewise
@@ -12,15 +13,15 @@ use super::Domain;
 /// Smallest number of cells of a block in any direction.
 pub(super) const MIN_BLOCK: usize = 4;
 
-/// Equal slabs stay as they are if other cuts lower the work of the heaviest by less than this factor, or by less than chance
-/// brings.
+/// Equal slabs stay as they are if other cuts lower the work of the heaviest by less than this factor, or by less
+/// than chance brings.
 const WORTH: f64 = 1.02;
 
-/// Cost of a cell of a face across x, y and z relative to the contiguous z: x faces touch one line of memory per number.
-/// The faces across y cost a hair more than those across z, so that equal grids have one order.
+/// Cost of a cell of a face across x, y and z relative to the contiguous z: x faces touch one line of memory per
+/// number. The faces across y cost a hair more than those across z, so that equal grids have one order.
 pub(super) const FACES: [f64; 3] = [1.5, 1.01, 1.0];
 
-/// Work of a time step by place, in any unit.
+/// Work of a time step by position, in any unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Work of each layer of cells along each axis; all three have the same sum.
@@ -30,8 +31,8 @@ pub struct Weights {
     pub layers: [Vec<f64>; 3],
     /// Work that a cell of a face between two ranks makes for each of them.
     pub face: f64,
-    /// Sum of the squares of the work of all that lies where it does by chance: particles, contacts. The work of one of `n`
-    /// slabs varies by the root of a part `n` of it.
+    /// Sum of the squares of the work of all that lies where it does by chance: particles, contacts. The work of one
+    /// of `n` slabs varies by the root of a part `n` of it.
     pub chance: f64,
     /// Cells of a row that are worked on at once: shorter ends of rows cost as much.
     pub chunk: usize,
@@ -56,7 +57,8 @@ impl Weights {
         self.layers[0].iter().sum()
     }
 
-    /// Cuts of an axis into so many slabs, and the share of the work (with the ends of rows) that the heaviest has.
+    /// Cuts of an axis into this many slabs, and the fraction of the work (with the ends of rows) that the heaviest
+    /// has.
     pub(super) fn cut(&self, axis: usize, parts: usize) -> (Vec<usize>, f64) {
         let layers = &self.layers[axis];
         let sums = running_sums(layers);
@@ -103,8 +105,8 @@ fn running_sums(layers: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Cuts where the running sum comes nearest to equal parts, at least [`MIN_BLOCK`] layers apart; each then moved as long
-/// as this makes the heavier of the two slabs beside it lighter.
+/// Cuts where the running sum comes nearest to equal parts, at least [`MIN_BLOCK`] layers apart; each then moved as
+/// long as this makes the heavier of the two slabs beside it lighter.
 fn even_out(sums: &[f64], parts: usize) -> Vec<usize> {
     let cells = sums.len() - 1;
     let mut cuts: Vec<usize> = (0..=parts)

@@ -50,7 +50,7 @@ impl<T: Pod> Buffer<T> {
     }
 }
 
-/// How `len` numbers are allocated and freed; nothing for more than an address space holds.
+/// Layout of an allocation of `len` numbers; `None` if it exceeds the address space.
 fn layout<T>(len: usize) -> Option<Layout> {
     let bytes = (len.max(1).checked_mul(size_of::<T>())?).checked_next_multiple_of(4096)?;
     // Small boxes (tests, many ranks) need no huge page.

@@ -25,8 +25,8 @@ pub trait Real: Number + Pod + Send + Sync {
     fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> (Flow, [i128; 6]);
 }
 
-/// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what one needs of
-/// registers is not at the expense of the other.
+/// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what
+/// one needs of registers is not at the expense of the other.
 type AskSolids<T, S> = (
     unsafe fn(&mut S, usize, usize, &mut SolidRow<T>),
     unsafe fn(&mut S, usize, usize, &SolidRow<T>),
@@ -67,12 +67,12 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
             let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
             let mut places: Places<T> = [base; Q];
             for (place, index) in places.iter_mut().zip(indices) {
-                // SAFETY: places of real cells lie inside the buffer (tested in `layout`).
+                // SAFETY: slots of real cells are inside the buffer (tested in `layout`).
                 *place = unsafe { base.add(index) };
             }
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
             let dead = walls.map_or(&[][..], |walls| &walls.dead);
-            // SAFETY: every place of a row of whole chunks lies inside the buffer and belongs to one cell only (tested in
+            // SAFETY: every slot of a row of whole chunks is inside the buffer and belongs to one cell only (tested in
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if flow.is_some() {

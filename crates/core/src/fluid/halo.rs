@@ -2,7 +2,7 @@
 //!
 //! In place, populations cross twice in two steps. After a sweep from [`Phase::Home`] the boundary cells of a block are
 //! copied to the ghosts of its neighbours (*fill*), which the next sweep reads and writes; after that one the ghosts go
-//! back to the boundary cells they stand for (*return*). Both move the same places: for a face the 5 populations that
+//! back to the boundary cells they stand for (*return*). Both move the same slots: for a face the 5 populations that
 //! cross it, for an edge 1, for a corner none. Nothing crosses a closed face of the box; see [`walls`](super::walls).
 
 use super::layout::{Layout, Phase};
@@ -21,7 +21,7 @@ struct Run {
     count: usize,
 }
 
-/// What one message holds, in order.
+/// Contents of one message, in order.
 #[derive(Default)]
 struct Message {
     /// Boundary cells sent by a fill.
@@ -35,7 +35,7 @@ struct Message {
 }
 
 impl Message {
-    /// What is sent on entering a phase, and where what is received goes.
+    /// Slots that are sent on entering a phase, and slots that are received into.
     fn runs(&self, entered: Phase) -> (&[Run], &[Run]) {
         match entered {
             Phase::Away => (&self.fill_from, &self.fill_to),
@@ -68,7 +68,7 @@ impl Message {
     }
 }
 
-/// The rank of the block next to that of `rank` in a direction; across a closed face there is nobody.
+/// The rank of the block next to that of `rank` in a direction; none across a closed face.
 fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Option<usize> {
     let place = decomposition.place(rank);
     let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
@@ -146,9 +146,10 @@ impl<T: Pod + Send> Pattern<T> {
 /// The plan for one block, with its buffers.
 ///
 /// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
-/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all rows. In both phases the places
-/// that a message is packed from belong to cells of these rows, so no later row writes them, and those that it is unpacked to
-/// belong to no cell of the block: only garbage lanes of the sweep may write them, which is over by then.
+/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all
+/// rows. In both phases the slots that a message is packed from belong to cells of these rows, so no later row writes
+/// them, and those that it is unpacked to belong to no cell of the block: only garbage lanes of the sweep may write
+/// them, which is over by then.
 pub(crate) struct FluidHalo<T> {
     /// From here to here, where the block is its own neighbour.
     own: Message,
@@ -190,8 +191,8 @@ impl<T: Pod + Send> FluidHalo<T> {
         self.late.progress();
     }
 
-    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep; sends what has not
-    /// been sent.
+    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep; sends what has
+    /// not been sent.
     pub(crate) fn exchange(&mut self, populations: &mut [T], entered: Phase) {
         self.early.start(populations, entered);
         self.late.start(populations, entered);
@@ -210,7 +211,7 @@ impl<T: Pod + Send> FluidHalo<T> {
     }
 }
 
-/// Whether the message to a peer has to wait for the ends of all rows.
+/// Returns true if the message to a peer has to wait for the ends of all rows.
 fn is_late(decomposition: &Decomposition, rank: usize, peer: usize) -> bool {
     [[1, 0, 0], [-1, 0, 0]]
         .into_iter()
@@ -225,7 +226,7 @@ enum Side {
     Boundary,
 }
 
-/// The places that cross a face or edge in direction `d`, population by population.
+/// The slots that cross a face or edge in direction `d`, population by population.
 ///
 /// A real cell reaches ghost `g` through population `j` from `g - c_j`, so along the face only ghosts with a real
 /// `g - c_j` count; the rest belongs to a neighbouring edge.
@@ -282,7 +283,7 @@ mod tests {
         Decomposition::with_grid(domain, grid)
     }
 
-    /// Places of a list of runs, in order.
+    /// Slots of a list of runs, in order.
     fn places(runs: &[Run]) -> Vec<usize> {
         let each = |run: &Run| {
             let Run {
@@ -380,7 +381,8 @@ mod tests {
 
     #[test]
     fn a_step_sends_each_neighbour_one_message_of_what_crosses_on_2_and_8_ranks() {
-        // Five numbers for each cell of the two faces; and on 8 ranks three faces and three edges, all with different peers.
+        // Five numbers for each cell of the two faces; and on 8 ranks three faces and three edges, all with different
+        // peers.
         for (cells, grid, expected) in [
             ([10, 12, 20], [1, 1, 2], [1, 2 * 5 * 10 * 12]),
             ([16, 16, 16], [2, 2, 2], [6, 6 * (5 * 64 - 4 * 8) + 12 * 8]),

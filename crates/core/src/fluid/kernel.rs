@@ -1,51 +1,22 @@
 //! Collision and in-place streaming, written once for every precision and instruction set.
 //!
-//! Populations are stored less their weights, `g_i = f_i - w_i`, so that single precision keeps small deviations.
-//! One cell relaxes towards equilibrium at its bare velocity `u` (BGK) and is then pushed to the target velocity `u*`
-//! by the exact difference of equilibria, body force and solids in one term:
+//! Populations are stored minus their weights, `g_i = f_i - w_i`, so that single precision keeps small deviations.
 //!
 //! ```text
-//! f' = f - (f - feq(rho, u)) / tau + feq(rho, u*) - feq(rho, u),     rho u = sum c_i f_i
-//! u* = u + a                          fluid,     a = body acceleration
-//! u* = B (u + a) + (1 - B) u_s        solids,    B = prod (1 - phi_k),  u_s = sum phi_k u_k / sum phi_k
+//! f' = f - (f - feq(rho, u)) / tau + feq(rho, u*) - feq(rho, u),     rho u = sum c_i f_i      exact difference
+//! u* = B (u + a) + (1 - B) u_s,   B = prod (1 - phi_k)                                        homogenised cells
+//! f' = f + (1 - b) W_fluid + b W_solid,   b = e t / ((1 - e) + t + l),   t = tau - 1/2        partially saturated cells
 //! ```
 //!
-//! With two relaxation times (TRT, Ginzburg et al. 2008) the even part `(f_i + f_-i) / 2` of `f - feq` relaxes with `tau`,
-//! which sets the viscosity, and the odd part `(f_i - f_-i) / 2` with `tau_odd`, which follows from the magic parameter:
+//! with body acceleration `a`, solid fractions `phi_k` and velocity `u_s`, volume fraction `e`, leak `l`.
+//! `docs/theory/fluid.md` has TRT, the operators sc1 to sc3 ([`SolidCollision`]), the leak, and streaming
+//! ([`Layout::places`](super::layout::Layout::places)).
 //!
-//! ```text
-//! (tau - 1/2) (tau_odd - 1/2) = magic,     3/16 puts walls of half-way bounce-back exactly half-way
-//! ```
-//!
-//! Where the fluid is told so ([`SolidCollision`]), cells that solids cover are partially saturated instead (Noble and
-//! Torczynski 1998), with the exact fraction `e` of their volume:
-//!
-//! ```text
-//! f' = f + (1 - b) W_fluid + b W_solid,     b = e t / ((1 - e) + t + l),   t = tau - 1/2
-//! l = 0.01 + 20 t (sum e_k - e),            e = 1 - prod (1 - e_k) of several bodies k
-//! W_fluid = relaxation, and exact difference to u + a (1 - e) / (1 - b): rho (1 - e) a in all
-//! sc1   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u)             sum c W_solid = rho (u_s - u)
-//! sc2   W_solid,i = feq_i(rho, u_s) - f_i + relaxed (f - feq(rho, u))         sum c W_solid = rho (u_s - u)
-//! sc3   W_solid,i = f_-i - f_i + feq_i(rho, u_s) - feq_-i(rho, u_s)           sum c W_solid = 2 rho (u_s - u)
-//! ```
-//!
-//! The leak `l` keeps cells within solids from reflecting everything. Without it nothing damps what they hold: waves there
-//! grow by about `u_s^2 / 2` per step, until a sphere that spins on the spot has burst. It lets the fluid into the solid by
-//! another `sqrt(l / 6)`, four hundredths of a cell, and the drag falls by 0.2 to 0.6 per cent. Where bodies overlap it is larger, as if there
-//! were a film between them: cells that reflect weld bodies that slide along each other, ever more firmly on finer grids.
-//!
-//! The solids receive `-b sum c W_solid`, known from the moments alone. What the cells hold within the solids counts as moving
-//! with them: `e rho u_s` stands for `e rho u` in measurements.
-//!
-//! Streaming is in place (the "AA" pattern of Bailey et al. 2009): each cell reads 19 places and writes its results
-//! to the same 19 places, exchanged between opposite directions. Two phases alternate, which differ in nothing but
-//! the places; see [`Layout::places`](super::layout::Layout::places).
-//!
-//! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024 (exact difference); Krause et al. (2017),
-//! doi:10.1016/j.partic.2016.11.001 (homogenised cells); Marquardt et al. (2024), doi:10.1016/j.cpc.2024.109321, whose
-//! Eq. (15) has the wrong sign: `u* - u = (1 - B)(u_s - u)` is meant and used; Ginzburg, Verhaeghe, d'Humieres (2008),
-//! Commun. Comput. Phys. 3, 427-478 (two relaxation times); Noble and Torczynski (1998), doi:10.1142/S0129183198001084, and
-//! Rettinger and Ruede (2017), doi:10.1016/j.compfluid.2017.05.033 (partially saturated cells, sc1 to sc3).
+//! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024; Krause et al. (2017),
+//! doi:10.1016/j.partic.2016.11.001; Marquardt et al. (2024), doi:10.1016/j.cpc.2024.109321 (its Eq. (15) has the
+//! wrong sign: `u* - u = (1 - B)(u_s - u)`); Ginzburg et al. (2008), Commun. Comput. Phys. 3, 427; Noble and
+//! Torczynski (1998), doi:10.1142/S0129183198001084; Rettinger and Ruede (2017),
+//! doi:10.1016/j.compfluid.2017.05.033.
 
 use super::SolidCollision;
 use super::covered::Covered;
@@ -77,7 +48,7 @@ pub(crate) fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 
     (deviation, momentum, rho, u)
 }
 
-/// What relaxation leaves of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
+/// Relaxation factors of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
 /// time ignores the second.
 #[derive(Clone, Copy)]
 pub(crate) struct Keep<T> {
@@ -87,9 +58,9 @@ pub(crate) struct Keep<T> {
 
 /// Relaxes a register of cells at velocity `u` and pushes it to `target`, with two relaxation times if `TRT`.
 ///
-/// With a solid (sc3) the share `1 - b` of the cell is relaxed and the share `b` reflected: in the even part of a pair
-/// `f_i + f_-i` stays, in the odd part `f_i - f_-i` turns round and gains that of the equilibrium at twice `u_s`. Cells of
-/// `b = 0` come to the same bits as with two relaxation times and without a solid.
+/// With a solid (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even part of
+/// a pair `f_i + f_-i` stays, in the odd part `f_i - f_-i` turns round and gains that of the equilibrium at twice
+/// `u_s`. Cells of `b = 0` come to the same bits as with two relaxation times and without a solid.
 #[inline(always)]
 fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     g: &mut [R; Q],
@@ -153,7 +124,7 @@ fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
 }
 
-/// What the solid makes of a register of cells, sc1 and sc2, mixed with what relaxation has made of `before`; cells of
+/// Solid operator of a register of cells, sc1 and sc2, mixed with the relaxed populations of `before`; cells of
 /// weight 0 keep every bit.
 #[inline(always)]
 fn saturate<T: Number, R: Lanes<T>, const TRT: bool>(
@@ -202,19 +173,19 @@ struct Saturation<R> {
     velocity: [R; 3],
 }
 
-/// Where the populations of the first cell of a row lie: `places[i]` is read as `f_i` and written as `f'` of the
+/// Memory slots of the populations of the first cell of a row: `places[i]` is read as `f_i` and written as `f'` of the
 /// opposite direction.
 pub(crate) type Places<T> = [*mut T; Q];
 
-/// What a row needs besides its populations.
+/// Data of a row besides its populations.
 pub(crate) struct Row<T> {
     /// Number of registers of [`CHUNK`] cells.
     pub(crate) chunks: usize,
-    /// What relaxation leaves.
+    /// Relaxation factors.
     pub(crate) keep: Keep<T>,
     /// Body acceleration.
     pub(crate) acceleration: [T; 3],
-    /// What solids do.
+    /// Collision of cells that solids cover.
     pub(crate) solids: SolidCollision,
     /// `t = tau - 1/2`.
     pub(crate) above_half: T,
@@ -238,11 +209,12 @@ impl<T: Number> Measured<T> {
 
 /// Bytes of a cache line.
 const LINE: usize = 64;
-/// How far ahead of its use a population is asked for (bytes). Measured: half as far and twice as far are a few per cent
+/// Prefetch distance of populations (bytes). Measured: half and twice the distance are a few per cent
 /// slower, none at all by a third.
 const AHEAD: usize = 768;
 
-/// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or empty.
+/// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or
+/// empty.
 ///
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read and written at `places[i]`, and no two of these ranges overlap.
@@ -300,7 +272,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                 } else {
                     let t = R::splat(row.above_half);
                     let (through, b) = covered.reflecting(t);
-                    // Exactly one where there is no solid: such a cell must not feel who shares its register.
+                    // Exactly one where there is no solid: such a cell must not depend on the others in its register.
                     let share = one - solid * through * (through + open * t).recip();
                     let given = b * rho * R::splat(row.reflection);
                     for axis in 0..3 {

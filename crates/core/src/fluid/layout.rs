@@ -1,9 +1,9 @@
-//! Where the populations of a block lie in memory.
+//! Memory layout of the populations of a block.
 
 use super::solid::CHUNK;
 use crate::lattice::{C, Q, opposite};
 
-/// Which places hold the populations between two steps.
+/// Memory slots that hold the populations between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// `f_i(x)` after streaming lies at `(x, i)`.
@@ -26,8 +26,8 @@ impl Phase {
 /// Structure of arrays with one layer of ghost cells: `index = i * stride + cell`, `cell = x + pitch * (row)`.
 ///
 /// Rows are padded to whole chunks and at least one chunk more, so that kernels may run over the end of a row: the
-/// places such a garbage cell touches belong to no real cell of the block (the sets of places of different cells are
-/// disjoint), and ghost places are refreshed by the halo exchange before they are read.
+/// slots that such a garbage cell touches belong to no real cell of the block (the sets of slots of different cells are
+/// disjoint), and ghost slots are refreshed by the halo exchange before they are read.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Real cells in each direction.
@@ -48,7 +48,7 @@ impl Layout {
         let (page, shift) = (4096 / bytes, 320 / bytes);
         let numbers = rows.checked_mul(pitch)?.checked_add(2 * CHUNK)?;
         let stride = numbers.checked_next_multiple_of(page)?.checked_add(shift)?;
-        // Places are added to as signed numbers.
+        // Slots are added to as signed numbers.
         let fits = |len: usize| isize::try_from(len.checked_mul(bytes)?).ok();
         stride.checked_mul(Q).and_then(fits)?;
         Some(Self { size, pitch, stride })
@@ -64,7 +64,7 @@ impl Layout {
         self.size[0].div_ceil(CHUNK)
     }
 
-    /// Place of a cell within each population; ghosts have coordinate -1 or `size`.
+    /// Slot of a cell within each population; ghosts have coordinate -1 or `size`.
     #[inline(always)]
     pub(crate) fn cell(&self, x: isize, y: isize, z: isize) -> usize {
         debug_assert!(y >= -1 && z >= -1 && x >= -1);
@@ -72,7 +72,7 @@ impl Layout {
         (row * self.pitch + CHUNK).wrapping_add_signed(x)
     }
 
-    /// The cell of the block at a place of [`cell`](Self::cell).
+    /// The cell of the block at a slot of [`cell`](Self::cell).
     pub(crate) fn coordinates(&self, place: usize) -> [usize; 3] {
         let (row, x) = ((place - CHUNK) / self.pitch, (place - CHUNK) % self.pitch);
         let rows = self.size[1] + 2;
@@ -89,7 +89,7 @@ impl Layout {
     /// Indices at which the cell at `cell` finds `f_i` after streaming, for each `i`.
     #[inline(always)]
     pub(crate) fn places(&self, phase: Phase, cell: usize) -> [usize; Q] {
-        // A loop: `array::from_fn` is a call for so many.
+        // A loop: `array::from_fn` is a call for this many.
         let mut places = [0; Q];
         for (i, place) in places.iter_mut().enumerate() {
             *place = match phase {

@@ -57,7 +57,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, S: Solids<T>>(
     (flow, all_held)
 }
 
-/// Flux of momentum less that of equilibrium: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
+/// Flux of momentum minus that of equilibrium: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
 #[inline(always)]
 fn deviation_of_flux<T: Number, R: Lanes<T>>(
     g: &[R; Q],
@@ -80,9 +80,10 @@ fn deviation_of_flux<T: Number, R: Lanes<T>>(
     ]
 }
 
-/// Finds what a measuring [`sweep_row`](super::kernel::sweep_row) of the row would find, and changes nothing. As `incoming` of the solids stands what
-/// these would receive of the momentum in their cells, per unit of `sum e_k`; `held` is the share of the deviation of the flux of
-/// momentum from equilibrium that partially saturated cells would keep from relaxing, where there are solids.
+/// Returns the measurements of a [`sweep_row`](super::kernel::sweep_row) of the row, without changing anything.
+/// `incoming` of the solids gets the momentum that they would receive in their cells, per unit of `sum e_k`; `held`
+/// is the fraction of the deviation of the flux of momentum from equilibrium that partially saturated cells would
+/// keep from relaxing, where there are solids.
 ///
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read at `places[i]`.

@@ -28,11 +28,11 @@ impl<T: Real> Fluid<T> {
         (rho, u)
     }
 
-    /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids and the
-    /// acceleration of the coming sweep.
+    /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids
+    /// and the acceleration of the coming sweep.
     ///
     /// With exact-difference forcing the velocity lies midway between before and after the collision,
-    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator in the place of
+    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator instead of
     /// `(1 - B)(u_s - u)`.
     pub fn each_cell(
         &self,
@@ -79,8 +79,8 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its
-    /// speed; for the end of a run, where no measuring sweep follows. What partially saturated cells hold of the fluid within
+    /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its speed; for
+    /// the end of a run, where no measuring sweep follows. What partially saturated cells hold of the fluid within
     /// solids means nothing; there the velocity of the solid counts.
     pub fn fault(&self, solids: &mut impl Solids<T>) -> Option<([usize; 3], f64)> {
         let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
@@ -103,17 +103,19 @@ impl<T: Real> Fluid<T> {
         None
     }
 
-    /// Measurement that the next measuring [`sweep`](Self::sweep) would make, to the bit; nothing changes, and no message is sent.
-    /// In place of what came into a row, `solids` see the momentum that they would receive there, per unit of the sum of fractions.
+    /// Measurement that the next measuring [`sweep`](Self::sweep) would make, to the bit; nothing changes, and no
+    /// message is sent. In place of what came into a row, `solids` see the momentum that they would receive there,
+    /// per unit of the sum of fractions.
     ///
-    /// The second part is the sum of `b` times the flux of momentum beyond equilibrium over partially saturated cells (`xx`, `yy`,
-    /// `zz`, `xy`, `xz`, `yz`, fixed-point numbers): what is reflected does not relax (sc1 and sc3), so that their solid carries stress.
+    /// The second part is the sum of `b` times the flux of momentum beyond equilibrium over partially saturated cells
+    /// (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`, fixed-point numbers): what is reflected does not relax (sc1 and sc3), so
+    /// that their solid carries stress.
     pub fn measure(&self, solids: &mut impl Solids<T>) -> (Flow, [i128; 6]) {
         T::measure(self, solids)
     }
 
-    /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks add up;
-    /// without the pressure of a fluid at rest with density 1.
+    /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks
+    /// add up; without the pressure of a fluid at rest with density 1.
     pub fn wall_loads(&self) -> Vec<WallLoad> {
         self.walls.loads(&self.layout, self.block.lo, &self.populations)
     }
@@ -123,7 +125,8 @@ impl<T: Real> Fluid<T> {
         self.walls.fluid_cells()
     }
 
-    /// Hash of all populations of the block, those in walls left out; the wrapping sum over blocks does not depend on how the box is cut.
+    /// Hash of all populations of the block, those in walls left out; the wrapping sum over blocks does not depend on
+    /// how the box is cut.
     pub fn state_hash(&self) -> u64 {
         let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
         let mut sum = 0_u64;

@@ -1,5 +1,5 @@
-//! In which order a block sweeps its rows: those that messages are packed from first, so that these travel while the rest is
-//! swept.
+//! In which order a block sweeps its rows: those that messages are packed from first, so that these travel while the
+//! rest is swept.
 
 use crate::domain::Decomposition;
 
@@ -8,7 +8,7 @@ use crate::domain::Decomposition;
 pub(crate) struct RowOrder {
     /// Rows of a plane, and planes.
     size: [usize; 2],
-    /// Whether another rank lies beyond the lower and the upper side in y, then in z.
+    /// True where another rank is beyond the lower and the upper side in y, then in z.
     neighbour: [[bool; 2]; 2],
 }
 
@@ -47,7 +47,7 @@ impl RowOrder {
         self.neighbour == [[false; 2]; 2]
     }
 
-    /// Whether row `[y, z]` of the block belongs to a part.
+    /// Returns true if row `[y, z]` of the block belongs to a part.
     #[inline(always)]
     pub(crate) fn is_in(&self, part: Part, row: [usize; 2]) -> bool {
         match part {
@@ -65,7 +65,7 @@ impl RowOrder {
         })
     }
 
-    /// Whether row `a`, as `[y, z]`, is swept before row `b`.
+    /// Returns true if row `a`, as `[y, z]`, is swept before row `b`.
     #[inline(always)]
     pub(crate) fn is_before(&self, a: [usize; 2], b: [usize; 2]) -> bool {
         let turn = |row| (!self.is_first(row), row[1], row[0]);

@@ -1,8 +1,9 @@
 //! The state of a block as plain bytes, for checkpoints: independent of how the box is cut and of the phase.
 //!
-//! Saved is what *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all `i`: every population has one cell
-//! that it left, but those that came back from a wall, which follow from what went there. Cells in walls have zeros. To go on,
-//! these numbers are put where a sweep from [`Phase::Home`] leaves them, and all that follows such a sweep is done again.
+//! Saved is what *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all `i`: every population
+//! has one cell that it left, but those that came back from a wall, which follow from what went there. Cells in walls
+//! have zeros. To go on, these numbers are put where a sweep from [`Phase::Home`] leaves them, and all that follows
+//! such a sweep is done again.
 
 use super::dispatch::wrap_row_x;
 use super::{Fluid, Phase, Real};
@@ -33,7 +34,7 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// Where the population lies that left the cell at `cell` along direction `i` in the last sweep.
+    /// Slot of the population that left the cell at `cell` along direction `i` in the last sweep.
     #[inline]
     pub(super) fn left(&self, cell: usize, i: usize) -> usize {
         match self.phase {
@@ -42,8 +43,8 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// Takes the bytes of saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has written
-    /// them. When all cells of the block are taken, [`resume`](Self::resume) makes the fluid whole.
+    /// Takes the bytes of saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has
+    /// written them. When all cells of the block are taken, [`resume`](Self::resume) makes the fluid whole.
     ///
     /// # Errors
     /// The cell with a population that is not finite or too large for the sums of a sweep.

@@ -238,7 +238,7 @@ impl Simd {
         }
     }
 
-    /// Whether this processor has it.
+    /// Returns true if this processor has it.
     pub fn is_available(self) -> bool {
         match self {
             Self::Scalar => true,

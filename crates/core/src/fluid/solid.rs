@@ -1,6 +1,6 @@
 //! Solid data of one row of cells, which exists only while the row is swept.
 //!
-//! Solids are told to the sweep row by row through [`Solids`]: it fills a row just before the row collides and looks at
+//! The sweep receives solids row by row through [`Solids`]: it fills a row just before the row collides and looks at
 //! what came in and went out just after, all in the first-level cache. Nothing is stored per cell of the block.
 
 use super::SolidCollision;
@@ -8,7 +8,7 @@ use super::kernel::Number;
 use crate::math::to_fixed;
 use std::ops::Range;
 
-/// Cells that share one entry of solid data: the widest register of single precision.
+/// Cells with one common entry of solid data: the widest register of single precision.
 pub const CHUNK: usize = 16;
 
 /// Solid data of the row that is being swept, lattice units.
@@ -19,7 +19,7 @@ pub const CHUNK: usize = 16;
 ///
 /// In partially saturated cells the fractions are those of the volume, which add up: `B = max(0, 1 - sum e_k)`.
 pub struct SolidRow<T> {
-    /// What happens in these cells.
+    /// Collision of these cells.
     collision: SolidCollision,
     /// `B`. All arrays hold whole chunks and one more, so that windows may reach over the end.
     pub(crate) permeability: Vec<T>,
@@ -27,8 +27,8 @@ pub struct SolidRow<T> {
     pub(crate) fraction_sum: Vec<T>,
     /// `sum phi_k u_k`.
     pub(crate) velocity_sum: [Vec<T>; 3],
-    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per unit of
-    /// `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
+    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per
+    /// unit of `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
     pub(crate) incoming: [Vec<T>; 4],
     /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells. Partially saturated, per unit of
     /// `sum e_k`: momentum left within the solids beyond that of their own motion, `e rho (u' - u_s)`.
@@ -49,7 +49,7 @@ fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
     values[x..].first_chunk_mut().expect("a chunk more than the row")
 }
 
-/// The solids on a block, asked row by row during a sweep.
+/// The solids on a block, requested row by row during a sweep.
 pub trait Solids<T> {
     /// Adds all solids to row `(y, z)` of the block, which is empty.
     fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>);
@@ -95,8 +95,8 @@ impl<T: Number> SolidRow<T> {
         }
     }
 
-    /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice units);
-    /// the fractions after the first `count` are zero.
+    /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice
+    /// units); the fractions after the first `count` are zero.
     #[inline(always)]
     pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
         self.used[x / CHUNK] = true;
@@ -153,19 +153,19 @@ impl<T: Number> SolidRow<T> {
         }
     }
 
-    /// Whether there may be solids in some of the cells.
+    /// Returns true if some of the cells may have solids.
     fn reaches(&self, cells: &Range<usize>) -> bool {
         self.used[cells.start / CHUNK..cells.end.div_ceil(CHUNK)].contains(&true)
     }
 
-    /// Whether a chunk holds solids.
+    /// Returns true if a chunk has solids.
     #[inline(always)]
     pub(crate) fn is_used(&self, chunk: usize) -> bool {
         self.used[chunk]
     }
 
-    /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without solids
-    /// hold anything.
+    /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without
+    /// solids hold anything.
     #[inline(always)]
     pub fn exchanged(&self, x: usize) -> [[&[T; CHUNK]; 4]; 2] {
         let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);

@@ -40,7 +40,8 @@ fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
     fluid.exchange();
 }
 
-/// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of viscosity.
+/// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of
+/// viscosity.
 fn viscosity_error<T: Real>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
     let params = FluidParams {
         collision,
@@ -298,7 +299,7 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     }
 }
 
-/// What a cell holds after its collision, from the formulae: one population at a time. Solids: fraction, its excess over all
+/// Populations of a cell after its collision, one at a time by the formulas. Solids: fraction, its excess over all
 /// bodies, and velocity.
 fn collided(
     g: &[f64; Q],

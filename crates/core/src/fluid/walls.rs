@@ -1,26 +1,18 @@
-//! Walls: half-way bounce-back, at rest or moving.
+//! Walls made of whole cells: half-way bounce-back, at rest or moving.
 //!
-//! Walls are made of whole cells: those beyond a closed face of the box, and any in it. What a fluid cell `x` sends
-//! towards a wall cell `w = x - c_i` comes back within the same step, as if it had met the wall half-way:
+//! A population that a fluid cell `x` sends towards a wall cell `w = x - c_i` returns within the same step:
 //!
 //! ```text
 //! f_i(x) = f'_-i(x) + 6 w_i c_i . u_w       u_w = velocity of the wall at x - c_i / 2, density 1
 //! ```
 //!
-//! The wall gains the momentum `-(f'_-i(x) + f_i(x)) c_i` over each such link (momentum exchange).
+//! and the wall gains the momentum `-(f'_-i(x) + f_i(x)) c_i`. In place this is one copy per link after a sweep,
+//! from `near = (x, i)` to `far = (w, -i)` on entering [`Phase::Away`], back on entering [`Phase::Home`]. Links
+//! across the ends of rows ([`RowEnds`]) and between two cells of the block are done within the sweep. Wall cells
+//! that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]). Details: `docs/theory/fluid.md`.
 //!
-//! In place this is one copy per link after a sweep. `f_i(x)` and `f'_-i(x)` always lie at the two places `near =
-//! (x, i)` and `far = (w, -i)`, whichever phase it is: entering [`Phase::Away`] `far` is set from `near`, entering
-//! [`Phase::Home`] `near` from `far`; their sum is the momentum of the link in both. The rank of `x` does it for its own
-//! block, ghosts included, after the halo exchange has brought what `w`, if it was swept elsewhere, made of `near` or `far`.
-//! No message touches links across the faces at the ends of rows ([`RowEnds`]) and links between two cells of the block: they
-//! are done within the sweep, as soon as both rows have been swept, while these are in the cache.
-//!
-//! Wall cells of the box that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]), others are not swept
-//! at all: they stay finite and count nowhere.
-//!
-//! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice Boltzmann
-//! Method, Eqs. (5.26) and (5.79).
+//! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice
+//! Boltzmann Method, Eqs. (5.26) and (5.79).
 
 use super::Real;
 use super::layout::{Layout, Phase};
@@ -52,7 +44,7 @@ impl WallMotion {
             .any(|&v| v != 0.0)
     }
 
-    /// Velocity at a place (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
+    /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
     pub fn at(&self, place: [f64; 3]) -> [f64; 3] {
         let (w, r): (_, [f64; 3]) = (
             self.angular_velocity,
@@ -67,10 +59,10 @@ impl WallMotion {
 
 /// The walls round and in a box, lattice units.
 pub struct Boundary<'a> {
-    /// How each wall moves.
+    /// Motion of each wall.
     pub motions: &'a [WallMotion],
-    /// The wall a cell belongs to, an index into `motions`; of every cell beyond a closed face it must know one. Cells are
-    /// those of the box, and up to one beyond in directions that are not periodic.
+    /// The wall a cell belongs to, an index into `motions`; of every cell beyond a closed face it must know one.
+    /// Cells are those of the box, and up to one beyond in directions that are not periodic.
     pub wall_of: &'a dyn Fn([i64; 3]) -> Option<usize>,
 }
 
@@ -84,8 +76,8 @@ impl Boundary<'_> {
     }
 }
 
-/// What a wall received in a time step: sums of fixed-point numbers ([`from_fixed_wide`](crate::math::from_fixed_wide)),
-/// lattice units.
+/// Momentum that a wall received in a time step: sums of fixed-point numbers
+/// ([`from_fixed_wide`](crate::math::from_fixed_wide)), lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WallLoad {
     /// Force.
@@ -100,7 +92,7 @@ const NO_WALL: u16 = u16::MAX;
 /// Links of consecutive cells along x in the same direction to the same wall.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Place `(x, i)` of the first link; `(w, -i)` lies a distance from it that the direction tells.
+    /// Slot `(x, i)` of the first link; the direction gives the distance of `(w, -i)` from it.
     near: usize,
     count: u32,
     /// First of the corrections, or `NO_CORRECTION`.
@@ -135,8 +127,8 @@ pub(crate) struct Walls<T> {
     motions: Vec<WallMotion>,
     /// Links to wall cells beyond the block, which wait for the halo exchange.
     late: Vec<Run>,
-    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at all if
-    /// there is none. The memory they touch is in the cache then.
+    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at
+    /// all if there is none. The memory they touch is in the cache then.
     early: Vec<Run>,
     early_rows: Vec<usize>,
     /// From `(x, i)` to `(w, -i)`, by direction.
@@ -208,8 +200,8 @@ impl Map {
         self.walls[((x + 1) + nx * ((y + 1) + ny * (z + 1))) as usize]
     }
 
-    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its place in the whole box, so it is
-    /// the same on every rank.
+    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so
+    /// it is the same on every rank.
     fn correction<T: Real>(&self, motion: &WallMotion, cell: [isize; 3], i: usize) -> T {
         let middle =
             std::array::from_fn(|a| (cell[a] + self.lo[a] as isize) as f64 + 0.5 * (1.0 - C[i][a] as f64));
@@ -375,7 +367,7 @@ impl<T: Real> Walls<T> {
         }
     }
 
-    /// Whether there are none, in the whole box.
+    /// Returns true if there are none in the whole box.
     pub(crate) fn is_empty(&self) -> bool {
         self.motions.is_empty()
     }
@@ -398,14 +390,14 @@ impl<T: Real> Walls<T> {
         Some(&self.motions[usize::from(cells.wall)])
     }
 
-    /// Whether rows end at a closed face on some side.
+    /// Returns true if rows end at a closed face on some side.
     pub(crate) fn at_row_ends(&self) -> bool {
         !self.ends.is_empty()
     }
 
-    /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both ends of
-    /// a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a chunk is swept,
-    /// too). `entered` is the phase after the sweep.
+    /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both
+    /// ends of a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a
+    /// chunk is swept, too). `entered` is the phase after the sweep.
     #[inline(never)]
     pub(crate) fn bounce_row_ends(
         &self,
@@ -490,7 +482,7 @@ impl<T: Real> Walls<T> {
         (run.correction != NO_CORRECTION).then(|| &self.corrections[first..first + run.count as usize])
     }
 
-    /// Place `(w, -i)` of the first link of a run.
+    /// Slot `(w, -i)` of the first link of a run.
     #[inline(always)]
     fn far(&self, run: &Run) -> usize {
         run.near

@@ -7,8 +7,9 @@
 /// |sum - exact| <= n unit / 2 <= n 2^-62 largest     for n terms, before the sum becomes an `f64`
 /// ```
 ///
-/// The largest magnitude is found first, over all ranks; every term then is an integer below 2^62, and integers have no order.
-/// Terms within a factor of 2^9 of the largest enter whole. A largest magnitude below 2^-900 counts as 2^-900.
+/// The largest magnitude is found first, over all ranks; every term then is an integer below 2^62, and integers have
+/// no order. Terms within a factor of 2^9 of the largest enter whole. A largest magnitude below 2^-900 counts as
+/// 2^-900.
 ///
 /// # Reference
 /// Demmel, Nguyen (2013), doi:10.1109/ARITH.2013.9, whose one-bin case this is.
@@ -21,7 +22,7 @@ pub struct ReproducibleSum {
 
 /// Binary digits of the largest terms.
 const DIGITS: i32 = 61;
-/// Exponent of the least magnitude that is told apart from zero, so that `2^digits` is a number.
+/// Exponent of the least magnitude that is distinguished from zero, so that `2^digits` is a number.
 const LEAST: i32 = -900;
 
 impl ReproducibleSum {
@@ -53,7 +54,7 @@ impl ReproducibleSum {
     }
 }
 
-/// Magnitude of a term; infinite if it is not a number, so that the largest one tells.
+/// Magnitude of a term; infinite if it is NaN, so that the largest one shows it.
 pub fn magnitude(term: f64) -> f64 {
     if term.is_nan() { f64::INFINITY } else { term.abs() }
 }

@@ -99,7 +99,8 @@ impl Shape for Cylinder {
         (-high, high)
     }
 
-    /// The cylinder with radius and half length grown by `growth`: exact inwards, outwards a little long beside the rims.
+    /// The cylinder with radius and half length grown by `growth`: exact inwards, outwards a little long beside the
+    /// rims.
     #[inline]
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
         let (radius, half) = (self.radius + growth, self.half + growth);

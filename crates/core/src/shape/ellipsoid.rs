@@ -1,10 +1,11 @@
 //! The ellipsoid, with its true distance.
 //!
-//! The nearest surface point `x` to `p` has `p - x = t grad`, with `grad_i = x_i / a_i^2`, so `x_i = a_i^2 p_i / (t + a_i^2)`,
-//! where `t > -a_min^2` is the largest root of `S(t) = sum (a_i p_i / (t + a_i^2))^2 = 1` (Eberly 2013, "Distance from a
-//! point to an ellipse, an ellipsoid, or a hyperellipsoid", section 3). The signed distance is `t |grad|`, which loses no
-//! digits near the surface. `1 / sqrt(S)` is concave and rising, so Newton's method for `1 / sqrt(S) = 1`, from a `t` with
-//! `S >= 1`, rises to the root without passing it; it needs some four steps, one for a sphere.
+//! The nearest surface point `x` to `p` has `p - x = t grad`, with `grad_i = x_i / a_i^2`, so `x_i = a_i^2 p_i / (t +
+//! a_i^2)`, where `t > -a_min^2` is the largest root of `S(t) = sum (a_i p_i / (t + a_i^2))^2 = 1` (Eberly 2013,
+//! "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid", section 3). The signed distance is `t
+//! |grad|`, which loses no digits near the surface. `1 / sqrt(S)` is concave and rising, so Newton's method for `1 /
+//! sqrt(S) = 1`, from a `t` with `S >= 1`, rises to the root without passing it; it needs some four steps, one for a
+//! sphere.
 
 use super::error::check_size;
 use super::{Shape, ShapeError, SurfaceMesh, row, surface};
@@ -139,8 +140,9 @@ impl Shape for Ellipsoid {
     /// The line in an ellipsoid that holds the grown body, or that the grown body holds.
     ///
     /// For any `beta > 0` the ellipsoid with squared semi-axes `(1 + beta) a_i^2 + (1 + 1/beta) g^2` holds that of
-    /// `a_i` grown by `g` (Kurzhanski and Valyi 1997, section 2.2). It touches where `beta = g / a_i`; `beta` is taken from
-    /// the geometric mean of the semi-axes, exact for spheres, longer by `g / 2 (m / a_i + a_i / m - 2)` on the axes.
+    /// `a_i` grown by `g` (Kurzhanski and Valyi 1997, section 2.2). It touches where `beta = g / a_i`; `beta` is
+    /// taken from the geometric mean of the semi-axes, exact for spheres, longer by `g / 2 (m / a_i + a_i / m - 2)`
+    /// on the axes.
     #[inline]
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
         let squares = if growth >= 0.0 {

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-/// What is wrong with the points or the surface of a body. Points and facets count from 0, in the order of the input.
+/// Defect of the points or the surface of a body. Points and facets count from 0, in the order of the input.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapeError {
     /// A length that must be positive and finite is not.
     #[error("{quantity} must be positive and finite, but is {value}")]
     BadSize {
-        /// What it is, e.g. `"radius"`.
+        /// Name of the quantity, e.g. `"radius"`.
         quantity: &'static str,
         /// Its value (m, or without unit).
         value: f64,

@@ -1,8 +1,8 @@
 //! Convex hull of points: quickhull (Barber, Dobkin, Huhdanpaa 1996) with exact predicates (Shewchuk 1997).
 //!
-//! A point is outside a facet if it lies strictly above its plane, decided without rounding. So the triangles are closed
-//! and convex by construction, whatever the input. Corners that are coplanar up to rounding still give many thin
-//! triangles; [`merge`] joins these to flat faces with a tolerance.
+//! A point is outside a facet if it lies strictly above its plane, decided without rounding. So the triangles are
+//! closed and convex by construction, whatever the input. Corners that are coplanar up to rounding still give many
+//! thin triangles; [`merge`] joins these to flat faces with a tolerance.
 
 use super::ShapeError;
 use crate::math::Vec3;
@@ -87,7 +87,8 @@ struct Builder<'a> {
 impl<'a> Builder<'a> {
     /// A tetrahedron of points that lie far apart.
     fn new(points: &'a [Vec3], extent: f64, tolerance: f64) -> Result<Self, ShapeError> {
-        // Scaled by a power of two, which is exact: the predicates multiply up to five coordinates and need their digits.
+        // Scaled by a power of two, which is exact: the predicates multiply up to five coordinates and need their
+        // digits.
         let scale = libm::ldexp(1.0, -libm::frexp(extent).1);
         let exact = points
             .iter()
@@ -145,7 +146,7 @@ impl<'a> Builder<'a> {
         Ok(builder)
     }
 
-    /// Whether the point lies strictly above the triangle, without rounding.
+    /// Returns true if the point lies strictly above the triangle, without rounding.
     fn above(&self, corners: [u32; 3], point: u32) -> bool {
         let [a, b, c] = corners.map(|i| self.exact[i as usize]);
         orient3d(a, b, c, self.exact[point as usize]) < 0.0

@@ -40,7 +40,7 @@ pub struct Polyhedron {
     width: f64,
 }
 
-/// Where the body frame lies in the frame of the input: a body point `x` was given as `centre + rotation x`.
+/// Pose of the body frame in the frame of the input: a body point `x` was given as `centre + rotation x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Centre of mass (m).
@@ -164,8 +164,8 @@ impl Polyhedron {
         Ok(Self::assemble(vertices, faces))
     }
 
-    /// How sharp the edges are, over those of a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at which the normals
-    /// turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
+    /// Sharpness of the edges relative to a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at
+    /// which the normals turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
     pub fn sharpness(&self) -> f64 {
         let mut across = BTreeMap::new();
         let (mut area, mut sum) = (0.0, 0.0);
@@ -216,7 +216,7 @@ fn fan(face: &Face) -> impl Iterator<Item = [u32; 3]> {
     (2..face.corners.len()).map(|n| [face.corners[0], face.corners[n - 1], face.corners[n]])
 }
 
-/// Whether each edge is run through once each way, and the faces make up one sphere (Euler's formula).
+/// Returns true if each edge is traversed once in each direction and the faces form one sphere (Euler's formula).
 fn is_closed(loops: &[Vec<u32>]) -> bool {
     let mut edges: Vec<(u32, u32)> = loops
         .iter()
@@ -303,7 +303,7 @@ impl Shape for Polyhedron {
         Some(self)
     }
 
-    /// Its flat faces, however fine a mesh is asked for.
+    /// Its flat faces, whatever the requested refinement.
     fn surface_mesh(&self, _: u32) -> SurfaceMesh {
         SurfaceMesh {
             points: self.vertices.clone(),

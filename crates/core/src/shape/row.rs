@@ -1,8 +1,8 @@
-//! Where a line parallel to the x axis of the world meets a body: parts that several shapes share.
+//! Intersection of a body with a line parallel to the x axis of the world: functions for several shapes.
 
 use crate::math::{Quat, Vec3};
 
-/// The line `(x, y, z), x in R` in the frame of a turned body: `origin + x direction`.
+/// The line `(x, y, z), x in R` in the frame of a rotated body: `origin + x direction`.
 pub(super) struct Line {
     pub origin: Vec3,
     pub direction: Vec3,
@@ -25,7 +25,7 @@ impl Line {
     }
 }
 
-/// Where the line meets the ball of this radius (m) about the origin.
+/// Interval in which the line is inside the ball of this radius (m) about the origin.
 #[inline]
 pub(super) fn ball(radius: f64, y: f64, z: f64) -> Option<(f64, f64)> {
     let square = radius * radius - (y * y + z * z);
@@ -66,14 +66,14 @@ impl Clip {
         Some(())
     }
 
-    /// What is left, if anything.
+    /// The remaining interval, if any.
     #[inline]
     pub(super) fn interval(&self) -> Option<(f64, f64)> {
         (self.low <= self.high).then_some((self.low, self.high))
     }
 }
 
-/// Where `a x^2 + 2 b x + c <= 0`, for `a >= 0`.
+/// Interval in which `a x^2 + 2 b x + c <= 0`, for `a >= 0`.
 #[inline]
 pub(super) fn quadratic(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
     let square = b * b - a * c;
@@ -86,11 +86,12 @@ pub(super) fn quadratic(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
     }
 }
 
-/// Where a convex function of `x` is at most `level`, by Newton's method.
+/// Interval in which a convex function of `x` is at most `level`, by Newton's method.
 ///
-/// `function` gives value and slope; the interval must lie in `low..=high`. The tangent of a convex function is below it,
-/// so the iteration from either end never passes the interval: the result is at most `tolerance` or so too long. If it must
-/// be within (`inner`), the ends move to where the chord from the middle reaches the level, as the function is below its chord.
+/// `function` gives value and slope; the interval must lie in `low..=high`. The tangent of a convex function is below
+/// it, so the iteration from either end never passes the interval: the result is at most `tolerance` or so too long.
+/// If it must be within (`inner`), the ends move to where the chord from the middle reaches the level, as the
+/// function is below its chord.
 pub(super) fn convex(
     function: impl Fn(f64) -> (f64, f64),
     (low, high): (f64, f64),

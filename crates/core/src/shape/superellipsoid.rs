@@ -1,8 +1,8 @@
 //! The superellipsoid `(|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1) <= 1`: from boxes with round edges (small
 //! exponents) through ellipsoids (1, 1) to bodies with sharp tips (exponents near 2).
 //!
-//! It is the unit ball of nested norms: with `p = 2/e`, `|| (||(x/a, y/b)||_p2, z/c) ||_p1 <= 1`, the gauge. What is dual
-//! follows with `q = p / (p - 1)`: the support function is `|| (||(a nx, b ny)||_q2, c nz) ||_q1`.
+//! It is the unit ball of nested norms: with `p = 2/e`, `|| (||(x/a, y/b)||_p2, z/c) ||_p1 <= 1`, the gauge. What is
+//! dual follows with `q = p / (p - 1)`: the support function is `|| (||(a nx, b ny)||_q2, c nz) ||_q1`.
 
 mod nearest;
 
@@ -108,8 +108,8 @@ fn moment([p1, p2]: [f64; 2], [i, j, k]: [f64; 3]) -> f64 {
     8.0 * libm::exp(disc + height) / (p2 * p2 * p1)
 }
 
-/// Greatest or least `a u^2 + b v^2` on `u^p + v^p = 1`, for positive `a` and `b`: on an axis, or, by Hoelder's inequality,
-/// `(a^s + b^s)^(1/s)` with `s = p / (p - 2)`.
+/// Greatest or least `a u^2 + b v^2` on `u^p + v^p = 1`, for positive `a` and `b`: on an axis, or, by Hoelder's
+/// inequality, `(a^s + b^s)^(1/s)` with `s = p / (p - 2)`.
 fn extreme(p: f64, a: f64, b: f64, greatest: bool) -> f64 {
     let between = if greatest { p > 2.0 } else { p < 2.0 };
     let (low, high) = (a.min(b), a.max(b));

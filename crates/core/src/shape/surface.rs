@@ -1,4 +1,4 @@
-//! Triangulations that several shapes share.
+//! Triangulations for several shapes.
 
 use super::SurfaceMesh;
 use crate::math::Vec3;

@@ -1,4 +1,4 @@
-//! What every shape must satisfy, each claim on all of them, at random poses and points.
+//! Properties that every shape must have, each checked for all of them, at random poses and points.
 
 use super::*;
 use crate::math::Mat3;
@@ -106,7 +106,7 @@ fn on_all(what: &str, limit: f64, mut check: impl FnMut(&dyn Shape, &mut ChaCha8
     assert!(worst.is_empty(), "{worst}");
 }
 
-/// Where the shadow of the body along x ends in y, at this z; `within` is in the shadow.
+/// End of the shadow of the body along x in y, at this z; `within` is in the shadow.
 fn slice(shape: &dyn Shape, turn: &Quat, [low, within, high]: [f64; 3], z: f64) -> (f64, f64) {
     let end = |mut outside: f64| {
         let mut inside = within;
@@ -186,7 +186,8 @@ fn the_gradient_has_length_one_and_is_that_of_the_distance() {
             let ends = |axis: usize| [-step, step].map(|s| p + Vec3::ith(axis, s));
             let gradient = shape.gradient(p);
             worst = worst.max((gradient.norm() - 1.0).abs());
-            // Where two points of the surface are nearest, or the surface has an edge close by, differences say nothing.
+            // Where two points of the surface are nearest, or the surface has an edge close by, differences say
+            // nothing.
             let turns = |axis| {
                 let [a, b] = ends(axis).map(|end| shape.gradient(end));
                 (a - b).norm()

@@ -93,7 +93,7 @@ fn a_small_overlap_of_spheres_follows_hertz() {
     }
 }
 
-/// What a plane cuts off a sphere (m).
+/// Height of the cap that a plane cuts off a sphere (m).
 fn cap(radius: f64, depth: f64) -> Overlap {
     Overlap {
         volume: PI * depth * depth * (3.0 * radius - depth) / 3.0,

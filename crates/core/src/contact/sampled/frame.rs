@@ -11,7 +11,7 @@ use crate::contact::clip::{Clipper, Cut, Graph};
 use crate::math::{Mat3, Vec3};
 use std::cell::RefCell;
 
-/// How far a corner may lie outside, in parts of the thickness.
+/// Limit on how far a corner may be outside, relative to the thickness.
 const TIGHT: f64 = 0.02;
 /// Most cuts in each direction of the box; each halves the way to a thin overlap.
 const CUTS: u32 = 40;

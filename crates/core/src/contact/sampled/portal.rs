@@ -13,7 +13,7 @@ use crate::math::Vec3;
 
 /// Triangles tried.
 const STEPS: u32 = 60;
-/// How far the surface may lie beyond the portal, in parts of the depth.
+/// Limit on how far the surface may be beyond the portal, relative to the depth.
 const PRECISION: f64 = 0.02;
 
 /// Unit vector from the first body to the second, about normal to both where they meet; `None` if they are apart.
@@ -27,8 +27,8 @@ pub(super) fn normal(first: &Side, second: &Side, offset: Vec3) -> Option<Vec3> 
     })
 }
 
-/// The same from the furthest difference of a point of the first body and one of the second, each from its centre, along a
-/// unit vector. Bodies that are as good as in touch count as overlapping.
+/// The same from the furthest difference of a point of the first body and one of the second, each from its centre,
+/// along a unit vector. Bodies that are as good as in touch count as overlapping.
 pub(in crate::contact) fn meeting(offset: Vec3, furthest: impl Fn(Vec3) -> Vec3) -> Option<Vec3> {
     let fallback = offset.try_normalize(0.0).unwrap_or_else(Vec3::x);
     let unit = |v: Vec3| v.try_normalize(0.0);

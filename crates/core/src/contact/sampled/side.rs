@@ -1,4 +1,4 @@
-//! What takes part in a sampled contact, known by distance and gradient only: a body in its place, or a wall.
+//! A side of a sampled contact, known by distance and gradient only: a body in its pose, or a wall.
 
 use crate::contact::clip::Plane;
 use crate::contact::overlap::Body;
@@ -24,7 +24,7 @@ impl Line {
     }
 }
 
-/// Where a line meets a side: one interval or, outside of a pipe, two.
+/// Part of a line inside a side: one interval or, outside of a pipe, two.
 pub(super) type Intervals = [Option<(f64, f64)>; 2];
 
 /// A body or a wall, world axes, from the centre of the first body.
@@ -160,7 +160,7 @@ impl<'a> Side<'a> {
         })
     }
 
-    /// Where a line meets the side. Parts before `from` and after `to` are of no interest: intervals may be cut off
+    /// Part of a line inside the side. Parts before `from` and after `to` are of no interest: intervals may be cut off
     /// there. Ends are right to `precision` (m), or far better.
     pub(super) fn intervals(&self, line: &Line, from: f64, to: f64, precision: f64) -> Intervals {
         match self {
@@ -183,8 +183,8 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// The secant method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex along a
-    /// line, so that no step passes the surface, and one that leads no nearer shows that there is none ahead.
+    /// The secant method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex
+    /// along a line, so that no step passes the surface, and one that leads no nearer shows that there is none ahead.
     fn approach(&self, line: &Line, start: f64, sign: f64, precision: f64) -> Approach {
         let (mut t, mut last) = (0.0, self.distance(line.at(start)));
         if last <= 0.0 {
@@ -210,7 +210,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// How a line comes to a surface.
+/// Course of a line near a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Approach {
     /// There.

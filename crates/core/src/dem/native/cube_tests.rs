@@ -120,8 +120,8 @@ fn rigid_impact(speed: f64, restitution: f64, arm: Vec3) -> (f64, Vec3) {
     (impulse - speed, lever * (impulse / specific))
 }
 
-/// Drops a cube on an edge or a corner and stops when it parts. Energy ratio, speed upwards, angular velocity, the same by
-/// rigid theory, and the impulse of the wall.
+/// Drops a cube on an edge or a corner and stops when it parts. Energy ratio, speed upwards, angular velocity, the
+/// same by rigid theory, and the impulse of the wall.
 struct Bounce {
     energy: f64,
     velocity: Vec3,

@@ -4,8 +4,8 @@ use super::tests::{RADIUS, advance, dry, engine, head_on, restitution};
 use super::*;
 use crate::contact::{ContactParams, DampingLaw, ElasticLaw};
 
-/// A head-on impact of two spheres at `speed` (m/s) by Hertz's law with this damping and restitution, in 1000 steps: measured
-/// restitution, duration and greatest depth, the last two over those of the elastic impact.
+/// A head-on impact of two spheres at `speed` (m/s) by Hertz's law with this damping and restitution, in 1000 steps:
+/// measured restitution, duration and greatest depth, the last two over those of the elastic impact.
 fn damped_impact(damping: DampingLaw, set: f64, speed: f64) -> [f64; 3] {
     let law = ElasticLaw::Hertz;
     let params = dry(ContactParams {
@@ -38,8 +38,8 @@ fn damped_impact(damping: DampingLaw, set: f64, speed: f64) -> [f64; 3] {
 
 #[test]
 fn damped_impacts_end_with_the_set_restitution_and_last_and_sink_in_as_each_damping_says() {
-    // By Runge-Kutta integration of one impact: restitution less the set one by Carvalho and Martins; duration and depth
-    // over those of the elastic impact, by them and by Tsuji's dashpot.
+    // By Runge-Kutta integration of one impact: restitution minus the set one by Carvalho and Martins; duration and
+    // depth over those of the elastic impact, by them and by Tsuji's dashpot.
     for (set, off, hunt_crossley, tsuji) in [
         (0.95, -5.8e-8, [1.00538, 0.97982], [1.00525, 0.97990]),
         (0.90, -8.5e-7, [1.01162, 0.95926], [1.01107, 0.95959]),

@@ -1,4 +1,4 @@
-//! What to say when the state leaves the range of the method.
+//! Messages for a state outside the valid range of the method.
 
 use crate::contact::Overlap;
 use crate::dem::exchange::Population;

@@ -1,4 +1,4 @@
-//! What the contacts of a sub-step leave: forces on particles, memories, counts, states for the output.
+//! Results of the contacts of a sub-step: forces on particles, histories, counts, states for the output.
 
 use crate::comm::Comm;
 use crate::contact::{Couple, Overlap, PairLaw, law::Action, law::UNSET};
@@ -29,7 +29,7 @@ pub(super) struct Ledger {
     pairs: Option<usize>,
 }
 
-/// What one contact does to one particle.
+/// Effect of one contact on one particle.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Share {
@@ -120,7 +120,7 @@ impl Ledger {
         self.states = states;
     }
 
-    /// Finds or begins the memory of a contact, and what it does. Contacts come in ascending order of the ids.
+    /// Finds or begins the history of a contact, and evaluates its force. Contacts come in ascending order of the ids.
     pub(super) fn enter(&mut self, meeting: &Meeting) -> Action {
         let Meeting {
             ids: [first, second],
@@ -157,7 +157,7 @@ impl Ledger {
         action
     }
 
-    /// Books a share of known particle `index`: here, or in the message to its owner.
+    /// Books the force on particle `index` (owned or ghost): here, or in the message to its owner.
     pub(super) fn book(&mut self, index: usize, share: Share, near: &Neighbourhood, store: &ParticleStore) {
         if index < store.owned {
             self.shares.push((index as u32, share));

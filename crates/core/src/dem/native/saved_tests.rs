@@ -1,4 +1,4 @@
-//! Claims about a run that is saved on some ranks and goes on on others.
+//! Claims about a run that is saved on some ranks and resumed on others.
 
 use super::mixed_tests::{CHANNEL, DT, crowd, params, templates};
 use super::*;

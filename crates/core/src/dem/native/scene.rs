@@ -1,4 +1,4 @@
-//! The contacts of one moment: who overlaps whom, with which velocity.
+//! Contacts at one time: overlapping pairs and their relative velocities.
 
 use super::failures::{behind_wall, too_deep, too_deep_in_wall};
 use super::ledger::{Ledger, Meeting, Share};
@@ -13,15 +13,16 @@ use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
 use crate::wall::{Surface, Wall};
 
-/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres half of
-/// the radius.
+/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres
+/// half of the radius.
 const DEEPEST: f64 = 0.25;
 
-/// The known particles, ascending by id, and who is near whom. Keeps its buffers from sub-step to sub-step.
+/// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
+/// sub-step to sub-step.
 #[derive(Clone, Debug)]
 pub(super) struct Roll {
     finder: PairFinder,
-    /// Indices of the known particles.
+    /// Indices of the particles, ghosts included.
     known: Vec<u32>,
     /// Their positions (m).
     positions: Vec<Vec3>,
@@ -39,7 +40,7 @@ impl Roll {
         }
     }
 
-    /// Lists the known particles by ascending id.
+    /// Lists the particles, ghosts included, by ascending id.
     fn list(&mut self, store: &ParticleStore, bounds: &[f64]) {
         let (owned, known) = (store.owned as u32, store.particles.len() as u32);
         let id = |k: u32| store.particles[k as usize].id;
@@ -82,7 +83,7 @@ pub(super) struct Scene<'a> {
     pub(super) dt: f64,
     /// Acceleration of every particle (m/s^2).
     pub(super) gravity: Vec3,
-    /// Loads of the sub-step before by known particle, if there was one and a law wants them.
+    /// Loads of the previous sub-step by particle, if there was one and a law needs them.
     pub(super) past: Option<&'a [Load]>,
 }
 
@@ -98,10 +99,10 @@ impl<'a> Scene<'a> {
         &self.laws[a * self.contact.materials.len() + b]
     }
 
-    /// Velocity (m/s) at a point of a known particle, `lever` (m) from its centre, as a law wants it.
+    /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, as a law needs it.
     ///
-    /// [`DampingLaw::Tsuji`] is there to be held against LIGGGHTS, whose velocity Verlet works forces out with the velocity of
-    /// half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
+    /// [`DampingLaw::Tsuji`] exists for comparison with LIGGGHTS, whose velocity Verlet computes forces with the
+    /// velocity of half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
     fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw) -> Vec3 {
         let particle = &self.store.particles[index];
         let (velocity, spin) = match (law.damping, self.past) {
@@ -124,7 +125,7 @@ impl<'a> Scene<'a> {
         velocity + spin.cross(lever)
     }
 
-    /// Contacts of pairs of particles this rank is responsible for, in ascending order of their ids.
+    /// Contacts of pairs of particles that this rank evaluates, in ascending order of their ids.
     pub(super) fn pairs(&self, roll: &mut Roll, ledger: &mut Ledger) -> Result<()> {
         let store = self.store;
         roll.list(store, self.bounds);
@@ -232,7 +233,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// The rank responsible for the contact of two known particles.
+/// The rank that evaluates the contact of two particles.
 pub(super) fn responsible_for_pair(
     i: usize,
     j: usize,

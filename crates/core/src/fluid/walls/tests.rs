@@ -177,7 +177,7 @@ impl<T: Real> Solids<T> for Cube {
     fn collect(&mut self, _: usize, _: usize, _: &SolidRow<T>) {}
 }
 
-/// Which faces are closed.
+/// Closed faces.
 const CLOSED: [[bool; 3]; 5] = [
     [true, true, false],
     [true, false, true],

@@ -1,9 +1,9 @@
 //! Volume, centre of mass and principal axes of a closed surface of triangles, by the divergence theorem.
 //!
-//! Each triangle spans a tetrahedron with a reference point; the tetrahedron `(0, a, b, c)` with `det = a . (b x c)` has the
-//! volume `det / 6`, the first moment `det / 24 (a + b + c)` and the second moment
-//! `int x x^T dV = det / 120 (s s^T + a a^T + b b^T + c c^T)`, `s = a + b + c`. Signed sums over all triangles are those of
-//! the body (Tonon 2004, doi:10.3844/jmssp.2005.8.11, in matrix form).
+//! Each triangle spans a tetrahedron with a reference point; the tetrahedron `(0, a, b, c)` with `det = a . (b x c)`
+//! has the volume `det / 6`, the first moment `det / 24 (a + b + c)` and the second moment `int x x^T dV = det / 120
+//! (s s^T + a a^T + b b^T + c c^T)`, `s = a + b + c`. Signed sums over all triangles are those of the body (Tonon
+//! 2004, doi:10.3844/jmssp.2005.8.11, in matrix form).
 
 use crate::math::{Mat3, Quat, Vec3, nalgebra};
 

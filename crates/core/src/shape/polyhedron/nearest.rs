@@ -1,8 +1,8 @@
 //! The point of a polyhedron nearest to a point outside: on a face, an edge or a corner.
 //!
-//! The nearest point lies on a face whose plane the point is above. If the foot of the perpendicular on that plane lies
-//! within the face it is the nearest point of all, as no plane is further than the body. Otherwise the nearest point of a
-//! face lies on one of the edges that the point is beyond.
+//! The nearest point lies on a face whose plane the point is above. If the foot of the perpendicular on that plane
+//! lies within the face it is the nearest point of all, as no plane is further than the body. Otherwise the nearest
+//! point of a face lies on one of the edges that the point is beyond.
 
 use super::Face;
 use crate::math::Vec3;
@@ -14,7 +14,7 @@ struct Side {
     outward: Vec3,
     /// `outward . x` of the edge (m).
     offset: f64,
-    /// Where the edge begins (m).
+    /// Start of the edge (m).
     start: Vec3,
     /// To its end (m).
     edge: Vec3,
@@ -100,7 +100,7 @@ impl Features {
         }
     }
 
-    /// Whether the foot of the perpendicular on the plane of the face lies within the face.
+    /// Returns true if the foot of the perpendicular on the plane of the face lies within the face.
     #[inline]
     fn covers(&self, face: usize, point: Vec3) -> bool {
         self.sides_of(face)
@@ -142,7 +142,7 @@ impl Features {
     }
 }
 
-/// What is nearest to a point outside.
+/// Feature that is nearest to a point outside.
 enum Nearest {
     /// This face, at this height above it (m).
     Face(usize, f64),

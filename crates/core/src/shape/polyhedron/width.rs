@@ -1,7 +1,7 @@
 //! The smallest width of a convex polyhedron.
 //!
-//! It is taken between a face and a corner, or between two edges whose common normal supports the body at both
-//! (Houle and Toussaint 1988, doi:10.1109/34.3916). The latter are the pairs of edges whose arcs on the sphere of normals
+//! It is taken between a face and a corner, or between two edges whose common normal supports the body at both (Houle
+//! and Toussaint 1988, doi:10.1109/34.3916). The latter are the pairs of edges whose arcs on the sphere of normals
 //! cross when one of them is mirrored.
 
 use super::Face;
@@ -29,7 +29,7 @@ pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
             .filter(|second| mirrored_arcs_cross(first, second))
         {
             let normal = first.along.cross(&second.along);
-            // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face tells their width.
+            // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face gives their width.
             let scale = first.along.norm_squared() * second.along.norm_squared();
             if normal.norm_squared() > PARALLEL * PARALLEL * scale {
                 width = width.min((first.start - second.start).dot(&normal).abs() / normal.norm());
@@ -71,7 +71,8 @@ fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
     edges
 }
 
-/// Whether the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a circle.
+/// Returns true if the arc of normals of one edge crosses the mirrored arc of the other; arcs are shorter than half a
+/// circle.
 fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
     let [a, b] = first.normals;
     let [c, d] = second.normals;
@@ -80,6 +81,6 @@ fn mirrored_arcs_cross(first: &Edge, second: &Edge) -> bool {
         return false;
     }
     let (a_side, b_side) = (a.dot(&second.across), b.dot(&second.across));
-    // The last one tells the arc itself from its mirror image.
+    // The last one distinguishes the arc from its mirror image.
     a_side * b_side < 0.0 && c_side * b_side < 0.0
 }

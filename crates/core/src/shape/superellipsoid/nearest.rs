@@ -1,9 +1,9 @@
 //! The nearest surface point of a superellipsoid.
 //!
-//! The signed distance is the greatest height `n . (p - x(n))` above any supporting plane, outside as well as inside, and
-//! the plane lies in the octant of `p`. The surface of an octant has two coordinates in `0..=1`, one around the z axis and
-//! one towards the pole, each for one of the two nested norms ([`Pair`]). Normal and point of a pair are smooth
-//! in the coordinate for any exponent. With `r = x - p`, the nearest point solves
+//! The signed distance is the greatest height `n . (p - x(n))` above any supporting plane, outside as well as inside,
+//! and the plane lies in the octant of `p`. The surface of an octant has two coordinates in `0..=1`, one around the z
+//! axis and one towards the pole, each for one of the two nested norms ([`Pair`]). Normal and point of a pair are
+//! smooth in the coordinate for any exponent. With `r = x - p`, the nearest point solves
 //!
 //! ```text
 //! r_x n_y - r_y n_x = 0                                           (around)
@@ -11,8 +11,8 @@
 //! ```
 //!
 //! by Newton's method from the highest planes of a fixed grid. Where a step does not lead higher, the highest
-//! place of a stencil that becomes ever finer is the next start. The height is wrong in second order of what is wrong
-//! with the place, and never too high. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
+//! point of a stencil that becomes ever finer is the next start. The height is wrong in second order of what is wrong
+//! with the point, and never too high. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
 
 use crate::math::Vec3;
 
@@ -22,7 +22,7 @@ const GRID: usize = 8;
 const SLACK: f64 = 0.3;
 /// Steps of the coordinates that no longer count: the height depends on them in second order.
 const CONVERGED: f64 = 1e-8;
-/// Stencils after which the highest place so far is taken.
+/// Stencils after which the highest point so far is taken.
 const MOST_STENCILS: u32 = 300;
 
 /// A point `u, v >= 0` with `u^p + v^p = 1` and the dual one, the gradient of the norm, `m = u^(p-1)`, `k = v^(p-1)`.
@@ -122,7 +122,7 @@ pub(super) struct Chart {
     grid: Vec<Plane>,
 }
 
-/// A place on the surface during the search.
+/// A point on the surface during the search.
 #[derive(Clone, Copy)]
 struct Place {
     /// Coordinates, towards the pole and around.
@@ -194,7 +194,7 @@ impl Chart {
         }
     }
 
-    /// The highest place that can be reached uphill.
+    /// The highest point that can be reached uphill.
     fn climb(&self, p: Vec3, start: [f64; 2]) -> Place {
         let mut here = self.place(p, start);
         let mut reach = 0.25 / GRID as f64;
@@ -262,7 +262,7 @@ impl Chart {
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
 
-    /// The highest of the places around, if one is higher.
+    /// The highest of the points around, if one is higher.
     fn highest_around(&self, p: Vec3, here: &Place, reach: f64) -> Option<Place> {
         let mut best = *here;
         for n in 0..9 {
@@ -280,7 +280,7 @@ fn grid_point(n: usize) -> [f64; 2] {
     [n % (GRID + 1), n / (GRID + 1)].map(|i| i as f64 / GRID as f64)
 }
 
-/// Whether none of the neighbours in the grid is higher.
+/// Returns true if none of the neighbours in the grid is higher.
 fn is_peak(heights: &[f64], n: usize) -> bool {
     let (i, j) = (n % (GRID + 1), n / (GRID + 1));
     let range = |i: usize| i.saturating_sub(1)..=(i + 1).min(GRID);
