@@ -371,10 +371,13 @@ impl Simulation {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
-        let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
-            coupling.map(particles);
-            fluid.fault(coupling, particles)
-        });
+        let fault = self
+            .system
+            .as_mut()
+            .and_then(|FluidSystem { fluid, coupling, .. }| {
+                coupling.map(particles);
+                fluid.fault(coupling, particles)
+            });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {
             self.failure.get_or_insert(error);

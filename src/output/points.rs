@@ -70,7 +70,13 @@ impl ParticlePoints {
 
     /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index. `has_fluid` says
     /// whether there is a fluid.
-    pub fn write_index(&self, file: &Path, domain: &Domain, has_fluid: bool, pieces: usize) -> Result<PathBuf> {
+    pub fn write_index(
+        &self,
+        file: &Path,
+        domain: &Domain,
+        has_fluid: bool,
+        pieces: usize,
+    ) -> Result<PathBuf> {
         let nothing: &[ForceAndTorque] = &[];
         self.data(domain, &[], has_fluid.then_some(nothing))
             .write_index(file, pieces)

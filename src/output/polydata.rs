@@ -5,9 +5,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use std::path::{Path, PathBuf};
 use vtkio::IOBuffer;
-use vtkio::model::{
-    Attribute, Attributes, DataArray, ElementType, PolyDataPiece, ScalarType, VertexNumbers,
-};
+use vtkio::model::{Attribute, Attributes, DataArray, ElementType, PolyDataPiece, ScalarType, VertexNumbers};
 
 /// Polygonal data in the making; every array has its values for all points, in their order. Points, vectors and scalars that are
 /// not integers have the precision `T`.

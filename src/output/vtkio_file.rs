@@ -19,7 +19,8 @@ use vtkio::xml::Compressor;
 
 /// What vtkio writes of a piece without points, and what VTK wants there.
 const NO_COUNTS: &str = "<Piece>";
-const COUNTS: &str = "<Piece NumberOfPoints=\"0\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfPolys=\"0\">";
+const COUNTS: &str =
+    "<Piece NumberOfPoints=\"0\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfPolys=\"0\">";
 
 /// Writes a file that VTK reads, without points, too.
 pub(super) fn write(path: &Path, piece: PolyDataPiece) -> Result<()> {

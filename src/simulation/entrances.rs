@@ -132,7 +132,9 @@ impl Simulation {
     /// ```
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
         let stepped = self.system.as_ref().filter(|_| self.step > 0);
-        stepped.into_iter().flat_map(|system| system.coupling.last_loads())
+        stepped
+            .into_iter()
+            .flat_map(|system| system.coupling.last_loads())
     }
 
     /// The cells of this rank: the whole box on one rank.

@@ -18,12 +18,12 @@ use crate::error::{Error, Result};
 use crate::output::progress::Workload;
 use crate::output::{Numbered, OutputFiles, Progress, Summary, directory};
 use crate::particle::Particle;
+pub(super) use gather::own_fields;
 pub(super) use row::{settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-pub(super) use gather::own_fields;
 pub use summary::instruction_set;
 
 /// All writers of a run.
@@ -60,10 +60,12 @@ impl ObserverState {
     /// # Errors
     /// [`Error::Input`] if rows are gone.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
-        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
-            Some(state) => writer.fits(state),
-            None => Ok(()),
-        })
+        writers
+            .iter()
+            .try_for_each(|writer| match self.states.get(writer.name()) {
+                Some(state) => writer.fits(state),
+                None => Ok(()),
+            })
     }
 }
 
@@ -209,9 +211,12 @@ impl<'a> Observer<'a> {
         let slice = (needed(Need::Slice) && setup.fluid.is_some())
             .then(|| gather::slice(simulation, cut, &slice_plane(setup)));
         let selected: Vec<Vec<Particle>> = (due.iter().map(|&i| &self.writers[i]))
-            .map(|writer| match writer.needs().contains(&Need::Selected) {
-                true => gather::particles(simulation, |particle| writer.selects(particle)),
-                false => Vec::new(),
+            .map(|writer| {
+                if writer.needs().contains(&Need::Selected) {
+                    gather::particles(simulation, |particle| writer.selects(particle))
+                } else {
+                    Vec::new()
+                }
             })
             .collect();
         let own = if self.pieces {

@@ -103,12 +103,7 @@ pub(super) fn run_from(
 }
 
 /// Takes the output directory, unless something in it must stay.
-fn claim(
-    setup: &Setup,
-    options: &RunOptions,
-    kinds: &[Numbered],
-    origin: Origin,
-) -> Result<Option<Lock>> {
+fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], origin: Origin) -> Result<Option<Lock>> {
     let directory = &setup.plan.output.directory;
     let lock = directory::claim(directory, kinds)?;
     if origin == Origin::Start {

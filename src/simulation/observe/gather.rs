@@ -221,7 +221,9 @@ fn each_cell<V>(
     mut visit: impl FnMut(V),
 ) {
     let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
-    let Simulation { units, system, dem, .. } = simulation;
+    let Simulation {
+        units, system, dem, ..
+    } = simulation;
     let Some(FluidSystem { fluid, coupling, .. }) = system else {
         return;
     };
