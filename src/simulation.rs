@@ -87,8 +87,8 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 pub struct Simulation {
     comm: Rc<Comm>,
     units: Units,
-    /// `None` in a dry run.
-    wet: Option<FluidSystem>,
+    /// `None` without a fluid.
+    system: Option<FluidSystem>,
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
@@ -218,11 +218,11 @@ impl Simulation {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        let wet = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
+        let system = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
         let block = decomposition.block(comm.rank());
         Ok(Self {
             units: setup.units(),
-            wet: wet.transpose()?,
+            system: system.transpose()?,
             dem,
             comm: Rc::new(comm),
             timings: Timings::default(),
@@ -252,7 +252,7 @@ impl Simulation {
         let Self {
             comm,
             units,
-            wet,
+            system,
             dem,
             timings: t,
             failure,
@@ -266,7 +266,7 @@ impl Simulation {
             coupling,
             driving,
             ..
-        }) = wet
+        }) = system
         {
             let acceleration = driving.step();
             let lattice = acceleration / units.acceleration();
@@ -287,7 +287,7 @@ impl Simulation {
             }
         }
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
-        if let Some(FluidSystem { fluid, .. }) = wet {
+        if let Some(FluidSystem { fluid, .. }) = system {
             t.stage("halo", || fluid.exchange());
         }
 
@@ -344,8 +344,8 @@ impl Simulation {
         self.comm.sum(&mut words);
         self.apply(&words[measure::WORDS..])?;
         let mean = self.mean_of(&words, flow.max_speed);
-        if let Some(wet) = &mut self.wet {
-            wet.driving.observe(mean);
+        if let Some(system) = &mut self.system {
+            system.driving.observe(mean);
         }
         Ok(())
     }
@@ -371,10 +371,13 @@ impl Simulation {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
-        let fault = self.wet.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
-            coupling.map(particles);
-            fluid.fault(coupling, particles)
-        });
+        let fault = self
+            .system
+            .as_mut()
+            .and_then(|FluidSystem { fluid, coupling, .. }| {
+                coupling.map(particles);
+                fluid.fault(coupling, particles)
+            });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {
             self.failure.get_or_insert(error);
@@ -411,9 +414,9 @@ impl Simulation {
         self.step
     }
 
-    /// The fluid of this rank's block; none in a dry run.
+    /// The fluid of this rank's block; none without a fluid.
     pub fn fluid(&self) -> Option<&AnyFluid> {
-        self.wet.as_ref().map(|wet| &wet.fluid)
+        self.system.as_ref().map(|system| &system.fluid)
     }
 
     /// The ranks.
@@ -426,33 +429,33 @@ impl Simulation {
         &*self.dem
     }
 
-    /// Volume of all cells that are in no wall (m^3); zero in a dry run.
+    /// Volume of all cells that are in no wall (m^3); zero without a fluid.
     pub fn fluid_volume(&self) -> f64 {
-        self.wet.as_ref().map_or(0.0, |wet| {
-            wet.cells * (self.units.dx * self.units.dx * self.units.dx)
+        self.system.as_ref().map_or(0.0, |system| {
+            system.cells * (self.units.dx * self.units.dx * self.units.dx)
         })
     }
 
     /// Mean values over the box at the last measurement of the controller, up to [`CONTROL_INTERVAL`] steps ago; zeros in a dry
     /// run.
     pub fn mean_flow(&self) -> MeanFlow {
-        self.wet
+        self.system
             .as_ref()
-            .map_or_else(MeanFlow::default, |wet| *wet.driving.mean())
+            .map_or_else(MeanFlow::default, |system| *system.driving.mean())
     }
 
-    /// The accelerations that the controller of the net flux has added since the start of the run; none in a dry run.
+    /// The accelerations that the controller of the net flux has added since the start of the run; none without a fluid.
     pub fn control_record(&self) -> ControlRecord {
-        self.wet
+        self.system
             .as_ref()
-            .map_or_else(ControlRecord::default, |wet| *wet.driving.record())
+            .map_or_else(ControlRecord::default, |system| *system.driving.record())
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
-        self.wet
+        self.system
             .as_ref()
-            .map_or_else(Vec3::zeros, |wet| wet.driving.acceleration())
+            .map_or_else(Vec3::zeros, |system| system.driving.acceleration())
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
@@ -469,7 +472,7 @@ impl Simulation {
         let particles = particles
             .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
             .fold(0, u64::wrapping_add);
-        let fluid = self.wet.as_ref().map_or(0, |wet| wet.fluid.state_hash());
+        let fluid = self.system.as_ref().map_or(0, |system| system.fluid.state_hash());
         let mut sum = [fluid.wrapping_add(particles) as i64];
         self.comm.sum(&mut sum);
         sum[0] as u64

@@ -68,11 +68,17 @@ impl ParticlePoints {
         self.data(domain, particles, hydrodynamic).write(path)
     }
 
-    /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index. `wet` says
+    /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index. `has_fluid` says
     /// whether there is a fluid.
-    pub fn write_index(&self, file: &Path, domain: &Domain, wet: bool, pieces: usize) -> Result<PathBuf> {
+    pub fn write_index(
+        &self,
+        file: &Path,
+        domain: &Domain,
+        has_fluid: bool,
+        pieces: usize,
+    ) -> Result<PathBuf> {
         let nothing: &[ForceAndTorque] = &[];
-        self.data(domain, &[], wet.then_some(nothing))
+        self.data(domain, &[], has_fluid.then_some(nothing))
             .write_index(file, pieces)
     }
 

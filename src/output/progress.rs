@@ -11,7 +11,7 @@ pub struct Workload {
     pub steps: u64,
     /// Steps done before this run, which goes on from there.
     pub first: u64,
-    /// Number of cells; 0 in a dry run, whose speed is then told in steps.
+    /// Number of cells; 0 without a fluid, whose speed is then told in steps.
     pub cells: usize,
     /// Time step (s).
     pub time_step: f64,

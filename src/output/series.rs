@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 /// walls, without that of the fluid. Gravitational energy counts weight less buoyancy, from the origin of the box, in
 /// directions that are not periodic. The Mach number is that of the fastest cell.
 ///
-/// Stresses of the particles are over the volume of the box that is in no wall (of the whole box in a dry run), positive where they
+/// Stresses of the particles are over the volume of the box that is in no wall (of the whole box without a fluid), positive where they
 /// pull or resist the shear as viscosity does, the symmetric part of the moments. That of contacts is `-sum l F / V`, with the branch
 /// `l` to the centre of a particle, on which the force `F` acts, from that of the other one or from the contact with a wall. The
 /// hydrodynamic one is the stresslet of Batchelor (1970): the first moment about each centre of the momentum that the fluid gives to

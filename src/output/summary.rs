@@ -51,7 +51,7 @@ pub struct Summary {
     pub volume_fraction: f64,
     /// Reference velocities and dimensionless numbers.
     pub scales: ReferenceScales,
-    /// Number of cells of the fluid; 0 in a dry run.
+    /// Number of cells of the fluid; 0 without a fluid.
     pub cells: usize,
     /// Fluid steps done.
     pub steps: u64,
@@ -101,7 +101,7 @@ pub struct Summary {
     pub coupling: Option<String>,
     /// Where the balancing force acts, as in the case.
     pub force_balance: Option<String>,
-    /// The controller of the net flux; none in a dry run, and in files of older versions.
+    /// The controller of the net flux; none without a fluid, and in files of older versions.
     #[serde(default)]
     pub net_flux_control: Option<NetFluxControl>,
     /// Hash over the other numbers that decide the run, less the initial state of the particles; none in files of older versions.

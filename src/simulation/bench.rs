@@ -144,13 +144,13 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
         .iter()
         .map(|&(name, s)| (name.to_owned(), s / steps))
         .collect();
-    let wet = simulation.wet.as_ref();
+    let system = simulation.system.as_ref();
     let particles = simulation.dem.particles();
     let [halo, exchange, collective] = Rate::of_all(traffic, steps);
     RankReport {
         rank: simulation.comm.rank(),
-        cells: wet.map_or(0, |wet| wet.fluid.block().cell_count()),
-        covered_cells: wet.map_or(0, |wet| wet.coupling.covered_cells()),
+        cells: system.map_or(0, |system| system.fluid.block().cell_count()),
+        covered_cells: system.map_or(0, |system| system.coupling.covered_cells()),
         particles: particles.owned,
         ghosts: particles.particles.len() - particles.owned,
         contacts: simulation.dem.contacts().count,

@@ -131,8 +131,10 @@ impl Simulation {
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
-        let stepped = self.wet.as_ref().filter(|_| self.step > 0);
-        stepped.into_iter().flat_map(|wet| wet.coupling.last_loads())
+        let stepped = self.system.as_ref().filter(|_| self.step > 0);
+        stepped
+            .into_iter()
+            .flat_map(|system| system.coupling.last_loads())
     }
 
     /// The cells of this rank: the whole box on one rank.

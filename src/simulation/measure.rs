@@ -37,7 +37,7 @@ impl Simulation {
     /// Mean values from the added-up [`words`] of all ranks.
     pub(super) fn mean_of(&self, words: &[i64], max_lattice_speed: f64) -> MeanFlow {
         let sums: [f64; 5] = numbers(words);
-        let cells = self.wet.as_ref().map_or(1.0, |wet| wet.cells);
+        let cells = self.system.as_ref().map_or(1.0, |system| system.cells);
         let Units { dx, density, .. } = self.units;
         let velocity = self.units.velocity();
         MeanFlow {
@@ -49,7 +49,7 @@ impl Simulation {
     }
 
     /// Looks at the fluid as it is now; the controller of the net flux does not see it. A cell that is too fast becomes a failure
-    /// of this rank. Zeros in a dry run. Collective.
+    /// of this rank. Zeros without a fluid. Collective.
     ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
@@ -59,7 +59,7 @@ impl Simulation {
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn measure(&mut self) -> Measurement {
-        let Some(FluidSystem { fluid, coupling, .. }) = &mut self.wet else {
+        let Some(FluidSystem { fluid, coupling, .. }) = &mut self.system else {
             return Measurement::default();
         };
         let particles = self.dem.particles();
@@ -80,10 +80,10 @@ impl Simulation {
     /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
     /// dry run. Collective.
     pub fn wall_loads(&self) -> Vec<Load> {
-        let Some(wet) = &self.wet else {
+        let Some(system) = &self.system else {
             return vec![Load::default(); self.walls];
         };
-        let mut words: Vec<i64> = wet
+        let mut words: Vec<i64> = system
             .fluid
             .wall_loads()
             .iter()

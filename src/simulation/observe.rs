@@ -211,9 +211,12 @@ impl<'a> Observer<'a> {
         let slice = (needed(Need::Slice) && setup.fluid.is_some())
             .then(|| gather::slice(simulation, cut, &slice_plane(setup)));
         let selected: Vec<Vec<Particle>> = (due.iter().map(|&i| &self.writers[i]))
-            .map(|writer| match writer.needs().contains(&Need::Selected) {
-                true => gather::particles(simulation, |particle| writer.selects(particle)),
-                false => Vec::new(),
+            .map(|writer| {
+                if writer.needs().contains(&Need::Selected) {
+                    gather::particles(simulation, |particle| writer.selects(particle))
+                } else {
+                    Vec::new()
+                }
             })
             .collect();
         let own = if self.pieces {

@@ -24,9 +24,9 @@ pub(super) type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), S
 pub(super) type SavedDriving = (MeanFlow, ControlRecord);
 
 impl Simulation {
-    /// Bytes of a saved cell; none in a dry run.
+    /// Bytes of a saved cell; none without a fluid.
     pub(super) fn saved_bytes(&self) -> usize {
-        (self.wet.as_ref()).map_or(0, |wet| AnyFluid::saved_bytes(wet.fluid.precision()))
+        (self.system.as_ref()).map_or(0, |system| AnyFluid::saved_bytes(system.fluid.precision()))
     }
 
     /// This rank's part of the state, but for the populations. Collective.
@@ -40,15 +40,15 @@ impl Simulation {
         mean.max_lattice_speed = most[0];
         Ok(SavedState {
             engine: self.dem.save()?,
-            coupling: (self.wet.as_ref()).map_or_else(Vec::new, |wet| wet.coupling.save()),
+            coupling: (self.system.as_ref()).map_or_else(Vec::new, |system| system.coupling.save()),
             driving: (mean, self.control_record()),
         })
     }
 
     /// Appends the populations of plane `z` of the box, which crosses the block of this rank.
     pub(super) fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
-        if let Some(wet) = &self.wet {
-            wet.fluid.save_plane(z, out);
+        if let Some(system) = &self.system {
+            system.fluid.save_plane(z, out);
         }
     }
 
@@ -71,7 +71,7 @@ impl Simulation {
             coupling,
             driving,
             ..
-        }) = &mut self.wet
+        }) = &mut self.system
         {
             let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
             fluid.resume();

@@ -65,8 +65,12 @@ impl Simulation {
         let found = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let same = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes());
-            let shared = if same { Ok(()) } else { Err(of_another_case(saved)) }
-                .and_then(|()| is_of_case(saved))
+            let checked = if same {
+                is_of_case(saved)
+            } else {
+                Err(of_another_case(saved))
+            };
+            let shared = checked
                 .and_then(|()| {
                     serde_json::from_slice::<(SavedDriving, T)>(saved.shared())
                         .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))

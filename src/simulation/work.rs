@@ -99,13 +99,13 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn is_wet(&self) -> bool {
+    fn has_fluid(&self) -> bool {
         self.setup.fluid.is_some()
     }
 
-    /// What a cell of the fluid costs (s); nothing in a dry run.
+    /// What a cell of the fluid costs (s); nothing without a fluid.
     fn cell(&self) -> f64 {
-        if self.is_wet() {
+        if self.has_fluid() {
             costs::cell(self.setup.plan.precision)
         } else {
             0.0
@@ -158,7 +158,7 @@ impl<'a> Work<'a> {
             .chain(self.contacts.iter().map(|contact| contact.cost))
             .map(|work| work * work)
             .sum();
-        if self.is_wet() {
+        if self.has_fluid() {
             weights.face += costs::face(self.setup.plan.precision) + 5.0 * self.number() as f64 * costs::BYTE;
             weights.chunk = CHUNK;
         }

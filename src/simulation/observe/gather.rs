@@ -100,7 +100,7 @@ pub(super) fn loads(
     particles: &[Particle],
     everywhere: bool,
 ) -> Option<Vec<ForceAndTorque>> {
-    let FluidSystem { coupling, .. } = simulation.wet.as_ref()?;
+    let FluidSystem { coupling, .. } = simulation.system.as_ref()?;
     if simulation.step == 0 {
         return Some(vec![[Vec3::zeros(); 2]; particles.len()]);
     }
@@ -221,8 +221,10 @@ fn each_cell<V>(
     mut visit: impl FnMut(V),
 ) {
     let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
-    let Simulation { units, wet, dem, .. } = simulation;
-    let Some(FluidSystem { fluid, coupling, .. }) = wet else {
+    let Simulation {
+        units, system, dem, ..
+    } = simulation;
+    let Some(FluidSystem { fluid, coupling, .. }) = system else {
         return;
     };
     if cells.cell_count() > 0 {

@@ -109,7 +109,10 @@ fn take_up(simulation: &mut Simulation, step: u64, left: &[&Left]) -> Result<()>
 
 /// Forces and torques of the fluid on all particles, the same on all ranks.
 fn loads(simulation: &Simulation) -> Vec<u8> {
-    let own = simulation.wet.iter().flat_map(|wet| wet.coupling.last_loads());
+    let own = simulation
+        .system
+        .iter()
+        .flat_map(|system| system.coupling.last_loads());
     let own: Vec<[u64; 7]> = own
         .map(|(id, load)| {
             let [x, y, z]: [f64; 3] = load.force.into();

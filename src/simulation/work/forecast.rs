@@ -148,7 +148,7 @@ impl Work<'_> {
                     send(&mut ranks, owner, rank, substeps * PARTICLE);
                 }
             }
-            if self.is_wet() {
+            if self.has_fluid() {
                 for (rank, share) in shares(cut, std::array::from_fn(|axis| self.slabs(body, cut, axis))) {
                     ranks[rank].covered += share * body.covered;
                     ranks[rank].work += share * body.cost;
@@ -178,7 +178,7 @@ impl Work<'_> {
             size,
             ..RankForecast::default()
         };
-        if !self.is_wet() {
+        if !self.has_fluid() {
             return forecast;
         }
         let row_ends = size[0].next_multiple_of(CHUNK) as f64 / size[0] as f64;
@@ -216,7 +216,7 @@ impl Work<'_> {
                     forecast.sends.entry(peer).or_default().messages += 3 * self.setup.substeps as usize;
                 }
             }
-            if self.is_wet() {
+            if self.has_fluid() {
                 for peer in cut.neighbours(rank, largest + 2.0 * cut.domain.dx) {
                     forecast.sends.entry(peer).or_default().messages += 1;
                 }
