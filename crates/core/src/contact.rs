@@ -38,7 +38,7 @@ pub struct ContactModel {
     pub materials: Vec<Material>,
     /// Properties of pairs of materials: entry `a * materials.len() + b`, symmetric.
     pub pairs: Vec<PairParams>,
-    /// By how much the surface of every particle is grown for contacts (m).
+    /// Distance by which the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
     /// Method of measuring overlaps.
     pub geometry: Geometry,
@@ -62,7 +62,7 @@ pub struct ContactParams {
     pub material: Material,
     /// Restitution and friction.
     pub pair: PairParams,
-    /// By how much the surface of every particle is grown for contacts (m).
+    /// Distance by which the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
     /// Method of measuring overlaps.
     pub geometry: Geometry,
