@@ -116,8 +116,8 @@ pub enum ElasticLaw {
     Paper,
     /// Minus the gradient of an energy of the overlap volume: elastic impacts of edges and corners conserve energy.
     OverlapEnergy,
-    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static
-    /// force of LIGGGHTS.
+    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static force
+    /// of LIGGGHTS.
     Hertz,
 }
 
@@ -128,9 +128,9 @@ pub enum DampingLaw {
     /// The elastic force times `1 + c v`, as in Marquardt et al. (2024): never pulls.
     #[default]
     HuntCrossley,
-    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does
-    /// not depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the
-    /// velocity is that of half a step before.
+    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does not
+    /// depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the velocity is that of
+    /// half a step before.
     Tsuji,
 }
 
