@@ -45,13 +45,13 @@ pub(crate) fn run() -> Result<f64> {
 
     println!("time (s)  height (um)  force (nN)");
     let mut height = 0.0;
-    for n in 0..=200 {
+    for n in 0..=100 {
         height = simulation.particles()[0].position().z;
         writeln!(to, "{:.0}", 1e6 * height).map_err(failed)?;
         let line = from.next().transpose().map_err(failed)?.unwrap_or_default();
         let answer = line.trim().parse::<f64>().unwrap_or(f64::NAN);
         force.set(1e-9 * answer);
-        if n % 40 == 0 {
+        if n % 20 == 0 {
             println!("{:8.3}  {:11.0}  {answer:10.0}", simulation.time(), 1e6 * height);
         }
         simulation.advance(10)?;

@@ -14,7 +14,7 @@ pub(crate) fn run() -> Result<f64> {
     let (height, viscosity, acceleration) = (4e-3, 1e-5, 0.3);
     // No particle: their diameter sizes the cells.
     let none = Particles::spheres(1e-3, 2500.0).count(0);
-    let mut simulation = Builder::new([4e-3, 4e-3, height])
+    let mut simulation = Builder::new([2e-3, 2e-3, height])
         .periodic([true, true, false])
         .fluid(1000.0, viscosity)
         .lattice(4.0, 0.6)
@@ -24,9 +24,9 @@ pub(crate) fn run() -> Result<f64> {
     simulation.run_until(1.5)?;
 
     let fields = simulation.fields()?;
-    let [nx, ny, nz] = fields.block.size();
+    let [nx, ny, nz] = simulation.block().size();
     let mut layers = vec![0.0; nz];
-    for ([_, _, z], velocity) in fields.cells().zip(&fields.velocity) {
+    for ([_, _, z], velocity) in simulation.block().cells().zip(&fields.velocity) {
         layers[z] += f64::from(velocity[0]) / (nx * ny) as f64;
     }
 

@@ -22,7 +22,7 @@ pub(crate) fn run() -> Result<f64> {
     let sphere = Particles::spheres(2.0 * radius, 1000.0).at([0.5 * edge; 3]);
     let setup = Builder::new([edge; 3])
         .fluid(1000.0, viscosity)
-        .lattice(12.407, 0.65)
+        .lattice(12.407, 1.0)
         .precision(Precision::F64)
         .particles(sphere)
         .gravity([0.0; 3])
@@ -34,11 +34,11 @@ pub(crate) fn run() -> Result<f64> {
     println!("time (s)  force on the sphere (N)  drag factor");
     let mut factor = 0.0;
     for n in 1..=4 {
-        simulation.run_until(0.1 * f64::from(n))?;
+        simulation.run_until(0.075 * f64::from(n))?;
         let velocity = simulation.measure().mean.velocity.z;
         let force = simulation.loads().map(|(_, load)| load.force.z).sum::<f64>();
         factor = acceleration * edge.powi(3) / (6.0 * PI * viscosity * radius * velocity);
-        println!("{:8.1}  {force:23.4e}  {factor:11.4}", simulation.time());
+        println!("{:8.3}  {force:23.4e}  {factor:11.4}", simulation.time());
     }
     println!("Zick and Homsy: {ZICK_HOMSY:.3}");
     Ok(factor)

@@ -100,7 +100,7 @@ pub(crate) fn run() -> Result<f64> {
     let still = Vec3::zeros();
     let mut simulation = Builder::new([5e-3; 3])
         .fluid(1000.0, 5e-6)
-        .lattice(10.0, 0.55)
+        .lattice(8.0, 0.6)
         .particles(tablet.posed([2.5e-3; 3], &tilted, still, still))
         .build()?;
     println!("time (s)  velocity (mm/s)  angle to the vertical (degrees)");

@@ -29,13 +29,17 @@ pub mod statistics;
 pub mod summary;
 pub mod surfaces;
 pub mod vti;
+#[cfg(test)]
+#[path = "../tests/common/vtk.rs"]
+mod vtk_reader;
+mod vtkio_file;
 pub mod walls;
 
 pub(crate) use atomic::write_bytes;
 pub use contacts::{
     Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
 };
-pub use directory::OutputFiles;
+pub use directory::{Numbered, OutputFiles};
 pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use points::{ForceAndTorque, ParticlePoints};

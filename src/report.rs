@@ -18,7 +18,7 @@ mod study;
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::output::picture::{Figure, Format};
+use crate::output::picture::{Figure, Format, write_figure};
 use crate::output::write_bytes;
 use crate::study::result::FILE as RESULT;
 use find::{Kind, Source};
@@ -99,7 +99,7 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
             };
             for &format in formats {
                 let file = figure_file(source, name, alone, format);
-                figure.write(&out.join(FIGURES).join(file), format)?;
+                write_figure(&out.join(FIGURES).join(file), figure, format)?;
             }
             figures += 1;
         }

@@ -7,7 +7,6 @@ mod checkpointer;
 mod engine;
 mod entrances;
 mod failure;
-mod fields;
 mod identity;
 mod measure;
 mod observe;
@@ -37,7 +36,6 @@ use checkpointer::Requests;
 use engine::Context;
 use entrances::ExternalLoad;
 use failure::Failure;
-pub use fields::Fields;
 pub use identity::identity;
 pub use measure::Measurement;
 pub use observe::instruction_set;
@@ -47,7 +45,7 @@ pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_wit
 use std::rc::Rc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
-    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
+    Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 

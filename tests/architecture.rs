@@ -82,6 +82,9 @@ const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh a
 /// Laws of the literature that are drawn beside a result: they go into files and nowhere else.
 const ONLY_WRITTEN: &str = "simulation/references";
 
+/// Modules that describe charts or pictures.
+const MAY_DRAW: &[&str] = &["output", "simulation", "checks", "crosscheck", "study", "report", "validate"];
+
 /// Who may write to the terminal.
 const MAY_PRINT: [&str; 2] = ["cli", "output/progress"];
 
@@ -269,4 +272,20 @@ fn only_comm_names_mpi() {
             assert!(!named, "{} names mpi; only comm may", file.path);
         });
     }
+}
+
+#[test]
+fn only_figures_name_the_plot_crate_and_it_names_nothing_of_turbid() {
+    for file in sources() {
+        visit(file.tokens.clone(), &mut |tokens, at| {
+            let named = is(tokens, at, "turbid_plot");
+            let draws = MAY_DRAW.contains(&file.module.as_str());
+            assert!(draws || !named, "{} names turbid_plot", file.path);
+        });
+    }
+    let manifest = fs::read_to_string(root().join("crates/plot/Cargo.toml")).unwrap();
+    assert!(
+        !manifest.contains("path ="),
+        "crates/plot depends on a crate of ours"
+    );
 }

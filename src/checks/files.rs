@@ -2,10 +2,10 @@
 
 use super::{Check, Ending, Outcome, all, markdown};
 use crate::error::{Error, Result};
-use crate::output::picture::{Curve, CurveStyle};
 use crate::output::{Overlay, write_bytes};
 use std::fs;
 use std::path::Path;
+use turbid_plot::Style;
 
 /// Creates the output directory.
 ///
@@ -68,64 +68,43 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
         return Ok(());
     };
     for overlay in &found.overlays {
-        overlay.write(directory, &outcome.case, &curves(overlay))?;
+        overlay.write(directory, &outcome.case, looks(overlay))?;
     }
     Ok(())
 }
 
-/// The curves with their styles: of the native engine dashed, of LIGGGHTS solid, the reference (`reference: NAME`, or the only
-/// other one beside both engines) pale, below all. Without engines what was measured is solid and dashed; of more than two
-/// curves each has its own colour. Where several curves are of one engine, the rest of each name stands beside the curve.
-pub(super) fn curves(overlay: &Overlay) -> Vec<Curve<'_>> {
-    const ENGINES: [(&str, CurveStyle); 2] =
-        [("native", CurveStyle::Dashed), ("LIGGGHTS", CurveStyle::Solid)];
+/// Legend and style of every curve. The reference (`reference: NAME`, or the only other one beside both engines) lies below. Curves
+/// of LIGGGHTS are measured, those of the native engine lie on them, with one legend if there are several. Without engines the second of two measured
+/// curves lies on the first.
+pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
+    const ENGINES: [(&str, Style); 2] = [("native", Style::Overlaid), ("LIGGGHTS", Style::Measured)];
     // A name with both engines is that of a difference.
     let engine = |name: &str| {
-        let named: Vec<usize> = (0..2).filter(|&k| name.contains(ENGINES[k].0)).collect();
-        named
-            .first()
-            .copied()
-            .filter(|&k| named.len() == 1 && name.starts_with(ENGINES[k].0))
+        let mut named = (0..2).filter(|&k| name.contains(ENGINES[k].0));
+        let first = named.next().filter(|&k| name.starts_with(ENGINES[k].0));
+        first.filter(|_| named.next().is_none())
     };
     let names = || overlay.curves.iter().map(|(name, _)| name.as_str());
     let of = |k: usize| names().filter(|name| engine(name) == Some(k)).count();
-    let (both, several) = (of(0) > 0 && of(1) > 0, of(0).max(of(1)) > 1);
+    let both = of(0) > 0 && of(1) > 0;
     let is_other = |name: &str| engine(name).is_none() && !name.starts_with("reference");
     let others = names().filter(|name| is_other(name)).count();
-    let (mut labels, mut other) = (Vec::new(), 0);
-    let mut curves = Vec::new();
-    for (name, points) in &overlay.curves {
-        let (name, style, rest) = match engine(name) {
-            Some(k) if several => {
-                let (short, style) = ENGINES[k];
-                (short, style, name[short.len()..].trim_matches([' ', ',', ':']))
-            }
-            Some(k) => (name.as_str(), ENGINES[k].1, ""),
-            None if !is_other(name) => (
-                name.strip_prefix("reference: ").unwrap_or(name),
-                CurveStyle::Pale,
-                "",
-            ),
-            None if both && others == 1 => (name.as_str(), CurveStyle::Pale, ""),
-            None => {
-                other += 1;
-                let style = match other {
-                    1 if !both && others <= 2 => CurveStyle::Solid,
-                    2 if !both && others <= 2 => CurveStyle::Dashed,
-                    count => CurveStyle::Other(count - 1),
-                };
-                (name.as_str(), style, "")
-            }
-        };
-        // What is the same for both engines is said once.
-        let label = if labels.contains(&rest) { "" } else { rest };
-        labels.push(rest);
-        curves.push(Curve {
-            name,
-            style,
-            label,
-            points,
-        });
-    }
-    curves
+    let mut before = 0;
+    let look = |name: &str| match engine(name) {
+        Some(0) if both && of(0) > 1 => (ENGINES[0].0.to_string(), ENGINES[0].1),
+        Some(k) if both || of(k) == 1 => (name.to_string(), ENGINES[k].1),
+        Some(_) => (name.to_string(), Style::Measured),
+        None if !is_other(name) => {
+            let legend = name.strip_prefix("reference: ").unwrap_or(name);
+            (legend.to_string(), Style::Reference)
+        }
+        None if both && others == 1 => (name.to_string(), Style::Reference),
+        None => {
+            before += 1;
+            let second_of_two = !both && others == 2 && before == 2;
+            let style = if second_of_two { Style::Overlaid } else { Style::Measured };
+            (name.to_string(), style)
+        }
+    };
+    names().map(look).collect()
 }

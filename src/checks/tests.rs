@@ -1,8 +1,8 @@
 //! Claims about checks and what is told of them.
 
-use super::files::curves;
+use super::files::looks;
 use super::*;
-use crate::output::picture::CurveStyle;
+use turbid_plot::Style;
 
 fn check(quantity: &str, native: Option<f64>, difference: f64, tolerance: f64) -> Check {
     Check {
@@ -216,27 +216,25 @@ fn overlay(names: &[&str]) -> Overlay {
 
 #[test]
 fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
-    let styles = |names: &[&str]| {
-        curves(&overlay(names))
-            .iter()
-            .map(|c| c.style)
-            .collect::<Vec<_>>()
+    let styles = |names: &[&str]| -> Vec<Style> {
+        let looks = looks(&overlay(names));
+        looks.into_iter().map(|look| look.1).collect()
     };
-    let usual = [CurveStyle::Dashed, CurveStyle::Solid, CurveStyle::Pale];
+    let usual = [Style::Overlaid, Style::Measured, Style::Reference];
     assert_eq!(styles(&["native", "LIGGGHTS", "Hertz"]), usual);
     assert_eq!(
         styles(&["analytic", "native", "LIGGGHTS"]),
         [usual[2], usual[0], usual[1]]
     );
-    assert_eq!(styles(&["native - LIGGGHTS"]), [CurveStyle::Solid]);
+    assert_eq!(styles(&["native - LIGGGHTS"]), [Style::Measured]);
     assert_eq!(
         styles(&["reference: x", "measured", "fit"]),
-        [CurveStyle::Pale, CurveStyle::Solid, CurveStyle::Dashed]
+        [Style::Reference, Style::Measured, Style::Overlaid]
     );
-    assert_eq!(styles(&["a", "b", "c"])[2], CurveStyle::Other(2));
+    assert_eq!(styles(&["a", "b", "c"]), [Style::Measured; 3]);
     assert_eq!(
         styles(&["native", "LIGGGHTS", "x", "y"])[2..],
-        [CurveStyle::Other(0), CurveStyle::Other(1)]
+        [Style::Measured; 2]
     );
     let two = overlay(&[
         "native, e = 0.9",
@@ -244,14 +242,9 @@ fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
         "native, e = 0.5",
         "LIGGGHTS, e = 0.5",
     ]);
-    let two: Vec<(&str, &str)> = curves(&two).iter().map(|c| (c.name, c.label)).collect();
+    let two: Vec<String> = looks(&two).into_iter().map(|look| look.0).collect();
     assert_eq!(
         two,
-        [
-            ("native", "e = 0.9"),
-            ("LIGGGHTS", ""),
-            ("native", "e = 0.5"),
-            ("LIGGGHTS", "")
-        ]
+        ["native", "LIGGGHTS, e = 0.9", "native", "LIGGGHTS, e = 0.5"]
     );
 }

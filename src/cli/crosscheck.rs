@@ -4,7 +4,7 @@ use super::Changes;
 use super::terminal::say;
 use crate::crosscheck;
 #[cfg(not(feature = "liggghts"))]
-use crate::dem::liggghts_is_missing;
+use crate::engine::liggghts_is_missing;
 use crate::error::Result;
 use clap::Args;
 use std::path::PathBuf;

@@ -6,7 +6,6 @@ use crate::case::Setup;
 use crate::error::{Error, Result};
 use crate::output::Summary;
 use crate::simulation::{self, RunOptions};
-use serde::Deserialize;
 use std::path::Path;
 
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
@@ -56,7 +55,7 @@ pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOption
 /// [`Error::Interrupted`], or what all processes of an MPI job make of it, if the run was stopped before its end.
 pub(super) fn ended(summary: Option<&Summary>, directory: &Path, options: &RunOptions) -> Result<()> {
     if let Some(summary) = summary.filter(|_| !options.quiet) {
-        say(&Headline::of(summary).text(directory));
+        say(&headline(summary, directory));
     }
     simulation::agreed(match summary {
         Some(summary) if summary.interrupted => Err(Error::Interrupted),
@@ -64,98 +63,69 @@ pub(super) fn ended(summary: Option<&Summary>, directory: &Path, options: &RunOp
     })
 }
 
-/// What is shown at the end, by the stable keys of the summary.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-struct Headline {
-    settling_velocity_over_stokes: Option<f64>,
-    settling_velocity_over_schiller_naumann: Option<f64>,
-    standard_error: Option<f64>,
-    drift: Option<f64>,
-    averaged_over: Option<[f64; 2]>,
-    transient_end: Option<f64>,
-    settled_mean: Option<f64>,
-    settled_standard_error: Option<f64>,
-    interrupted: bool,
-    mlups: Option<f64>,
-    state_hash: Option<String>,
-    particles: Option<usize>,
-    steps: Option<u64>,
+/// The number the user came for comes first.
+fn headline(summary: &Summary, directory: &Path) -> String {
+    let mut lines = Vec::new();
+    if let Some(velocity) = summary.settling_velocity_over_stokes {
+        let error = plus_minus(summary.standard_error);
+        let other = (summary.settling_velocity_over_schiller_naumann)
+            .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
+        lines.push(format!(
+            "mean settling velocity  {velocity:.4}{error} u_Stokes{other}"
+        ));
+    }
+    if let Some(drift) = summary.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
+        lines.push(format!(
+            "not steady              the second half of the averages is {:+.1} % off the first: run longer, or raise \
+             run.average_from",
+            100.0 * drift
+        ));
+    }
+    lines.extend(transient(summary));
+    if summary.interrupted {
+        lines.push(format!(
+            "interrupted             before the end of the case; go on with: turbid resume {}",
+            directory.display()
+        ));
+    }
+    lines.push(format!(
+        "particles, steps        {}, {}",
+        summary.particles, summary.steps
+    ));
+    if summary.mlups > 0.0 {
+        lines.push(format!("speed                   {:.1} MLUPS", summary.mlups));
+    }
+    lines.push(format!("state hash              {}", summary.state_hash));
+    lines.push(format!("files                   {}", directory.display()));
+    lines.push("open the .pvd files there in ParaView, e.g.".to_string());
+    let surfaces = directory.join("surfaces.pvd");
+    let shown = if surfaces.exists() {
+        surfaces
+    } else {
+        directory.join("particles.pvd")
+    };
+    lines.push(format!("  paraview {}", shown.display()));
+    lines.join("\n")
 }
 
-impl Headline {
-    fn of(summary: &Summary) -> Self {
-        serde_json::to_value(summary)
-            .and_then(serde_json::from_value)
-            .unwrap_or_default()
-    }
-
-    /// The number the user came for comes first.
-    fn text(&self, directory: &Path) -> String {
-        let mut lines = Vec::new();
-        if let Some(velocity) = self.settling_velocity_over_stokes {
-            let error = plus_minus(self.standard_error);
-            let other = self
-                .settling_velocity_over_schiller_naumann
-                .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
-            lines.push(format!(
-                "mean settling velocity  {velocity:.4}{error} u_Stokes{other}"
-            ));
-        }
-        if let Some(drift) = self.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
-            lines.push(format!(
-                "not steady              the second half of the averages is {:+.1} % off the first: run longer, or raise \
-                 run.average_from",
-                100.0 * drift
-            ));
-        }
-        lines.extend(self.transient());
-        if self.interrupted {
-            lines.push(format!(
-                "interrupted             before the end of the case; go on with: turbid resume {}",
-                directory.display()
-            ));
-        }
-        if let (Some(particles), Some(steps)) = (self.particles, self.steps) {
-            lines.push(format!("particles, steps        {particles}, {steps}"));
-        }
-        if let Some(mlups) = self.mlups.filter(|mlups| *mlups > 0.0) {
-            lines.push(format!("speed                   {mlups:.1} MLUPS"));
-        }
-        if let Some(hash) = &self.state_hash {
-            lines.push(format!("state hash              {hash}"));
-        }
-        lines.push(format!("files                   {}", directory.display()));
-        lines.push("open the .pvd files there in ParaView, e.g.".to_string());
-        let surfaces = directory.join("surfaces.pvd");
-        let shown = if surfaces.exists() {
-            surfaces
-        } else {
-            directory.join("particles.pvd")
-        };
-        lines.push(format!("  paraview {}", shown.display()));
-        lines.join("\n")
-    }
-
-    /// What to say of the transient, where the averages may hold some of it.
-    fn transient(&self) -> Option<String> {
-        let [from, _] = self.averaged_over?;
-        let Some((end, mean)) = self.transient_end.zip(self.settled_mean) else {
-            return Some(
-                "not settled             no end of the transient was found: run longer, with 80 rows of series.csv at least \
-                 (output.series_every)"
-                    .to_string(),
-            );
-        };
-        let error = plus_minus(self.settled_standard_error);
-        (from < end).then(|| {
-            format!(
-                "holds the transient     the averages begin at t* {from:.1}, the transient ends at t* {end:.1}; from there \
-                 {mean:.4}{error}: set run.average_from = {{ stokes_times = {:.0} }}",
-                end.ceil()
-            )
-        })
-    }
+/// What to say of the transient, where the averages may hold some of it.
+fn transient(summary: &Summary) -> Option<String> {
+    let [from, _] = summary.averaged_over?;
+    let Some((end, mean)) = summary.transient_end.zip(summary.settled_mean) else {
+        return Some(
+            "not settled             no end of the transient was found: run longer, with 80 rows of series.csv at least \
+             (output.series_every)"
+                .to_string(),
+        );
+    };
+    let error = plus_minus(summary.settled_standard_error);
+    (from < end).then(|| {
+        format!(
+            "holds the transient     the averages begin at t* {from:.1}, the transient ends at t* {end:.1}; from there \
+             {mean:.4}{error}: set run.average_from = {{ stokes_times = {:.0} }}",
+            end.ceil()
+        )
+    })
 }
 
 /// An error behind its value, if it is known.
@@ -169,15 +139,15 @@ mod tests {
 
     #[test]
     fn the_settling_velocity_comes_first_and_absent_numbers_are_left_out() {
-        let headline = Headline {
+        let summary = Summary {
             settling_velocity_over_stokes: Some(0.2741),
             standard_error: Some(0.0012),
             drift: Some(-0.2),
             interrupted: true,
-            state_hash: Some("0123".to_string()),
-            ..Headline::default()
+            state_hash: "0123".to_string(),
+            ..Summary::default()
         };
-        let text = headline.text(Path::new("out/x"));
+        let text = headline(&summary, Path::new("out/x"));
         assert!(
             text.starts_with("mean settling velocity  0.2741 +- 0.0012 u_Stokes\n"),
             "{text}"
@@ -193,15 +163,15 @@ mod tests {
 
     #[test]
     fn averages_that_begin_within_the_transient_are_told_and_how_to_avoid_it() {
-        let at = |transient_end: Option<f64>| Headline {
+        let at = |transient_end: Option<f64>| Summary {
             settling_velocity_over_stokes: Some(0.27),
             averaged_over: Some([40.0, 120.0]),
             transient_end,
             settled_mean: transient_end.map(|_| 0.26),
             settled_standard_error: Some(0.001),
-            ..Headline::default()
+            ..Summary::default()
         };
-        let text = |end| at(end).text(Path::new("out/x"));
+        let text = |end| headline(&at(end), Path::new("out/x"));
         let late = text(Some(55.5));
         assert!(
             late.contains("begin at t* 40.0, the transient ends at t* 55.5; from there 0.2600 +- 0.0010")
@@ -210,6 +180,6 @@ mod tests {
         );
         assert!(!text(Some(30.0)).contains("transient"));
         assert!(text(None).contains("run longer"));
-        assert!(!Headline::default().text(Path::new("out/x")).contains("transient"));
+        assert!(!headline(&Summary::default(), Path::new("out/x")).contains("transient"));
     }
 }

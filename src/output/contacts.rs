@@ -121,7 +121,7 @@ fn lines(domain: &Domain, particles: &[Particle], contacts: &[Contact]) -> PolyD
 
 #[cfg(test)]
 mod tests {
-    use super::super::polydata::{array, read};
+    use super::super::vtk_reader::{piece as read, point_data as array};
     use super::*;
 
     const BOX: Domain = Domain {

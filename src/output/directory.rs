@@ -39,34 +39,75 @@ pub struct OutputFiles {
     directory: PathBuf,
 }
 
-/// Files directly in the output directory.
-const TOP: [&str; 10] = [
-    "summary.json",
-    "series.csv",
-    "settling_velocity.png",
-    "fields.pvd",
-    "particles.pvd",
-    "contacts.pvd",
-    "force_chains.pvd",
-    "walls.vtp",
-    "particle_series.csv",
-    "surfaces.pvd",
-];
+/// Files directly in the output directory, beside the collections.
+const TOP: [&str; 5] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS];
+const SUMMARY: &str = "summary.json";
+const SERIES: &str = "series.csv";
+const SETTLING: &str = "settling_velocity.png";
+const WALLS: &str = "walls.vtp";
+const PATHS: &str = "particle_series.csv";
 /// What an external engine says.
 const LOG: &str = "liggghts.log";
-/// Directory, prefix and extension of the numbered files.
-const FIELDS: (&str, &str, &str) = ("fields", "fields_", ".vti");
-const PARTICLES: (&str, &str, &str) = ("particles", "particles_", ".vtp");
-const SURFACES: (&str, &str, &str) = ("surfaces", "surfaces_", ".vtp");
-const CONTACTS: (&str, &str, &str) = ("contacts", "contacts_", ".vtp");
-const FORCE_CHAINS: (&str, &str, &str) = ("force_chains", "force_chains_", ".vtp");
-const PICTURES: (&str, &str, &str) = ("pictures", "velocity_", ".png");
-const FOLDERS: [(&str, &str, &str); 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
+pub(crate) const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
+pub(crate) const PARTICLES: Numbered = Numbered::new("particles", "particles_", ".vtp");
+pub(crate) const SURFACES: Numbered = Numbered::new("surfaces", "surfaces_", ".vtp");
+pub(crate) const CONTACTS: Numbered = Numbered::new("contacts", "contacts_", ".vtp");
+pub(crate) const FORCE_CHAINS: Numbered = Numbered::new("force_chains", "force_chains_", ".vtp");
+pub(crate) const PICTURES: Numbered = Numbered::new("pictures", "velocity_", ".png");
+const NUMBERED: [Numbered; 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
 
-/// Folders of a run.
-fn folders() -> impl Iterator<Item = &'static str> {
-    let folders = FOLDERS.iter().map(|(folder, ..)| *folder);
-    folders.chain([checkpoint::FOLDER])
+/// Files of one kind that are numbered by steps: `FOLDER/PREFIX0000001000.EXTENSION`, and `FOLDER.pvd`, the collection of those for
+/// VTK.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Numbered {
+    folder: &'static str,
+    prefix: &'static str,
+    extension: &'static str,
+}
+
+impl Numbered {
+    /// The extension with its dot.
+    pub const fn new(folder: &'static str, prefix: &'static str, extension: &'static str) -> Self {
+        Self {
+            folder,
+            prefix,
+            extension,
+        }
+    }
+
+    /// The folder.
+    pub fn name(&self) -> &'static str {
+        self.folder
+    }
+
+    /// The file of a step.
+    pub fn file(&self, directory: &Path, step: u64) -> PathBuf {
+        let name = format!("{}{step:010}{}", self.prefix, self.extension);
+        directory.join(self.folder).join(name)
+    }
+
+    /// The collection.
+    pub fn collection(&self, directory: &Path) -> PathBuf {
+        directory.join(format!("{}.pvd", self.folder))
+    }
+}
+
+/// The numbered files of a run that writes `more` kinds of them.
+fn numbered(more: &[Numbered]) -> impl Iterator<Item = Numbered> {
+    let more = more.iter().copied().filter(|kind| !NUMBERED.contains(kind));
+    NUMBERED.into_iter().chain(more)
+}
+
+/// The files of such a run directly in its directory, but for the log.
+fn top(more: &[Numbered]) -> Vec<String> {
+    let for_vtk = numbered(more).filter(|kind| kind.extension.starts_with(".vt"));
+    let collections = for_vtk.map(|kind| format!("{}.pvd", kind.folder));
+    TOP.into_iter().map(str::to_owned).chain(collections).collect()
+}
+
+/// The folders of such a run.
+fn folders(more: &[Numbered]) -> impl Iterator<Item = &'static str> {
+    numbered(more).map(|kind| kind.folder).chain([checkpoint::FOLDER])
 }
 
 impl OutputFiles {
@@ -84,52 +125,52 @@ impl OutputFiles {
 
     /// The result in numbers.
     pub fn summary(&self) -> PathBuf {
-        self.directory.join(TOP[0])
+        self.directory.join(SUMMARY)
     }
 
     /// The time series.
     pub fn series(&self) -> PathBuf {
-        self.directory.join(TOP[1])
+        self.directory.join(SERIES)
     }
 
     /// The plot of settling velocity over time.
     pub fn settling_plot(&self) -> PathBuf {
-        self.directory.join(TOP[2])
+        self.directory.join(SETTLING)
     }
 
     /// The collection of all field files.
     pub fn fields_collection(&self) -> PathBuf {
-        self.directory.join(TOP[3])
+        FIELDS.collection(&self.directory)
     }
 
     /// The collection of all particle files.
     pub fn particles_collection(&self) -> PathBuf {
-        self.directory.join(TOP[4])
+        PARTICLES.collection(&self.directory)
     }
 
     /// The collection of all files of surfaces.
     pub fn surfaces_collection(&self) -> PathBuf {
-        self.directory.join(TOP[9])
+        SURFACES.collection(&self.directory)
     }
 
     /// The collection of all contact files.
     pub fn contacts_collection(&self) -> PathBuf {
-        self.directory.join(TOP[5])
+        CONTACTS.collection(&self.directory)
     }
 
     /// The collection of all files of force chains.
     pub fn force_chains_collection(&self) -> PathBuf {
-        self.directory.join(TOP[6])
+        FORCE_CHAINS.collection(&self.directory)
     }
 
     /// The walls.
     pub fn walls(&self) -> PathBuf {
-        self.directory.join(TOP[7])
+        self.directory.join(WALLS)
     }
 
     /// The time series of single particles.
     pub fn particle_series(&self) -> PathBuf {
-        self.directory.join(TOP[8])
+        self.directory.join(PATHS)
     }
 
     /// What LIGGGHTS prints.
@@ -139,17 +180,17 @@ impl OutputFiles {
 
     /// The fluid fields at `step`.
     pub fn fields(&self, step: u64) -> PathBuf {
-        self.numbered(FIELDS, step)
+        FIELDS.file(&self.directory, step)
     }
 
     /// The surfaces of the particles at `step`.
     pub fn surfaces(&self, step: u64) -> PathBuf {
-        self.numbered(SURFACES, step)
+        SURFACES.file(&self.directory, step)
     }
 
     /// The particles at `step`, a point each.
     pub fn particles(&self, step: u64) -> PathBuf {
-        self.numbered(PARTICLES, step)
+        PARTICLES.file(&self.directory, step)
     }
 
     /// The steps of which there are files of particles, ascending.
@@ -157,7 +198,11 @@ impl OutputFiles {
     /// # Errors
     /// [`Error::Io`] if the folder of the run cannot be read.
     pub fn steps_of_particles(&self) -> Result<Vec<u64>> {
-        let (folder, prefix, extension) = PARTICLES;
+        let Numbered {
+            folder,
+            prefix,
+            extension,
+        } = PARTICLES;
         let folder = self.directory.join(folder);
         let entries = match fs::read_dir(&folder) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -179,28 +224,22 @@ impl OutputFiles {
 
     /// The contacts at `step`.
     pub fn contacts(&self, step: u64) -> PathBuf {
-        self.numbered(CONTACTS, step)
+        CONTACTS.file(&self.directory, step)
     }
 
     /// The force chains at `step`.
     pub fn force_chains(&self, step: u64) -> PathBuf {
-        self.numbered(FORCE_CHAINS, step)
+        FORCE_CHAINS.file(&self.directory, step)
     }
 
     /// The velocity slice at `step`.
     pub fn picture(&self, step: u64) -> PathBuf {
-        self.numbered(PICTURES, step)
+        PICTURES.file(&self.directory, step)
     }
 
     /// The checkpoints.
     pub fn checkpoints(&self) -> PathBuf {
         self.directory.join(checkpoint::FOLDER)
-    }
-
-    fn numbered(&self, (folder, prefix, extension): (&str, &str, &str), step: u64) -> PathBuf {
-        self.directory
-            .join(folder)
-            .join(format!("{prefix}{step:010}{extension}"))
     }
 }
 
@@ -212,19 +251,19 @@ impl OutputFiles {
 /// # Errors
 /// [`Error::Input`] if nothing can be written there, if another run does, or if one of the names of a run is a symbolic link.
 pub fn create(directory: &Path) -> Result<Option<Lock>> {
-    let lock = claim(directory)?;
-    prepare(directory)?;
+    let lock = claim(directory, &[])?;
+    prepare(directory, &[])?;
     Ok(lock)
 }
 
-/// The first half of [`create`], which changes nothing in a directory that is there.
+/// The first half of [`create`], which changes nothing in a directory that is there, for a run that writes `more` kinds of files.
 ///
 /// # Errors
 /// Those of [`create`].
-pub fn claim(directory: &Path) -> Result<Option<Lock>> {
+pub fn claim(directory: &Path, more: &[Numbered]) -> Result<Option<Lock>> {
     fs::create_dir_all(directory).map_err(|source| refused(directory, &source))?;
     let lock = lock(directory)?;
-    match own::link(directory) {
+    match own::link(directory, more) {
         None => Ok(lock),
         // What it leads to is not this run's to write or to remove.
         Some(link) => Err(Error::Input(format!(
@@ -239,10 +278,10 @@ pub fn claim(directory: &Path) -> Result<Option<Lock>> {
 ///
 /// # Errors
 /// Those of [`create`].
-pub fn prepare(directory: &Path) -> Result<()> {
+pub fn prepare(directory: &Path, more: &[Numbered]) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        own::remove(own::top(directory, &[LOG]))?;
-        for folder in folders() {
+        own::remove(own::there(directory, &[LOG]))?;
+        for folder in folders(more) {
             let folder = directory.join(folder);
             if fs::symlink_metadata(&folder).is_ok() {
                 let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
@@ -258,9 +297,9 @@ pub fn prepare(directory: &Path) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Input`] with these results and the ways out.
-pub fn refuse_results(directory: &Path) -> Result<()> {
-    let frames = own::frames(directory).map_err(|source| refused(directory, &source))?;
-    let mut files = own::top(directory, &TOP);
+pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
+    let frames = own::frames(directory, more).map_err(|source| refused(directory, &source))?;
+    let mut files = own::there(directory, &top(more));
     files.extend(frames);
     files.retain(own::Own::is_whole_file);
     // A folder that cannot be read is found by [`prepare`].
@@ -298,11 +337,11 @@ pub fn refuse_results(directory: &Path) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Input`] with that file.
-pub fn refuse_inputs(directory: &Path, inputs: &[PathBuf]) -> Result<()> {
+pub fn refuse_inputs(directory: &Path, more: &[Numbered], inputs: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<Option<&PathBuf>> {
-        let mut doomed: Vec<PathBuf> = (own::top(directory, &TOP).into_iter())
-            .chain(own::top(directory, &[LOG]))
-            .chain(own::frames(directory)?)
+        let mut doomed: Vec<PathBuf> = (own::there(directory, &top(more)).into_iter())
+            .chain(own::there(directory, &[LOG]))
+            .chain(own::frames(directory, more)?)
             .map(|own| own.below(directory).to_path_buf())
             .collect();
         doomed.push(checkpoint::FOLDER.into());
@@ -347,10 +386,10 @@ pub fn refuse_input(file: &Path, inputs: &[PathBuf]) -> Result<()> {
 /// Removes what an earlier run has left in a directory that [`create`] has made, but the log, which is of this run.
 ///
 /// Called when nothing can refuse the run any more.
-pub fn clear(directory: &Path) -> Result<()> {
+pub fn clear(directory: &Path, more: &[Numbered]) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        own::remove(own::top(directory, &TOP))?;
-        own::remove(own::frames(directory)?)
+        own::remove(own::there(directory, &top(more)))?;
+        own::remove(own::frames(directory, more)?)
     };
     attempt().map_err(|source| refused(directory, &source))?;
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
@@ -361,11 +400,11 @@ pub fn clear(directory: &Path) -> Result<()> {
 /// checkpoints too.
 ///
 /// Called when nothing can refuse to go on any more.
-pub fn clear_after(directory: &Path, step: u64, kept: &[PathBuf]) -> Result<()> {
+pub fn clear_after(directory: &Path, more: &[Numbered], step: u64, kept: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        let mut doomed = own::top(directory, &TOP);
-        doomed.retain(|own| own.partial || [TOP[0], TOP[2]].iter().any(|end| own.path.ends_with(end)));
-        let mut frames = own::frames(directory)?;
+        let mut doomed = own::there(directory, &top(more));
+        doomed.retain(|own| own.partial || [SUMMARY, SETTLING].iter().any(|end| own.path.ends_with(end)));
+        let mut frames = own::frames(directory, more)?;
         frames.retain(|own| own.partial || own.step > step || own.step == step && !kept.contains(&own.of));
         doomed.extend(frames);
         own::remove(doomed)

@@ -1,21 +1,22 @@
 //! Curves over each other that own what they show, as suites of checks hand them on.
 
-use super::picture::{Curve, OverlayPlot, write_overlay, write_overlay_svg};
+use super::picture::{Format, write_figure};
 use crate::error::Result;
 use std::path::Path;
+use turbid_plot::{Axis, Chart, Series, Style};
 
-/// Curves over each other, for a plot.
+/// Curves over each other, for a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {
     /// File stem, unique within the case.
     pub name: String,
-    /// Above the plot.
+    /// Heading.
     pub title: String,
     /// Quantity and unit of both axes.
     pub axes: [String; 2],
-    /// Whether each axis is logarithmic.
+    /// Logarithmic axes.
     pub logarithmic: [bool; 2],
-    /// Name and points of every curve; how each is drawn, the suite decides by its name.
+    /// Name and points of every curve; the suite decides by the name how each is drawn.
     pub curves: Vec<(String, Vec<[f64; 2]>)>,
 }
 
@@ -44,16 +45,18 @@ impl Overlay {
         self
     }
 
-    /// Writes the plot as `CASE_NAME.png` and `CASE_NAME.svg`, with its curves drawn as given.
-    pub fn write(&self, directory: &Path, case: &str, curves: &[Curve]) -> Result<()> {
-        let stem = format!("{case}_{}", self.name);
-        let plot = OverlayPlot {
-            title: &self.title,
-            axes: [&self.axes[0], &self.axes[1]],
-            logarithmic: self.logarithmic,
-            curves,
-        };
-        write_overlay(&directory.join(format!("{stem}.png")), &plot)?;
-        write_overlay_svg(&directory.join(format!("{stem}.svg")), &plot)
+    /// Writes the chart as `CASE_NAME.png` and `CASE_NAME.svg`, its curves with the given legends and styles, one for each curve.
+    pub fn write(&self, directory: &Path, case: &str, looks: Vec<(String, Style)>) -> Result<()> {
+        let series = (looks.into_iter().zip(&self.curves)).map(|((label, style), (_, points))| {
+            Series::new(label, style, points.iter().map(|&[x, y]| (x, y)))
+        });
+        let [x, y] = [0, 1].map(|i: usize| Axis::new(&self.axes[i], self.logarithmic[i]));
+        let chart = Chart::new(&self.title, x, y, series.collect());
+        let (figure, stem) = (chart.figure(), format!("{case}_{}", self.name));
+        for format in [Format::Png, Format::Svg] {
+            let file = format!("{stem}.{}", format.extension());
+            write_figure(&directory.join(file), &figure, format)?;
+        }
+        Ok(())
     }
 }

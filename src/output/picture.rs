@@ -1,59 +1,25 @@
-//! Pictures of a run as PNG: a slice through the velocity field, the particles from the side, settling velocity over
-//! time; curves over each other; charts and bars, as PNG and SVG.
+//! Figures of a run: a slice through the velocity field, the particles from the side, the settling velocity over time. They are
+//! drawn by [`turbid_plot`].
 
-mod axis;
-mod bars;
-mod canvas;
-mod chart;
-mod colour;
-mod drawing;
-mod labels;
-mod markup;
 mod outline;
-mod overlay;
-mod page;
 mod plane;
-mod plot;
-mod plot_axis;
-mod raster;
-mod scales;
 mod scene;
+mod settling;
 mod side_view;
 mod slice;
-mod text;
 
-pub use bars::Bars;
-pub use chart::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
-pub use drawing::{Figure, Format};
-pub use overlay::{Curve, CurveStyle, OverlayPlot, write_overlay, write_overlay_svg};
 pub use plane::{Cut, Plane};
-pub use plot::{SettlingPlot, settling_figure, write_settling};
 pub use scene::{Clock, Scene};
+pub use settling::{SettlingPlot, settling_chart, write_settling};
 pub use side_view::write_side_view;
 pub use slice::write_slice;
+pub use turbid_plot::{Figure, Format};
 
-use super::atomic::write_atomically;
+use super::atomic::write_bytes;
 use crate::error::Result;
-use canvas::Canvas;
-use std::io;
 use std::path::Path;
 
-fn write_png(path: &Path, canvas: &Canvas) -> Result<()> {
-    write_atomically(path, |file| {
-        let mut encoder = png::Encoder::new(file, canvas.width(), canvas.height());
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::Balanced);
-        encoder.set_pixel_dims(Some(png::PixelDimensions {
-            xppu: PIXELS_PER_METRE,
-            yppu: PIXELS_PER_METRE,
-            unit: png::Unit::Meter,
-        }));
-        let mut writer = encoder.write_header().map_err(io::Error::other)?;
-        writer.write_image_data(&canvas.rgb()).map_err(io::Error::other)?;
-        writer.finish().map_err(io::Error::other)
-    })
+/// Writes a figure; the file appears whole.
+pub fn write_figure(path: &Path, figure: &Figure, format: Format) -> Result<()> {
+    write_bytes(path, &figure.encode(format))
 }
-
-/// 200 dots per inch: a picture 1200 pixels wide fills 15 cm of a page.
-const PIXELS_PER_METRE: u32 = 7874;

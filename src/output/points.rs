@@ -215,7 +215,7 @@ fn records(bytes: &[u8]) -> std::result::Result<Vec<PointRecord>, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::polydata::{array, read};
+    use super::super::vtk_reader::{piece as read, point_data as array};
     use super::*;
     use crate::shape::{Cuboid, Sphere};
     use std::sync::Arc;

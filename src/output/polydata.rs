@@ -1,16 +1,13 @@
 //! VTK polygonal data (`.vtp`): points, vertices, lines and polygons with numbers on the points.
 
-use super::atomic::write_bytes;
-use super::pieces;
-use crate::error::{Error, Result};
+use super::{pieces, vtkio_file};
+use crate::error::Result;
 use crate::math::Vec3;
-use std::io;
 use std::path::{Path, PathBuf};
+use vtkio::IOBuffer;
 use vtkio::model::{
-    Attribute, Attributes, ByteOrder, DataArray, DataSet, ElementType, PolyDataPiece, ScalarType, Version,
-    VertexNumbers,
+    Attribute, Attributes, DataArray, ElementType, PolyDataPiece, ScalarType, VertexNumbers,
 };
-use vtkio::{IOBuffer, Vtk, xml::Compressor};
 
 /// Polygonal data in the making; every array has its values for all points, in their order. Points, vectors and scalars that are
 /// not integers have the precision `T`.
@@ -158,7 +155,6 @@ where
 
     /// Writes a file that VTK reads, without points, too.
     pub(super) fn write(self, path: &Path) -> Result<()> {
-        let empty = self.points.is_empty();
         let piece = PolyDataPiece {
             points: IOBuffer::from(self.points),
             verts: self.vertices.topology(),
@@ -170,28 +166,7 @@ where
             },
             ..PolyDataPiece::default()
         };
-        let vtk = Vtk {
-            version: Version::new_xml(1, 0),
-            title: String::new(),
-            byte_order: ByteOrder::LittleEndian,
-            data: DataSet::inline(piece),
-            file_path: None,
-        };
-        let compressor = if empty { Compressor::None } else { Compressor::LZ4 };
-        // vtkio drops errors of files (a full disk is `Ok`), but not of memory.
-        let mut bytes = Vec::new();
-        vtk.try_into_xml_format(compressor, 1)
-            .and_then(|file| file.write(&mut bytes))
-            .map_err(|error| Error::io("encode", path, io::Error::other(error.to_string())))?;
-        if empty {
-            // vtkio leaves out counts that are zero, but VTK refuses a piece without them.
-            let counts =
-                "<Piece NumberOfPoints=\"0\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfPolys=\"0\">";
-            bytes = String::from_utf8_lossy(&bytes)
-                .replace("<Piece>", counts)
-                .into_bytes();
-        }
-        write_bytes(path, &bytes)
+        vtkio_file::write(path, piece)
     }
 }
 
@@ -213,26 +188,4 @@ fn flat<T: Number>(values: impl IntoIterator<Item = Vec3>) -> Vec<T> {
         .into_iter()
         .flat_map(|value| <[f64; 3]>::from(value).map(T::of))
         .collect()
-}
-
-/// What vtkio reads back, for tests.
-#[cfg(test)]
-pub(super) fn read(path: &Path) -> PolyDataPiece {
-    match Vtk::import(path).unwrap().data {
-        DataSet::PolyData { mut pieces, .. } => match pieces.pop() {
-            Some(vtkio::model::Piece::Inline(piece)) => *piece,
-            other => panic!("no inline piece but {other:?}"),
-        },
-        other => panic!("no polygons but {other:?}"),
-    }
-}
-
-/// An array of [`read`] data.
-#[cfg(test)]
-pub(super) fn array(piece: &PolyDataPiece, name: &str) -> Vec<f64> {
-    let find = |attribute: &Attribute| match attribute {
-        Attribute::DataArray(array) if array.name == name => array.data.cast_into::<f64>(),
-        _ => None,
-    };
-    (piece.data.point.iter().find_map(find)).unwrap_or_else(|| panic!("no array {name}"))
 }

@@ -154,7 +154,7 @@ fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::polydata::{array, read};
+    use super::super::vtk_reader::{piece as read, point_data as array};
     use super::*;
     use crate::math::Quat;
     use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Sphere, Superellipsoid};

@@ -190,33 +190,7 @@ mod tests {
     use super::*;
     use crate::domain::Decomposition;
     use crate::error::Error;
-
-    /// Reads one array back by the description of the format, not by the writer's code.
-    fn read_array(file: &[u8], name: &str) -> Vec<f32> {
-        let marker = b"<AppendedData encoding=\"raw\">\n_";
-        let data = file.windows(marker.len()).position(|w| w == marker).unwrap();
-        let header = std::str::from_utf8(&file[..data]).unwrap();
-        let data = data + marker.len();
-        let tag = header
-            .lines()
-            .find(|line| line.contains(&format!("Name=\"{name}\"")))
-            .unwrap();
-        let offset = tag.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
-        let mut at = data + offset.trim().parse::<usize>().unwrap();
-        let mut number = || {
-            at += 8;
-            u64::from_ne_bytes(file[at - 8..at].try_into().unwrap()) as usize
-        };
-        let (count, size, last) = (number(), number(), number());
-        let compressed: Vec<usize> = (0..count).map(|_| number()).collect();
-        let mut bytes = Vec::new();
-        for (i, length) in compressed.into_iter().enumerate() {
-            let full = if i + 1 == count && last != 0 { last } else { size };
-            bytes.extend(lz4_flex::block::decompress(&file[at..at + length], full).unwrap());
-            at += length;
-        }
-        bytemuck::pod_collect_to_vec(&bytes)
-    }
+    use crate::output::vtk_reader::Image;
 
     fn whole(domain: &Domain) -> Block {
         Block {
@@ -272,11 +246,11 @@ mod tests {
         for cells in [[16, 16, 128], [5, 7, 3], [31, 40, 55]] {
             let fields = Fields::new(cells);
             write_fields(&path, &fields.snapshot()).unwrap();
-            let file = std::fs::read(&path).unwrap();
-            assert_eq!(read_array(&file, "velocity"), fields.velocity.as_flattened());
-            assert_eq!(read_array(&file, "pressure"), fields.pressure);
-            assert_eq!(read_array(&file, "solid_fraction"), fields.solid_fraction);
-            let text = String::from_utf8_lossy(&file);
+            let image = Image::read(&path);
+            assert_eq!(image.named("velocity"), fields.velocity.as_flattened());
+            assert_eq!(image.named("pressure"), fields.pressure);
+            assert_eq!(image.named("solid_fraction"), fields.solid_fraction);
+            let text = image.header();
             assert!(text.contains(">0.30000000000000004</DataArray>"), "exact time");
             assert!(text.contains(&format!(
                 " WholeExtent=\"0 {} 0 {} 0 {}\"",
@@ -325,8 +299,7 @@ mod tests {
                 .map(|n| n.parse().unwrap())
                 .collect();
             let (lo, hi) = ([e[0], e[2], e[4]], [e[1], e[3], e[5]]);
-            let piece = std::fs::read(directory.path().join(quoted("Source"))).unwrap();
-            let values = read_array(&piece, "velocity");
+            let values = Image::read(&directory.path().join(quoted("Source"))).named("velocity");
             for (cell, u) in cells(&Block { lo, hi }).into_iter().zip(values.chunks(3)) {
                 assert!(velocity[cell][0].is_nan(), "cell {cell} is in two pieces");
                 velocity[cell].copy_from_slice(u);

@@ -126,7 +126,7 @@ fn inside(mut polygon: Vec<Vec3>, size: &Vec3) -> Vec<Vec3> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::polydata::{array, read};
+    use super::super::vtk_reader::{piece as read, point_data as array};
     use super::*;
     use crate::wall::Motion;
 

@@ -7,9 +7,9 @@ use super::{Block, Section};
 use crate::error::{Error, Result};
 use crate::input;
 use crate::output::numbers::{self, duration, with_error};
-use crate::output::picture::Bars;
 use crate::output::{OutputFiles, SeriesTable, Summary};
 use std::path::Path;
+use turbid_plot::Bars;
 
 /// A run is called after its case if it is `alone`, or else, as the runs of a study share a case, after its directory.
 pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {

@@ -5,8 +5,7 @@ use super::{Block, Section};
 use crate::checks::{self, Check, Score};
 use crate::error::Result;
 use crate::output::numbers::duration;
-use crate::output::picture::{Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle};
-use crate::study::document::{Document, Figure, Point, Series, Style};
+use crate::study::document::Document;
 
 pub(super) fn section(source: &Source) -> Result<Section> {
     Ok(of(&Document::read(&source.directory)?))
@@ -26,9 +25,9 @@ fn of(document: &Document) -> Section {
     }
     blocks.extend(document.figures.iter().map(|figure| Block::Figure {
         name: figure.name.clone(),
-        title: figure.title.clone(),
-        figure: Box::new(chart(figure).figure()),
-        note: figure.note.clone(),
+        title: figure.chart.title.clone(),
+        figure: Box::new(figure.chart.figure()),
+        note: figure.chart.note.clone(),
     }));
     if !document.tables.is_empty() {
         blocks.push(Block::Heading("Tables".into()));
@@ -105,40 +104,5 @@ fn check_table(checks: &[Check]) -> Block {
         title: String::new(),
         columns: columns.map(String::from).into(),
         rows: checks.iter().map(row).collect(),
-    }
-}
-
-/// The chart of a figure.
-fn chart(figure: &Figure) -> Chart {
-    let axis = |axis: &crate::study::document::Axis| ChartAxis {
-        label: axis.label.clone(),
-        logarithmic: axis.log,
-    };
-    let point = |point: &Point| ChartPoint {
-        x: point.x,
-        y: point.y,
-        error: point.error,
-    };
-    let series = |series: &Series| ChartSeries {
-        label: series.label.clone(),
-        style: match series.style {
-            Style::Measured => ChartStyle::Measured,
-            Style::Points => ChartStyle::Points,
-            Style::Line => ChartStyle::Line,
-            Style::Dashed => ChartStyle::Dashed,
-        },
-        points: series.points.iter().map(point).collect(),
-    };
-    Chart {
-        title: figure.title.clone(),
-        x: axis(&figure.x),
-        y: axis(&figure.y),
-        panels: (figure.panels.iter())
-            .map(|panel| ChartPanel {
-                title: panel.title.clone(),
-                series: panel.series.iter().map(series).collect(),
-            })
-            .collect(),
-        note: figure.note.clone(),
     }
 }

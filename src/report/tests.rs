@@ -4,7 +4,7 @@ use super::*;
 use crate::checks::Check;
 use crate::output::picture::Format::{Png, Svg};
 use crate::output::{SeriesRow, SeriesWriter};
-use crate::study::document::{self, Axis, Document, Panel, Point, Runs, Series, Style, Table};
+use crate::study::document::{self, Chart, Document, Panel, Point, Runs, Series, Style, Table};
 
 /// The table of a run that accelerates.
 fn write_series(directory: &Path) {
@@ -42,14 +42,15 @@ fn write_study(directory: &Path, title: &str) {
     };
     let figure = document::Figure {
         name: "velocity/phi".into(),
-        title: "Velocity".into(),
-        x: Axis::default(),
-        y: Axis::default(),
-        panels: vec![Panel {
-            title: String::new(),
-            series: vec![series],
-        }],
-        note: "Two seeds.".into(),
+        chart: Chart {
+            title: "Velocity".into(),
+            panels: vec![Panel {
+                series: vec![series],
+                ..Panel::default()
+            }],
+            note: "Two seeds.".into(),
+            ..Chart::default()
+        },
     };
     let table = Table {
         name: "table".into(),

@@ -2,12 +2,10 @@
 
 use super::observe::{Observer, ObserverState, Writers};
 use super::run::RunOptions;
-use super::saved::SavedDriving;
 use super::{Simulation, identity};
 use crate::case::{CheckpointSpacing, Setup};
-use crate::checkpoint::{self, Checkpoint, Part};
+use crate::checkpoint::Checkpoint;
 use crate::comm::Comm;
-use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::output::OutputFiles;
 use serde::{Deserialize, Serialize};
@@ -21,7 +19,6 @@ const SLOW_DISK: f64 = 1e8;
 /// What is the same on all ranks, or known to rank 0 alone.
 #[derive(Serialize, Deserialize)]
 struct Shared {
-    driving: SavedDriving,
     observer: ObserverState,
     /// How long the checkpoint before has taken to write (s).
     write_seconds: Option<f64>,
@@ -40,10 +37,7 @@ pub(super) struct Requests {
 pub(super) struct Checkpointer<'a> {
     setup: &'a Setup,
     folder: PathBuf,
-    block: Block,
     start: Instant,
-    /// The step of the last one.
-    last: Option<u64>,
     /// When this rank last had nothing to lose: at the start of the run or behind a checkpoint.
     safe: Instant,
     /// How long one takes to write (s), once one has been written.
@@ -57,18 +51,11 @@ pub(super) struct Checkpointer<'a> {
 
 impl<'a> Checkpointer<'a> {
     /// For a run that has begun at `start`.
-    pub(super) fn new(
-        setup: &'a Setup,
-        decomposition: &Decomposition,
-        simulation: &Simulation,
-        start: Instant,
-    ) -> Self {
+    pub(super) fn new(setup: &'a Setup, simulation: &Simulation, start: Instant) -> Self {
         Self {
             folder: OutputFiles::new(&setup.plan.output.directory).checkpoints(),
-            block: decomposition.block(simulation.comm.rank()),
             setup,
             start,
-            last: None,
             safe: Instant::now(),
             write_seconds: None,
             bytes: (setup.domain.cell_count() * simulation.saved_bytes()) as f64,
@@ -126,12 +113,18 @@ impl<'a> Checkpointer<'a> {
             }
             CheckpointSpacing::Never | CheckpointSpacing::WallTime(_) => false,
         };
-        if self.last == Some(step) || !(due || requests.stop || requests.checkpoint) {
+        if simulation.checkpoint == Some(step) || !(due || requests.stop || requests.checkpoint) {
             return Ok(());
         }
         let start = Instant::now();
-        self.write(simulation, observer)?;
-        self.last = Some(step);
+        let write_seconds = self.write_seconds;
+        simulation.write_state(&self.folder, self.setup, |comm| {
+            let observer = observer.state(comm)?;
+            Ok(observer.map(|observer| Shared {
+                observer,
+                write_seconds,
+            }))
+        })?;
         let seconds = start.elapsed().as_secs_f64();
         self.write_seconds = Some(self.write_seconds.map_or(seconds, |before| before.max(seconds)));
         // It is counted by itself.
@@ -141,30 +134,6 @@ impl<'a> Checkpointer<'a> {
             .timings
             .add("checkpoint", start.elapsed().as_secs_f64());
         Ok(())
-    }
-
-    fn write(&self, simulation: &mut Simulation, observer: &mut Observer) -> Result<()> {
-        simulation.check()?;
-        let state = checkpoint::agreed(&simulation.comm, simulation.save())?;
-        let shared = observer.state(&simulation.comm)?.map_or(Vec::new(), |observer| {
-            let shared = Shared {
-                driving: state.driving,
-                observer,
-                write_seconds: self.write_seconds,
-            };
-            serde_json::to_vec(&shared).expect("plain data is always JSON")
-        });
-        let head = simulation.head(self.setup);
-        let part = Part {
-            block: self.block,
-            engine: &state.engine,
-            coupling: &state.coupling,
-            shared: &shared,
-        };
-        let comm = &simulation.comm;
-        checkpoint::write(&self.folder, comm, self.last, &head, &part, |z, out| {
-            simulation.save_plane(z, out);
-        })
     }
 
     /// Continues from the newest checkpoint that is sound: what the observer needs to do so, and for each newer checkpoint why it
@@ -177,11 +146,12 @@ impl<'a> Checkpointer<'a> {
         simulation: &mut Simulation,
         writers: &Writers,
     ) -> Result<(ObserverState, Vec<String>)> {
-        let comm = simulation.comm.clone();
-        let (shared, skipped) = checkpoint::newest_sound(&self.folder, &comm, |saved| {
-            self.restore_from(simulation, writers, saved)
-        })?;
-        self.last = Some(simulation.step);
+        let (shared, skipped) = simulation.read_state(
+            &self.folder,
+            self.setup,
+            |saved| self.means_the_same(saved),
+            |shared: &Shared| shared.observer.fits(writers),
+        )?;
         // Of a file: it may hold any number.
         self.write_seconds = shared
             .write_seconds
@@ -194,31 +164,6 @@ impl<'a> Checkpointer<'a> {
             });
         }
         Ok((shared.observer, skipped))
-    }
-
-    fn restore_from(
-        &self,
-        simulation: &mut Simulation,
-        writers: &Writers,
-        saved: &Checkpoint,
-    ) -> Result<Shared> {
-        let comm = simulation.comm.clone();
-        let head = saved.head();
-        let fits = if (head.cells, head.bytes_per_cell) == (self.setup.domain.cells, simulation.saved_bytes())
-        {
-            serde_json::from_slice::<Shared>(saved.shared())
-                .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
-                .and_then(|shared| shared.observer.fits(writers).map(|()| shared))
-                .and_then(|shared| self.means_the_same(saved).map(|()| shared))
-        } else {
-            Err(Error::Input(format!("{} is of another case", saved.name())))
-        };
-        let read = fits.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
-        let (shared, engines, couplings) = checkpoint::agreed(&comm, read)?;
-        simulation.restore(head.step, shared.driving, &engines, &couplings, |block, visit| {
-            saved.planes(block, visit)
-        })?;
-        Ok(shared)
     }
 
     /// Whether this program makes of the case what the one that wrote the checkpoint made of it.

@@ -1,10 +1,11 @@
 //! What a program that embeds a simulation calls: how it begins, advances, and what can be read between two steps.
 
-use super::{Simulation, run};
+use super::observe::own_fields;
+use super::{Fields, Simulation, run};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::dem::{Ballistic, Load};
-use crate::domain::Decomposition;
+use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::particle::Particle;
 
@@ -132,6 +133,33 @@ impl Simulation {
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
         let stepped = self.wet.as_ref().filter(|_| self.step > 0);
         stepped.into_iter().flat_map(|wet| wet.coupling.last_loads())
+    }
+
+    /// The cells of this rank: the whole box on one rank.
+    pub fn block(&self) -> Block {
+        self.block
+    }
+
+    /// Fields of the [block](Self::block) of this rank, with the particles where they are now. Changes nothing. Empty without a
+    /// fluid.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// simulation.advance(2)?;
+    /// let fields = simulation.fields()?;
+    /// for (cell, fraction) in simulation.block().cells().zip(&fields.solid_fraction) {
+    ///     assert!(*fraction < 0.01 || cell.iter().all(|x| (5..11).contains(x)), "only in the middle");
+    /// }
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) on this rank.
+    pub fn fields(&mut self) -> Result<Fields> {
+        match self.fluid() {
+            Some(_) => own_fields(self, self.block),
+            None => Ok(Fields::default()),
+        }
     }
 
     /// From now on adds a load of the caller's own to that of the fluid, in every step on every particle that this rank owns: a

@@ -5,7 +5,7 @@
 //! ([`collect`]). A failure to write on one rank ends the run on every rank.
 
 mod collect;
-pub(super) mod gather;
+mod gather;
 mod row;
 mod summary;
 
@@ -16,13 +16,14 @@ use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::progress::Workload;
-use crate::output::{OutputFiles, Progress, Summary, directory};
+use crate::output::{Numbered, OutputFiles, Progress, Summary, directory};
 use crate::particle::Particle;
 pub(super) use row::{settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
+pub(super) use gather::own_fields;
 pub use summary::instruction_set;
 
 /// All writers of a run.
@@ -59,13 +60,16 @@ impl ObserverState {
     /// # Errors
     /// [`Error::Input`] if rows are gone.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
-        writers
-            .iter()
-            .try_for_each(|writer| match self.states.get(writer.name()) {
-                Some(state) => writer.fits(state),
-                None => Ok(()),
-            })
+        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
+            Some(state) => writer.fits(state),
+            None => Ok(()),
+        })
     }
+}
+
+/// The numbered files of writers.
+pub(super) fn names(writers: &[Box<dyn Writer + '_>]) -> Vec<Numbered> {
+    writers.iter().filter_map(|writer| writer.numbered()).collect()
 }
 
 /// The failure of this rank, or that another one has failed. Collective.
@@ -123,9 +127,9 @@ impl<'a> Observer<'a> {
         let written = |done: &Option<u64>| *done == Some(self.first);
         let kept: Vec<PathBuf> = (self.writers.iter().zip(&self.done))
             .filter(|(_, done)| written(done))
-            .flat_map(|(writer, _)| writer.files(self.first))
+            .filter_map(|(writer, _)| Some(writer.numbered()?.file(self.files.directory(), self.first)))
             .collect();
-        directory::clear_after(self.files.directory(), self.first, &kept)?;
+        directory::clear_after(self.files.directory(), &names(&self.writers), self.first, &kept)?;
         for writer in &mut self.writers {
             if let Some(state) = state.states.get(writer.name()) {
                 writer.resume(state)?;

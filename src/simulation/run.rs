@@ -2,7 +2,7 @@
 
 use super::checkpointer::{Checkpointer, Requests};
 use super::engine::Context;
-use super::observe::{Observer, agree as agree_here};
+use super::observe::{Observer, agree as agree_here, names};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
@@ -13,7 +13,7 @@ use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Lock};
-use crate::output::{OutputFiles, Summary};
+use crate::output::{Numbered, OutputFiles, Summary};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -62,7 +62,7 @@ pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Resu
     run_from(setup, options, more, Origin::Start)
 }
 
-/// Makes the caller's own writers for the rank of this number; the same ones for every rank.
+/// Makes the caller's own writers for the rank of this number; the same ones for every rank, whenever it is asked.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
 /// Where a run begins.
@@ -86,7 +86,8 @@ pub(super) fn run_from(
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let _lock = agreed(if first {
-        claim(setup, options, origin)
+        let kinds = [names(&writers::of(setup)), names(&more(0))].concat();
+        claim(setup, options, &kinds, origin)
     } else {
         Ok(None)
     })?;
@@ -102,16 +103,21 @@ pub(super) fn run_from(
 }
 
 /// Takes the output directory, unless something in it must stay.
-fn claim(setup: &Setup, options: &RunOptions, origin: Origin) -> Result<Option<Lock>> {
+fn claim(
+    setup: &Setup,
+    options: &RunOptions,
+    kinds: &[Numbered],
+    origin: Origin,
+) -> Result<Option<Lock>> {
     let directory = &setup.plan.output.directory;
-    let lock = directory::claim(directory)?;
+    let lock = directory::claim(directory, kinds)?;
     if origin == Origin::Start {
-        directory::refuse_inputs(directory, &setup.provenance.inputs)?;
+        directory::refuse_inputs(directory, kinds, &setup.provenance.inputs)?;
         if !options.overwrite {
-            directory::refuse_results(directory)?;
+            directory::refuse_results(directory, kinds)?;
         }
     }
-    directory::prepare(directory)?;
+    directory::prepare(directory, kinds)?;
     Ok(lock)
 }
 
@@ -278,7 +284,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         stop: Arc::clone(&options.stop),
     };
     let mut simulation = Simulation::in_context(setup, decomposition, comm, &context)?;
-    let mut checkpointer = Checkpointer::new(setup, decomposition, &simulation, start);
+    let mut checkpointer = Checkpointer::new(setup, &simulation, start);
     let mut writers = writers::of(setup);
     writers.extend(more(simulation.comm.rank()));
     let observer = |simulation: &Simulation, writers| {
@@ -289,7 +295,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     let mut observer = match origin {
         Origin::Start => {
             in_rank_0(&simulation.comm, || {
-                directory::clear(&setup.plan.output.directory)
+                directory::clear(&setup.plan.output.directory, &names(&writers))
             })?;
             observer(&simulation, writers)
         }

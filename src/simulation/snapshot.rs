@@ -3,17 +3,29 @@
 use super::saved::SavedDriving;
 use super::{Simulation, identity};
 use crate::case::Setup;
-use crate::checkpoint::{self, CaseText, Head, Part};
+use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
+use crate::comm::Comm;
 use crate::error::{Error, Result};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// Of rank 0, with the caller's bytes.
-type Shared = (SavedDriving, Vec<u8>);
-
 impl Simulation {
-    /// The head of a checkpoint of this step.
-    pub(super) fn head(&self, setup: &Setup) -> Head {
-        Head {
+    /// Writes a checkpoint below a folder, with what the owner of the run adds on rank 0. Collective.
+    ///
+    /// # Errors
+    /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
+    pub(super) fn write_state<T: Serialize>(
+        &mut self,
+        folder: &Path,
+        setup: &Setup,
+        own: impl FnOnce(&Comm) -> Result<Option<T>>,
+    ) -> Result<()> {
+        self.check()?;
+        let state = checkpoint::agreed(&self.comm, self.save())?;
+        let shared = own(&self.comm)?.map(|own| serde_json::to_vec(&(state.driving, own)));
+        let shared = shared.map_or_else(Vec::new, |bytes| bytes.expect("plain data is always JSON"));
+        let head = Head {
             step: self.step,
             cells: setup.domain.cells,
             bytes_per_cell: self.saved_bytes(),
@@ -23,7 +35,52 @@ impl Simulation {
                 files: setup.provenance.files.clone(),
                 resolved: identity(setup).to_string(),
             },
-        }
+        };
+        let part = Part {
+            block: self.block,
+            engine: &state.engine,
+            coupling: &state.coupling,
+            shared: &shared,
+        };
+        checkpoint::write(folder, &self.comm, self.checkpoint, &head, &part, |z, out| {
+            self.save_plane(z, out);
+        })?;
+        self.checkpoint = Some(self.step);
+        Ok(())
+    }
+
+    /// Resumes the newest checkpoint below a folder that is sound, of this case and as its owner wants it: what that one added,
+    /// and for each newer checkpoint why it was left out. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Agreed`], the same on every rank, if there is none.
+    pub(super) fn read_state<T: DeserializeOwned>(
+        &mut self,
+        folder: &Path,
+        setup: &Setup,
+        is_of_case: impl Fn(&Checkpoint) -> Result<()>,
+        fits: impl Fn(&T) -> Result<()>,
+    ) -> Result<(T, Vec<String>)> {
+        let comm = self.comm.clone();
+        let found = checkpoint::newest_sound(folder, &comm, |saved| {
+            let head = saved.head();
+            let same = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes());
+            let shared = if same { Ok(()) } else { Err(of_another_case(saved)) }
+                .and_then(|()| is_of_case(saved))
+                .and_then(|()| {
+                    serde_json::from_slice::<(SavedDriving, T)>(saved.shared())
+                        .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
+                })
+                .and_then(|shared| fits(&shared.1).map(|()| shared));
+            let read = shared.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
+            let ((driving, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
+            self.restore(head.step, driving, &engines, &couplings, |block, visit| {
+                saved.planes(block, visit)
+            })?;
+            Ok(own)
+        })?;
+        self.checkpoint = Some(self.step);
+        Ok(found)
     }
 
     /// Writes a checkpoint of the case below a folder of checkpoints, which may be missing, with bytes of the caller's (those of
@@ -47,24 +104,7 @@ impl Simulation {
     /// # Errors
     /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
     pub fn write_checkpoint(&mut self, folder: &Path, setup: &Setup, own: &[u8]) -> Result<()> {
-        self.check()?;
-        let state = checkpoint::agreed(&self.comm, self.save())?;
-        let shared = match self.comm.rank() {
-            0 => serde_json::to_vec(&(state.driving, own)).expect("plain data is always JSON"),
-            _ => Vec::new(),
-        };
-        let head = self.head(setup);
-        let part = Part {
-            block: self.block,
-            engine: &state.engine,
-            coupling: &state.coupling,
-            shared: &shared,
-        };
-        checkpoint::write(folder, &self.comm, self.checkpoint, &head, &part, |z, out| {
-            self.save_plane(z, out);
-        })?;
-        self.checkpoint = Some(self.step);
-        Ok(())
+        self.write_state(folder, setup, |comm| Ok((comm.rank() == 0).then_some(own)))
     }
 
     /// Resumes the newest sound checkpoint of this case below a folder, which any number of ranks may have written; returns the
@@ -73,32 +113,25 @@ impl Simulation {
     /// # Errors
     /// [`Error::Agreed`], the same on all ranks, if there is none of this case.
     pub fn read_checkpoint(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
-        let comm = self.comm.clone();
         let resolved = identity(setup).to_string();
-        let (own, _) = checkpoint::newest_sound(folder, &comm, |saved| {
-            let head = saved.head();
-            let fits = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes())
-                && head.case.text == setup.provenance.text
-                && head.case.resolved == resolved;
-            let shared = if fits {
-                serde_json::from_slice::<Shared>(saved.shared())
-                    .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
+        let is_of_case = |saved: &Checkpoint| {
+            let case = &saved.head().case;
+            if case.text == setup.provenance.text && case.resolved == resolved {
+                Ok(())
             } else {
-                Err(Error::Input(format!("{} is of another case", saved.name())))
-            };
-            let read = shared.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
-            let ((driving, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
-            self.restore(head.step, driving, &engines, &couplings, |block, visit| {
-                saved.planes(block, visit)
-            })?;
-            Ok(own)
-        })?;
-        self.checkpoint = Some(self.step);
-        Ok(own)
+                Err(of_another_case(saved))
+            }
+        };
+        self.read_state(folder, setup, is_of_case, |_| Ok(()))
+            .map(|(own, _)| own)
     }
 
     /// Bytes of a checkpoint, about, of all ranks.
     pub(crate) fn checkpoint_bytes(setup: &Setup) -> f64 {
         (setup.domain.cell_count() * crate::coupling::AnyFluid::saved_bytes(setup.plan.precision)) as f64
     }
+}
+
+fn of_another_case(saved: &Checkpoint) -> Error {
+    Error::Input(format!("{} is of another case", saved.name()))
 }

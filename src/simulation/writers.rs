@@ -17,12 +17,13 @@ mod series;
 mod viscosity;
 mod vtk;
 
-use super::{Fields, Simulation};
+use super::Simulation;
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
+use crate::memory;
 use crate::output::picture::Plane;
-use crate::output::{Contact, ForceAndTorque, OutputFiles, SeriesRow, Summary, pieces};
+use crate::output::{Contact, ForceAndTorque, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
 use std::path::PathBuf;
 
@@ -68,9 +69,9 @@ pub trait Writer {
         Ok(())
     }
 
-    /// Numbered files of a step, which stay when a run resumes from that step. Pieces and indices follow from their names.
-    fn files(&self, _step: u64) -> Vec<PathBuf> {
-        Vec::new()
+    /// Its numbered files: before a run they are refused or cleared; those of later steps go when a run resumes.
+    fn numbered(&self) -> Option<Numbered> {
+        None
     }
 
     /// What [`resume`](Self::resume) needs, on rank 0; all that is written is safe on disk after this.
@@ -184,6 +185,42 @@ pub struct RootOutput<'a> {
     pub slice: Option<&'a [[f32; 3]]>,
     /// The blocks whose ranks have written the pieces of all files, if they are in pieces.
     pub pieces: Option<&'a Decomposition>,
+}
+
+/// How messages call the arrays of [`Fields`].
+const FIELDS: &str = "a file of fields";
+
+/// The fluid in a block of cells, x fastest, then y, then z.
+#[derive(Clone, Debug, Default)]
+pub struct Fields {
+    /// Velocity (m/s); in a particle or a wall that of its motion.
+    pub velocity: Vec<[f32; 3]>,
+    /// Pressure (Pa) above that of the fluid at rest, without the hydrostatic pressure.
+    pub pressure: Vec<f32>,
+    /// Solid volume fraction of the cell (-): 1 in walls.
+    pub solid_fraction: Vec<f32>,
+}
+
+impl Fields {
+    /// At rest.
+    pub(super) fn zeros(cells: usize) -> Result<Self> {
+        Ok(Self {
+            velocity: memory::zeroed(cells, FIELDS)?,
+            pressure: memory::zeroed(cells, FIELDS)?,
+            solid_fraction: memory::zeroed(cells, FIELDS)?,
+        })
+    }
+
+    /// Room for the values of so many cells on their way.
+    pub(super) fn room(cells: usize) -> Result<Vec<u8>> {
+        memory::with_capacity(cells * size_of::<[f32; 5]>(), FIELDS)
+    }
+
+    pub(super) fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
+        self.velocity[at] = [u, v, w];
+        self.pressure[at] = pressure;
+        self.solid_fraction[at] = solid_fraction;
+    }
 }
 
 /// All writers of a case, in the order in which they write; those that are never due among them.

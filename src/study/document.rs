@@ -7,6 +7,8 @@ use crate::output::write_bytes;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+pub use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
+
 /// Name of the file in the directory of a study.
 pub const FILE: &str = "study.json";
 
@@ -32,76 +34,14 @@ pub struct Document {
     pub unsettled: Vec<String>,
 }
 
-/// Panels with common axes.
+/// A chart with its name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Short name, good for a file.
     pub name: String,
-    /// Heading.
-    pub title: String,
-    /// Horizontal axis.
-    pub x: Axis,
-    /// Vertical axis.
-    pub y: Axis,
-    /// From left to right.
-    pub panels: Vec<Panel>,
-    /// What the reader must know, such as points that are missing; may be empty.
-    pub note: String,
-}
-
-/// An axis of a figure.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
-    /// Quantity and unit.
-    pub label: String,
-    /// Whether it is logarithmic.
-    pub log: bool,
-}
-
-/// One diagram of a figure.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Panel {
-    /// Heading; empty where there is one panel only.
-    pub title: String,
-    /// Curves and points.
-    pub series: Vec<Series>,
-}
-
-/// Points that belong together.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Series {
-    /// Text of the legend.
-    pub label: String,
-    /// How it is drawn.
-    pub style: Style,
-    /// In the order in which a line connects them.
-    pub points: Vec<Point>,
-}
-
-/// How a series is drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Style {
-    /// Of this study: markers with their errors, joined by a thin line.
-    #[default]
-    Measured,
-    /// Of a reference that is a law: a line.
-    Line,
-    /// Of a reference that is a table: markers.
-    Points,
-    /// Of another law: a dashed line.
-    Dashed,
-}
-
-/// A point of a series.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    /// In the unit of the horizontal axis.
-    pub x: f64,
-    /// In the unit of the vertical axis.
-    pub y: f64,
-    /// Standard error of `y`, in its unit; none if it is not known.
-    pub error: Option<f64>,
+    /// Contents.
+    #[serde(flatten)]
+    pub chart: Chart,
 }
 
 /// A table of words.
@@ -173,13 +113,16 @@ mod tests {
         let panel = Panel {
             title: "Ar 500".into(),
             series: vec![series],
+            ..Panel::default()
         };
         let document = Document {
             title: "A study".into(),
             figures: vec![Figure {
                 name: "velocity".into(),
-                panels: vec![panel],
-                ..Figure::default()
+                chart: Chart {
+                    panels: vec![panel],
+                    ..Chart::default()
+                },
             }],
             runs: Runs {
                 done: 1,

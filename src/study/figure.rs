@@ -2,7 +2,7 @@
 
 use super::Study;
 use super::convergence::{Convergence, Sample};
-use super::document::{Axis, Figure, Panel, Point, Series, Style};
+use super::document::{Axis, Chart, Figure, Panel, Point, Series, Style};
 use super::file::FigureSection;
 use super::points::{At, Known};
 use crate::case::located::Located;
@@ -105,6 +105,7 @@ impl Study {
                     self.title(&lines[0].along[0], |place| place == axis)
                 }),
                 series: drawn,
+                ..Panel::default()
             });
         }
         let quantity = &value.y.value.0[0];
@@ -117,14 +118,15 @@ impl Study {
             label: label.clone().unwrap_or(other),
             log,
         };
-        Ok(Figure {
-            name: value.name.value.clone(),
+        let chart = Chart {
             title: value.title.clone(),
             x: axis(&value.x_label, self.plan.axes[x].label.clone(), value.x_log),
             y: axis(&value.y_label, words, value.y_log),
             panels,
             note: gaps.note(&value.note),
-        })
+        };
+        let name = value.name.value.clone();
+        Ok(Figure { name, chart })
     }
 
     /// Sorts points into lines along the axis `x`.

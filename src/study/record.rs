@@ -14,7 +14,7 @@ use crate::case::Setup;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::series::COLUMNS;
-use crate::output::{OutputFiles, SeriesTable, estimate_mean};
+use crate::output::{OutputFiles, SeriesTable, estimate_mean, summary};
 use serde::Deserialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -28,13 +28,6 @@ pub const SHARE: &str = "share_";
 /// Standard errors by which a mean may differ from the one behind the transient.
 const NOISE: f64 = 2.0;
 
-/// Numbers of a summary and of its scales.
-const OF_A_SUMMARY: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
-    transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
-    dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
-    relative_viscosity_standard_error cells_per_diameter diameter viscosity density_ratio archimedes \
-    galileo stokes_velocity stokes_time schiller_naumann_velocity schiller_naumann_reynolds";
-
 /// Numbers of a benchmark.
 const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s messages_per_step bytes_per_step collectives_per_step \
     bytes_per_cell memory_per_rank_bytes ranks_per_process cells particles contacts threads ranks \
@@ -46,7 +39,7 @@ pub fn names(bench: bool) -> Vec<&'static str> {
         return OF_A_BENCHMARK.split_whitespace().collect();
     }
     let columns = COLUMNS.iter().filter_map(|head| head.split(" (").next());
-    (OF_A_SUMMARY.split_whitespace().chain(columns))
+    (summary::NUMBERS.split_whitespace().chain(columns))
         .chain(["contacts_per_particle", "net_flux_over_stokes"])
         .collect()
 }

@@ -353,12 +353,20 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
     });
     let document = study.document().unwrap();
     let figure = &document.figures[0];
-    assert_eq!(figure.note, "1 point is missing: 1 of their runs are not done.");
-    let titles: Vec<&str> = figure.panels.iter().map(|panel| panel.title.as_str()).collect();
+    assert_eq!(
+        figure.chart.note,
+        "1 point is missing: 1 of their runs are not done."
+    );
+    let titles: Vec<&str> = figure
+        .chart
+        .panels
+        .iter()
+        .map(|panel| panel.title.as_str())
+        .collect();
     assert_eq!(titles, ["spheres", "cubes"]);
-    let references = |panel: usize| figure.panels[panel].series.len() - 1;
+    let references = |panel: usize| figure.chart.panels[panel].series.len() - 1;
     assert_eq!(references(0), references(1));
-    let labels: Vec<&str> = figure.panels[1]
+    let labels: Vec<&str> = figure.chart.panels[1]
         .series
         .iter()
         .map(|series| series.label.as_str())
@@ -374,9 +382,9 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
             "guess"
         ]
     );
-    let measured = |panel: usize| figure.panels[panel].series[0].points.len();
+    let measured = |panel: usize| figure.chart.panels[panel].series[0].points.len();
     assert_eq!([measured(0), measured(1)], [2, 1]);
-    let law = &figure.panels[1].series[1].points;
+    let law = &figure.chart.panels[1].series[1].points;
     assert!(
         law.len() > 5
             && law

@@ -76,6 +76,13 @@ pub(crate) fn polygons(path: &Path) -> Vec<PolyDataPiece> {
     pieces.into_iter().map(inline).collect()
 }
 
+/// The only piece of a file of polygons.
+pub(crate) fn piece(path: &Path) -> PolyDataPiece {
+    let mut pieces = polygons(path);
+    assert_eq!(pieces.len(), 1, "{}", path.display());
+    pieces.remove(0)
+}
+
 /// Values of the points of a piece.
 pub(crate) fn point_data(piece: &PolyDataPiece, name: &str) -> Vec<f64> {
     let find = |attribute: &Attribute| match attribute {

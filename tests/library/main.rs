@@ -15,3 +15,4 @@ mod schema;
 mod seeds;
 mod stress;
 mod walls;
+mod writers;

@@ -17,7 +17,7 @@ fn place(steps: u64, more: &str) -> Place {
         ("[run]", &engine),
         ("steps = 10", &steps),
     ];
-    let output = "[output]\ndirectory = \"out\"\nseries_every = { steps = 8 }\n";
+    let output = "[output]\ndirectory = \"out\"\nseries_every = { steps = 8 }\npicture_every = \"never\"\n";
     Place::new(&(changed(SPHERES, &changes) + output))
 }
 

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-fn crowd() -> String {
-    case::crowd(60, "series_every = { steps = 8 }")
+/// The spheres for some steps, without pictures, which take longer than all else.
+fn crowd(steps: u64) -> String {
+    case::crowd(steps, "series_every = { steps = 8 }\npicture_every = \"never\"")
 }
 
 /// Turbid on so many processes; a job that hangs is ended, and fails.
@@ -29,7 +30,7 @@ fn on_threads(place: &Place, threads: &str, more: &[&str]) -> (String, Vec<u8>) 
 
 #[test]
 fn two_three_and_five_processes_find_the_bits_of_one_thread() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let expected = on_threads(&place, "1", &[]);
     for processes in [2, 3, 5] {
         let output = turbid(&place, processes, &["run", "case.toml", "--overwrite"]);
@@ -43,7 +44,7 @@ fn two_three_and_five_processes_find_the_bits_of_one_thread() {
 #[cfg(feature = "liggghts")]
 #[test]
 fn liggghts_moves_the_particles_of_all_processes() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let engine = ["--set", "dem.engine=liggghts"];
     let expected = on_threads(&place, "2", &engine);
     let output = turbid(
@@ -58,7 +59,7 @@ fn liggghts_moves_the_particles_of_all_processes() {
 #[cfg(feature = "liggghts")]
 #[test]
 fn liggghts_inside_of_one_of_several_processes_is_refused() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let arguments = [
         "run",
         "case.toml",
@@ -76,7 +77,7 @@ fn liggghts_inside_of_one_of_several_processes_is_refused() {
 
 #[test]
 fn a_failure_is_said_once_and_ends_all_processes_with_its_exit_code() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     // Far too stiff and fast for the time step.
     let arguments = [
         "run",
@@ -94,7 +95,7 @@ fn a_failure_is_said_once_and_ends_all_processes_with_its_exit_code() {
 
 #[test]
 fn bad_input_is_said_once() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let output = turbid(&place, 3, &["run", "case.toml", "--set", "fluid.density=-1"]);
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -111,7 +112,7 @@ fn bad_input_is_said_once() {
 
 #[test]
 fn wrong_arguments_are_said_once() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let output = turbid(&place, 3, &["run", "case.toml", "--cores"]);
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -120,7 +121,7 @@ fn wrong_arguments_are_said_once() {
 
 #[test]
 fn what_one_process_alone_finds_wrong_is_said_with_its_number_and_ends_all() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let program = PROGRAM;
     let arguments = ["run", "case.toml", ":", "-n", "1", program, "run", "missing.toml"];
     let output = turbid(&place, 2, &arguments);
@@ -133,7 +134,7 @@ fn what_one_process_alone_finds_wrong_is_said_with_its_number_and_ends_all() {
 
 #[test]
 fn an_output_folder_that_cannot_be_made_ends_all_processes() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     place.write("file", "");
     let output = turbid(&place, 3, &["run", "case.toml", "--out", "file/out"]);
     let said = words(&output);
@@ -143,7 +144,7 @@ fn an_output_folder_that_cannot_be_made_ends_all_processes() {
 
 #[test]
 fn all_processes_of_a_run_that_is_stopped_end_well_and_the_launcher_reports_their_code() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let endless = ["--max-walltime", "1s", "--set", "run.end.steps=100000000"];
     let few_files = ["fields", "particles", "picture"].map(|what| format!("--set=output.{what}_every=never"));
     let few_files: Vec<&str> = few_files.iter().map(String::as_str).collect();
@@ -159,7 +160,7 @@ fn all_processes_of_a_run_that_is_stopped_end_well_and_the_launcher_reports_thei
 
 #[test]
 fn results_of_an_earlier_run_are_refused_once_by_all_processes() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     let before = on_threads(&place, "1", &[]);
     let output = turbid(&place, 2, &["run", "case.toml"]);
     let said = words(&output);
@@ -191,7 +192,7 @@ fn ranks_of(folder: &Path) -> Vec<(usize, u32)> {
 #[test]
 fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
     // So many steps that it cannot end by itself.
-    let place = Place::new(&case::crowd(10_000_000, "series_every = { steps = 8 }"));
+    let place = Place::new(&crowd(10_000_000));
     let every = [
         "--set",
         "output.checkpoint_every.steps=8",
@@ -255,7 +256,7 @@ fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
 
 #[test]
 fn the_launcher_of_another_mpi_is_refused() {
-    let place = Place::new(&crowd());
+    let place = Place::new(&crowd(60));
     for (rank, times) in [("0", 1), ("1", 0)] {
         let output = place
             .limited(&["run", "case.toml"])

@@ -5,7 +5,7 @@ use turbid::case::Setup;
 use turbid::output::{OutputFiles, points};
 
 /// Spheres of two sizes and cubes that fall in a box; `MEDIUM` is air or water, the rest says where they are.
-const CASE: &str = r"
+const CASE: &str = r#"
 [domain]
 size = [6e-3, 6e-3, 8e-3]
 periodic = [true, true, false]
@@ -23,7 +23,9 @@ STONES
 youngs_modulus = 5e6
 [run]
 end = { steps = 400 }
-";
+[output]
+picture_every = "never"
+"#;
 const DRY: &str = "[dry]\nimpact_speed = 0.3\nenlargement = 2.5e-5";
 const WET: &str =
     "[fluid]\ndensity = 1000.0\nviscosity = 1e-5\n[lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55";

@@ -59,7 +59,7 @@ average_from = { steps = 0 }
 directory = "out"
 series_every = { steps = 8 }
 particles_every = { steps = 48 }
-picture_every = { steps = 96 }
+picture_every = { steps = 160 }
 "#;
 
 /// Stones from a file at places from another one, between a floor and a lid that slides.

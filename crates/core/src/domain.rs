@@ -105,6 +105,13 @@ impl Block {
     pub fn cell_count(&self) -> usize {
         self.size().iter().product()
     }
+
+    /// The cells, counted over the whole box, in the order of fields: x fastest, then y, then z.
+    pub fn cells(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let Self { lo, hi } = *self;
+        let rows = (lo[2]..hi[2]).flat_map(move |z| (lo[1]..hi[1]).map(move |y| (y, z)));
+        rows.flat_map(move |(y, z)| (lo[0]..hi[0]).map(move |x| [x, y, z]))
+    }
 }
 
 #[cfg(test)]

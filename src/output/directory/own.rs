@@ -1,6 +1,6 @@
 //! The files in an output directory that have the name of a file of a run.
 
-use super::{FOLDERS, LOG, TOP, folders};
+use super::{LOG, Numbered, folders, numbered, top};
 use crate::output::atomic::PARTIAL_SUFFIX;
 use crate::output::pieces;
 use std::fs::{self, FileType};
@@ -48,19 +48,19 @@ pub(super) fn remove(all: Vec<Own>) -> io::Result<()> {
 }
 
 /// The first symbolic link among the names in the output directory itself.
-pub(super) fn link(directory: &Path) -> Option<PathBuf> {
-    let files = TOP.into_iter().chain([LOG]);
+pub(super) fn link(directory: &Path, more: &[Numbered]) -> Option<PathBuf> {
+    let files = top(more).into_iter().chain([LOG.to_string()]);
     let mut names = files
-        .flat_map(|name| [name.to_string(), format!("{name}{PARTIAL_SUFFIX}")])
-        .chain(folders().map(str::to_string))
+        .flat_map(|name| [format!("{name}{PARTIAL_SUFFIX}"), name])
+        .chain(folders(more).map(str::to_string))
         .map(|name| directory.join(name));
     names.find(|path| fs::symlink_metadata(path).is_ok_and(|file| file.is_symlink()))
 }
 
 /// Those of the files directly in the directory that are there, finished or partial.
-pub(super) fn top(directory: &Path, names: &[&str]) -> Vec<Own> {
+pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
     let mut there = Vec::new();
-    for name in names {
+    for name in names.iter().map(AsRef::as_ref) {
         let of = directory.join(name);
         for (path, partial) in [
             (of.clone(), false),
@@ -81,9 +81,14 @@ pub(super) fn top(directory: &Path, names: &[&str]) -> Vec<Own> {
 }
 
 /// The numbered files, finished or partial, whole or in pieces; the folder of pieces behind them.
-pub(super) fn frames(directory: &Path) -> io::Result<Vec<Own>> {
+pub(super) fn frames(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>> {
     let mut there = Vec::new();
-    for (folder, prefix, extension) in FOLDERS {
+    for kind in numbered(more) {
+        let Numbered {
+            folder,
+            prefix,
+            extension,
+        } = kind;
         let folder = directory.join(folder);
         if !folder.is_dir() {
             continue;

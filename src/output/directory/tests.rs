@@ -56,7 +56,7 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
     create(&directory).unwrap();
     let summary = files.summary();
     assert!(summary.exists(), "a run may be refused yet");
-    clear(&directory).unwrap();
+    clear(&directory, &[]).unwrap();
     for path in own {
         assert!(!path.exists(), "{} is stale", path.display());
     }
@@ -120,7 +120,7 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
     let checkpoint = files.checkpoints().join("step-0000000009");
     fs::create_dir_all(&checkpoint).unwrap();
     let kept = [files.fields(5), files.force_chains(5), files.contacts(6)];
-    clear_after(directory, 5, &kept).unwrap();
+    clear_after(directory, &[], 5, &kept).unwrap();
     for path in stays.iter().chain([&checkpoint]) {
         assert!(path.exists(), "{} is needed", path.display());
     }
@@ -181,8 +181,8 @@ fn results_of_an_earlier_run_are_refused_by_name_and_foreign_files_are_not() {
     put(directory.join("fields/best.vti"));
     put(files.summary().with_extension("json.tmp"));
     fs::create_dir_all(files.checkpoints().join("step-0000000300.partial")).unwrap();
-    refuse_results(directory).unwrap();
-    let refused = || refuse_results(directory).unwrap_err().to_string();
+    refuse_results(directory, &[]).unwrap();
+    let refused = || refuse_results(directory, &[]).unwrap_err().to_string();
     put(files.particles(7));
     let said = refused();
     assert!(
@@ -239,7 +239,7 @@ fn links_of_the_names_of_a_run_are_refused_and_nothing_is_removed_or_written_thr
     for (link, to) in links.iter().zip([&mine, &mine, &other]) {
         std::os::unix::fs::symlink(to, link).unwrap();
     }
-    clear(&directory).unwrap();
+    clear(&directory, &[]).unwrap();
     assert!(links.iter().all(|link| fs::symlink_metadata(link).is_err()));
     assert_eq!(fs::read(&mine).unwrap(), b"mine");
     // The directory itself may be one.
@@ -269,12 +269,12 @@ fn what_a_run_reads_is_neither_removed_nor_written_over() {
         file("fields/fields_0000000001.vti"),
         file("checkpoints/step-0000000100/case.toml"),
     ];
-    refuse_inputs(directory, &harmless).unwrap();
+    refuse_inputs(directory, &[], &harmless).unwrap();
     let link = directory.join("places.csv");
     std::os::unix::fs::symlink("series.csv", &link).unwrap();
     for input in read.iter().chain([&link]) {
         let inputs = [harmless[0].clone(), input.clone()];
-        let said = refuse_inputs(directory, &inputs).unwrap_err().to_string();
+        let said = refuse_inputs(directory, &[], &inputs).unwrap_err().to_string();
         assert!(
             said.starts_with(&input.display().to_string()) && said.contains("--out"),
             "{said}"

@@ -13,7 +13,7 @@ pub struct Plane {
     pub(super) across: usize,
     pub(super) up: usize,
     pub(super) normal: usize,
-    /// Whether the coordinate grows downwards in the picture, because gravity points along it.
+    /// True if the coordinate grows downwards in the picture, because gravity points along it.
     pub(super) flipped: bool,
     /// Width and height (m).
     pub(super) size: (f64, f64),
@@ -145,7 +145,7 @@ impl Plane {
         self.domain.cells[self.across] * self.domain.cells[self.up]
     }
 
-    /// Whether the plane cuts a sphere of this radius (m) round a position or one of its periodic images.
+    /// True if the plane cuts a sphere of this radius (m) round a position or one of its periodic images.
     pub fn cuts(&self, position: Vec3, radius: f64) -> bool {
         let off = Vec3::ith(self.normal, position[self.normal] - self.height());
         self.domain.nearest_image(off).norm() <= radius

@@ -1,19 +1,19 @@
-//! What a picture of the box shows besides the fluid.
+//! Contents of a picture of the box besides the fluid, and the page round it.
 
 use super::plane::Plane;
-use super::text::{Span, above, italic, roman};
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
 use crate::wall::Wall;
+use turbid_plot::{Figure, Image, Picture, round_up, viridis};
 
 /// The box and what is in it at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene<'a> {
     /// Name of the case, for the title.
     pub case: &'a str,
-    /// Time, for the title and for where moving walls are.
+    /// Time, for the title and for the positions of moving walls.
     pub clock: Clock,
-    /// What is cut, or seen along the normal of; with the box and its cells.
+    /// Plane that is cut, or along whose normal the box is seen; with the box and its cells.
     pub plane: Plane,
     /// Geometries and materials.
     pub templates: &'a [Template],
@@ -21,7 +21,7 @@ pub struct Scene<'a> {
     pub particles: &'a [Particle],
     /// All walls.
     pub walls: &'a [Wall],
-    /// Speed at the upper end of the colours (m/s); `None` takes the largest there is to see. Give the same one to all
+    /// Speed at the upper end of the colours (m/s); `None` takes the largest in the picture. Give the same one to all
     /// pictures of a film.
     pub largest_speed: Option<f64>,
 }
@@ -31,25 +31,17 @@ pub struct Scene<'a> {
 pub struct Clock {
     /// Since the start (s).
     pub time: f64,
-    /// Unit of `t*`, `D / u_Stokes` (s); `None` tells the time in seconds.
+    /// Unit of `t*`, `D / u_Stokes` (s); `None` gives the time in seconds.
     pub stokes_time: Option<f64>,
 }
 
 impl Clock {
-    /// The time as text without its name.
+    /// The time as text.
     pub(super) fn text(&self) -> String {
         match self.stokes_time {
-            Some(unit) => format!(" = {:.1}", self.time / unit),
-            None if self.time > 0.0 && self.time < 0.1 => format!(" = {:.2} ms", 1e3 * self.time),
-            None => format!(" = {:.3} s", self.time),
-        }
-    }
-
-    /// The time with its name.
-    pub(super) fn spans<'a>(&self, text: &'a str) -> Vec<Span<'a>> {
-        match self.stokes_time {
-            Some(_) => vec![italic("t"), above("*"), roman(text)],
-            None => vec![italic("t"), roman(text)],
+            Some(unit) => format!("t* = {:.1}", self.time / unit),
+            None if self.time > 0.0 && self.time < 0.1 => format!("t = {:.2} ms", 1e3 * self.time),
+            None => format!("t = {:.3} s", self.time),
         }
     }
 }
@@ -66,5 +58,87 @@ impl Scene<'_> {
             images.retain(|image| image[axis] > -reach && image[axis] < size[axis] + reach);
         }
         images
+    }
+
+    /// Width and height of the picture in pixels, and pixels per metre.
+    pub(super) fn pixels(&self) -> ((u32, u32), f64) {
+        let (width, height) = self.plane.size;
+        let scale = (HEIGHT / height).min(WIDEST / width);
+        let pixels = |length: f64| (length * scale).round().max(1.0) as u32;
+        ((pixels(width), pixels(height)), scale)
+    }
+
+    /// Unit of length of the axes (m) and its name: the diameter of the first kind of particle, or a unit that suits the box.
+    pub(super) fn unit(&self) -> (f64, &'static str) {
+        if let Some(template) = self.templates.first() {
+            return (template.shape.equivalent_diameter(), "D");
+        }
+        match unit_prefix(self.plane.size.0.max(self.plane.size.1)) {
+            ("m", factor) => (1.0 / factor, "mm"),
+            ("", factor) => (1.0 / factor, "m"),
+            (_, factor) => (1.0 / factor, "\u{b5}m"),
+        }
+    }
+
+    /// The page with a finished image on it: a caption, and the name of the speed that colours mean.
+    pub(super) fn figure(&self, image: Image, caption: &str, speed: &str, range: &SpeedRange) -> Figure {
+        let (plane, (length, unit)) = (&self.plane, self.unit());
+        let label = |axis: usize| match unit {
+            "D" => format!("{} / D", AXES[axis]),
+            unit => format!("{} ({unit})", AXES[axis]),
+        };
+        let closed = |axis: usize| !plane.domain.periodic[axis];
+        let picture = Picture {
+            title: self.case.to_string(),
+            caption: format!("{caption}     {}", self.clock.text()),
+            image,
+            x: (label(plane.across), plane.size.0 / length),
+            y: (label(plane.up), plane.size.1 / length),
+            downwards: plane.flipped,
+            bar: (format!("{speed} ({}m/s)", range.prefix), range.top),
+            closed: [closed(plane.across), closed(plane.up)],
+        };
+        picture.figure()
+    }
+}
+
+/// Names of the axes.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// Height of a picture in pixels unless it is very wide, and its largest width.
+const HEIGHT: f64 = 1000.0;
+const WIDEST: f64 = 2200.0;
+
+/// The speeds that colours mean.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SpeedRange {
+    /// Prefix of m/s in the numbers, and the factor to it.
+    prefix: &'static str,
+    factor: f64,
+    /// Number at the upper end.
+    top: f64,
+}
+
+impl SpeedRange {
+    /// From zero to a round number above `largest` (m/s).
+    pub(super) fn up_to(largest: f64) -> Self {
+        let (prefix, factor) = unit_prefix(largest);
+        // A fluid at rest but for rounding gets a range on which that vanishes.
+        let seen = largest > 1e-9 && largest.is_finite();
+        let top = if seen { round_up(largest * factor) } else { 1.0 };
+        Self { prefix, factor, top }
+    }
+
+    /// The colour of a speed (m/s).
+    pub(super) fn colour(&self, speed: f64) -> [u8; 3] {
+        viridis(speed * self.factor / self.top)
+    }
+}
+
+/// Prefix of the unit that makes the numbers of order one to a thousand, and the factor to it.
+fn unit_prefix(largest: f64) -> (&'static str, f64) {
+    match largest {
+        x if x >= 1.0 || x <= 0.0 || x.is_nan() => ("", 1.0),
+        x if x >= 1e-3 => ("m", 1e3),
+        _ => ("\u{b5}", 1e6),
     }
 }

@@ -1,27 +1,23 @@
 //! The particles from the side, coloured by their speeds: what there is to see without a fluid.
 
-use super::canvas::Canvas;
-use super::colour::{BACKGROUND, viridis};
-use super::page::{Panel, SpeedScale, page};
 use super::plane::Plane;
-use super::raster::{Corner, Raster};
-use super::scene::Scene;
+use super::scene::{AXES, Scene, SpeedRange};
 use super::slice::draw_walls;
-use super::text::{italic, roman};
-use super::write_png;
+use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
 use crate::particle::Template;
 use crate::wall::Surface;
 use std::path::Path;
+use turbid_plot::{BACKGROUND, Corner, Image, Raster};
 
 /// Up to this many particles get finer meshes.
 const FEW: usize = 300;
-/// How far inside of a triangle the normals of its corners are taken, as part of the way to its middle.
+/// Distance from a corner at which its normal is taken, as part of the way to the middle of the triangle.
 const INSIDE: f64 = 1e-3;
 /// Light in the shade, over that of full light.
 const SHADE: f64 = 0.45;
-/// How far a direction may be from the line of sight, as the sine of the angle, and still count as along it.
+/// Sine of the largest angle to the line of sight of a direction that counts as along it.
 const ALONG: f64 = 1e-6;
 
 /// Draws all particles as seen from the side, along the axis of the box that
@@ -29,14 +25,17 @@ const ALONG: f64 = 1e-6;
 ///
 /// Walls that are seen edge on and pipes are drawn, too; others would hide what is behind them.
 pub fn write_side_view(path: &Path, scene: &Scene) -> Result<()> {
-    write_png(path, &draw(scene))
+    let (image, range) = draw(scene);
+    let caption = format!("seen along {}", AXES[scene.plane.normal]);
+    let figure = scene.figure(image, &caption, "speed of particles |v|", &range);
+    write_figure(path, &figure, Format::Png)
 }
 
-fn draw(scene: &Scene) -> Canvas {
+fn draw(scene: &Scene) -> (Image, SpeedRange) {
     let plane = scene.plane;
-    let Panel { pixels, scale } = Panel::of(&plane);
+    let (pixels, scale) = scene.pixels();
     let fastest = || (scene.particles.iter()).fold(0.0, |most: f64, p| most.max(p.velocity().norm()));
-    let speeds = SpeedScale::up_to(scene.largest_speed.unwrap_or_else(fastest));
+    let range = SpeedRange::up_to(scene.largest_speed.unwrap_or_else(fastest));
     let refinement = if scene.particles.len() <= FEW { 3 } else { 2 };
     let bodies: Vec<Body> = scene.templates.iter().map(|t| Body::new(t, refinement)).collect();
     let mut raster = Raster::new(pixels.0, pixels.1, BACKGROUND);
@@ -44,65 +43,45 @@ fn draw(scene: &Scene) -> Canvas {
     for particle in scene.particles {
         let body = &bodies[particle.template as usize];
         let reach = scene.templates[particle.template as usize].shape.circumradius();
-        let colour = viridis(speeds.part(particle.velocity().norm()));
+        let colour = range.colour(particle.velocity().norm());
         for centre in scene.images(particle.position(), reach, &[plane.across, plane.up]) {
-            let placed = Placed {
-                orientation: particle.orientation(),
-                centre,
-                plane: &plane,
-                scale,
-            };
-            surface = body.draw(&mut raster, &placed, colour, surface);
+            let at = (centre, particle.orientation());
+            surface = body.draw(&mut raster, scene, at, colour, surface);
         }
     }
-    let mut panel = raster.canvas();
-    draw_walls(&mut panel, &plane, scale, &walls_edge_on(scene, &plane));
-    let what = [roman("seen along "), italic(["x", "y", "z"][plane.normal])];
-    let speed = [roman("speed of particles |"), italic("v"), roman("|")];
-    page(scene, &plane, &panel, speeds, &what, &speed)
+    let mut image = raster.image();
+    draw_walls(&mut image, &plane, scale, &walls_edge_on(scene, &plane));
+    (image, range)
 }
 
 /// The walls whose edge is seen, in the middle of the box: planes along the line of sight, and pipes by their outline.
 fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
     let [_, _, towards] = plane.frame();
+    let across = |v: Vec3| v.dot(&towards).abs() < ALONG;
     let seen = |surface: Surface| match surface {
-        Surface::Plane { normal, .. } => (normal.dot(&towards).abs() < ALONG).then_some(surface),
-        Surface::Cylinder { axis, pipe, .. } if axis.cross(&towards).norm() < ALONG || !pipe => {
-            (axis.cross(&towards).norm() < ALONG).then_some(surface)
-        }
+        Surface::Plane { normal, .. } => across(normal).then_some(surface),
+        Surface::Cylinder { axis, .. } if axis.cross(&towards).norm() < ALONG => Some(surface),
         Surface::Cylinder {
             point,
             axis,
             radius,
             pipe,
-        } => {
-            // Across the line of sight the widest part is seen, that beside the axis.
-            let shift = towards * (plane.point(0.0, 0.0) - point).dot(&towards);
-            (axis.dot(&towards).abs() < ALONG).then_some(Surface::Cylinder {
-                point: point + shift,
-                axis,
-                radius,
-                pipe,
-            })
-        }
+        } => (pipe && across(axis)).then(|| Surface::Cylinder {
+            // The widest part is seen, that beside the axis.
+            point: point + towards * (plane.point(0.0, 0.0) - point).dot(&towards),
+            axis,
+            radius,
+            pipe,
+        }),
     };
-    (scene.walls.iter())
-        .filter_map(|wall| seen(wall.surface_at(scene.clock.time)))
-        .collect()
+    let walls = scene.walls.iter().map(|wall| wall.surface_at(scene.clock.time));
+    walls.filter_map(seen).collect()
 }
 
 /// A body to draw: triangles with the normals of their corners, by the piece of surface they belong to.
 struct Body {
     triangles: Vec<([(Vec3, Vec3); 3], u32)>,
     pieces: u32,
-}
-
-/// Where a body is.
-struct Placed<'a> {
-    orientation: Quat,
-    centre: Vec3,
-    plane: &'a Plane,
-    scale: f64,
 }
 
 impl Body {
@@ -132,20 +111,18 @@ impl Body {
         }
     }
 
-    /// Draws the body with pieces from number `first` on; returns the next free number.
-    fn draw(&self, raster: &mut Raster, placed: &Placed, colour: [u8; 3], first: u32) -> u32 {
-        let [right, up, towards] = placed.plane.frame();
+    /// Draws the body of a particle at one of its images, with pieces from number `first` on; returns the next free number.
+    fn draw(&self, raster: &mut Raster, scene: &Scene, at: (Vec3, Quat), colour: [u8; 3], first: u32) -> u32 {
+        let (plane, (_, scale), (centre, orientation)) = (&scene.plane, scene.pixels(), at);
+        let [right, up, towards] = plane.frame();
         let sun = (0.6 * up - 0.45 * right + 0.7 * towards).normalize();
         for (corners, piece) in &self.triangles {
             let corner = |(arm, normal): (Vec3, Vec3)| {
-                let at = placed.centre + placed.orientation * arm;
-                let light = (placed.orientation * normal).dot(&sun).max(0.0);
+                let at = centre + orientation * arm;
+                let light = (orientation * normal).dot(&sun).max(0.0);
+                let [x, y, z] = [at[plane.across], plane.down(at[plane.up]), at.dot(&towards)];
                 Corner {
-                    at: Vec3::new(
-                        at[placed.plane.across],
-                        placed.plane.down(at[placed.plane.up]),
-                        at.dot(&towards),
-                    ) * placed.scale,
+                    at: [x * scale, y * scale, z * scale],
                     light: SHADE + (1.0 - SHADE) * light,
                 }
             };
@@ -184,7 +161,7 @@ mod tests {
         // Seen along y with x to the right and z upwards: small y is near.
         for (near, far) in [(1.0, 0.0), (0.0, 1.0)] {
             let particles = [moving(0.9, far), moving(0.2, near)];
-            let canvas = draw(&Scene {
+            let (image, _) = draw(&Scene {
                 case: "",
                 clock: Clock {
                     time: 0.0,
@@ -196,11 +173,7 @@ mod tests {
                 walls: &[],
                 largest_speed: Some(1.0),
             });
-            let (x, y) = (canvas.width() / 2, canvas.height() / 2);
-            let first = 3 * (y * canvas.width() + x) as usize;
-            let [r, _, b] = canvas.rgb()[first..first + 3] else {
-                panic!()
-            };
+            let [r, _, b] = image.colour(image.width() / 2, image.height() / 2);
             assert_eq!(r > b, near > 0.5, "yellow is fast, violet is slow");
         }
     }

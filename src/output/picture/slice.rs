@@ -1,18 +1,16 @@
 //! A slice through the box: velocity magnitude in colour, particles as outlines, walls in grey.
 
-use super::canvas::{Canvas, Pencil};
-use super::colour::{WALL, viridis};
-use super::outline;
-use super::page::{Panel, SpeedScale, page};
+use super::outline::{REFINEMENT, cut};
 use super::plane::Plane;
-use super::scales::Axes;
-use super::scene::Scene;
-use super::text::{italic, roman};
-use super::write_png;
+use super::scene::{AXES, Scene, SpeedRange};
+use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::particle::Particle;
 use crate::wall::Surface;
+use std::cell::LazyCell;
 use std::path::Path;
+use turbid_plot::{Image, WALL};
 
 /// Cuts smaller than this many pixels look like dirt and are left out.
 const SMALLEST_OUTLINE: f32 = 5.0;
@@ -26,92 +24,83 @@ const SMALLEST_OUTLINE: f32 = 5.0;
 /// # Panics
 /// If `velocity` does not have the [length](Plane::values) that belongs to the plane.
 pub fn write_slice(path: &Path, scene: &Scene, velocity: &[[f32; 3]]) -> Result<()> {
-    write_png(path, &draw(scene, velocity))
+    let (image, range) = draw(scene, velocity);
+    let (length, unit) = scene.unit();
+    let normal = scene.plane.normal;
+    let caption = format!("{} = {:.2} {unit}", AXES[normal], scene.plane.height() / length);
+    let figure = scene.figure(image, &caption, "speed |u|", &range);
+    write_figure(path, &figure, Format::Png)
 }
 
-fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> Canvas {
-    let plane = scene.plane;
-    let Panel { pixels, scale } = Panel::of(&plane);
-    let field = plane.speeds(velocity, pixels);
-    let largest = scene
-        .largest_speed
-        .unwrap_or_else(|| f64::from(field.iter().copied().fold(0.0, f32::max)));
-    let speeds = SpeedScale::up_to(largest);
-    let colours: Vec<[u8; 3]> = field
+fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> (Image, SpeedRange) {
+    let (pixels, scale) = scene.pixels();
+    let speeds = scene.plane.speeds(velocity, pixels);
+    let largest = || f64::from(speeds.iter().copied().fold(0.0, f32::max));
+    let range = SpeedRange::up_to(scene.largest_speed.unwrap_or_else(largest));
+    let colours: Vec<[u8; 3]> = speeds
         .iter()
-        .map(|&speed| viridis(speeds.part(f64::from(speed))))
+        .map(|&speed| range.colour(f64::from(speed)))
         .collect();
-    let mut panel = Canvas::from_pixels(pixels.0, pixels.1, &colours);
-    draw_particles(&mut panel, scene, &plane, scale);
+    let mut image = Image::new(pixels.0, pixels.1, &colours);
+    draw_particles(&mut image, scene, scale);
     let walls: Vec<Surface> = (scene.walls.iter())
         .map(|wall| wall.surface_at(scene.clock.time))
         .collect();
-    draw_walls(&mut panel, &plane, scale, &walls);
-
-    let diameter = scene.templates.first().map(|t| t.shape.equivalent_diameter());
-    let place = Axes::new(diameter, &plane, pixels, 1.0).coordinate(plane.normal, plane.height());
-    let speed = [roman("speed |"), italic("u"), roman("|")];
-    page(scene, &plane, &panel, speeds, &place.spans(), &speed)
+    draw_walls(&mut image, &scene.plane, scale, &walls);
+    (image, range)
 }
 
 /// Covers the inside of walls with grey, as far as the picture shows them.
 ///
 /// A pixel on the edge is covered in part.
-pub(super) fn draw_walls(panel: &mut Canvas, plane: &Plane, scale: f64, walls: &[Surface]) {
+pub(super) fn draw_walls(image: &mut Image, plane: &Plane, scale: f64, walls: &[Surface]) {
     if walls.is_empty() {
         return;
     }
-    panel.blend(WALL, |x, y| {
+    image.blend(WALL, |x, y| {
         let at = plane.point((f64::from(x) + 0.5) / scale, (f64::from(y) + 0.5) / scale);
         let distance = (walls.iter().map(|wall| wall.distance(at))).fold(f64::INFINITY, f64::min);
         (0.5 - distance * scale).clamp(0.0, 1.0) as f32
     });
 }
 
-/// Outlines of all particles and their periodic images that the plane cuts, under a light veil.
-fn draw_particles(panel: &mut Canvas, scene: &Scene, plane: &Plane, scale: f64) {
-    let unit = |axis: usize| Vec3::ith(axis, 1.0);
-    let (across, up) = (unit(plane.across), unit(plane.up));
-    let middle = plane.height() * unit(plane.normal);
-    for particle in scene.particles {
-        let shape = &*scene.templates[particle.template as usize].shape;
-        let reach = shape.circumradius();
-        for centre in scene.images(particle.position(), reach, &[0, 1, 2]) {
-            let outline = outline::cut(shape, &particle.orientation(), middle - centre, across, up);
-            let points: Vec<(f32, f32)> = outline
-                .iter()
-                .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
-                .collect();
-            if extent(&points) < SMALLEST_OUTLINE {
-                continue;
+/// Outlines of all particles and their periodic images that the plane cuts.
+fn draw_particles(image: &mut Image, scene: &Scene, scale: f64) {
+    let plane = &scene.plane;
+    let (across, up) = (Vec3::ith(plane.across, 1.0), Vec3::ith(plane.up, 1.0));
+    let middle = Vec3::ith(plane.normal, plane.height());
+    let mut particles: Vec<&Particle> = scene.particles.iter().collect();
+    particles.sort_by_key(|particle| particle.template);
+    for group in particles.chunk_by(|a, b| a.template == b.template) {
+        let shape = &*scene.templates[group[0].template as usize].shape;
+        let mesh = LazyCell::new(|| shape.surface_mesh(REFINEMENT));
+        for particle in group {
+            for centre in scene.images(particle.position(), shape.circumradius(), &[0, 1, 2]) {
+                let turn = particle.orientation();
+                let outline = cut(shape, &mesh, &turn, middle - centre, across, up);
+                let points: Vec<(f32, f32)> = (outline.iter())
+                    .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
+                    .collect();
+                if extent(&points) >= SMALLEST_OUTLINE {
+                    image.outline(&points);
+                }
             }
-            panel.fill(&points, [255, 255, 255], 0.22);
-            panel.polygon(&points, Pencil::new([20, 20, 20], 2.0));
         }
     }
 }
 
-/// Larger of width and height.
+/// Largest distance along an axis from the first point.
 fn extent(points: &[(f32, f32)]) -> f32 {
-    let range = |of: fn(&(f32, f32)) -> f32| {
-        let (lo, hi) = points
-            .iter()
-            .map(of)
-            .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), x| {
-                (lo.min(x), hi.max(x))
-            });
-        hi - lo
-    };
-    range(|p| p.0).max(range(|p| p.1))
+    let apart = |p: &(f32, f32)| (p.0 - points[0].0).abs().max((p.1 - points[0].1).abs());
+    points.iter().map(apart).fold(0.0, f32::max)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::page::TOP;
     use super::super::scene::Clock;
     use super::*;
     use crate::domain::Domain;
-    use crate::particle::{Particle, Template};
+    use crate::particle::Template;
     use crate::shape::Sphere;
     use crate::wall::{Motion, Wall};
     use std::sync::Arc;
@@ -142,7 +131,7 @@ mod tests {
         }]
     }
 
-    fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Canvas {
+    fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Image {
         let scene = Scene {
             case: "a rather long name of a case",
             clock: CLOCK,
@@ -152,17 +141,12 @@ mod tests {
             walls,
             largest_speed: Some(1.0),
         };
-        draw(&scene, &velocity())
+        draw(&scene, &velocity()).0
     }
 
-    /// Colour at a place of the box; the panel is 500 by 1000 pixels and centred.
-    fn colour_at(canvas: &Canvas, x: f64, down: f64) -> [u8; 3] {
-        let plane = Plane::new(&BOX, Vec3::zeros());
-        let (before, after) = Axes::new(Some(0.6), &plane, (500, 1000), 1.0).margins();
-        let left = before + (canvas.width() - before - after - 500) / 2;
-        let (px, py) = (f64::from(left) + 250.0 * x, f64::from(TOP) + 250.0 * down);
-        let first = 3 * (py as usize * canvas.width() as usize + px as usize);
-        canvas.rgb()[first..first + 3].try_into().unwrap()
+    /// Colour at a position in the box; the image is 500 by 1000 pixels.
+    fn colour_at(image: &Image, x: f64, down: f64) -> [u8; 3] {
+        image.colour((250.0 * x) as u32, (250.0 * down) as u32)
     }
 
     fn close(a: [u8; 3], b: [u8; 3]) -> bool {
@@ -172,11 +156,11 @@ mod tests {
     #[test]
     fn colours_are_those_of_the_middle_layer_with_gravity_pointing_down() {
         for (gravity, flipped) in [(-9.81, false), (0.0, false), (9.81, true)] {
-            let canvas = draw_with(Vec3::new(0.0, 0.0, gravity), &[], &[]);
+            let image = draw_with(Vec3::new(0.0, 0.0, gravity), &[], &[]);
             for z in [0.5, 1.0, 2.0, 3.5] {
                 let down = if flipped { z } else { 4.0 - z };
                 let speed = (z / 0.1 - 0.5) / 39.0;
-                let (got, expected) = (colour_at(&canvas, 1.3, down), viridis(speed));
+                let (got, expected) = (colour_at(&image, 1.3, down), turbid_plot::viridis(speed));
                 assert!(close(got, expected), "{gravity} {z}: {got:?} {expected:?}");
             }
         }
@@ -223,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures_at_least_900_pixels_high() {
+    fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures() {
         for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
             let domain = Domain {
                 periodic: [true; 3],
@@ -239,9 +223,10 @@ mod tests {
                 walls: &[],
                 largest_speed: None,
             };
-            let places = Plane::new(&domain, Vec3::zeros()).values();
-            let canvas = draw(&scene, &vec![[0.0; 3]; places]);
-            assert!(canvas.height() >= 900 && canvas.width() < 2600);
+            let (image, range) = draw(&scene, &vec![[0.0; 3]; scene.plane.values()]);
+            assert_eq!(image.colour(0, 0), range.colour(0.0));
+            let page = scene.figure(image, "", "", &range).image();
+            assert!(page.height() >= 900 && page.width() < 2600);
         }
     }
 }

@@ -1,11 +1,10 @@
 //! The figures of a time series.
 
 use super::super::Block;
-use crate::output::picture::{
-    Chart, ChartAxis, ChartPanel, ChartPoint, ChartSeries, ChartStyle, SettlingPlot, settling_figure,
-};
+use crate::output::picture::{SettlingPlot, settling_chart};
 use crate::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use crate::simulation::settling_references;
+use turbid_plot::{Axis, Chart, Series, Style};
 
 /// The part of the largest value from which values are shown on a logarithmic axis.
 const SHOWN: f64 = 1e-5;
@@ -161,7 +160,7 @@ fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Opti
         Some((summary.transient_end?, estimate))
     });
     let references = steady.map(|summary| settling_references(&summary.scales, summary.volume_fraction));
-    let figure = settling_figure(&SettlingPlot {
+    let chart = settling_chart(&SettlingPlot {
         case,
         t_star,
         velocity,
@@ -176,7 +175,7 @@ fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Opti
     Some(Block::Figure {
         name: "settling_velocity".into(),
         title: "Settling velocity".into(),
-        figure: Box::new(figure),
+        figure: Box::new(chart.figure()),
         note: note.into(),
     })
 }
@@ -205,33 +204,16 @@ fn over_time(
         f64::NEG_INFINITY
     };
     let shown = |y: f64| if y >= least { y } else { f64::NAN };
-    let lines = columns.iter().map(|(column, label)| ChartSeries {
-        label: (*label).to_string(),
-        style: ChartStyle::Line,
-        points: (times.iter().zip(&column.values))
-            .map(|(&x, &y)| ChartPoint {
-                x,
-                y: shown(y),
-                error: None,
-            })
-            .collect(),
+    let lines = columns.iter().map(|(column, label)| {
+        let points = times.iter().zip(&column.values);
+        Series::new(*label, Style::Line, points.map(|(&x, &y)| (x, shown(y))))
     });
-    let chart = Chart {
-        title: format!("{case}: {}", decapitalised(&title)),
-        x: ChartAxis {
-            label: time.into(),
-            logarithmic: false,
-        },
-        y: ChartAxis {
-            label: format!("{} ({unit})", decapitalised(&title)),
-            logarithmic,
-        },
-        panels: vec![ChartPanel {
-            title: String::new(),
-            series: lines.collect(),
-        }],
-        note: String::new(),
-    };
+    let chart = Chart::new(
+        format!("{case}: {}", decapitalised(&title)),
+        Axis::new(time, false),
+        Axis::new(format!("{} ({unit})", decapitalised(&title)), logarithmic),
+        lines.collect(),
+    );
     Block::Figure {
         name: name.to_string(),
         title,

@@ -9,7 +9,7 @@ use crate::math::Vec3;
 use crate::output::picture::Plane;
 use crate::output::{Contact, ForceAndTorque, Partner};
 use crate::particle::Particle;
-use crate::simulation::fields::Fields;
+use crate::simulation::writers::Fields;
 use crate::simulation::{FluidSystem, Simulation};
 use crate::units::Units;
 use bytemuck::{Pod, Zeroable};
@@ -144,7 +144,7 @@ fn gathered<V: Pod>(simulation: &Simulation, own: Vec<V>) -> Vec<V> {
 /// # Errors
 /// [`Error::Memory`](crate::Error::Memory) on this rank.
 pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
-    let (mut fields, mut at) = (Fields::zeros(block)?, 0);
+    let (mut fields, mut at) = (Fields::zeros(block.cell_count())?, 0);
     each_cell(simulation, block, field_values, |values| {
         fields.set(at, values);
         at += 1;
@@ -160,11 +160,10 @@ pub(super) fn fields(simulation: &mut Simulation, decomposition: &Decomposition)
     let comm = simulation.comm.clone();
     let block = decomposition.block(comm.rank());
     let room = || {
-        let hi = match comm.rank() {
-            0 => decomposition.domain.cells,
-            _ => [0; 3],
+        let all = match comm.rank() {
+            0 => Fields::zeros(decomposition.domain.cell_count())?,
+            _ => Fields::default(),
         };
-        let all = Fields::zeros(Block { lo: [0; 3], hi })?;
         Ok((all, Fields::room(block.cell_count())?))
     };
     let (mut all, mut own): (_, Vec<u8>) = comm.agree(room())?;
@@ -236,12 +235,8 @@ fn each_cell<V>(
 
 /// Calls `visit` with the cells of a block and their values, x fastest.
 fn each_value<V: Pod>(cells: Block, bytes: &[u8], mut visit: impl FnMut([usize; 3], V)) {
-    let mut values = bytes.chunks_exact(size_of::<V>());
-    let Block { lo, hi } = cells;
-    for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
-        for (x, bytes) in (lo[0]..hi[0]).zip(&mut values) {
-            visit([x, y, z], bytemuck::pod_read_unaligned(bytes));
-        }
+    for (cell, bytes) in cells.cells().zip(bytes.chunks_exact(size_of::<V>())) {
+        visit(cell, bytemuck::pod_read_unaligned(bytes));
     }
 }
 

@@ -30,16 +30,7 @@ pub(super) fn summary(
     Summary {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         case: setup.provenance.name.clone(),
-        interrupted: false,
         resumed_from: (first > 0).then_some(first),
-        settling_velocity_over_stokes: None,
-        settling_velocity_over_schiller_naumann: None,
-        standard_error: None,
-        drift: None,
-        transient_end: None,
-        settled_mean: None,
-        settled_standard_error: None,
-        averaged_over: None,
         particles: setup.particles.len(),
         volume_fraction: setup.volume_fraction,
         cells_per_diameter: setup.diameter / setup.domain.dx,
@@ -58,9 +49,6 @@ pub(super) fn summary(
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
         dry: fluid.is_none(),
-        mach: None,
-        relative_viscosity: None,
-        relative_viscosity_standard_error: None,
         shapes: shapes(setup),
         walls: walls(setup),
         collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),
@@ -76,6 +64,7 @@ pub(super) fn summary(
         }),
         setup_hash: Some(setup_hash(setup)),
         input: setup.provenance.text.clone(),
+        ..Summary::default()
     }
 }
 

@@ -1,13 +1,14 @@
 //! Pictures of a run: which plane they show, and colours that mean the same in all of them.
 
 use super::vtk::parsed;
-use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
+use super::{FileEstimate, Need, RootOutput, Writer, WriterState};
 use crate::case::Setup;
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::output::Numbered;
+use crate::output::directory::PICTURES;
 use crate::output::picture::{Clock, Cut, Plane, Scene, write_side_view, write_slice};
 use crate::particle::Particle;
-use std::path::PathBuf;
 
 /// Bytes of a picture.
 const BYTES: f64 = 3e5;
@@ -77,15 +78,15 @@ impl Writer for Pictures<'_> {
             walls: &setup.walls,
             largest_speed: self.range,
         };
-        let path = files_of(setup).picture(output.step);
+        let path = PICTURES.file(&setup.plan.output.directory, output.step);
         match output.slice {
             Some(velocity) => write_slice(&path, &scene, velocity),
             None => write_side_view(&path, &scene),
         }
     }
 
-    fn files(&self, step: u64) -> Vec<PathBuf> {
-        vec![files_of(self.setup).picture(step)]
+    fn numbered(&self) -> Option<Numbered> {
+        Some(PICTURES)
     }
 
     fn state(&mut self) -> Result<WriterState> {

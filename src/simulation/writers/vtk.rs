@@ -6,8 +6,9 @@ use super::{FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, fil
 use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
+use crate::output::directory::{CONTACTS, FIELDS, FORCE_CHAINS, PARTICLES, SURFACES};
 use crate::output::{
-    Collection, FieldSnapshot, OutputFiles, ParticlePoints, ParticleSurfaces, write_contacts,
+    Collection, FieldSnapshot, Numbered, ParticlePoints, ParticleSurfaces, write_contacts,
     write_contacts_index, write_fields, write_fields_index, write_force_chains, write_force_chains_index,
     write_walls,
 };
@@ -21,11 +22,11 @@ pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let points = ParticlePoints::new(&setup.templates, &setup.sections, &setup.frames);
     let surfaces = ParticleSurfaces::new(&setup.templates, &setup.sections, &setup.particles);
     let mut writers: Vec<Box<dyn Writer + '_>> = vec![
-        Vtk::boxed(setup, "fields", plan.fields_every, FieldFiles),
-        Vtk::boxed(setup, "particles", plan.particles_every, PointFiles(points)),
-        Vtk::boxed(setup, "surfaces", plan.surfaces_every, SurfaceFiles(surfaces)),
-        Vtk::boxed(setup, "contacts", plan.contacts_every, ContactFiles),
-        Vtk::boxed(setup, "force_chains", plan.contacts_every, ForceChainFiles),
+        Vtk::boxed(setup, plan.fields_every, FieldFiles),
+        Vtk::boxed(setup, plan.particles_every, PointFiles(points)),
+        Vtk::boxed(setup, plan.surfaces_every, SurfaceFiles(surfaces)),
+        Vtk::boxed(setup, plan.contacts_every, ContactFiles),
+        Vtk::boxed(setup, plan.contacts_every, ForceChainFiles),
     ];
     writers.push(Box::new(Walls {
         setup,
@@ -34,18 +35,16 @@ pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     writers
 }
 
-/// The names of the file of a step, and of the collection of all.
-type Names = (fn(&OutputFiles, u64) -> PathBuf, fn(&OutputFiles) -> PathBuf);
-
 /// What a file is, about how many bytes it has, and on what these depend.
 type Bytes = (&'static str, f64, &'static str);
 
 /// A kind of numbered file.
 trait Format {
+    /// The names of its files.
+    const FILES: Numbered;
+
     /// What is in a file.
     const NEEDS: &'static [Need];
-
-    fn names(&self) -> Names;
 
     /// Writes a file, or a piece of one.
     fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()>;
@@ -59,34 +58,29 @@ trait Format {
 /// Writes the files of a format and lists them in its collection.
 struct Vtk<'a, F> {
     setup: &'a Setup,
-    name: &'static str,
     every: u64,
     format: F,
-    files: OutputFiles,
     collection: Collection,
 }
 
 impl<'a, F: Format + 'a> Vtk<'a, F> {
-    fn boxed(setup: &'a Setup, name: &'static str, every: u64, format: F) -> Box<dyn Writer + 'a> {
-        let files = files_of(setup);
+    fn boxed(setup: &'a Setup, every: u64, format: F) -> Box<dyn Writer + 'a> {
         Box::new(Self {
-            collection: Collection::new(format.names().1(&files)),
+            collection: Collection::new(F::FILES.collection(&setup.plan.output.directory)),
             setup,
-            name,
             every,
             format,
-            files,
         })
     }
 
     fn file(&self, step: u64) -> PathBuf {
-        self.format.names().0(&self.files, step)
+        F::FILES.file(&self.setup.plan.output.directory, step)
     }
 }
 
 impl<F: Format> Writer for Vtk<'_, F> {
     fn name(&self) -> &'static str {
-        self.name
+        F::FILES.name()
     }
 
     fn every(&self) -> u64 {
@@ -111,8 +105,8 @@ impl<F: Format> Writer for Vtk<'_, F> {
         self.collection.add(output.time, &listed)
     }
 
-    fn files(&self, step: u64) -> Vec<PathBuf> {
-        vec![self.file(step)]
+    fn numbered(&self) -> Option<Numbered> {
+        Some(F::FILES)
     }
 
     fn state(&mut self) -> Result<WriterState> {
@@ -120,8 +114,9 @@ impl<F: Format> Writer for Vtk<'_, F> {
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
-        let entries = parsed(self.name, state)?;
-        self.collection = Collection::resume(self.format.names().1(&self.files), entries)?;
+        let entries = parsed(self.name(), state)?;
+        let path = F::FILES.collection(&self.setup.plan.output.directory);
+        self.collection = Collection::resume(path, entries)?;
         Ok(())
     }
 
@@ -144,11 +139,8 @@ pub(super) fn parsed<T: for<'de> Deserialize<'de>>(name: &str, state: &WriterSta
 struct FieldFiles;
 
 impl Format for FieldFiles {
+    const FILES: Numbered = FIELDS;
     const NEEDS: &'static [Need] = &[Need::Fields];
-
-    fn names(&self) -> Names {
-        (OutputFiles::fields, OutputFiles::fields_collection)
-    }
 
     fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
         let Some(fields) = &output.fields else {
@@ -180,11 +172,8 @@ impl Format for FieldFiles {
 struct PointFiles(ParticlePoints);
 
 impl Format for PointFiles {
+    const FILES: Numbered = PARTICLES;
     const NEEDS: &'static [Need] = &[Need::Particles, Need::Loads];
-
-    fn names(&self) -> Names {
-        (OutputFiles::particles, OutputFiles::particles_collection)
-    }
 
     fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
         let loads = output.loads.as_deref();
@@ -204,11 +193,8 @@ impl Format for PointFiles {
 struct SurfaceFiles(ParticleSurfaces);
 
 impl Format for SurfaceFiles {
+    const FILES: Numbered = SURFACES;
     const NEEDS: &'static [Need] = &[Need::Particles];
-
-    fn names(&self) -> Names {
-        (OutputFiles::surfaces, OutputFiles::surfaces_collection)
-    }
 
     fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
         (self.0).write(path, &setup.domain, &output.particles)
@@ -232,11 +218,8 @@ impl Format for SurfaceFiles {
 struct ContactFiles;
 
 impl Format for ContactFiles {
+    const FILES: Numbered = CONTACTS;
     const NEEDS: &'static [Need] = &[Need::Contacts];
-
-    fn names(&self) -> Names {
-        (OutputFiles::contacts, OutputFiles::contacts_collection)
-    }
 
     fn write(&self, _: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
         write_contacts(path, &output.contacts)
@@ -257,11 +240,8 @@ impl Format for ContactFiles {
 struct ForceChainFiles;
 
 impl Format for ForceChainFiles {
+    const FILES: Numbered = FORCE_CHAINS;
     const NEEDS: &'static [Need] = &[Need::Contacts];
-
-    fn names(&self) -> Names {
-        (OutputFiles::force_chains, OutputFiles::force_chains_collection)
-    }
 
     fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
         write_force_chains(path, &setup.domain, output.partners(), &output.contacts)

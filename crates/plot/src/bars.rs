@@ -1,15 +1,14 @@
 //! Horizontal bars, each with its name before and its number behind it.
 
-use super::canvas::{Align, Pencil};
-use super::colour::{BLUE, INK};
-use super::drawing::{Drawing, Figure};
-use super::markup::spans;
-use super::text::width;
+use crate::colour::{BLUE, INK};
+use crate::drawing::{Align, Drawing, Figure, Pencil};
+use crate::markup::spans;
+use crate::text::widest;
 
-/// What bars show.
+/// Contents of a figure of bars.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bars {
-    /// Above the bars.
+    /// Heading.
     pub title: String,
     /// From the top: name, length (of any unit, none below zero), and the text behind the bar.
     pub rows: Vec<(String, f64, String)>,
@@ -23,16 +22,18 @@ const TEXT: f32 = 27.0;
 const ROW: (f32, f32) = (58.0, 34.0);
 
 impl Bars {
-    /// Draws them.
+    /// Draws the bars.
     pub fn figure(&self) -> Figure {
-        let widest = |texts: &mut dyn Iterator<Item = &String>| {
-            texts.map(|text| width(&spans(text), TEXT)).fold(0.0, f32::max)
-        };
-        let left = MARGIN + widest(&mut self.rows.iter().map(|row| &row.0)).min(0.4 * PAGE) + 20.0;
-        let behind = widest(&mut self.rows.iter().map(|row| &row.2)).min(0.4 * PAGE) + 16.0;
-        let space = PAGE - left - behind - MARGIN;
+        let names = widest(self.rows.iter().map(|row| spans(&row.0)), TEXT);
+        let numbers = widest(self.rows.iter().map(|row| spans(&row.2)), TEXT);
+        let left = MARGIN + names.min(0.4 * PAGE) + 20.0;
+        let space = PAGE - left - numbers.min(0.4 * PAGE) - 16.0 - MARGIN;
         let length = |value: f64| if value.is_finite() { value.max(0.0) } else { 0.0 };
-        let longest = self.rows.iter().map(|row| length(row.1)).fold(0.0, f64::max);
+        let longest = self
+            .rows
+            .iter()
+            .map(|row| length(row.1))
+            .fold(f64::MIN_POSITIVE, f64::max);
         let mut drawing = Drawing::default();
         drawing.text(
             spans(&self.title),
@@ -46,17 +47,13 @@ impl Bars {
         for (i, (name, value, text)) in self.rows.iter().enumerate() {
             let middle = top + (i as f32 + 0.5) * ROW.0;
             let baseline = middle + 0.36 * TEXT;
-            let right = if longest > 0.0 {
-                left + (length(*value) / longest) as f32 * space
-            } else {
-                left
-            };
+            let right = left + (length(*value) / longest) as f32 * space;
             let half = 0.5 * ROW.1;
             drawing.rectangle((left, middle - half, right, middle + half), BLUE, 1.0);
             drawing.text(spans(name), TEXT, (left - 16.0, baseline), Align::End, INK);
             drawing.text(spans(text), TEXT, (right + 16.0, baseline), Align::Start, INK);
         }
-        drawing.polyline(vec![(left, top), (left, bottom)], Pencil::new(INK, 2.0));
+        drawing.line(vec![(left, top), (left, bottom)], Pencil::new(INK, 2.0));
         Figure {
             size: (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil()),
             title: self.title.clone(),
@@ -76,13 +73,10 @@ mod tests {
             title: String::new(),
             rows: vec![row(1.0), row(4.0), row(f64::NAN)],
         };
-        let canvas = bars.figure().canvas();
-        let pixels = canvas.rgb();
+        let image = bars.figure().image();
         let blue = |row: usize| {
-            let y = (MARGIN + 1.9 * TITLE + (row as f32 + 0.5) * ROW.0) as usize;
-            let first = 3 * y * canvas.width() as usize;
-            let line = &pixels[first..first + 3 * canvas.width() as usize];
-            line.chunks_exact(3).filter(|pixel| **pixel == BLUE).count()
+            let y = (MARGIN + 1.9 * TITLE + (row as f32 + 0.5) * ROW.0) as u32;
+            (0..image.width()).filter(|&x| image.colour(x, y) == BLUE).count()
         };
         assert!(blue(0) > 200 && (blue(1) as f64 / blue(0) as f64 - 4.0).abs() < 0.05);
         assert_eq!(blue(2), 0);

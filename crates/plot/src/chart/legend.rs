@@ -1,13 +1,12 @@
 //! The legend: a grid of names above the panels.
 
 use super::Chart;
-use super::layout::{MARGIN, page_width};
+use super::layout::{MARGIN, page, wrapped};
 use super::looks::{Look, Looks, draw_marker};
-use crate::output::picture::canvas::Align;
-use crate::output::picture::colour::INK;
-use crate::output::picture::drawing::Drawing;
-use crate::output::picture::markup::spans;
-use crate::output::picture::text::width;
+use crate::colour::INK;
+use crate::drawing::{Align, Drawing};
+use crate::markup::spans;
+use crate::text::widest;
 
 const SIZE: f32 = 25.0;
 /// Height of a line.
@@ -26,7 +25,7 @@ pub(super) struct Legend {
 
 impl Legend {
     pub(super) fn new(chart: &Chart, looks: &Looks) -> Self {
-        let space = page_width(chart) - 2.0 * MARGIN;
+        let space = page(chart).0 - 2.0 * MARGIN;
         let mut entries: Vec<(Look, String)> = Vec::new();
         for series in chart.panels.iter().flat_map(|panel| &panel.series) {
             let look = looks.find(series);
@@ -38,9 +37,7 @@ impl Legend {
         for (_, label) in &mut entries {
             *label = shortened(label, space - SAMPLE.0 - SAMPLE.1);
         }
-        let widest = (entries.iter())
-            .map(|(_, label)| width(&spans(label), SIZE))
-            .fold(0.0, f32::max);
+        let widest = widest(entries.iter().map(|(_, label)| spans(label)), SIZE);
         let column_width = SAMPLE.0 + SAMPLE.1 + widest + GAP;
         let most = ((space + GAP) / column_width).floor().max(1.0) as usize;
         // As few columns as need no more lines.
@@ -67,22 +64,19 @@ impl Legend {
             let x = MARGIN + column as f32 * self.column_width;
             let middle = top + (line as f32 + 0.5) * LINE;
             if let Some(pencil) = look.pencil {
-                drawing.polyline(vec![(x, middle), (x + SAMPLE.0, middle)], pencil);
+                drawing.line(vec![(x, middle), (x + SAMPLE.0, middle)], pencil);
             }
             draw_marker(drawing, *look, (x + 0.5 * SAMPLE.0, middle));
-            let place = (x + SAMPLE.0 + SAMPLE.1, middle + 0.36 * SIZE);
-            drawing.text(spans(label), SIZE, place, Align::Start, INK);
+            let at = (x + SAMPLE.0 + SAMPLE.1, middle + 0.36 * SIZE);
+            drawing.text(spans(label), SIZE, at, Align::Start, INK);
         }
     }
 }
 
-/// A text that is no wider than `space`, with an ellipsis where it was cut.
+/// A text no wider than `space`, with an ellipsis where it was cut.
 fn shortened(text: &str, space: f32) -> String {
-    let mut kept = text.to_string();
-    while width(&spans(&kept), SIZE) > space && kept.pop().is_some() {
-        if width(&spans(&kept), SIZE) + SIZE <= space {
-            return format!("{}\u{2026}", kept.trim_end());
-        }
+    match &wrapped(text, SIZE, space - SIZE)[..] {
+        [line, _, ..] => format!("{line}\u{2026}"),
+        _ => text.to_string(),
     }
-    kept
 }

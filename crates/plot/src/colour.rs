@@ -1,23 +1,19 @@
-//! Colours of pictures.
+//! Colours of figures.
 
-use tiny_skia::Color;
-
-/// A colour from its 8-bit red, green and blue.
-pub(super) fn rgb([r, g, b]: [u8; 3]) -> Color {
-    Color::from_rgba8(r, g, b, 255)
-}
-
-pub(super) const INK: [u8; 3] = [38, 38, 38];
-/// Walls.
-pub(super) const WALL: [u8; 3] = [96, 92, 88];
+/// Text, frames and axes.
+pub const INK: [u8; 3] = [38, 38, 38];
+/// Walls in pictures.
+pub const WALL: [u8; 3] = [96, 92, 88];
 /// Behind particles that nothing surrounds.
-pub(super) const BACKGROUND: [u8; 3] = [246, 246, 248];
-pub(super) const GREY: [u8; 3] = [110, 110, 110];
-pub(super) const GRID: [u8; 3] = [230, 230, 230];
-pub(super) const BLUE: [u8; 3] = [0, 90, 156];
-pub(super) const VERMILION: [u8; 3] = [213, 94, 0];
+pub const BACKGROUND: [u8; 3] = [246, 246, 248];
+pub(crate) const GREY: [u8; 3] = [110, 110, 110];
+pub(crate) const GRID: [u8; 3] = [230, 230, 230];
+/// The first colour of curves.
+pub const BLUE: [u8; 3] = [0, 90, 156];
+/// The second colour of curves.
+pub const VERMILION: [u8; 3] = [213, 94, 0];
 /// Colours of reference lines, told apart by colour-blind readers too (Okabe and Ito).
-pub(super) const REFERENCES: [[u8; 3]; 4] = [[0, 128, 96], [170, 80, 140], [190, 130, 0], [90, 90, 90]];
+pub const REFERENCES: [[u8; 3]; 4] = [[0, 128, 96], [170, 80, 140], [190, 130, 0], [90, 90, 90]];
 
 /// The perceptually uniform map "viridis" (S. van der Walt and N. Smith, public domain), every eighth entry.
 #[rustfmt::skip]
@@ -30,7 +26,7 @@ const VIRIDIS: [[u8; 3]; 33] = [
 ];
 
 /// Colour of a value between 0 and 1; values outside take the colour of the nearer end, NaN that of 0.
-pub(super) fn viridis(value: f64) -> [u8; 3] {
+pub fn viridis(value: f64) -> [u8; 3] {
     let value = if value.is_nan() {
         0.0
     } else {

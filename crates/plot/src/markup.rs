@@ -1,13 +1,13 @@
 //! Names of quantities as text in several styles.
 
-use super::text::{Span, above, below, italic, roman};
+use crate::text::{Span, above, below, italic, roman};
 
 /// A name with its indices, exponents and symbols.
 ///
 /// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a symbol. A symbol is a single
 /// letter outside of parentheses, but for the article, the name of a Greek one (`phi`), or a characteristic number (`Re`); a star
 /// right behind it is raised. What follows a number is its unit, unless it is the diameter D. A hyphen between blanks is a minus.
-pub(super) fn spans(text: &str) -> Vec<Span<'static>> {
+pub(crate) fn spans(text: &str) -> Vec<Span> {
     styled(text, true)
 }
 
@@ -27,7 +27,7 @@ const GREEK: [(&str, &str); 9] = [
 /// Characteristic numbers.
 const NUMBERS: [&str; 4] = ["Ar", "Ga", "Re", "St"];
 
-fn styled(text: &str, symbols: bool) -> Vec<Span<'static>> {
+fn styled(text: &str, symbols: bool) -> Vec<Span> {
     let mut spans = Vec::new();
     let mut rest = text;
     let mut depth = 0_i32;
@@ -95,7 +95,7 @@ fn script(text: &str) -> usize {
 }
 
 /// The name of an axis whose numbers are to be multiplied by `10^exponent` of the unit in parentheses at its end.
-pub(super) fn axis_name(text: &str, exponent: i32) -> Vec<Span<'static>> {
+pub(crate) fn axis_name(text: &str, exponent: i32) -> Vec<Span> {
     let text = text.trim_end();
     let (name, unit) = match text.strip_suffix(')').and_then(|text| text.rsplit_once('(')) {
         Some((name, unit)) => (name.trim_end(), unit.trim()),
@@ -123,7 +123,7 @@ pub(super) fn axis_name(text: &str, exponent: i32) -> Vec<Span<'static>> {
 }
 
 /// `10` with an exponent.
-pub(super) fn power_of_ten(exponent: i32) -> [Span<'static>; 2] {
+pub(crate) fn power_of_ten(exponent: i32) -> [Span; 2] {
     [roman("10"), above(exponent.to_string().replace('-', "\u{2212}"))]
 }
 
@@ -135,9 +135,13 @@ mod tests {
     fn written(spans: &[Span]) -> String {
         let mut text = String::new();
         for span in spans {
-            let (word, symbol, rise) = span.parts();
-            let [open, close] = match rise {
-                _ if symbol => ["<", ">"],
+            let Span {
+                text: word,
+                italic,
+                rise,
+            } = span;
+            let [open, close] = match *rise {
+                _ if *italic => ["<", ">"],
                 rise if rise < 0.0 => ["[", "]"],
                 rise if rise > 0.0 => ["{", "}"],
                 _ => ["", ""],

@@ -1,14 +1,14 @@
-//! Where everything is on the page.
+//! Positions on the page.
 
+use super::labels;
 use super::legend::Legend;
 use super::looks::MARKED;
-use super::{Chart, ChartAxis, ChartPanel, ChartPoint};
-use crate::output::picture::canvas::Align;
-use crate::output::picture::colour::{GREY, INK};
-use crate::output::picture::drawing::Drawing;
-use crate::output::picture::markup::{axis_name, spans};
-use crate::output::picture::plot_axis::Axis;
-use crate::output::picture::text::{Span, width};
+use super::{Axis, Chart, Mark, Point, Series};
+use crate::colour::{GREY, INK};
+use crate::drawing::{Align, Area, Drawing, Place};
+use crate::markup::{axis_name, spans};
+use crate::scale::{Scale, grown};
+use crate::text::{Span, width};
 
 /// Space at the edges of the page.
 pub(super) const MARGIN: f32 = 36.0;
@@ -26,20 +26,17 @@ const BETWEEN: f32 = 58.0;
 /// Space below a frame for the numbers, and for the name of the axis below them.
 const BELOW: (f32, f32) = (46.0, 56.0);
 
-/// An area: left, top, right, bottom.
-pub(super) type Area = (f32, f32, f32, f32);
-
-/// Places on the page, in pixels.
+/// Positions on the page, in pixels.
 pub(super) struct Layout {
-    pub(super) size: (f32, f32),
+    pub(super) size: Place,
     /// Top of the legend.
     pub(super) legend: f32,
     /// Frames of the panels.
     pub(super) panels: Vec<Area>,
-    pub(super) x: Axis,
-    pub(super) y: Axis,
+    pub(super) x: Scale,
+    pub(super) y: Scale,
     /// Lines of the name of the vertical axis.
-    name: Vec<Vec<Span<'static>>>,
+    name: Vec<Vec<Span>>,
     columns: usize,
 }
 
@@ -52,11 +49,12 @@ fn columns(panels: usize) -> usize {
     }
 }
 
-pub(super) fn page_width(chart: &Chart) -> f32 {
+/// Width of the page, and height of a panel.
+pub(super) fn page(chart: &Chart) -> (f32, f32) {
     match columns(chart.panels.len()) {
-        1 => 1500.0,
-        2 => 1800.0,
-        _ => 2100.0,
+        1 => (1500.0, 760.0),
+        2 => (1800.0, 620.0),
+        _ => (2100.0, 540.0),
     }
 }
 
@@ -64,20 +62,14 @@ impl Layout {
     pub(super) fn new(chart: &Chart, legend: &Legend) -> Self {
         let count = chart.panels.len().max(1);
         let columns = columns(count);
-        let page = page_width(chart);
-        let height = match columns {
-            1 => 760.0,
-            2 => 620.0,
-            _ => 540.0,
-        };
+        let (page, height) = page(chart);
         let y = vertical(chart, height);
-        let numbers = (y.ticks.iter())
-            .map(|tick| width(&tick.spans(), NUMBER))
-            .fold(0.0, f32::max);
+        let numbers = y.widest(NUMBER);
         let name = name_lines(&chart.y.label, y.exponent, height);
         let left = MARGIN + (1.0 + NAME_STEP * (name.len() - 1) as f32) * LABEL + 46.0 + numbers;
+        let right = MARGIN + 14.0 + labels::margin(chart).min(0.4 * page);
         let between = (columns - 1) as f32 * BETWEEN;
-        let panel = (page - left - MARGIN - 14.0 - between) / columns as f32;
+        let panel = (page - left - right - between) / columns as f32;
         let x = horizontal(chart, panel);
 
         let titles = wrapped(&chart.title, TITLE, page - 2.0 * MARGIN).len() as f32;
@@ -108,12 +100,12 @@ impl Layout {
         }
     }
 
-    /// Whether the panel at `place` has no neighbour on the left.
-    pub(super) fn is_leftmost(&self, place: usize) -> bool {
-        place.is_multiple_of(self.columns)
+    /// True if the panel has no neighbour on the left.
+    pub(super) fn is_leftmost(&self, panel: usize) -> bool {
+        panel.is_multiple_of(self.columns)
     }
 
-    /// Title, names of the axes, note.
+    /// Draws title, names of the axes, note.
     pub(super) fn draw_words(&self, drawing: &mut Drawing, chart: &Chart) {
         let space = self.size.0 - 2.0 * MARGIN;
         for (i, line) in wrapped(&chart.title, TITLE, space).iter().enumerate() {
@@ -121,15 +113,15 @@ impl Layout {
             drawing.text(spans(line), TITLE, (MARGIN, baseline), Align::Start, INK);
         }
         let middle = |a: f32, b: f32| 0.5 * (a + b);
-        for (place, &(l, t, r, b)) in self.panels.iter().enumerate() {
-            if self.is_leftmost(place) {
+        for (panel, &(l, t, r, b)) in self.panels.iter().enumerate() {
+            if self.is_leftmost(panel) {
                 for (i, line) in self.name.iter().enumerate() {
                     let at = (MARGIN + (0.8 + NAME_STEP * i as f32) * LABEL, middle(t, b));
-                    drawing.text_upwards(line.clone(), LABEL, at, INK);
+                    drawing.text(line.clone(), LABEL, at, Align::Upwards, INK);
                 }
             }
             // Below the last panel of every column.
-            if place + self.columns >= self.panels.len() {
+            if panel + self.columns >= self.panels.len() {
                 let name = axis_name(&chart.x.label, self.x.exponent);
                 let at = (middle(l, r), b + BELOW.0 + 0.8 * BELOW.1);
                 drawing.text(name, LABEL, at, Align::Middle, INK);
@@ -143,73 +135,81 @@ impl Layout {
         }
     }
 
-    /// Where a point is in the panel with this frame, if it is anywhere.
-    pub(super) fn at(&self, (l, t, r, b): Area, x: f64, y: f64) -> Option<(f32, f32)> {
+    /// Position of a point in the panel with this frame, if it has one.
+    pub(super) fn at(&self, (l, t, r, b): Area, x: f64, y: f64) -> Option<Place> {
         let (x, y) = (self.x.part(x)?, self.y.part(y)?);
         Some((l + x * (r - l), b - y * (b - t)))
     }
 }
 
-/// Whether a value has a place on an axis.
-fn fits(value: f64, axis: &ChartAxis) -> bool {
-    value.is_finite() && (value > 0.0 || !axis.logarithmic)
+/// True if a value has a position on an axis.
+fn fits(value: f64, axis: &Axis) -> bool {
+    value.is_finite() && (value > 0.0 || !axis.log)
 }
 
-/// All points that have a place on the horizontal axis.
-fn points(chart: &Chart) -> impl Iterator<Item = &ChartPoint> {
-    let series = chart.panels.iter().flat_map(|panel: &ChartPanel| &panel.series);
-    series
-        .flat_map(|series| &series.points)
-        .filter(|point| fits(point.x, &chart.x))
+fn series(chart: &Chart) -> impl Iterator<Item = &Series> {
+    chart.panels.iter().flat_map(|panel| &panel.series)
 }
 
-fn horizontal(chart: &Chart, pixels: f32) -> Axis {
-    let values: Vec<f64> = points(chart).map(|point| point.x).collect();
-    let mut series = chart.panels.iter().flat_map(|panel| &panel.series);
+/// All points that have a position on the horizontal axis.
+fn points(chart: &Chart) -> impl Iterator<Item = &Point> {
+    let points = series(chart).flat_map(|series| &series.points);
+    points.filter(|point| fits(point.x, &chart.x))
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    (least, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+}
+
+fn horizontal(chart: &Chart, pixels: f32) -> Scale {
+    let mut values: Vec<f64> = points(chart).map(|point| point.x).collect();
     // Where all are curves they fill the frame.
-    let curves = !values.is_empty() && series.all(|series| series.points.len() > MARKED);
+    let curves = !values.is_empty() && series(chart).all(|series| series.points.len() > MARKED);
     let steps = f64::from(pixels / 105.0).max(2.0);
-    let mut axis = if chart.x.logarithmic {
-        Axis::with_steps(&values, true, curves, steps)
+    let mut scale = if chart.x.log {
+        Scale::new(&values, true, curves, steps)
     } else {
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (least, most) = ends(&values);
         let margin = if curves { 0.0 } else { 0.05 * (most - least) };
-        // What begins or ends at zero goes on doing so.
-        let grown = |end: f64, margin: f64| if end == 0.0 { 0.0 } else { end + margin };
         let ends = [grown(least, -margin), grown(most, margin)];
-        let ends: Vec<f64> = ends.into_iter().filter(|end| end.is_finite()).collect();
-        Axis::with_steps(&ends, false, true, steps)
+        let ends: &[f64] = if values.is_empty() { &[] } else { &ends };
+        Scale::new(ends, false, true, steps)
     };
     // A few whole numbers on a short logarithmic axis, such as resolutions, are better ticks than round ones.
-    let mut places = values;
-    places.sort_by(f64::total_cmp);
-    places.dedup();
-    let whole = places.iter().all(|x| x.fract() == 0.0 && (1.0..1e5).contains(x));
-    let spread = places.first().zip(places.last()).map_or(1.0, |(a, b)| b / a);
-    if chart.x.logarithmic && whole && (2..=9).contains(&places.len()) && spread < 100.0 {
-        axis.set_ticks(&places);
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let whole = values.iter().all(|x| x.fract() == 0.0 && (1.0..1e5).contains(x));
+    let spread = values.first().zip(values.last()).map_or(1.0, |(a, b)| b / a);
+    if chart.x.log && whole && (2..=9).contains(&values.len()) && spread < 100.0 {
+        scale.set_ticks(&values);
     }
-    axis
+    scale
 }
 
-fn vertical(chart: &Chart, pixels: f32) -> Axis {
+fn vertical(chart: &Chart, pixels: f32) -> Scale {
     let mut values: Vec<f64> = Vec::new();
-    for point in points(chart).filter(|point| fits(point.y, &chart.y)) {
+    for point in points(chart) {
         let error = point.error.filter(|error| error.is_finite()).unwrap_or(0.0);
-        let ends = [point.y, point.y - error, point.y + error];
-        values.extend(ends.iter().filter(|end| **end > 0.0 || !chart.y.logarithmic));
+        if fits(point.y, &chart.y) {
+            values.extend([point.y, point.y - error, point.y + error]);
+        }
     }
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if !chart.y.logarithmic && least > 0.0 && least < 0.4 * most {
+    for mark in chart.panels.iter().flat_map(|panel| &panel.marks) {
+        if let Mark::Level { value, .. } = mark {
+            values.push(*value);
+        }
+    }
+    values.retain(|value| fits(*value, &chart.y));
+    let (least, most) = ends(&values);
+    if !chart.y.log && least > 0.0 && least < 0.4 * most {
         values.push(0.0);
     }
-    Axis::with_steps(&values, chart.y.logarithmic, false, f64::from(pixels / 75.0))
+    Scale::new(&values, chart.y.log, false, f64::from(pixels / 75.0))
 }
 
 /// Lines of the name of an axis, at least one: words break between lines, the unit stays whole at the end of the last.
-pub(super) fn name_lines(label: &str, exponent: i32, space: f32) -> Vec<Vec<Span<'static>>> {
+pub(super) fn name_lines(label: &str, exponent: i32, space: f32) -> Vec<Vec<Span>> {
     let unit = match label.rfind(" (") {
         Some(at) if label.ends_with(')') => at,
         _ => label.len(),

@@ -2,37 +2,36 @@
 //!
 //! Drawn at twice the size and averaged, so that edges are smooth.
 
-use super::canvas::Canvas;
-use crate::math::Vec3;
+use crate::image::Image;
 
 /// Pixels drawn per pixel shown, along each side.
 const FINER: u32 = 2;
-/// How dark the line is where one surface ends and another begins.
+/// Brightness of the line between surfaces.
 const LINE: f32 = 0.3;
 
-/// A picture in the making.
-pub(super) struct Raster {
+/// An image of solid bodies: of their triangles, each pixel shows the nearest.
+pub struct Raster {
     width: u32,
     height: u32,
-    /// How near each pixel is; the largest is seen.
+    /// Distance towards the eye of what each pixel shows.
     near: Vec<f32>,
-    /// Which surface is seen, 0 for none.
+    /// Number of the surface that each pixel shows, 0 for none.
     surface: Vec<u32>,
     colours: Vec<[u8; 3]>,
 }
 
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
-    /// Place in pixels from the left, from the top, and towards the eye.
-    pub(super) at: Vec3,
-    /// How light it is, 0 to 1.
-    pub(super) light: f64,
+pub struct Corner {
+    /// Position in pixels from the left, from the top, and towards the eye.
+    pub at: [f64; 3],
+    /// Brightness, 0 to 1.
+    pub light: f64,
 }
 
 impl Raster {
     /// An empty picture that shows `width` by `height` pixels.
-    pub(super) fn new(width: u32, height: u32, background: [u8; 3]) -> Self {
+    pub fn new(width: u32, height: u32, background: [u8; 3]) -> Self {
         let (width, height) = (width * FINER, height * FINER);
         let pixels = (width * height) as usize;
         Self {
@@ -45,31 +44,33 @@ impl Raster {
     }
 
     /// Draws a triangle of a surface; lines separate surfaces of different numbers. One that shows its back is left out.
-    pub(super) fn triangle(&mut self, corners: [Corner; 3], colour: [u8; 3], surface: u32) {
+    pub fn triangle(&mut self, corners: [Corner; 3], colour: [u8; 3], surface: u32) {
         let finer = f64::from(FINER);
-        let [a, b, c] = corners.map(|corner| corner.at * finer);
+        let [a, b, c] = corners.map(|corner| corner.at.map(|at| at * finer));
         // Downwards is positive here, so the front runs clockwise.
-        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if area >= 0.0 {
             return;
         }
-        let range = |of: fn(&Vec3) -> f64, pixels: u32| {
-            let (p, q, r) = (of(&a), of(&b), of(&c));
+        let range = |axis: usize, pixels: u32| {
+            let (p, q, r) = (a[axis], b[axis], c[axis]);
             let lo = p.min(q).min(r).floor().max(0.0) as u32;
             let hi = p.max(q).max(r).ceil().clamp(0.0, f64::from(pixels)) as u32;
             lo..hi
         };
-        let columns = range(|p| p.x, self.width);
-        for y in range(|p| p.y, self.height) {
+        let columns = range(0, self.width);
+        for y in range(1, self.height) {
             for x in columns.clone() {
                 let (px, py) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let part = |p: &Vec3, q: &Vec3| ((q.x - p.x) * (py - p.y) - (q.y - p.y) * (px - p.x)) / area;
+                let part = |p: &[f64; 3], q: &[f64; 3]| {
+                    ((q[0] - p[0]) * (py - p[1]) - (q[1] - p[1]) * (px - p[0])) / area
+                };
                 let parts = [part(&b, &c), part(&c, &a), part(&a, &b)];
                 if parts.iter().any(|&part| part < 0.0) {
                     continue;
                 }
                 let [u, v, w] = parts;
-                let near = (u * a.z + v * b.z + w * c.z) as f32;
+                let near = (u * a[2] + v * b[2] + w * c[2]) as f32;
                 let index = (y * self.width + x) as usize;
                 if near > self.near[index] {
                     let light = u * corners[0].light + v * corners[1].light + w * corners[2].light;
@@ -82,7 +83,7 @@ impl Raster {
     }
 
     /// The picture, with lines where surfaces meet.
-    pub(super) fn canvas(self) -> Canvas {
+    pub fn image(self) -> Image {
         let (width, height) = (self.width / FINER, self.height / FINER);
         let at = |x: u32, y: u32| (y * self.width + x) as usize;
         let is_line = |x: u32, y: u32| {
@@ -106,7 +107,7 @@ impl Raster {
                 shown.push(sum.map(|sum| (sum / (FINER * FINER) as f32).round() as u8));
             }
         }
-        Canvas::from_pixels(width, height, &shown)
+        Image::new(width, height, &shown)
     }
 }
 
@@ -116,14 +117,9 @@ mod tests {
 
     fn triangle(near: f64) -> [Corner; 3] {
         [(2.0, 2.0), (2.0, 18.0), (18.0, 2.0)].map(|(x, y)| Corner {
-            at: Vec3::new(x, y, near),
+            at: [x, y, near],
             light: 1.0,
         })
-    }
-
-    fn colour(canvas: &Canvas, x: usize, y: usize) -> [u8; 3] {
-        let first = 3 * (y * 20 + x);
-        canvas.rgb()[first..first + 3].try_into().unwrap()
     }
 
     #[test]
@@ -136,10 +132,10 @@ mod tests {
             }
             let [a, b, c] = triangle(3.0);
             raster.triangle([a, c, b], red, 3);
-            let canvas = raster.canvas();
-            assert_eq!(colour(&canvas, 6, 6), blue);
-            assert_eq!(colour(&canvas, 16, 16), white);
-            let edge = colour(&canvas, 2, 8);
+            let image = raster.image();
+            assert_eq!(image.colour(6, 6), blue);
+            assert_eq!(image.colour(16, 16), white);
+            let edge = image.colour(2, 8);
             assert!(edge[2] < 150, "a dark line: {edge:?}");
         }
     }

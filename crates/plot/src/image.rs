@@ -1,0 +1,174 @@
+//! Pixels, and marks that are painted on them.
+
+use crate::drawing::{Align, Colour, Drawing, Mark, Pencil, Place};
+use crate::text::{self, Glyph};
+use tiny_skia::{
+    FillRule, IntSize, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash, Transform,
+};
+
+/// 200 dots per inch: a picture 1200 pixels wide fills 15 cm of a page.
+const PIXELS_PER_METRE: u32 = 7874;
+
+/// An opaque image in pixels.
+#[derive(Clone, Debug)]
+pub struct Image {
+    pixels: Pixmap,
+}
+
+impl Image {
+    /// A white image of at least one pixel.
+    pub(crate) fn white(width: u32, height: u32) -> Self {
+        let mut pixels = Pixmap::new(width.max(1), height.max(1)).expect("a page has an area");
+        pixels.fill(tiny_skia::Color::WHITE);
+        Self { pixels }
+    }
+
+    /// The image with given pixels, row by row from the top.
+    ///
+    /// # Panics
+    /// If there are not `width * height` colours, or none.
+    pub fn new(width: u32, height: u32, colours: &[[u8; 3]]) -> Self {
+        let size = IntSize::from_wh(width, height).expect("an image has an area");
+        let bytes = colours.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
+        Self {
+            pixels: Pixmap::from_vec(bytes, size).expect("one colour per pixel"),
+        }
+    }
+
+    /// Width (pixels).
+    pub fn width(&self) -> u32 {
+        self.pixels.width()
+    }
+
+    /// Height (pixels).
+    pub fn height(&self) -> u32 {
+        self.pixels.height()
+    }
+
+    /// Red, green and blue of a pixel.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub fn colour(&self, x: u32, y: u32) -> [u8; 3] {
+        let pixel = self.pixels.pixel(x, y).expect("a pixel of the image");
+        [pixel.red(), pixel.green(), pixel.blue()]
+    }
+
+    /// Mixes a colour into every pixel `(x, y)`, by `part` between 0 and 1.
+    pub fn blend(&mut self, colour: [u8; 3], part: impl Fn(u32, u32) -> f32) {
+        let width = self.pixels.width();
+        for (index, pixel) in self.pixels.data_mut().chunks_exact_mut(4).enumerate() {
+            let part = part(index as u32 % width, index as u32 / width).clamp(0.0, 1.0);
+            for (channel, new) in pixel.iter_mut().zip(colour) {
+                let old = f32::from(*channel);
+                *channel = (old + part * (f32::from(new) - old)).round() as u8;
+            }
+        }
+    }
+
+    /// Draws the outline of a body (pixels from the top left corner) over a light veil.
+    pub fn outline(&mut self, points: &[(f32, f32)]) {
+        let mut drawing = Drawing::default();
+        drawing.fill(points.to_vec(), [255; 3], 0.22);
+        drawing.outline(points.to_vec(), Pencil::new([20; 3], 2.0));
+        self.paint(&drawing);
+    }
+
+    /// Paints a drawing on the image.
+    pub(crate) fn paint(&mut self, drawing: &Drawing) {
+        let identity = Transform::identity();
+        for mark in &drawing.marks {
+            match mark {
+                Mark::Line(points, closed, pencil) => {
+                    let stroke = Stroke {
+                        width: pencil.width,
+                        line_join: LineJoin::Round,
+                        dash: StrokeDash::new(pencil.dash(), 0.0),
+                        ..Stroke::default()
+                    };
+                    if let Some(path) = path(points, *closed) {
+                        let paint = paint(pencil.colour, 1.0);
+                        self.pixels.stroke_path(&path, &paint, &stroke, identity, None);
+                    }
+                }
+                Mark::Area(points, colour, opacity) => {
+                    if let Some(path) = path(points, true) {
+                        self.fill(&path, &paint(*colour, *opacity), identity);
+                    }
+                }
+                Mark::Text(spans, size, at, align, colour) => {
+                    let (glyphs, width) = text::glyphs(spans, *size);
+                    let degrees = if *align == Align::Upwards { -90.0 } else { 0.0 };
+                    let place = Transform::from_translate(-align.shift(width), 0.0)
+                        .post_concat(Transform::from_rotate(degrees))
+                        .post_translate(at.0, at.1);
+                    for Glyph {
+                        italic,
+                        id,
+                        at,
+                        scale,
+                    } in glyphs
+                    {
+                        let own = Transform::from_scale(scale, scale).post_translate(at.0, at.1);
+                        if let Some(path) = text::outline(italic, id) {
+                            self.fill(&path, &paint(*colour, 1.0), own.post_concat(place));
+                        }
+                    }
+                }
+                Mark::Image(image, (x, y)) => {
+                    let (pixels, paint) = (image.pixels.as_ref(), PixmapPaint::default());
+                    self.pixels
+                        .draw_pixmap(*x as i32, *y as i32, pixels, &paint, identity, None);
+                }
+            }
+        }
+    }
+
+    fn fill(&mut self, path: &Path, paint: &Paint, place: Transform) {
+        self.pixels.fill_path(path, paint, FillRule::Winding, place, None);
+    }
+
+    /// The bytes of a PNG file.
+    pub(crate) fn png(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width(), self.height());
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Balanced);
+        encoder.set_pixel_dims(Some(png::PixelDimensions {
+            xppu: PIXELS_PER_METRE,
+            yppu: PIXELS_PER_METRE,
+            unit: png::Unit::Meter,
+        }));
+        let rgb: Vec<u8> = self
+            .pixels
+            .data()
+            .chunks_exact(4)
+            .flat_map(|pixel| &pixel[..3])
+            .copied()
+            .collect();
+        let mut writer = encoder.write_header().expect("memory takes any header");
+        writer.write_image_data(&rgb).expect("three bytes per pixel");
+        writer.finish().expect("memory takes any picture");
+        bytes
+    }
+}
+
+fn paint([r, g, b]: Colour, opacity: f32) -> Paint<'static> {
+    let mut paint = Paint::default();
+    paint.set_color_rgba8(r, g, b, (255.0 * opacity).round() as u8);
+    paint
+}
+
+fn path(points: &[Place], closed: bool) -> Option<Path> {
+    let (&(x, y), rest) = points.split_first()?;
+    let mut builder = PathBuilder::new();
+    builder.move_to(x, y);
+    for &(x, y) in rest {
+        builder.line_to(x, y);
+    }
+    if closed {
+        builder.close();
+    }
+    builder.finish()
+}

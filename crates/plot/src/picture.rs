@@ -1,0 +1,173 @@
+//! A picture in colours: pixels on axes, with a colour bar.
+
+use crate::axis::Side;
+use crate::colour::{INK, WALL, viridis};
+use crate::drawing::{Align, Area, Drawing, Figure, Pencil};
+use crate::image::Image;
+use crate::markup::{axis_name, spans};
+use crate::scale::Scale;
+use crate::text::{Span, width};
+
+/// Contents of a picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Above the image, on the left.
+    pub title: String,
+    /// Above the image, on the right.
+    pub caption: String,
+    /// The pixels.
+    pub image: Image,
+    /// Horizontal axis: label, and the length of the image in its unit; it starts at zero on the left.
+    pub x: (String, f64),
+    /// Vertical axis: label, and the length of the image in its unit; it starts at zero at the bottom.
+    pub y: (String, f64),
+    /// True if the vertical axis starts at the top instead.
+    pub downwards: bool,
+    /// Colour bar: label, and the number at its upper end, for which [`viridis`] is 1; it starts at zero.
+    pub bar: (String, f64),
+    /// Walls left and right, and below and above.
+    pub closed: [bool; 2],
+}
+
+/// Space left of the image for the name of the axis, beside the numbers.
+const NAME_SPACE: f32 = 80.0;
+/// Left edge and width of the colour bar, from the right edge of the image.
+const BAR: (f32, f32) = (36.0, 30.0);
+/// Space right of the image for the colour bar and its name, beside the numbers.
+const BAR_SPACE: f32 = BAR.0 + BAR.1 + 84.0;
+const TOP: f32 = 90.0;
+const BOTTOM: f32 = 110.0;
+/// Smallest height of a page in pixels.
+const LOWEST: f32 = 900.0;
+const TITLE: f32 = 30.0;
+const LABEL: f32 = 28.0;
+const NUMBER: f32 = 24.0;
+/// Width of the line that stands for a wall.
+const CLOSED: f32 = 10.0;
+
+impl Picture {
+    /// Draws the picture.
+    pub fn figure(&self) -> Figure {
+        let (width_, height) = (self.image.width() as f32, self.image.height() as f32);
+        let scale = |length: f64, steps: f32| Scale::new(&[0.0, length], false, true, f64::from(steps));
+        let x = scale(self.x.1, (width_ / 110.0).max(2.0));
+        let y = scale(self.y.1, (height / 110.0).max(2.0));
+        let bar = scale(self.bar.1, (height / 60.0).clamp(2.0, 9.0));
+        let (left, right) = (
+            (NAME_SPACE + y.widest(NUMBER)).ceil(),
+            (BAR_SPACE + bar.widest(NUMBER)).ceil(),
+        );
+        let (title, caption) = (spans(&self.title), spans(&self.caption));
+        let titles = (width(&title, TITLE) + width(&caption, TITLE) + 2.0 * TITLE).floor();
+        let size = (
+            left + right + width_.max(titles),
+            (TOP + height + BOTTOM).max(LOWEST),
+        );
+        let l = left + (0.5 * (size.0 - left - right - width_)).floor();
+        let t = TOP + (0.5 * (size.1 - TOP - BOTTOM - height)).floor();
+        let area @ (.., r, b) = (l, t, l + width_, t + height);
+
+        let mut drawing = Drawing::default();
+        drawing.image(self.image.clone(), (l as u32, t as u32));
+        self.draw_walls(&mut drawing, area);
+        drawing.frame(area, Pencil::new(INK, 2.0));
+        let inset = 0.5 * (titles - width_).max(0.0);
+        drawing.text(title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
+        drawing.text(caption, TITLE, (r + inset, t - 26.0), Align::End, INK);
+
+        x.draw(&mut drawing, Side::Below, area, NUMBER);
+        let flipped = if self.downwards { (l, b, r, t) } else { area };
+        y.draw(&mut drawing, Side::Left, flipped, NUMBER);
+        let (across, up) = (axis_name(&self.x.0, x.exponent), axis_name(&self.y.0, y.exponent));
+        drawing.text(across, LABEL, (0.5 * (l + r), b + 82.0), Align::Middle, INK);
+        let beside = (l - 36.0 - y.widest(NUMBER), 0.5 * (t + b));
+        drawing.text(up, LABEL, beside, Align::Upwards, INK);
+        draw_bar(&mut drawing, &bar, axis_name(&self.bar.0, bar.exponent), area);
+        Figure {
+            size,
+            title: format!("{}: {}", self.title, self.caption),
+            drawing,
+        }
+    }
+
+    /// Draws thick lines outside of the sides with walls.
+    fn draw_walls(&self, drawing: &mut Drawing, (l, t, r, b): Area) {
+        let [beside, above] = self.closed;
+        if beside {
+            drawing.rectangle((l - CLOSED, t, l, b), WALL, 1.0);
+            drawing.rectangle((r, t, r + CLOSED, b), WALL, 1.0);
+        }
+        if above {
+            // Corners belong to a line only where both sides are closed.
+            let more = if beside { CLOSED } else { 0.0 };
+            drawing.rectangle((l - more, t - CLOSED, r + more, t), WALL, 1.0);
+            drawing.rectangle((l - more, b, r + more, b + CLOSED), WALL, 1.0);
+        }
+    }
+}
+
+/// Draws the colour bar right of the image, with its name.
+fn draw_bar(drawing: &mut Drawing, scale: &Scale, name: Vec<Span>, (_, t, r, b): Area) {
+    let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
+    let rows = (b - t) as u32;
+    let row = |y: u32| viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
+    let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| [row(y); BAR.1 as usize]).collect();
+    drawing.image(Image::new(BAR.1 as u32, rows, &colours), (left as u32, t as u32));
+    drawing.frame((left, t, right, b), Pencil::new(INK, 2.0));
+    scale.draw(drawing, Side::Right, (left, t, right, b), NUMBER);
+    let at = (right + 60.0 + scale.widest(NUMBER), 0.5 * (t + b));
+    drawing.text(name, LABEL, at, Align::Upwards, INK);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(width: u32, height: u32) -> Picture {
+        Picture {
+            title: "a rather long name of a case that is wider than its image".into(),
+            caption: "y = 4.00 D     t* = 12.3".into(),
+            image: Image::new(width, height, &vec![[200, 0, 0]; (width * height) as usize]),
+            x: ("x / D".into(), 8.0),
+            y: ("z / D".into(), 16.0),
+            downwards: false,
+            bar: ("speed |u| (mm/s)".into(), 40.0),
+            closed: [true, false],
+        }
+    }
+
+    #[test]
+    fn the_image_is_whole_on_a_page_at_least_900_pixels_high() {
+        for (width, height) in [(500, 1000), (2200, 60), (62, 1000), (1000, 1000)] {
+            let page = picture(width, height).figure().image();
+            assert!(page.height() >= 900 && page.width() < 2600, "{width} {height}");
+            let red = |y: u32| {
+                (0..page.width())
+                    .filter(|&x| page.colour(x, y) == [200, 0, 0])
+                    .count()
+            };
+            let rows: Vec<u32> = (0..page.height()).filter(|&y| red(y) == width as usize).collect();
+            assert_eq!(rows.len(), height as usize);
+        }
+    }
+
+    #[test]
+    fn walls_are_grey_lines_beside_the_image_and_the_svg_holds_it() {
+        let (closed, figure) = ([true, true], picture(500, 800).figure());
+        let open = figure.image();
+        let walls = Picture {
+            closed,
+            ..picture(500, 800)
+        }
+        .figure()
+        .image();
+        let y = |image: &Image| {
+            (0..image.height())
+                .filter(|&y| image.colour(900, y) == WALL)
+                .count()
+        };
+        assert!(y(&open) < y(&walls));
+        let svg = String::from_utf8(figure.encode(crate::Format::Svg)).unwrap();
+        assert_eq!(svg.matches("data:image/png;base64,").count(), 2);
+    }
+}

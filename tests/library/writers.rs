@@ -1,0 +1,164 @@
+//! A writer of the caller's own beside those of a case.
+
+use std::path::{Path, PathBuf};
+use turbid::Result;
+use turbid::case::{self, Setup};
+use turbid::error::Error;
+use turbid::output::Numbered;
+use turbid::particle::Particle;
+use turbid::simulation::{
+    Need, RankOutput, RootOutput, RunOptions, Writer, WriterState, resume_with, run_with,
+};
+
+const CASE: &str = r#"
+[domain]
+size = { diameters = [6, 6, 8] }
+[fluid]
+density = 1000.0
+archimedes = 100
+[lattice]
+cells_per_diameter = 4
+relaxation_time = 0.6
+[[particles]]
+shape = { sphere = { diameter = 1e-3 } }
+density = 2000.0
+volume_fraction = 0.1
+seed = 1
+[run]
+end = { steps = 48 }
+[output]
+series_every = "never"
+fields_every = "never"
+particles_every = { steps = 24 }
+picture_every = "never"
+checkpoint_every = { steps = 24 }
+"#;
+
+/// A file for each step.
+const NUMBERED: Numbered = Numbered::new("heights", "heights_", ".txt");
+
+/// Writes the mean height of the particles with even ids, and the mean pressure, to a table, and the table so far for each step.
+struct Heights {
+    out: PathBuf,
+    table: PathBuf,
+    text: String,
+    pressure: f32,
+}
+
+impl Writer for Heights {
+    fn name(&self) -> &'static str {
+        "heights"
+    }
+
+    fn every(&self) -> u64 {
+        8
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        vec![Need::Selected, Need::Fields]
+    }
+
+    fn selects(&self, particle: &Particle) -> bool {
+        particle.id.is_multiple_of(2)
+    }
+
+    fn write(&mut self, output: &RankOutput) -> Result<()> {
+        assert!(output.rank.is_none(), "threads have it all at rank 0");
+        let fields = output.fields.as_ref().expect("asked for");
+        assert_eq!(fields.pressure.len(), output.block.cell_count());
+        self.pressure = fields.pressure.iter().sum::<f32>() / fields.pressure.len() as f32;
+        Ok(())
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        let particles = &output.selected;
+        assert!(particles.windows(2).all(|pair| pair[0].id < pair[1].id));
+        let height = particles.iter().map(|p| p.position().z).sum::<f64>() / particles.len() as f64;
+        self.text += &format!("{} {height:e} {:e}\n", output.step, self.pressure);
+        let numbered = NUMBERED.file(&self.out, output.step);
+        std::fs::create_dir_all(numbered.parent().unwrap()).unwrap();
+        std::fs::write(numbered, &self.text).unwrap();
+        std::fs::write(&self.table, &self.text).map_err(|source| Error::io("write", &self.table, source))
+    }
+
+    fn numbered(&self) -> Option<Numbered> {
+        Some(NUMBERED)
+    }
+
+    fn state(&mut self) -> Result<WriterState> {
+        Ok(self.text.clone().into())
+    }
+
+    fn resume(&mut self, state: &WriterState) -> Result<()> {
+        self.text = state.as_str().unwrap_or_default().to_owned();
+        Ok(())
+    }
+}
+
+fn setup(root: &Path, threads: usize, end: u64) -> Setup {
+    let mut setup = case::from_text(CASE, "heights", &[format!("run.end.steps={end}")]).unwrap();
+    setup.plan.threads = threads;
+    setup.plan.output.directory = root.join("out");
+    setup
+}
+
+fn quiet() -> RunOptions {
+    RunOptions {
+        quiet: true,
+        ..RunOptions::default()
+    }
+}
+
+fn writer(root: &Path) -> Vec<Box<dyn Writer>> {
+    vec![Box::new(Heights {
+        out: root.join("out"),
+        table: root.join("heights.txt"),
+        text: String::new(),
+        pressure: 0.0,
+    })]
+}
+
+#[test]
+fn an_own_writer_gets_the_same_on_one_and_three_threads_and_continues_where_a_checkpoint_was() {
+    let places = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let [one, three, resumed] = [0, 1, 2].map(|i| places[i].path());
+    for (root, threads, end) in [(one, 1, 48), (three, 3, 48), (resumed, 2, 24)] {
+        run_with(&setup(root, threads, end), &quiet(), &|_| writer(root)).unwrap();
+    }
+    let late = NUMBERED.file(&resumed.join("out"), 30);
+    std::fs::write(&late, "of a run that was killed").unwrap();
+    resume_with(&setup(resumed, 1, 48), &quiet(), &|_| writer(resumed)).unwrap();
+    let read = |root: &Path| std::fs::read_to_string(root.join("heights.txt")).unwrap();
+    let expected = read(one);
+    assert_eq!(expected.lines().count(), 7, "{expected}");
+    assert_eq!(read(three), expected);
+    assert_eq!(read(resumed), expected);
+    assert!(!late.exists() && NUMBERED.file(&resumed.join("out"), 24).exists());
+}
+
+#[test]
+fn a_writer_that_fails_ends_the_run_on_three_threads_with_its_error() {
+    let place = tempfile::tempdir().unwrap();
+    let missing = place.path().join("no/folder");
+    let run = run_with(&setup(place.path(), 3, 48), &quiet(), &|_| writer(&missing));
+    let error = run.unwrap_err().to_string();
+    assert!(error.contains("heights.txt"), "{error}");
+}
+
+#[test]
+fn files_of_an_own_writer_that_an_earlier_run_has_left_are_refused_and_with_overwrite_replaced() {
+    let place = tempfile::tempdir().unwrap();
+    let root = place.path();
+    let late = NUMBERED.file(&root.join("out"), 99);
+    std::fs::create_dir_all(late.parent().unwrap()).unwrap();
+    std::fs::write(&late, "of an earlier run").unwrap();
+    let run = |options: &RunOptions| run_with(&setup(root, 1, 8), options, &|_| writer(root));
+    let refused = run(&quiet()).unwrap_err().to_string();
+    assert!(refused.contains("heights_0000000099.txt"), "{refused}");
+    let overwrite = RunOptions {
+        overwrite: true,
+        ..quiet()
+    };
+    run(&overwrite).unwrap();
+    assert!(!late.exists() && NUMBERED.file(&root.join("out"), 8).exists());
+}
