@@ -80,7 +80,7 @@ pub fn read_unlinked(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// As [`read`], for UTF-8 text.
 ///
 /// # Errors
-/// As [`read`], and one for what is no such text.
+/// As [`read`], and one for a file that is not such a text.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     let not_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text");
     String::from_utf8(read(path, limit)?).map_err(not_text)

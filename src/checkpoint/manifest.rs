@@ -24,7 +24,7 @@ pub(super) struct Manifest {
     pub(super) case: String,
     /// The case as resolved by the program, as JSON.
     pub(super) resolved: String,
-    /// The case and what it names; the first is the case itself.
+    /// The case and the files that it names; the first is the case itself.
     pub(super) files: Vec<FileEntry>,
     /// By rank.
     pub(super) parts: Vec<PartEntry>,
@@ -75,7 +75,7 @@ impl Manifest {
         if seal != format!("{SEAL}{}\n", hex(xxh3_64(above.as_bytes()))) {
             return Err(DAMAGED.into());
         }
-        // What is sealed was written as it is: if it cannot be read, then another version wrote it.
+        // A manifest with a right checksum is as written: if it cannot be parsed, another version wrote it.
         let mut table: toml::Table = toml::from_str(above).map_err(|_| DAMAGED)?;
         let format = table.remove("format").and_then(|format| format.as_integer());
         let read = table.clone().try_into();

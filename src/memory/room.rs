@@ -36,7 +36,7 @@ pub fn kilobytes(meminfo: &str, key: &str) -> Option<f64> {
 }
 
 /// The least that the control group of `/proc/self/cgroup` or one above it grants, of version 2 or 1. In a container
-/// the groups above its own, and its own name, may be out of sight; then what is seen at the root is its own.
+/// the groups above its own, and its own name, may be hidden; then the files at the root are its own.
 fn group(groups: &str, root: &Path) -> Option<Room> {
     let mut least: Option<Room> = None;
     for line in groups.lines() {

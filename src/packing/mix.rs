@@ -28,7 +28,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 /// Moves of every body: this many per square of the longest edge of the box over the diameter of the widest body, as
-/// what is crowded spreads like heat, but within these limits. Near neighbours take 100, the longest wave of
+/// a crowd of bodies spreads like heat, but within these limits. Near neighbours take 100, the longest wave of
 /// density 1.7 per square (volume fraction 0.3).
 const SWEEPS: f64 = 2.0;
 const LEAST_SWEEPS: f64 = 400.0;

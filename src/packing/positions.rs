@@ -81,7 +81,7 @@ pub struct Row {
     pub angular_velocity: Vec3,
 }
 
-/// Reads a positions file; the error says `name:line:column`, what is there and what was expected.
+/// Reads a positions file; the error has `name:line:column`, the word found and what was expected.
 pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
     let mut columns: Option<Vec<usize>> = None;
     let mut placements = Vec::new();

@@ -419,7 +419,7 @@ mod tests {
         comm.barrier();
     }
 
-    /// Every call once, and what was counted.
+    /// Every call once, and its counts.
     fn traffic(comm: &Comm) {
         let (rank, size) = (comm.rank(), comm.size());
         let all: Vec<usize> = (0..size).collect();
@@ -511,7 +511,7 @@ mod tests {
         // Two runs of one process, one after the other.
         contract(&Comm::Mpi(MpiComm::world()));
         contract(&Comm::Mpi(MpiComm::world()));
-        // What is gathered goes in many pieces.
+        // Gathered data travel in many pieces.
         contract(&Comm::Mpi(MpiComm::world().with_limit(1)));
         let comm = Comm::Mpi(MpiComm::world());
         if comm.size() > 1 {

@@ -38,7 +38,7 @@ pub struct ContactModel {
     pub materials: Vec<Material>,
     /// Properties of pairs of materials: entry `a * materials.len() + b`, symmetric.
     pub pairs: Vec<PairParams>,
-    /// By how much the surface of every particle is grown for contacts (m).
+    /// Distance by which the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
     /// Method of measuring overlaps.
     pub geometry: Geometry,
@@ -62,7 +62,7 @@ pub struct ContactParams {
     pub material: Material,
     /// Restitution and friction.
     pub pair: PairParams,
-    /// By how much the surface of every particle is grown for contacts (m).
+    /// Distance by which the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
     /// Method of measuring overlaps.
     pub geometry: Geometry,
@@ -116,8 +116,8 @@ pub enum ElasticLaw {
     Paper,
     /// Minus the gradient of an energy of the overlap volume: elastic impacts of edges and corners conserve energy.
     OverlapEnergy,
-    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static
-    /// force of LIGGGHTS.
+    /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static force
+    /// of LIGGGHTS.
     Hertz,
 }
 
@@ -128,9 +128,9 @@ pub enum DampingLaw {
     /// The elastic force times `1 + c v`, as in Marquardt et al. (2024): never pulls.
     #[default]
     HuntCrossley,
-    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does
-    /// not depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the
-    /// velocity is that of half a step before.
+    /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does not
+    /// depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the velocity is that of
+    /// half a step before.
     Tsuji,
 }
 

@@ -68,7 +68,7 @@ pub struct Coupling {
     /// Faces of the flat-faced ones, and where those of each begin; one past the last.
     planes: Vec<FacePlane>,
     first_plane: Vec<u32>,
-    /// By how much the surface of each template is moved in where it counts as a plane (cells); none for other
+    /// Distance by which the surface of each template is moved in where it counts as a plane (cells); none for other
     /// fractions.
     shifts: Vec<f64>,
     /// The same at the last sweep.
@@ -322,7 +322,7 @@ impl Coupling {
             "the particles that were mapped"
         );
         if self.params.solids.is_saturated() && !self.begun {
-            // There is no step before: what is within the particles is taken to have been there.
+            // There is no step before: the fluid inside the particles is taken to have been there.
             for body in &mut self.bodies {
                 body.exchange.add(&body.departed, -1);
             }
@@ -353,7 +353,7 @@ impl Coupling {
         loads
     }
 
-    /// Makes what was mapped the state of the last sweep.
+    /// Makes the mapped particles the state of the last sweep.
     fn note_swept(&mut self, particles: &ParticleStore) {
         std::mem::swap(&mut self.bodies, &mut self.swept_bodies);
         std::mem::swap(&mut self.lines, &mut self.swept_lines);
@@ -421,7 +421,7 @@ fn mapper<'a>(
     )
 }
 
-/// By how much the surface of a particle is moved in (cells); 0 where there are no volume fractions.
+/// Distance by which the surface of a particle is moved in (cells); 0 where there are no volume fractions.
 fn shift_in(shifts: &[f64], particle: &Particle) -> f64 {
     shifts.get(particle.template as usize).copied().unwrap_or(0.0)
 }

@@ -183,7 +183,7 @@ impl Default for LiggghtsOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LiggghtsProcess {
-    /// In a separate process, whose crash becomes an error message.
+    /// In a process of its own, whose crash ends as an error message.
     #[default]
     Worker,
     /// In this process.

@@ -66,7 +66,7 @@ pub enum Error {
         /// Purpose, with an article.
         what: String,
     },
-    /// The engine cannot represent what the case asks for.
+    /// The engine cannot represent the case.
     #[error("the {engine} engine does not support {what}")]
     Unsupported {
         /// Name of the DEM engine.
@@ -89,7 +89,7 @@ pub enum Error {
         engine: &'static str,
         /// Fluid step at which it was noticed.
         step: u64,
-        /// Message of the engine, or what became of it.
+        /// Message of the engine, or the end of its process.
         what: String,
     },
     /// Failure of one rank, with the text on which all ranks agreed.
@@ -100,7 +100,7 @@ pub enum Error {
         /// Its text.
         text: String,
     },
-    /// Stopped by a signal or a time limit before its end; what was done is kept where the user asked for it.
+    /// Stopped by a signal or a time limit before its end; results so far are kept if the user requested it.
     #[error("stopped before its end")]
     Interrupted,
     /// Another rank failed first; its error is the one to show.
@@ -109,7 +109,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Wraps an I/O error with what was attempted and where.
+    /// Wraps an I/O error with the attempted operation and the path.
     pub fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io {
             action,

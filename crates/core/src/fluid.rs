@@ -255,8 +255,8 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order.
-    /// What leaves the block is on its way to the neighbouring blocks when this returns, most of it since the rows
+    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order. On
+    /// return, populations that leave the block are being sent to the neighbouring blocks, most of it since the rows
     /// next to them were swept; the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
     /// measurements of the cells before the sweep. Collective.
     pub fn sweep(

@@ -232,7 +232,7 @@ mod tests {
                 motion,
                 material: 0,
             };
-            // A speck of dust that goes with the wall, followed in small steps of second order.
+            // A point that moves with the wall, followed in small steps of second order.
             let mut dust = Vec3::new(-0.4, 0.7, 1.1);
             let distance = surface.distance(dust);
             let steps = 20_000;

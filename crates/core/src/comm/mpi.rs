@@ -106,7 +106,7 @@ impl MpiComm {
         let turn = Arc::new(Turn::take());
         START.call_once(initialise);
         let (mut rank, mut size) = (0, 0);
-        // SAFETY: MPI runs, and the numbers are there to be set.
+        // SAFETY: MPI runs, and the numbers are valid for writing.
         unsafe {
             done(ffi::MPI_Comm_rank(ffi::RSMPI_COMM_WORLD, &raw mut rank));
             done(ffi::MPI_Comm_size(ffi::RSMPI_COMM_WORLD, &raw mut size));

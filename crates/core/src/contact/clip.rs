@@ -102,7 +102,7 @@ impl Graph {
         })
     }
 
-    /// Numbers the faces that are there from 0 on, in the order of their numbers, and returns their planes.
+    /// Renumbers the existing faces from 0, in their order, and returns their planes.
     pub(super) fn renumber(&mut self, planes: &[Plane]) -> Vec<Plane> {
         let mut there = vec![false; planes.len()];
         for face in self.corners.iter().flat_map(|c| c.face) {
@@ -326,7 +326,7 @@ impl Clipper {
         self.corners[v as usize].twin[k] = 4 * new;
     }
 
-    /// Integrals over what is left; faces count in the surface integrals with their `weights`, by number. Fills
+    /// Integrals over the remaining body; faces count in the surface integrals with their `weights`, by number. Fills
     /// [`faces`](Self::faces).
     pub(super) fn integrate(&mut self, weights: &[f64]) -> Option<Integrals> {
         let origin = self.corners[*self.live.first()? as usize].position;

@@ -224,7 +224,7 @@ mod tests {
                 small += 1;
             }
             if touches != overlap.is_some() {
-                // Samples miss what is small, and rounding decides where bodies just touch.
+                // Samples miss small overlaps, and rounding decides where bodies just touch.
                 assert!(touches, "{overlap:?} in {n}");
                 small += 1;
             }

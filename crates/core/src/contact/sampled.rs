@@ -210,7 +210,7 @@ fn along_normal(sides: &[Side; 2], frame: &Frame, n: usize, precision: f64, foun
     }
 }
 
-/// Volume, centre and what the lines along the normal give of area and moment.
+/// Volume, centre, and the contributions of the lines along the normal to area and moment.
 fn add_cells(frame: &Frame, n: usize, chords: &[[Chord; 2]], sums: &mut Sums) {
     let step = (frame.hi - frame.lo) / n as f64;
     let section = step.x * step.y;

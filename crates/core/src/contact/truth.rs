@@ -102,8 +102,8 @@ pub(super) struct Truth {
     pub moment: Vec3,
 }
 
-/// The overlap of what the intervals describe by `n` times `n` lines along each column of `frame`. It lies within
-/// `reach` of `about`.
+/// The overlap of the bodies given by the intervals, by `n` times `n` lines along each column of `frame`. It lies
+/// within `reach` of `about`.
 pub(super) fn lines(
     first: &Interval,
     second: &Interval,

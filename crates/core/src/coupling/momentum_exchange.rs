@@ -75,7 +75,8 @@ impl ExchangeSum {
     }
 }
 
-/// Adds what the cells of a segment received in this sweep to `incoming` and what they sent away to `outgoing`.
+/// Adds the momentum that the cells of a segment received in this sweep to `incoming` and that which they sent to
+/// `outgoing`.
 #[inline(always)]
 pub(super) fn add_segment<T: Real>(
     segment: &Segment,

@@ -9,7 +9,7 @@ use crate::particle::{Particle, ParticleStore};
 use bytemuck::{Pod, Zeroable};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A particle as it was in the last sweep, and what left those of its cells that are in the block.
+/// A particle in the last sweep, and the momentum that left those of its cells that are in the block.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Swept {

@@ -406,8 +406,8 @@ impl<'a> Mapper<'a> {
         behind_plane(distance + self.shift, normal.into())
     }
 
-    /// Adds the volume fractions of cells on the surface of a sphere, where there are none yet, [`BLOCK`] at a time and
-    /// without branches: most of what a particle on the lattice costs.
+    /// Adds the volume fractions of cells on the surface of a sphere, where there are none yet, [`BLOCK`] at a time
+    /// and without branches: most of the cost of a particle on the lattice.
     #[inline(always)]
     fn sphere_shares<T: Real>(&self, fraction: &mut [T; CHUNK], surface: Surface, r: [f64; 3], radius: f64) {
         let (square, depth) = (r[1] * r[1] + r[2] * r[2], self.shift - radius * self.per_dx);

@@ -218,7 +218,7 @@ impl Domain {
     }
 }
 
-/// Area of the faces of a block between ranks (cells), one of each pair, by what they cost.
+/// Area of the faces of a block between ranks (cells), one of each pair, weighted by their cost.
 fn surface(grid: [usize; 3], [x, y, z]: [f64; 3]) -> f64 {
     let faces = [y * z, x * z, x * y];
     (0..3).filter(|&i| grid[i] > 1).map(|i| FACES[i] * faces[i]).sum()

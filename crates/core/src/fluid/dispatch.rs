@@ -158,7 +158,8 @@ pub(super) fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize
 /// Periodicity along x within the block, for a row just swept: its populations are still in the cache, while a halo
 /// exchange of x faces would touch a line of memory for every number.
 ///
-/// From `Home` the ghosts at both ends of the row are filled; from `Away` what the row wrote to ghosts returns.
+/// From `Home` the ghosts at both ends of the row are filled; from `Away` the values that the row wrote to ghosts are
+/// copied back.
 #[inline(always)]
 pub(super) fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: isize, z: isize) {
     let [nx, ny, nz] = layout.size.map(|n| n as isize);

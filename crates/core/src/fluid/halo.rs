@@ -43,7 +43,7 @@ impl Message {
         }
     }
 
-    /// All messages of a rank by peer, ascending; what it sends to itself among them.
+    /// All messages of a rank by peer, ascending, including those to itself.
     fn all(layout: &Layout, decomposition: &Decomposition, rank: usize) -> BTreeMap<usize, Self> {
         let mut messages = BTreeMap::<usize, Self>::new();
         // Sender and receiver list the directions in the order of the sender.
@@ -175,7 +175,7 @@ impl<T: Pod + Send> FluidHalo<T> {
         })
     }
 
-    /// Sends what the rows that are swept first have, which is all of it for some neighbours.
+    /// Sends the populations of the rows that are swept first, which is everything for some neighbours.
     pub(crate) fn start_early(&mut self, populations: &[T], entered: Phase) {
         self.early.start(populations, entered);
     }

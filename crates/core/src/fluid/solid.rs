@@ -53,7 +53,7 @@ fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
 pub trait Solids<T> {
     /// Adds all solids to row `(y, z)` of the block, which is empty.
     fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>);
-    /// Looks at what the row exchanged in this sweep.
+    /// Reads the momentum that the row exchanged in this sweep.
     fn collect(&mut self, y: usize, z: usize, row: &SolidRow<T>);
 }
 
@@ -101,7 +101,7 @@ impl<T: Number> SolidRow<T> {
     pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
         self.used[x / CHUNK] = true;
         self.used[(x + count - 1) / CHUNK] = true;
-        // Through local arrays: what is read then cannot be what is written.
+        // Through local arrays, so that the compiler knows that reads and writes do not alias.
         let sum = window_mut(&mut self.fraction_sum, x);
         let mut total = [T::ZERO; CHUNK];
         for k in 0..CHUNK {

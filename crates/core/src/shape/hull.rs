@@ -174,7 +174,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Adds the point furthest above the facet `seed`: what it sees goes, a fan to the horizon comes.
+    /// Adds the point furthest above the facet `seed`: the visible facets are replaced by a fan to the horizon.
     fn add(&mut self, seed: usize) {
         let [a, b, c] = self.facets[seed].corners.map(|i| self.points[i as usize]);
         let normal = (b - a).cross(&(c - a));

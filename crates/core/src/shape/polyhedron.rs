@@ -185,7 +185,7 @@ impl Polyhedron {
         libm::cbrt(self.volume) * sum / (2.0 * area)
     }
 
-    /// Fills in what is computed once.
+    /// Computes the quantities that are stored.
     fn assemble(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
         let triangles = faces
             .iter()

@@ -28,7 +28,7 @@ const ROUND: [(f64, f64); 8] = {
         (H, -H),
     ]
 };
-/// By how much the box is wider than what it holds, in parts of its edges.
+/// Margin of the box around the overlap, relative to its edges.
 const MARGIN: f64 = 1e-6;
 
 thread_local! {

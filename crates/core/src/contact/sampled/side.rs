@@ -215,7 +215,7 @@ impl<'a> Side<'a> {
 enum Approach {
     /// There.
     Met(f64),
-    /// It goes away from the start on, or the first step passes by: the surface is behind, or missed.
+    /// The distance increases from the start, or the first step passes by: the surface is behind, or missed.
     Behind,
     /// It passes by.
     Missed,
