@@ -22,16 +22,16 @@ const MAY_USE: &[(&str, &str)] = &[
         "validate",
         "crosscheck checks simulation case output checkpoint coupling fluid dem particle shape domain comm math input error",
     ),
-    ("report", "study checks simulation output input error"),
+    ("report", "study checks simulation output plot input error"),
     (
         "study",
-        "checks simulation case output checkpoint comm math input error",
+        "checks simulation case output checkpoint plot comm math input error",
     ),
     (
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
     ),
-    ("checks", "output math error"),
+    ("checks", "output plot math error"),
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
@@ -41,7 +41,8 @@ const MAY_USE: &[(&str, &str)] = &[
         "case",
         "mesh packing coupling fluid dem contact particle shape wall domain units math input memory error",
     ),
-    ("output", "checkpoint particle shape wall domain math input error"),
+    ("output", "checkpoint plot particle shape wall domain math input error"),
+    ("plot", ""),
     ("mesh", "shape math input"),
     ("engine", "liggghts dem error"),
     (
@@ -81,17 +82,6 @@ const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh a
 
 /// Laws of the literature that are drawn beside a result: they go into files and nowhere else.
 const ONLY_WRITTEN: &str = "simulation/references";
-
-/// Modules that describe charts or pictures.
-const MAY_DRAW: &[&str] = &[
-    "output",
-    "simulation",
-    "checks",
-    "crosscheck",
-    "study",
-    "report",
-    "validate",
-];
 
 /// Who may write to the terminal.
 const MAY_PRINT: [&str; 2] = ["cli", "output/progress"];
@@ -280,20 +270,4 @@ fn only_comm_names_mpi() {
             assert!(!named, "{} names mpi; only comm may", file.path);
         });
     }
-}
-
-#[test]
-fn only_figures_name_the_plot_crate_and_it_names_nothing_of_turbid() {
-    for file in sources() {
-        visit(file.tokens.clone(), &mut |tokens, at| {
-            let named = is(tokens, at, "turbid_plot");
-            let draws = MAY_DRAW.contains(&file.module.as_str());
-            assert!(draws || !named, "{} names turbid_plot", file.path);
-        });
-    }
-    let manifest = fs::read_to_string(root().join("crates/plot/Cargo.toml")).unwrap();
-    assert!(
-        !manifest.contains("path ="),
-        "crates/plot depends on a crate of ours"
-    );
 }

@@ -210,7 +210,7 @@ fn list(study: &Study, only: Option<&str>) -> String {
         .filter(|state| state.record().is_some())
         .count();
     let basis = match study.measured_over_estimated() {
-        Some(_) => "as fast as the runs that are done",
+        Some(_) => "by the speed measured in the finished runs",
         None => "by the cost model of `turbid check`: nothing was measured yet",
     };
     let _ = write!(

@@ -27,7 +27,6 @@ seed = 1
 [run]
 end = { steps = 48 }
 [output]
-series_every = "never"
 fields_every = "never"
 particles_every = { steps = 24 }
 picture_every = "never"

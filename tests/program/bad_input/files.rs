@@ -29,7 +29,7 @@ fn place() -> Place {
 fn with_table(file: &str) -> String {
     format!(
         "title = \"x\"\ncase = \"case.toml\"\n[[table]]\nname = \"t\"\ntitle = \"t\"\nrows = []\n\
-         columns = [{{ label = \"r\", reference = {{ csv = \"{file}\", y = \"u\" }} }}]\n"
+         columns = [{{ label = \"r\", y = \"mach\", reference = {{ csv = \"{file}\", y = \"u\" }} }}]\n"
     )
 }
 
