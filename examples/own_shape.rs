@@ -44,7 +44,7 @@ impl Tablet {
     }
 
     /// From the nearest point of the disc.
-    fn from_disc(&self, point: Vec3) -> Vec3 {
+    fn offset_of_disc(&self, point: Vec3) -> Vec3 {
         let flat = Vec3::new(point.x, point.y, 0.0);
         let radius = flat.norm();
         point
@@ -79,11 +79,13 @@ impl Shape for Tablet {
     }
 
     fn signed_distance(&self, point: Vec3) -> f64 {
-        self.from_disc(point).norm() - self.rim
+        self.offset_of_disc(point).norm() - self.rim
     }
 
     fn gradient(&self, point: Vec3) -> Vec3 {
-        self.from_disc(point).try_normalize(0.0).unwrap_or_else(Vec3::z)
+        self.offset_of_disc(point)
+            .try_normalize(0.0)
+            .unwrap_or_else(Vec3::z)
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {

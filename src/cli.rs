@@ -140,6 +140,7 @@ struct CheckArguments {
 }
 
 #[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 struct BenchArguments {
     /// Case file (TOML).
     #[arg(required_unless_present = "calibrate")]

@@ -42,7 +42,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             let same = laws.0 == ElasticLaw::Hertz;
             let what = format!("{label} law, {speed} m/s");
             let of = |value: fn(f64, f64) -> f64| {
-                let ends = tracks.each_ref().map(|track| track.last());
+                let ends = tracks.each_ref().map(Track::last);
                 let [native, liggghts] =
                     ends.map(|end| value(end[0].velocity[0], end[1].velocity[0]) / speed);
                 [Some(native), Some(liggghts), Some(1.0)]

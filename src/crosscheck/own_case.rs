@@ -13,6 +13,7 @@ use crate::contact::{DampingLaw, ElasticLaw};
 use crate::dem::{DemEngine, EngineChoice, Load};
 use crate::error::{Error, Result};
 use crate::output::numbers::small;
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// Id of a user's case in reports.
@@ -210,7 +211,10 @@ fn notes(setup: &Setup, found: &Comparison) -> String {
             commands(setup).join("`, `")
         ));
     }
-    notes.iter().map(|note| format!("  {note}\n")).collect()
+    notes.into_iter().fold(String::new(), |mut text, note| {
+        let _ = writeln!(text, "  {note}");
+        text
+    })
 }
 
 #[cfg(test)]

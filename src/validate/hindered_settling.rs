@@ -97,7 +97,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         format!("Settling velocity at volume fraction {PHI}, {balance}"),
         ["time over D / U_Stokes (-)", "velocity over U_Stokes (-)"],
         [
-            (name.into(), vec![[0.0, expected], [TO, expected]]),
+            (name, vec![[0.0, expected], [TO, expected]]),
             ("measured", course),
         ],
     ));

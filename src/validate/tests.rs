@@ -63,12 +63,12 @@ impl Fault {
             }
             Self::Balance => {
                 use crate::coupling::ForceBalance::{FluidOnly, Mixture};
-                fluid.iter_mut().for_each(|fluid| {
+                if let Some(fluid) = fluid {
                     fluid.force_balance = match fluid.force_balance {
                         FluidOnly => Mixture,
                         Mixture => FluidOnly,
                     };
-                });
+                }
             }
             Self::ContactPrefactor => {
                 let materials = contact.iter_mut().flat_map(|contact| &mut contact.materials);

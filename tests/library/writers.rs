@@ -1,5 +1,6 @@
 //! A writer of the caller's own beside those of a case.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use turbid::Result;
 use turbid::case::{self, Setup};
@@ -73,7 +74,7 @@ impl Writer for Heights {
         let particles = &output.selected;
         assert!(particles.windows(2).all(|pair| pair[0].id < pair[1].id));
         let height = particles.iter().map(|p| p.position().z).sum::<f64>() / particles.len() as f64;
-        self.text += &format!("{} {height:e} {:e}\n", output.step, self.pressure);
+        let _ = writeln!(self.text, "{} {height:e} {:e}", output.step, self.pressure);
         let numbered = NUMBERED.file(&self.out, output.step);
         std::fs::create_dir_all(numbered.parent().unwrap()).unwrap();
         std::fs::write(numbered, &self.text).unwrap();
@@ -89,7 +90,7 @@ impl Writer for Heights {
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
-        self.text = state.as_str().unwrap_or_default().to_owned();
+        state.as_str().unwrap_or_default().clone_into(&mut self.text);
         Ok(())
     }
 }

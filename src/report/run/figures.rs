@@ -88,6 +88,9 @@ const OF_WALLS: [(&str, &str); 2] = [
     ("shear_stress", "Shear stress on wall"),
 ];
 
+/// Name and title of a figure, and its columns with their labels.
+type Group<'a> = (String, String, Vec<(&'a SeriesColumn, &'a str)>);
+
 /// All figures that the series has something for; what is zero throughout is left out.
 pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Vec<Block> {
     let columns = |beginning: &str, endings: Endings| -> Vec<(&SeriesColumn, &str)> {
@@ -97,7 +100,7 @@ pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -
         };
         endings.iter().filter_map(column).collect()
     };
-    let mut groups: Vec<(String, String, Vec<(&SeriesColumn, &str)>)> = (GROUPS.iter())
+    let mut groups: Vec<Group> = (GROUPS.iter())
         .map(|&(name, title, beginning, endings)| (name.into(), title.into(), columns(beginning, endings)))
         .collect();
     for (what, title) in OF_WALLS {

@@ -36,7 +36,7 @@ end = { steps = 500 }
 
 fn setup(text: &str) -> Setup {
     let mut setup = from_text(text, "saved", &[]).unwrap();
-    let speed = setup.expect_fluid().scales.stokes_velocity;
+    let speed = (setup.fluid.as_ref()).map_or(0.1, |fluid| fluid.scales.stokes_velocity);
     for (n, particle) in (1_u32..).zip(&mut setup.particles) {
         let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
         particle.velocity = [part(5), part(11), part(17)].map(|v| 0.5 * v * speed);
