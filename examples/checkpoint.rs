@@ -3,7 +3,9 @@
 //! `cargo run --release --example checkpoint` prints
 //!
 //! ```text
-//! TODO(prints)
+//! checkpoint: half way
+//! in one go:  a3cdc591e90317dc after 200 steps
+//! resumed:    a3cdc591e90317dc on 2 ranks
 //! ```
 
 use turbid::{Builder, Particles, Result, Simulation};

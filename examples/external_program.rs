@@ -3,7 +3,13 @@
 //! `cargo run --release --example external_program` prints
 //!
 //! ```text
-//! TODO(prints)
+//! time (s)  height (um)  force (nN)
+//!    0.000         1000        5000
+//!    0.019         1264        3680
+//!    0.037         1599        2005
+//!    0.056         1833         835
+//!    0.074         1955         225
+//!    0.093         1997          15
 //! ```
 
 use std::cell::Cell;

@@ -3,7 +3,11 @@
 //! `cargo run --release --example hindered_settling` prints
 //!
 //! ```text
-//! TODO(prints)
+//! t*    velocity / Stokes velocity
+//!  2.0  0.298
+//!  4.0  0.349
+//!  6.0  0.363
+//!  8.0  0.366
 //! ```
 
 use turbid::{Builder, Particles, Result};

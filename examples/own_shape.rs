@@ -3,7 +3,13 @@
 //! `cargo run --release --example own_shape` prints
 //!
 //! ```text
-//! TODO(prints)
+//! time (s)  velocity (mm/s)  angle to the vertical (degrees)
+//!     0.02           -15.60                             44.6
+//!     0.04           -21.37                             42.3
+//!     0.06           -24.15                             37.9
+//!     0.08           -25.23                             31.9
+//!     0.10           -25.45                             24.8
+//!     0.12           -25.46                             17.7
 //! ```
 
 use std::f64::consts::PI;
