@@ -13,16 +13,21 @@ tools=$PWD/target/tools
 # The name that this version gives to the copy of the list of `db-urls` in deny.toml.
 list=$tools/advisory-dbs/advisory-db-3157b0e258782691
 
+# The crates that are not of this workspace.
+foreign() {
+    awk -F'"' '/^name =/ { name = $2 } /^source =/ { print name }' Cargo.lock | sort -u
+}
+
 if [ "${1:-}" = --refresh ]; then
     rm -rf advisories/crates
-    for crate in $(sed -n 's/^name = "\(.*\)"$/\1/p' Cargo.lock | sort -u); do
+    for crate in $(foreign); do
         [ ! -d "$2/crates/$crate" ] || { mkdir -p advisories/crates && cp -r "$2/crates/$crate" advisories/crates/; }
     done
     sed -i "s/^As of .*/As of $(git -C "$2" log -1 --format='%cs, commit %H')./" advisories/README.md
 fi
 
 # A new crate may have advisories that the list, made for others, leaves out.
-known=$(sed -n 's/^name = "\(.*\)"$/\1/p' Cargo.lock | sort -u)
+known=$(foreign)
 [ "${1:-}" != --refresh ] || echo "$known" >advisories/crates.txt
 new=$(echo "$known" | grep -vxFf advisories/crates.txt || true)
 [ -z "$new" ] || fail "advisories/ was made without $(echo $new); take it anew: scripts/dependencies.sh --refresh CLONE"
