@@ -73,9 +73,9 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Legend and style of every curve. The reference (`reference: NAME`, or the only other one beside both engines) lies below. Curves
-/// of LIGGGHTS are measured, those of the native engine lie on them, with one legend if there are several. Without engines the second of two measured
-/// curves lies on the first.
+/// Legend and style of every curve. The reference (`reference: NAME`, or the only other one beside both engines) lies
+/// below. Curves of LIGGGHTS are measured; those of the native engine lie on them, with one legend if there are several.
+/// Without engines the second of two measured curves lies on the first.
 pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
     const ENGINES: [(&str, Style); 2] = [("native", Style::Overlaid), ("LIGGGHTS", Style::Measured)];
     // A name with both engines is that of a difference.
