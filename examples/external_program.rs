@@ -37,11 +37,8 @@ pub(crate) fn run() -> Result<f64> {
     let mut from = BufReader::new(controller.stdout.take().expect("it is piped")).lines();
 
     let sphere = Particles::spheres(1e-3, 1100.0).at([2e-3, 2e-3, 1e-3]);
-    let mut simulation = Builder::new([4e-3; 3])
-        .fluid(1000.0, 1e-5)
-        .lattice(6.0, 0.6)
-        .particles(sphere)
-        .build()?;
+    let mut simulation =
+        Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(6.0, 0.6).particles(sphere).build()?;
     let force = Rc::new(Cell::new(0.0));
     let given = Rc::clone(&force);
     simulation.set_external_load(move |_time, _particle| Load {

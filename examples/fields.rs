@@ -57,12 +57,7 @@ pub(crate) fn run() -> Result<f64> {
         let z = (layer as f64 + 0.5) * height / nz as f64;
         let parabola = 4.0 * fastest * z * (height - z) / (height * height);
         writeln!(file, "{z:e},{velocity:e},{parabola:e}").map_err(failed)?;
-        println!(
-            "{:9.3}  {:15.3}  {:15.3}",
-            1e3 * z,
-            1e3 * velocity,
-            1e3 * parabola
-        );
+        println!("{:9.3}  {:15.3}  {:15.3}", 1e3 * z, 1e3 * velocity, 1e3 * parabola);
         deviation = deviation.max((velocity - parabola).abs() / fastest);
     }
     Ok(deviation)

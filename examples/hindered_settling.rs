@@ -15,11 +15,7 @@ use turbid::{Builder, Particles, Result};
 /// Returns the mean settling velocity over the Stokes velocity (-).
 pub(crate) fn run() -> Result<f64> {
     let spheres = Particles::spheres(1e-3, 2500.0).volume_fraction(0.1);
-    let setup = Builder::new([5e-3; 3])
-        .fluid(1000.0, 1e-5)
-        .lattice(6.0, 0.6)
-        .particles(spheres)
-        .setup()?;
+    let setup = Builder::new([5e-3; 3]).fluid(1000.0, 1e-5).lattice(6.0, 0.6).particles(spheres).setup()?;
     let mut simulation = turbid::Simulation::solo(&setup)?;
     let scales = setup.expect_fluid().scales;
     println!("t*    velocity / Stokes velocity");

@@ -41,25 +41,14 @@ impl Tablet {
             along += part * 0.5 * radius * radius;
             across += part * (0.25 * radius * radius + z * z);
         }
-        Self {
-            disc,
-            rim,
-            volume,
-            inertia_per_mass: Vec3::new(across, across, along) / volume,
-        }
+        Self { disc, rim, volume, inertia_per_mass: Vec3::new(across, across, along) / volume }
     }
 
     /// From the nearest point of the disc.
     fn offset_of_disc(&self, point: Vec3) -> Vec3 {
         let flat = Vec3::new(point.x, point.y, 0.0);
         let radius = flat.norm();
-        point
-            - flat
-                * if radius > self.disc {
-                    self.disc / radius
-                } else {
-                    1.0
-                }
+        point - flat * if radius > self.disc { self.disc / radius } else { 1.0 }
     }
 }
 
@@ -89,9 +78,7 @@ impl Shape for Tablet {
     }
 
     fn gradient(&self, point: Vec3) -> Vec3 {
-        self.offset_of_disc(point)
-            .try_normalize(0.0)
-            .unwrap_or_else(Vec3::z)
+        self.offset_of_disc(point).try_normalize(0.0).unwrap_or_else(Vec3::z)
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {

@@ -20,9 +20,7 @@ const MESH: usize = 8 << 10;
 pub(crate) fn case(data: &[u8]) -> bool {
     let mut parts = data.split(|&byte| byte == 0);
     let text = parts.next().unwrap_or_default();
-    let options: Vec<String> = parts
-        .map(|option| String::from_utf8_lossy(option).into_owned())
-        .collect();
+    let options: Vec<String> = parts.map(|option| String::from_utf8_lossy(option).into_owned()).collect();
     let folder = tempfile::tempdir().expect("a folder for the case");
     let path = folder.path().join("case.toml");
     fs::write(&path, text).expect("room for the case");
@@ -42,9 +40,7 @@ pub(crate) fn obj(data: &[u8]) -> bool {
 /// A body as it is, and the hull of its points.
 fn mesh(name: &str, data: &[u8]) -> bool {
     data.len() <= MESH
-        && [false, true]
-            .map(|hull| mesh::parse(Path::new(name), data, 1e-3, hull).is_ok())
-            .contains(&true)
+        && [false, true].map(|hull| mesh::parse(Path::new(name), data, 1e-3, hull).is_ok()).contains(&true)
 }
 
 /// A file of positions.
@@ -139,10 +135,7 @@ pub(crate) fn sample() -> &'static (String, Vec<u8>) {
             },
         };
         let part = Part {
-            block: Block {
-                lo: [0; 3],
-                hi: head.cells,
-            },
+            block: Block { lo: [0; 3], hi: head.cells },
             engine: b"engine",
             coupling: b"coupling",
             shared: b"shared",
@@ -162,10 +155,7 @@ fn read_all(folder: &Path) -> bool {
         return false;
     };
     let sections = checkpoint.engines().and(checkpoint.couplings());
-    let whole = Block {
-        lo: [0; 3],
-        hi: checkpoint.head().cells,
-    };
+    let whole = Block { lo: [0; 3], hi: checkpoint.head().cells };
     sections.is_ok() && checkpoint.planes(whole, |_, _| Ok(())).is_ok()
 }
 

@@ -49,22 +49,15 @@ pub struct Builder {
 impl Builder {
     /// A periodic box with these edges (m): `domain.size`. Without [`end`](Self::end) a run of it is one step.
     pub fn new(size: impl Into<[f64; 3]>) -> Self {
-        let empty = Self {
-            case: Keys::default(),
-            particles: Vec::new(),
-            walls: Vec::new(),
-            shapes: Vec::new(),
-        };
+        let empty =
+            Self { case: Keys::default(), particles: Vec::new(), walls: Vec::new(), shapes: Vec::new() };
         empty.set("domain.size", size.into())
     }
 
     /// The smallest case: a sphere of 1 mm settles in a periodic box of 16 x 16 x 16 cells. For first tries.
     pub fn example() -> Self {
         let sphere = Particles::spheres(1e-3, 2500.0).at([2e-3; 3]);
-        Self::new([4e-3; 3])
-            .fluid(1000.0, 1e-5)
-            .lattice(4.0, 0.6)
-            .particles(sphere)
+        Self::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6).particles(sphere)
     }
 
     /// Which directions are periodic: `domain.periodic`. The others are closed by walls at rest.
@@ -92,8 +85,7 @@ impl Builder {
 
     /// A fluid of this density (kg/m^3) and kinematic viscosity (m^2/s): `fluid.density`, `fluid.viscosity`.
     pub fn fluid(self, density: f64, viscosity: f64) -> Self {
-        self.set("fluid.density", density)
-            .set("fluid.viscosity", viscosity)
+        self.set("fluid.density", density).set("fluid.viscosity", viscosity)
     }
 
     /// Cells per diameter of the first kind of particle and relaxation time (time steps): `lattice.cells_per_diameter`,
@@ -161,8 +153,7 @@ impl Builder {
 
     /// Young's modulus (Pa) and Poisson's ratio (-) of all bodies: `contact.youngs_modulus`, `contact.poisson_ratio`.
     pub fn elasticity(self, youngs_modulus: f64, poisson_ratio: f64) -> Self {
-        self.set("contact.youngs_modulus", youngs_modulus)
-            .set("contact.poisson_ratio", poisson_ratio)
+        self.set("contact.youngs_modulus", youngs_modulus).set("contact.poisson_ratio", poisson_ratio)
     }
 
     /// Coefficient of restitution (-): `contact.restitution`.
@@ -178,8 +169,7 @@ impl Builder {
 
     /// Coefficients of static and kinetic friction (-): `contact.friction_static`, `contact.friction_kinetic`.
     pub fn friction(self, statics: f64, kinetic: f64) -> Self {
-        self.set("contact.friction_static", statics)
-            .set("contact.friction_kinetic", kinetic)
+        self.set("contact.friction_static", statics).set("contact.friction_kinetic", kinetic)
     }
 
     /// Whether particles touch each other and walls: `contact.enabled`, true by default.
@@ -277,12 +267,7 @@ impl Builder {
             .or_else(|| within("walls", &self.walls));
         if let Some((key, why)) = refused {
             let what = format!("`{key}` has no value that a case can have: {why}");
-            return Err(Error::Case {
-                key,
-                text: what.clone(),
-                what,
-                remedy: String::new(),
-            });
+            return Err(Error::Case { key, text: what.clone(), what, remedy: String::new() });
         }
         case::with_shapes(&self.to_toml(), NAME, &[], &self.shapes)
     }

@@ -97,11 +97,7 @@ pub struct Setup {
 impl Setup {
     /// Cell size, time step and density of the fluid, which is 0 without one.
     pub fn units(&self) -> Units {
-        Units {
-            dx: self.domain.dx,
-            dt: self.time_step,
-            density: self.fluid_density(),
-        }
+        Units { dx: self.domain.dx, dt: self.time_step, density: self.fluid_density() }
     }
 
     /// Density of what surrounds the particles (kg/m^3); 0 without a fluid.

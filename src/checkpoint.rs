@@ -102,9 +102,7 @@ pub fn write(
     part: &Part,
     plane: impl FnMut(usize, &mut Vec<u8>),
 ) -> Result<()> {
-    write::write(directory, comm, sound, head, part, plane, &|path| {
-        File::create_new(path)
-    })
+    write::write(directory, comm, sound, head, part, plane, &|path| File::create_new(path))
 }
 
 /// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for
@@ -139,10 +137,7 @@ pub fn newest_sound<R>(
             none_in(directory)
         } else {
             let shown = directory.display();
-            format!(
-                "no checkpoint in {shown} can be used:\n  {}",
-                skipped.join("\n  ")
-            )
+            format!("no checkpoint in {shown} can be used:\n  {}", skipped.join("\n  "))
         },
     })
 }
@@ -164,27 +159,16 @@ pub fn agreed<R>(comm: &Comm, result: Result<R>) -> Result<R> {
     if !comm.any(result.is_err()) {
         return result;
     }
-    let mine = (result.err()).map_or(Vec::new(), |error| {
-        [&[error.exit_code() as u8], error.to_string().as_bytes()].concat()
-    });
+    let mine = (result.err())
+        .map_or(Vec::new(), |error| [&[error.exit_code() as u8], error.to_string().as_bytes()].concat());
     let all = comm.all_gather(mine);
-    let first = all
-        .iter()
-        .find(|message| !message.is_empty())
-        .expect("one has failed");
-    Err(Error::Agreed {
-        code: i32::from(first[0]),
-        text: String::from_utf8_lossy(&first[1..]).into_owned(),
-    })
+    let first = all.iter().find(|message| !message.is_empty()).expect("one has failed");
+    Err(Error::Agreed { code: i32::from(first[0]), text: String::from_utf8_lossy(&first[1..]).into_owned() })
 }
 
 /// Result of `make` on rank 0; the default on the others.
 fn in_rank_0<R: Default>(comm: &Comm, make: impl FnOnce() -> Result<R>) -> Result<R> {
-    if comm.rank() == 0 {
-        make()
-    } else {
-        Ok(R::default())
-    }
+    if comm.rank() == 0 { make() } else { Ok(R::default()) }
 }
 
 #[cfg(test)]

@@ -108,16 +108,7 @@ impl Check {
 
 impl Serialize for Check {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let Self {
-            case,
-            quantity,
-            engines,
-            measured,
-            reference,
-            tolerance,
-            pass,
-            source,
-        } = self;
+        let Self { case, quantity, engines, measured, reference, tolerance, pass, source } = self;
         let mut row = serializer.serialize_struct("Check", 9)?;
         if !case.is_empty() {
             row.serialize_field("case", case)?;
@@ -221,13 +212,7 @@ impl Outcome {
                 check.case = case.to_string();
             }
         }
-        Self {
-            case: case.to_string(),
-            title: title.to_string(),
-            engines,
-            seconds,
-            ending,
-        }
+        Self { case: case.to_string(), title: title.to_string(), engines, seconds, ending }
     }
 
     /// Runs a case that compares the engines.

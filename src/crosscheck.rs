@@ -98,11 +98,7 @@ pub const CASES: &[Case] = &[
         title: "whole history of the force of damped impacts under the same law",
         run: with_liggghts!(histories::histories),
     },
-    Case {
-        id: "wall-impact",
-        title: "damped impact on a wall",
-        run: with_liggghts!(damped::wall),
-    },
+    Case { id: "wall-impact", title: "damped impact on a wall", run: with_liggghts!(damped::wall) },
     Case {
         id: "sliding",
         title: "oblique elastic impacts with gross sliding friction, several angles",
@@ -113,11 +109,7 @@ pub const CASES: &[Case] = &[
         title: "slow oblique impact, against rigid spheres",
         run: with_liggghts!(oblique::rigid),
     },
-    Case {
-        id: "spin",
-        title: "head-on impacts of spinning spheres",
-        run: with_liggghts!(oblique::spin),
-    },
+    Case { id: "spin", title: "head-on impacts of spinning spheres", run: with_liggghts!(oblique::spin) },
     Case {
         id: "periodic",
         title: "contacts through the faces, edges and corners of a periodic box",

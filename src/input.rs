@@ -153,12 +153,7 @@ mod tests {
         let said = read(&path, 9).unwrap_err().to_string();
         assert_eq!(said, "it is larger than 9 bytes, the most that is read");
         // Sparse: nothing of it is on disk, and nothing is read.
-        File::options()
-            .write(true)
-            .open(&path)
-            .unwrap()
-            .set_len(MESH + 1)
-            .unwrap();
+        File::options().write(true).open(&path).unwrap().set_len(MESH + 1).unwrap();
         let said = read(&path, MESH).unwrap_err().to_string();
         assert_eq!(said, "it is larger than 256 MiB, the most that is read");
     }

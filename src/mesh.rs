@@ -29,10 +29,7 @@ const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its poi
 pub fn read(path: &Path, scale: f64, hull: bool) -> Result<(Polyhedron, Placement), ShapeError> {
     let bytes = kind(path)
         .and_then(|_| input::read(path, input::MESH).map_err(|e| format!("cannot be read: {e}")))
-        .map_err(|problem| ShapeError::Mesh {
-            path: path.to_path_buf(),
-            problem,
-        })?;
+        .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })?;
     parse(path, &bytes, scale, hull)
 }
 
@@ -47,10 +44,7 @@ pub fn parse(
     hull: bool,
 ) -> Result<(Polyhedron, Placement), ShapeError> {
     check_size("scale", scale)?;
-    let in_file = |problem: String| ShapeError::Mesh {
-        path: path.to_path_buf(),
-        problem,
-    };
+    let in_file = |problem: String| ShapeError::Mesh { path: path.to_path_buf(), problem };
     let facets = facets(path, bytes).map_err(in_file)?;
     body(&facets, scale, hull).map_err(in_file)
 }
@@ -62,10 +56,7 @@ enum Kind {
 }
 
 fn kind(path: &Path) -> Result<Kind, String> {
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match extension.as_str() {
         "stl" => Ok(Kind::Stl),
         "obj" => Ok(Kind::Obj),
@@ -120,20 +111,12 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
 /// Checks that facets are the surface of a convex body, and builds it.
 fn body(facets: &[[Vec3; 3]], scale: f64, hull: bool) -> Result<(Polyhedron, Placement), String> {
     for (n, facet) in facets.iter().enumerate() {
-        if let Some(corner) = facet
-            .iter()
-            .find(|corner| !corner.iter().all(|x| (x * scale).is_finite()))
-        {
+        if let Some(corner) = facet.iter().find(|corner| !corner.iter().all(|x| (x * scale).is_finite())) {
             let [x, y, z] = (*corner).into();
-            return Err(format!(
-                "facet {n} has a corner at ({x}, {y}, {z}); export the mesh again"
-            ));
+            return Err(format!("facet {n} has a corner at ({x}, {y}, {z}); export the mesh again"));
         }
     }
-    let scaled: Vec<[Vec3; 3]> = facets
-        .iter()
-        .map(|facet| facet.map(|corner| corner * scale))
-        .collect();
+    let scaled: Vec<[Vec3; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
     let points: Vec<Vec3> = scaled.iter().flatten().copied().collect();
     let built = Polyhedron::hull(&points, SINGLE_PRECISION).map_err(|e| e.to_string())?;
     if !hull {
@@ -147,11 +130,7 @@ fn body(facets: &[[Vec3; 3]], scale: f64, hull: bool) -> Result<(Polyhedron, Pla
 
 /// Each edge must be run through once each way.
 fn check_closed(facets: &[[Vec3; 3]], tolerance: f64) -> Result<(), String> {
-    let mut welded = Welded {
-        spacing: tolerance,
-        cells: BTreeMap::new(),
-        count: 0,
-    };
+    let mut welded = Welded { spacing: tolerance, cells: BTreeMap::new(), count: 0 };
     let mut edges = BTreeMap::new();
     for (n, facet) in facets.iter().enumerate() {
         let corners = facet.map(|corner| welded.number(corner));
@@ -184,11 +163,8 @@ fn check_closed(facets: &[[Vec3; 3]], tolerance: f64) -> Result<(), String> {
 /// The volume the facets enclose must be positive.
 fn check_orientation(facets: &[[Vec3; 3]], hull_volume: f64) -> Result<(), String> {
     let origin = facets[0][0];
-    let volume: f64 = facets
-        .iter()
-        .map(|t| t.map(|c| c - origin))
-        .map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0)
-        .sum();
+    let volume: f64 =
+        facets.iter().map(|t| t.map(|c| c - origin)).map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum();
     if volume.abs() <= SINGLE_PRECISION * hull_volume {
         return Err(format!(
             "the facets enclose no volume ({volume} m^3); export the mesh again, {TAKE_HULL}"
@@ -241,11 +217,10 @@ impl Welded {
         for n in 0..27 {
             let near = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
             let key = [0, 1, 2].map(|i| cell[i].saturating_add(near[i]));
-            let found = self.cells.get(&key).and_then(|points| {
-                points
-                    .iter()
-                    .find(|(other, _)| (other - point).norm() <= self.spacing)
-            });
+            let found = self
+                .cells
+                .get(&key)
+                .and_then(|points| points.iter().find(|(other, _)| (other - point).norm() <= self.spacing));
             if let Some(&(_, number)) = found {
                 return number;
             }

@@ -76,10 +76,7 @@ pub fn pack(
         let (x, y, z) = (random.next(), random.next(), random.next());
         positions.push(domain.wrap(Vec3::new(x, y, z).component_mul(&size)));
     }
-    let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball))
-        .chain(balls)
-        .map(Ball::reach)
-        .collect();
+    let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
     for _ in 0..MAX_ROUNDS {
         let pairs = close_pairs(domain, &positions, &reaches);
         // Fixed ones may be as close to each other as they like.
@@ -92,11 +89,7 @@ pub fn pack(
             if distance >= wanted {
                 continue;
             }
-            let direction = if distance > 1e-9 * wanted {
-                apart / distance
-            } else {
-                Vec3::x()
-            };
+            let direction = if distance > 1e-9 * wanted { apart / distance } else { Vec3::x() };
             let push = (wanted * OVERSHOOT - distance) * direction;
             let share = if a < fixed.len() { 0.0 } else { 0.5 };
             positions[a] = domain.wrap(positions[a] - share * push);
@@ -125,26 +118,16 @@ mod tests {
     use super::*;
 
     fn cube(diameters: usize) -> Domain {
-        Domain {
-            periodic: [true; 3],
-            cells: [diameters * 9; 3],
-            dx: 1.0 / 9.0,
-        }
+        Domain { periodic: [true; 3], cells: [diameters * 9; 3], dx: 1.0 / 9.0 }
     }
 
-    const BALL: Ball = Ball {
-        radius: 0.5,
-        half_gap: 0.5 * DEFAULT_GAP,
-    };
+    const BALL: Ball = Ball { radius: 0.5, half_gap: 0.5 * DEFAULT_GAP };
 
     #[test]
     fn the_number_of_spheres_is_that_of_the_published_study() {
         let volume = std::f64::consts::PI / 6.0;
         for (edge, fraction, count) in [(10, 0.1, 191), (12, 0.1, 331), (12, 0.3, 991), (15, 0.3, 1934)] {
-            assert_eq!(
-                count_for_volume_fraction(cube(edge).volume(), fraction, volume),
-                count
-            );
+            assert_eq!(count_for_volume_fraction(cube(edge).volume(), fraction, volume), count);
         }
         let exact = 191.0 * volume / 1000.0;
         assert_eq!(count_for_volume_fraction(cube(10).volume(), exact, volume), 191);
@@ -181,10 +164,7 @@ mod tests {
     #[test]
     fn fixed_spheres_stay_and_are_kept_clear_of() {
         let domain = cube(4);
-        let fixed = [
-            (Vec3::new(0.05, 2.0, 3.9), BALL),
-            (Vec3::new(2.0, 2.0, 2.0), BALL),
-        ];
+        let fixed = [(Vec3::new(0.05, 2.0, 3.9), BALL), (Vec3::new(2.0, 2.0, 2.0), BALL)];
         let positions = pack(&domain, &[], &fixed, &[BALL; 30], 1).unwrap();
         for (centre, _) in fixed {
             for p in &positions {

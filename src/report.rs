@@ -108,12 +108,7 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
     let path = out.join(FILE);
     write_bytes(&path, page.as_bytes())?;
     let sum = |which: usize| sections.iter().map(|section| section.checks[which]).sum();
-    Ok(Report {
-        page: path,
-        sections: sections.len(),
-        figures,
-        checks: [sum(0), sum(1)],
-    })
+    Ok(Report { page: path, sections: sections.len(), figures, checks: [sum(0), sum(1)] })
 }
 
 fn section(source: &Source, alone: bool) -> Result<Section> {
@@ -148,22 +143,14 @@ fn prepare(out: &Path) -> Result<()> {
 
 /// Name of the file of a figure, without its folder.
 fn figure_file(source: &Source, name: &str, alone: bool, format: Format) -> String {
-    let before = if alone {
-        String::new()
-    } else {
-        format!("{}_", plain(&source.name))
-    };
+    let before = if alone { String::new() } else { format!("{}_", plain(&source.name)) };
     format!("{before}{}.{}", plain(name), format.extension())
 }
 
 /// Of a name what a file may be called.
 fn plain(text: &str) -> String {
     let keep = |c: char| {
-        if c.is_ascii_alphanumeric() || "-_.".contains(c) {
-            c
-        } else {
-            '_'
-        }
+        if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' }
     };
     text.chars().map(keep).collect()
 }

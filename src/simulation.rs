@@ -129,16 +129,8 @@ impl FluidSystem {
             gravity: setup.gravity,
             force_balance: of.force_balance,
         };
-        let reach = templates
-            .iter()
-            .map(|template| template.shape.circumradius())
-            .fold(0.0, f64::max);
-        let each = || {
-            setup
-                .particles
-                .iter()
-                .map(|particle| &templates[particle.template as usize])
-        };
+        let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
+        let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
         let params = FluidParams {
             relaxation_time: of.relaxation_time,
             collision: of.collision,
@@ -146,10 +138,7 @@ impl FluidSystem {
             simd: setup.plan.simd.unwrap_or_else(Simd::best),
         };
         let walls = LatticeWalls::new(&setup.walls, &units);
-        let boundary = Boundary {
-            motions: walls.motions(),
-            wall_of: &|cell| walls.wall_of(cell),
-        };
+        let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
@@ -162,10 +151,7 @@ impl FluidSystem {
                 .sum(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
             balance: of.force_balance,
-            control_rate: of
-                .zero_net_flux
-                .map(|on| if on { of.control_rate } else { 0.0 })
-                .into(),
+            control_rate: of.zero_net_flux.map(|on| if on { of.control_rate } else { 0.0 }).into(),
             body_acceleration: of.body_acceleration,
         };
         Ok(Self {
@@ -249,33 +235,16 @@ impl Simulation {
     /// # Errors
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
     pub fn step(&mut self) -> Result<()> {
-        let Self {
-            comm,
-            units,
-            system,
-            dem,
-            timings: t,
-            failure,
-            external,
-            ..
-        } = self;
+        let Self { comm, units, system, dem, timings: t, failure, external, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
-        let mut loads = if let Some(FluidSystem {
-            fluid,
-            coupling,
-            driving,
-            ..
-        }) = system
-        {
+        let mut loads = if let Some(FluidSystem { fluid, coupling, driving, .. }) = system {
             let acceleration = driving.step();
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
             t.stage("map", || fluid.begin_exchange(coupling));
-            flow = t.stage("fluid", || {
-                fluid.sweep(lattice.into(), coupling, dem.particles(), measure)
-            });
+            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, dem.particles(), measure));
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
@@ -325,15 +294,8 @@ impl Simulation {
 
     /// Takes note of what all ranks have told. Collective.
     fn apply(&mut self, sums: &[i64]) -> Result<()> {
-        self.requests = Requests {
-            stop: sums[1] > 0,
-            checkpoint: sums[2] > 0,
-        };
-        if sums[0] > 0 {
-            Err(self.agree_on_failure())
-        } else {
-            Ok(())
-        }
+        self.requests = Requests { stop: sums[1] > 0, checkpoint: sums[2] > 0 };
+        if sums[0] > 0 { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
     /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
@@ -371,13 +333,10 @@ impl Simulation {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
-        let fault = self
-            .system
-            .as_mut()
-            .and_then(|FluidSystem { fluid, coupling, .. }| {
-                coupling.map(particles);
-                fluid.fault(coupling, particles)
-            });
+        let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
+            coupling.map(particles);
+            fluid.fault(coupling, particles)
+        });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {
             self.failure.get_or_insert(error);
@@ -390,23 +349,15 @@ impl Simulation {
     /// # Errors
     /// As [`check`](Self::check).
     fn share_failure(&mut self) -> Result<()> {
-        if self.comm.any(self.failure.is_some()) {
-            Err(self.agree_on_failure())
-        } else {
-            Ok(())
-        }
+        if self.comm.any(self.failure.is_some()) { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
     /// The failure of the lowest rank that has one; the same on every rank. Collective.
     fn agree_on_failure(&mut self) -> Error {
-        let mine = self
-            .failure
-            .take()
-            .map_or_else(Vec::new, |error| Failure::new(error, self.step).to_bytes());
+        let mine =
+            self.failure.take().map_or_else(Vec::new, |error| Failure::new(error, self.step).to_bytes());
         let all = self.comm.all_gather(mine);
-        Failure::first(&all)
-            .expect("called when a rank has failed")
-            .into_error(self.dem.name(), &self.hint)
+        Failure::first(&all).expect("called when a rank has failed").into_error(self.dem.name(), &self.hint)
     }
 
     /// Steps done.
@@ -431,31 +382,25 @@ impl Simulation {
 
     /// Volume of all cells that are in no wall (m^3); zero without a fluid.
     pub fn fluid_volume(&self) -> f64 {
-        self.system.as_ref().map_or(0.0, |system| {
-            system.cells * (self.units.dx * self.units.dx * self.units.dx)
-        })
+        self.system
+            .as_ref()
+            .map_or(0.0, |system| system.cells * (self.units.dx * self.units.dx * self.units.dx))
     }
 
     /// Mean values over the box at the last measurement of the controller, up to [`CONTROL_INTERVAL`] steps ago; zeros in a dry
     /// run.
     pub fn mean_flow(&self) -> MeanFlow {
-        self.system
-            .as_ref()
-            .map_or_else(MeanFlow::default, |system| *system.driving.mean())
+        self.system.as_ref().map_or_else(MeanFlow::default, |system| *system.driving.mean())
     }
 
     /// The accelerations that the controller of the net flux has added since the start of the run; none without a fluid.
     pub fn control_record(&self) -> ControlRecord {
-        self.system
-            .as_ref()
-            .map_or_else(ControlRecord::default, |system| *system.driving.record())
+        self.system.as_ref().map_or_else(ControlRecord::default, |system| *system.driving.record())
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
-        self.system
-            .as_ref()
-            .map_or_else(Vec3::zeros, |system| system.driving.acceleration())
+        self.system.as_ref().map_or_else(Vec3::zeros, |system| system.driving.acceleration())
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
@@ -469,9 +414,8 @@ impl Simulation {
     /// ```
     pub fn state_hash(&self) -> u64 {
         let particles = self.dem.particles().owned().iter();
-        let particles = particles
-            .map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id))
-            .fold(0, u64::wrapping_add);
+        let particles =
+            particles.map(|p| xxh3_64_with_seed(bytemuck::bytes_of(p), p.id)).fold(0, u64::wrapping_add);
         let fluid = self.system.as_ref().map_or(0, |system| system.fluid.state_hash());
         let mut sum = [fluid.wrapping_add(particles) as i64];
         self.comm.sum(&mut sum);

@@ -57,28 +57,17 @@ pub struct Part {
 impl Part {
     /// A part of the full level on one core.
     const fn full(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
-        Self {
-            level: Level::Full,
-            ..Self::quick(seconds, run)
-        }
+        Self { level: Level::Full, ..Self::quick(seconds, run) }
     }
 
     /// A part of the full level that takes all cores.
     const fn wide(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
-        Self {
-            wide: true,
-            ..Self::full(seconds, run)
-        }
+        Self { wide: true, ..Self::full(seconds, run) }
     }
 
     /// A part of the quick level on one core.
     const fn quick(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
-        Self {
-            level: Level::Quick,
-            seconds,
-            wide: false,
-            run,
-        }
+        Self { level: Level::Quick, seconds, wide: false, run }
     }
 }
 
@@ -135,8 +124,7 @@ pub const CASES: &[Case] = &[
 impl Findings {
     /// Holds a number against its reference; the tolerance is in the unit of both.
     fn absolute(&mut self, quantity: impl Into<String>, measured: f64, reference: f64, tolerance: f64) {
-        self.checks
-            .push(Check::new(quantity, measured, reference, tolerance, ""));
+        self.checks.push(Check::new(quantity, measured, reference, tolerance, ""));
     }
 
     /// Holds a number against its reference; the tolerance is a part of the reference.

@@ -102,10 +102,7 @@ fn main() {
 fn run(nth: usize, out: &Path) -> ! {
     let mut setup = case::from_text(CASE, "case", &[]).unwrap();
     (setup.plan.threads, setup.plan.output.directory) = (2, out.to_path_buf());
-    let options = simulation::RunOptions {
-        quiet: true,
-        ..simulation::RunOptions::default()
-    };
+    let options = simulation::RunOptions { quiet: true, ..simulation::RunOptions::default() };
     FAILS.store(nth, Ordering::Relaxed);
     let result = simulation::run(&setup, &options);
     let tried = COUNT.load(Ordering::Relaxed);
@@ -148,9 +145,6 @@ fn each_fails() {
         "for the messages between neighbouring blocks",
         "for a file of fields",
     ] {
-        assert!(
-            messages.iter().any(|said| said.contains(what)),
-            "{what}: {messages:?}"
-        );
+        assert!(messages.iter().any(|said| said.contains(what)), "{what}: {messages:?}");
     }
 }

@@ -23,10 +23,7 @@ const MAY_USE: &[(&str, &str)] = &[
         "crosscheck checks simulation case output checkpoint coupling fluid dem particle shape domain comm math input error",
     ),
     ("report", "study checks simulation output plot input error"),
-    (
-        "study",
-        "checks simulation case output checkpoint plot comm math input error",
-    ),
+    ("study", "checks simulation case output checkpoint plot comm math input error"),
     (
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
@@ -41,23 +38,14 @@ const MAY_USE: &[(&str, &str)] = &[
         "case",
         "mesh packing coupling fluid dem contact particle shape wall domain units math input memory error",
     ),
-    (
-        "output",
-        "checkpoint plot particle shape wall domain math input error",
-    ),
+    ("output", "checkpoint plot particle shape wall domain math input error"),
     ("plot", ""),
     ("mesh", "shape math input"),
     ("engine", "liggghts dem error"),
-    (
-        "liggghts",
-        "dem contact particle shape wall domain comm math error",
-    ),
+    ("liggghts", "dem contact particle shape wall domain comm math error"),
     ("packing", "contact shape wall domain math input"),
     ("checkpoint", "domain comm input memory error"),
-    (
-        "coupling",
-        "fluid dem particle shape wall lattice domain comm units math error",
-    ),
+    ("coupling", "fluid dem particle shape wall lattice domain comm units math error"),
     ("fluid", "lattice domain comm math memory error"),
     ("dem", "contact particle shape wall domain comm math error"),
     ("contact", "shape wall domain math"),
@@ -106,14 +94,8 @@ fn modules_use_what_the_table_allows_and_all_of_it() {
         }
     }
     for (module, allowed) in MAY_USE {
-        for other in allowed
-            .split_whitespace()
-            .filter(|other| !arrows[*module].contains(*other))
-        {
-            let _ = writeln!(
-                wrong,
-                "no file of `{module}` uses `{other}`: take it off the table"
-            );
+        for other in allowed.split_whitespace().filter(|other| !arrows[*module].contains(*other)) {
+            let _ = writeln!(wrong, "no file of `{module}` uses `{other}`: take it off the table");
         }
     }
     assert!(wrong.is_empty(), "\n{wrong}");
@@ -123,10 +105,7 @@ fn modules_use_what_the_table_allows_and_all_of_it() {
 fn every_module_stands_in_the_table_and_the_table_names_no_other() {
     let there: BTreeSet<String> = sources().into_iter().map(|file| file.module).collect();
     let known: BTreeSet<String> = MAY_USE.iter().map(|(module, _)| (*module).to_owned()).collect();
-    let missing: Vec<_> = there
-        .difference(&known)
-        .filter(|module| *module != "lib")
-        .collect();
+    let missing: Vec<_> = there.difference(&known).filter(|module| *module != "lib").collect();
     assert!(missing.is_empty(), "where do {missing:?} belong?");
     let gone: Vec<_> = known.difference(&there).collect();
     assert!(gone.is_empty(), "the table names {gone:?}, which are not there");
@@ -163,10 +142,8 @@ fn the_table_of_architecture_md_is_this_one() {
             (cells.next().unwrap_or_default(), cells.next().unwrap_or_default())
         })
         .collect();
-    let here: Vec<(String, String)> = MAY_USE
-        .iter()
-        .map(|(module, allowed)| ((*module).to_owned(), (*allowed).to_owned()))
-        .collect();
+    let here: Vec<(String, String)> =
+        MAY_USE.iter().map(|(module, allowed)| ((*module).to_owned(), (*allowed).to_owned())).collect();
     assert_eq!(stated, here);
 }
 
@@ -174,16 +151,10 @@ fn the_table_of_architecture_md_is_this_one() {
 fn the_step_in_architecture_md_is_the_one_of_the_code() {
     let squeezed = |text: &str| text.split_whitespace().collect::<String>();
     let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
-    let quoted = text
-        .split("```rust\n")
-        .nth(1)
-        .and_then(|rest| rest.split("```").next());
+    let quoted = text.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next());
     let code = fs::read_to_string(root().join("src/simulation.rs")).unwrap();
     let step = squeezed(quoted.expect("a quotation"));
-    assert!(
-        squeezed(&code).contains(&step),
-        "out of date: src/simulation.rs has another step"
-    );
+    assert!(squeezed(&code).contains(&step), "out of date: src/simulation.rs has another step");
 }
 
 #[test]
@@ -217,11 +188,7 @@ fn is_inexact(tokens: &[TokenTree], at: usize) -> bool {
     let called = matches!(tokens.get(at + 1), Some(TokenTree::Group(_)));
     let method = called && at > 0 && is_mark(tokens, at - 1, '.');
     // After another name than this it is somebody else's function.
-    let of_numbers = |at: usize| {
-        ["f32", "f64", "T", "Self", "Real"]
-            .iter()
-            .any(|kind| is(tokens, at, kind))
-    };
+    let of_numbers = |at: usize| ["f32", "f64", "T", "Self", "Real"].iter().any(|kind| is(tokens, at, kind));
     let path =
         at >= 3 && is_mark(tokens, at - 1, ':') && (of_numbers(at - 3) || is_mark(tokens, at - 3, '>'));
     (method || path) && INEXACT.split_whitespace().any(|inexact| name == inexact)
@@ -259,10 +226,7 @@ fn inexact_functions_are_found_however_they_are_called() {
     };
     assert_eq!(found("x.sin() + x . powi (2)"), 2);
     assert_eq!(found("f64::sin(x) + <f32>::exp(x) + list.map(f64::cos)"), 3);
-    assert_eq!(
-        found("libm::sin(x) + Quat::exp(x) + x.sqrt() + f64::sqrt(x); fn sin() {}"),
-        0
-    );
+    assert_eq!(found("libm::sin(x) + Quat::exp(x) + x.sqrt() + f64::sqrt(x); fn sin() {}"), 0);
 }
 
 #[test]

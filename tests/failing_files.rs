@@ -65,10 +65,7 @@ impl Run {
     fn run(&self, threads: usize, end: u64) -> Result<()> {
         let out = self.out();
         let out = out.to_str().unwrap();
-        let changes = [
-            format!("run.end.steps={end}"),
-            format!("output.directory={out:?}"),
-        ];
+        let changes = [format!("run.end.steps={end}"), format!("output.directory={out:?}")];
         let mut setup = case::load(&self.0.path("case.toml"), &changes)?;
         setup.plan.threads = threads;
         simulation::run(&setup, &quiet()).map(|_| ())
@@ -101,10 +98,7 @@ impl Run {
 }
 
 fn quiet() -> RunOptions {
-    RunOptions {
-        quiet: true,
-        ..RunOptions::default()
-    }
+    RunOptions { quiet: true, ..RunOptions::default() }
 }
 
 /// Files of which each run has other bytes (times, ranks) though they are whole.
@@ -129,9 +123,7 @@ fn nothing_is_half_written(place: &Run, before: &Files, whole: &Files, when: &st
         if varies(&name) {
             continue;
         }
-        let wanted = whole
-            .get(&name)
-            .unwrap_or_else(|| panic!("{when}: {shown} is new"));
+        let wanted = whole.get(&name).unwrap_or_else(|| panic!("{when}: {shown} is new"));
         let sound = match name.extension().and_then(|e| e.to_str()) {
             // Rows are added to it, and readers leave out a torn last one.
             Some("csv") => wanted.starts_with(&bytes),
@@ -166,18 +158,12 @@ fn sweep(prepare: impl Fn() -> Run, disturbed: impl Fn(&Run) -> Result<()>, thre
                 assert_eq!(error.exit_code(), 2, "{when}: {error}");
                 continue;
             }
-            place
-                .resume(threads)
-                .unwrap_or_else(|error| panic!("{when}: {error}"));
+            place.resume(threads).unwrap_or_else(|error| panic!("{when}: {error}"));
         }
         assert_eq!(place.state(), state, "{when}");
         let left = place.files();
         for (name, bytes) in whole.iter().filter(|(name, _)| !varies(name)) {
-            assert!(
-                left.get(name) == Some(bytes),
-                "{when}: {} differs",
-                name.display()
-            );
+            assert!(left.get(name) == Some(bytes), "{when}: {} differs", name.display());
         }
     }
     println!("{failures} of {} operations matter", operations.len());

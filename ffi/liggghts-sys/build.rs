@@ -37,16 +37,8 @@ fn main() -> ExitCode {
 fn build() -> Result<(), Vec<String>> {
     let mut missing = Vec::new();
     let headers = PathBuf::from(env::var("LIGGGHTS_INCLUDE").unwrap_or("/usr/include/liggghts".to_owned()));
-    for header in [
-        "library.h",
-        "lammps.h",
-        "modify.h",
-        "fix.h",
-        "compute.h",
-        "atom.h",
-        "error.h",
-        "update.h",
-    ] {
+    for header in ["library.h", "lammps.h", "modify.h", "fix.h", "compute.h", "atom.h", "error.h", "update.h"]
+    {
         if !headers.join(header).exists() {
             missing.push(format!(
                 "{} is not there (package libliggghts-dev, or set LIGGGHTS_INCLUDE)",
@@ -100,11 +92,7 @@ fn mpi_directories() -> Result<Vec<PathBuf>, String> {
         ));
     };
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    Ok(text
-        .split_whitespace()
-        .filter_map(|word| word.strip_prefix("-I"))
-        .map(PathBuf::from)
-        .collect())
+    Ok(text.split_whitespace().filter_map(|word| word.strip_prefix("-I")).map(PathBuf::from).collect())
 }
 
 /// Rust declarations of the shim's C header.

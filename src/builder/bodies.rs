@@ -33,11 +33,7 @@ impl Particles {
             keys.put(&format!("shape.{shape}.{name}"), value);
         }
         keys.put("density", density);
-        Self {
-            keys,
-            list: Vec::new(),
-            own: None,
-        }
+        Self { keys, list: Vec::new(), own: None }
     }
 
     /// Spheres of this diameter.
@@ -77,10 +73,7 @@ impl Particles {
 
     /// Superellipsoids with axes along x, y and z, from end to end, and [exponents](crate::case::file::SuperellipsoidSection).
     pub fn superellipsoids(axes: impl Into<[f64; 3]>, exponents: [f64; 2], density: f64) -> Self {
-        let lengths = [
-            ("axes", numbers(axes.into())),
-            ("exponents", exponents.to_vec().into()),
-        ];
+        let lengths = [("axes", numbers(axes.into())), ("exponents", exponents.to_vec().into())];
         Self::shaped("superellipsoid", &lengths, density)
     }
 
@@ -154,9 +147,8 @@ impl Particles {
         let mut entry = Table::new();
         let quaternion: [f64; 4] = orientation.coords.into();
         if *orientation != Quat::identity() {
-            let turned: Table = [("quaternion".to_string(), quaternion.to_vec().into())]
-                .into_iter()
-                .collect();
+            let turned: Table =
+                [("quaternion".to_string(), quaternion.to_vec().into())].into_iter().collect();
             entry.insert("orientation".to_string(), turned.into());
         }
         for (name, vector) in [

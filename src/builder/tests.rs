@@ -41,10 +41,7 @@ fn an_error_names_the_innermost_key_with_its_value_and_a_remedy() {
     let without_lattice = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5);
     let sphere = Particles::spheres(1e-3, 2500.0).at([1e-3; 3]);
     assert_eq!(key(&without_lattice.particles(sphere)), "lattice");
-    assert_eq!(
-        key(&Builder::new([1e-3; 3]).fluid(1.0, 1.0).lattice(4.0, 0.6)),
-        "particles"
-    );
+    assert_eq!(key(&Builder::new([1e-3; 3]).fluid(1.0, 1.0).lattice(4.0, 0.6)), "particles");
 }
 
 #[test]
@@ -68,8 +65,5 @@ fn a_shape_of_its_own_has_one_size() {
     let text = example().particles(
         Particles::of_shape(Arc::new(crate::shape::Sphere { radius: 5e-4 }), 2500.0).at([1e-3; 3]),
     );
-    assert!(
-        case::from_text(&text.to_toml(), "again", &[]).is_err(),
-        "its name alone is no body"
-    );
+    assert!(case::from_text(&text.to_toml(), "again", &[]).is_err(), "its name alone is no body");
 }

@@ -20,12 +20,10 @@ pub struct Wall {
 
 impl Wall {
     fn new(name: &str, kind: &str, point: [f64; 3], direction: (&str, [f64; 3])) -> Self {
-        Self {
-            keys: Keys::default(),
-        }
-        .set("name", name)
-        .set(&format!("{kind}.point"), point)
-        .set(&format!("{kind}.{}", direction.0), direction.1)
+        Self { keys: Keys::default() }
+            .set("name", name)
+            .set(&format!("{kind}.point"), point)
+            .set(&format!("{kind}.{}", direction.0), direction.1)
     }
 
     /// A plane through a point, with a normal from the wall into the free space.

@@ -19,10 +19,7 @@ pub(super) struct Clock {
 impl Clock {
     /// Nothing settles without a fluid.
     pub(super) fn of(time_step: f64, fluid: Option<&FluidSetup>) -> Self {
-        Self {
-            time_step,
-            stokes_time: fluid.map_or(f64::INFINITY, |fluid| fluid.scales.stokes_time),
-        }
+        Self { time_step, stokes_time: fluid.map_or(f64::INFINITY, |fluid| fluid.scales.stokes_time) }
     }
 }
 
@@ -131,9 +128,8 @@ impl Source {
         place: &Range<usize>,
         alternatives: &[(&'a str, &dyn Alternative)],
     ) -> Result<&'a str> {
-        let given: Vec<_> = (alternatives.iter())
-            .filter_map(|(name, value)| Some((*name, value.place(place)?)))
-            .collect();
+        let given: Vec<_> =
+            (alternatives.iter()).filter_map(|(name, value)| Some((*name, value.place(place)?))).collect();
         let names: Vec<String> = alternatives.iter().map(|(name, _)| format!("`{name}`")).collect();
         let title = |has: &str| {
             let names = names.join(", ");
@@ -204,24 +200,16 @@ impl Source {
             Every::Steps(n) => Duration::Steps(n),
             Every::StokesTimes(x) => Duration::StokesTimes(x),
         };
-        self.steps(key, &at(&every.span, duration), clock)
-            .map_err(|e| match every.value {
-                Every::Steps(0) => self.out_of_range(
-                    key,
-                    &every.span,
-                    "0 steps",
-                    "at least 1 step",
-                    "\"never\" switches it off",
-                ),
-                _ => e,
-            })
+        self.steps(key, &at(&every.span, duration), clock).map_err(|e| match every.value {
+            Every::Steps(0) => {
+                self.out_of_range(key, &every.span, "0 steps", "at least 1 step", "\"never\" switches it off")
+            }
+            _ => e,
+        })
     }
 }
 
 /// A value at a known place.
 pub(super) fn at<T>(span: &Range<usize>, value: T) -> Located<T> {
-    Located {
-        value,
-        span: span.clone(),
-    }
+    Located { value, span: span.clone() }
 }

@@ -12,17 +12,9 @@ use toml::de::{DeTable, DeValue};
 /// Names that other programs and papers use, the key that is meant, and how to write it.
 const OTHER_NAMES: [(&str, &str, &str); 6] = [
     ("radius", "diameter", "write diameter = 2 radius"),
-    (
-        "radius",
-        "axes",
-        "write axes = [x, y, z], whole lengths from end to end",
-    ),
+    ("radius", "axes", "write axes = [x, y, z], whole lengths from end to end"),
     ("dt", "time_step", "write time_step = ... in seconds"),
-    (
-        "tau",
-        "relaxation_time",
-        "write relaxation_time = ... in time steps",
-    ),
+    ("tau", "relaxation_time", "write relaxation_time = ... in time steps"),
     ("phi", "volume_fraction", "write volume_fraction = ..."),
     ("nu", "viscosity", "write viscosity = ... in m^2/s"),
 ];
@@ -49,8 +41,7 @@ impl<'a> Check<'a> {
     /// A schema, or the definition that it refers to.
     fn defined(&self, schema: &'a Json) -> &'a Json {
         let name = schema.get("$ref").and_then(Json::as_str);
-        name.and_then(|name| self.schema.pointer(name.trim_start_matches('#')))
-            .unwrap_or(schema)
+        name.and_then(|name| self.schema.pointer(name.trim_start_matches('#'))).unwrap_or(schema)
     }
 
     /// The forms that a value may have; none if it may have any.
@@ -62,11 +53,7 @@ impl<'a> Check<'a> {
             return vec![form];
         }
         let forms = form.get("anyOf").or(form.get("oneOf")).and_then(Json::as_array);
-        forms
-            .into_iter()
-            .flatten()
-            .flat_map(|schema| self.forms(schema))
-            .collect()
+        forms.into_iter().flatten().flat_map(|schema| self.forms(schema)).collect()
     }
 
     /// A value, and the numbers in it if they have `ranges` to keep.
@@ -88,11 +75,7 @@ impl<'a> Check<'a> {
             return Ok(());
         }
         let ranges = ranges && all.len() == 1;
-        let forms: Vec<&Form> = all
-            .iter()
-            .copied()
-            .filter(|form| takes(form, value.get_ref()))
-            .collect();
+        let forms: Vec<&Form> = all.iter().copied().filter(|form| takes(form, value.get_ref())).collect();
         let Some(first) = forms.first() else {
             return Err(self.other_type(value, schema, &all, key));
         };
@@ -150,9 +133,7 @@ impl<'a> Check<'a> {
             return Ok(());
         }
         let remedy = remedy.unwrap_or_default();
-        Err(self
-            .source
-            .out_of_range(key, &value.span(), &number.to_string(), &wanted, remedy))
+        Err(self.source.out_of_range(key, &value.span(), &number.to_string(), &wanted, remedy))
     }
 
     /// A text must be one of the words that are known, if all of them are.
@@ -172,10 +153,7 @@ impl<'a> Check<'a> {
         if (least..=most).contains(&has) {
             return Ok(());
         }
-        let title = format!(
-            "`{key}` has {has} {}, but must have {least}",
-            plural(has, "value")
-        );
+        let title = format!("`{key}` has {has} {}, but must have {least}", plural(has, "value"));
         let mut remedy = match least {
             3 => "one for each of x, y, z".to_string(),
             _ => format!("give {least} values"),
@@ -194,14 +172,8 @@ impl<'a> Check<'a> {
         key: &str,
         ranges: bool,
     ) -> Result<()> {
-        let properties = || {
-            forms
-                .iter()
-                .filter_map(|form| form.get("properties")?.as_object())
-        };
-        let closed = forms
-            .iter()
-            .all(|form| form.get("additionalProperties") == Some(&Json::Bool(false)));
+        let properties = || forms.iter().filter_map(|form| form.get("properties")?.as_object());
+        let closed = forms.iter().all(|form| form.get("additionalProperties") == Some(&Json::Bool(false)));
         for (name, value) in table {
             let inner = match key {
                 "" => name.get_ref().to_string(),
@@ -221,27 +193,16 @@ impl<'a> Check<'a> {
             }
         }
         if let [form] = forms {
-            let required = form
-                .get("required")
-                .and_then(Json::as_array)
-                .into_iter()
-                .flatten();
-            if let Some(missing) = required
-                .filter_map(Json::as_str)
-                .find(|name| !table.contains_key(*name))
-            {
+            let required = form.get("required").and_then(Json::as_array).into_iter().flatten();
+            if let Some(missing) = required.filter_map(Json::as_str).find(|name| !table.contains_key(*name)) {
                 let title = format!("the key `{missing}` is missing");
                 let remedy = properties().find_map(|known| description(known.get(missing)?));
-                let remedy = remedy
-                    .map(|text| format!("{missing}: {text}"))
-                    .unwrap_or_default();
+                let remedy = remedy.map(|text| format!("{missing}: {text}")).unwrap_or_default();
                 return Err(self.source.error(span, &title, "must be given here", &remedy));
             }
         } else if table.len() != 1 {
-            let title = format!(
-                "`{key}` must have exactly one of several alternatives, but has {}",
-                table.len()
-            );
+            let title =
+                format!("`{key}` must have exactly one of several alternatives, but has {}", table.len());
             let remedy = format!("write {}", alternatives(forms));
             return Err(self.source.error(span, &title, "exactly one", &remedy));
         }
@@ -249,23 +210,16 @@ impl<'a> Check<'a> {
     }
 
     fn unknown(&self, kind: &str, name: &str, span: &Range<usize>, known: &[&str], key: &str) -> Error {
-        let other = OTHER_NAMES
-            .iter()
-            .find(|(other, meant, _)| *other == name && known.contains(meant));
+        let other = OTHER_NAMES.iter().find(|(other, meant, _)| *other == name && known.contains(meant));
         let all = known.join(", ");
         let remedy = match (other, nearest(name, known)) {
             (Some((_, _, how)), _) => format!("{how}; known here: {all}"),
             (None, Some(near)) => format!("did you mean `{near}`? known here: {all}"),
             (None, None) => format!("known here: {all}"),
         };
-        let of = if key.is_empty() {
-            String::new()
-        } else {
-            format!(" in `{key}`")
-        };
+        let of = if key.is_empty() { String::new() } else { format!(" in `{key}`") };
         let title = format!("unknown {kind} `{}`{of}", short(name));
-        self.source
-            .error(span, &title, &format!("unknown {kind}"), &remedy)
+        self.source.error(span, &title, &format!("unknown {kind}"), &remedy)
     }
 
     fn other_type(&self, value: &Spanned<DeValue<'_>>, schema: &Json, forms: &[&Form], key: &str) -> Error {
@@ -286,10 +240,7 @@ impl<'a> Check<'a> {
                 format!("write {text} without quotes")
             }
             DeValue::String(text) if number && text.replacen(',', ".", 1).parse::<f64>().is_ok() => {
-                format!(
-                    "write {} with a point and without quotes",
-                    text.replacen(',', ".", 1)
-                )
+                format!("write {} with a point and without quotes", text.replacen(',', ".", 1))
             }
             DeValue::String(text) if of_type("boolean") && ["true", "false"].contains(&text.as_ref()) => {
                 format!("write {text} without quotes")
@@ -301,8 +252,7 @@ impl<'a> Check<'a> {
             _ => description(schema).map(str::to_string).unwrap_or_default(),
         };
         let title = format!("`{key}` is {has}, but must be {wanted}");
-        self.source
-            .error(&value.span(), &title, "of another type", &remedy)
+        self.source.error(&value.span(), &title, "of another type", &remedy)
     }
 }
 
@@ -345,10 +295,8 @@ fn alternatives(forms: &[&Form]) -> String {
 }
 
 fn in_words(form: &Form) -> String {
-    let list = |form: &Form| {
-        form.get("minItems")
-            .map_or("a list".to_string(), |n| format!("a list of {n} values"))
-    };
+    let list =
+        |form: &Form| form.get("minItems").map_or("a list".to_string(), |n| format!("a list of {n} values"));
     match (form["type"].as_str().unwrap_or_default(), form.get("const")) {
         (_, Some(word)) => word.to_string(),
         ("number", _) => "a number".to_string(),
@@ -360,10 +308,7 @@ fn in_words(form: &Form) -> String {
         ("string", _) => "a text in quotes".to_string(),
         ("array", _) => list(form),
         _ => {
-            let only = form
-                .get("properties")
-                .and_then(Json::as_object)
-                .filter(|keys| keys.len() == 1);
+            let only = form.get("properties").and_then(Json::as_object).filter(|keys| keys.len() == 1);
             let only = only.and_then(|keys| keys.iter().next());
             let example = |schema: &Json| match schema["type"].as_str() {
                 Some("integer") => "100",
@@ -371,9 +316,7 @@ fn in_words(form: &Form) -> String {
                 Some("array") => "[x, y, z]",
                 _ => "{ ... }",
             };
-            only.map_or("a table".to_string(), |(key, schema)| {
-                format!("{{ {key} = {} }}", example(schema))
-            })
+            only.map_or("a table".to_string(), |(key, schema)| format!("{{ {key} = {} }}", example(schema)))
         }
     }
 }

@@ -19,10 +19,7 @@ const FINER: usize = 4;
 /// Whether a case has a fluid or is dry, and that it is not both.
 pub(super) enum Medium<'a> {
     /// Fluid and lattice.
-    Wet(
-        &'a Located<super::file::FluidSection>,
-        &'a Located<LatticeSection>,
-    ),
+    Wet(&'a Located<super::file::FluidSection>, &'a Located<LatticeSection>),
     /// Particles alone.
     Dry(&'a Located<DrySection>),
 }
@@ -47,18 +44,9 @@ impl<'a> Medium<'a> {
         for (name, span) in [
             ("[fluid]", case.fluid.as_ref().map(|s| &s.span)),
             ("[lattice]", case.lattice.as_ref().map(|s| &s.span)),
-            (
-                "`driving.force_balance`",
-                driving.force_balance.as_ref().map(|s| &s.span),
-            ),
-            (
-                "`driving.zero_net_flux`",
-                driving.zero_net_flux.as_ref().map(|s| &s.span),
-            ),
-            (
-                "`driving.body_acceleration`",
-                Some(acceleration).filter(|s| !s.is_empty()),
-            ),
+            ("`driving.force_balance`", driving.force_balance.as_ref().map(|s| &s.span)),
+            ("`driving.zero_net_flux`", driving.zero_net_flux.as_ref().map(|s| &s.span)),
+            ("`driving.body_acceleration`", Some(acceleration).filter(|s| !s.is_empty())),
         ] {
             if let Some(span) = span {
                 let places = [(span, "belongs to a fluid"), (&dry.span, "no fluid here")];
@@ -102,10 +90,8 @@ pub(super) fn time_step(
 /// Edge of the cells (m): at most a quarter of the smallest particle, and a whole part of every edge of the box if one
 /// is found.
 pub(super) fn cell(edges: [f64; 3], templates: &[Template]) -> f64 {
-    let smallest = templates
-        .iter()
-        .map(|template| template.shape.equivalent_diameter())
-        .fold(f64::INFINITY, f64::min);
+    let smallest =
+        templates.iter().map(|template| template.shape.equivalent_diameter()).fold(f64::INFINITY, f64::min);
     let widest = WIDEST_CELL * smallest;
     let shortest = edges.iter().copied().fold(f64::INFINITY, f64::min);
     let least = (shortest / widest).ceil().clamp(1.0, 1e9) as usize;
@@ -117,8 +103,6 @@ pub(super) fn cell(edges: [f64; 3], templates: &[Template]) -> f64 {
         })
     };
     // A search that takes no time even for a huge box.
-    let count = (least..=(FINER * least).min(least + 100_000))
-        .find(fits)
-        .unwrap_or(least);
+    let count = (least..=(FINER * least).min(least + 100_000)).find(fits).unwrap_or(least);
     shortest / count as f64
 }

@@ -89,11 +89,7 @@ pub(super) fn refuse_walls(
 
 /// Whether a vector lies along none of the axes.
 fn lies_askew(vector: &Vec3) -> bool {
-    vector
-        .iter()
-        .filter(|x| x.abs() > ALIGNED * vector.norm())
-        .count()
-        > 1
+    vector.iter().filter(|x| x.abs() > ALIGNED * vector.norm()).count() > 1
 }
 
 /// What LIGGGHTS has no place for, section by section.
@@ -113,10 +109,7 @@ impl Check<'_> {
             let title = format!(
                 "`particles.{index}.shape` is \"{name}\", but LIGGGHTS, `dem.engine`, knows spheres only"
             );
-            let places = [
-                (&shape.span, "not a sphere"),
-                (&self.case.dem.engine.span, "the engine"),
-            ];
+            let places = [(&shape.span, "not a sphere"), (&self.case.dem.engine.span, "the engine")];
             let remedy =
                 "take dem.engine = \"native\" for other shapes; Debian's LIGGGHTS is built without them";
             return Err(self.source.error_at(&places, &title, remedy));
@@ -136,10 +129,7 @@ impl Check<'_> {
         let title = format!("`contact.{key}` is \"{value}\", which LIGGGHTS, `dem.engine`, does not have");
         let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
                       elastic force, \"paper\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
-        let places = [
-            (given, "not in LIGGGHTS"),
-            (&self.case.dem.engine.span, "the engine"),
-        ];
+        let places = [(given, "not in LIGGGHTS"), (&self.case.dem.engine.span, "the engine")];
         Err(self.source.error_at(&places, &title, remedy))
     }
 
@@ -175,7 +165,6 @@ impl Check<'_> {
     fn beyond(&self, key: &str, number: &Located<f64>, wanted: &str) -> Error {
         let remedy = "LIGGGHTS is told all materials and pairs, also those that touch nothing; dem.engine = \"native\" takes \
                       this value";
-        self.source
-            .out_of_range(key, &number.span, &number.value.to_string(), wanted, remedy)
+        self.source.out_of_range(key, &number.span, &number.value.to_string(), wanted, remedy)
     }
 }

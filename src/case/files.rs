@@ -38,11 +38,7 @@ impl<'a> Files<'a> {
     }
 
     fn new(place: Place<'a>) -> Self {
-        Self {
-            place,
-            shapes: &[],
-            read: RefCell::default(),
-        }
+        Self { place, shapes: &[], read: RefCell::default() }
     }
 
     /// These shapes besides.

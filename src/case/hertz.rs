@@ -58,11 +58,7 @@ mod tests {
     use super::*;
 
     /// The driver of Marquardt et al. (2024): D = 3 mm, E = 5 kPa, N = 9.
-    const PAPER: Hertz = Hertz {
-        modulus: 2660.0,
-        radius: 0.75e-3,
-        mass: 0.5 * 3300.0 * 1.413_716_7e-8,
-    };
+    const PAPER: Hertz = Hertz { modulus: 2660.0, radius: 0.75e-3, mass: 0.5 * 3300.0 * 1.413_716_7e-8 };
 
     #[test]
     fn one_submerged_weight_indents_as_the_paper_has_it() {

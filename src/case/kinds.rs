@@ -19,13 +19,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Units of length, and how many metres they are.
-const UNITS: [(&str, f64); 5] = [
-    ("m", 1.0),
-    ("cm", 1e-2),
-    ("mm", 1e-3),
-    ("um", 1e-6),
-    ("in", 0.0254),
-];
+const UNITS: [(&str, f64); 5] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("in", 0.0254)];
 
 /// Most sizes of one kind.
 const MAX_SIZES: u32 = 1000;
@@ -50,11 +44,7 @@ impl Kind {
     /// Orientation of the body, from that of the shape as the case gives it.
     pub(super) fn turned(&self, given: &Quat) -> Quat {
         // Without the product a shape that is given along its own axes keeps every bit.
-        if self.rotation == Quat::identity() {
-            *given
-        } else {
-            given * self.rotation
-        }
+        if self.rotation == Quat::identity() { *given } else { given * self.rotation }
     }
 }
 
@@ -95,10 +85,7 @@ impl Written {
     }
 
     fn shared(shape: Arc<dyn Shape>) -> Self {
-        Self {
-            shape,
-            rotation: Quat::identity(),
-        }
+        Self { shape, rotation: Quat::identity() }
     }
 }
 
@@ -115,20 +102,11 @@ pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: 
             remedy: remedy.to_string(),
         });
     }
-    let mut all = Kinds {
-        sections: Vec::new(),
-        templates: Vec::new(),
-        diameter: 0.0,
-    };
+    let mut all = Kinds { sections: Vec::new(), templates: Vec::new(), diameter: 0.0 };
     for (index, section) in case.particles.iter().enumerate() {
         let kind = &section.value;
         let key = format!("particles.{index}");
-        let builder = Builder {
-            source,
-            key: &key,
-            section: kind,
-            files,
-        };
+        let builder = Builder { source, key: &key, section: kind, files };
         let scale = builder.scale()?;
         let written = builder.build(scale)?;
         if index == 0 {
@@ -190,12 +168,9 @@ impl Builder<'_> {
     /// Factor on all lengths that gives the shape the volume asked for (-).
     fn scale(&self) -> Result<f64> {
         if let ShapeSection::Cube(cube) = &self.section.shape.value {
-            let choices: [(_, &dyn Alternative); 2] = [
-                ("edge", &cube.edge),
-                ("equivalent_diameter", &cube.equivalent_diameter),
-            ];
-            self.source
-                .exactly_one(&self.shape_key(), &self.section.shape.span, &choices)?;
+            let choices: [(_, &dyn Alternative); 2] =
+                [("edge", &cube.edge), ("equivalent_diameter", &cube.equivalent_diameter)];
+            self.source.exactly_one(&self.shape_key(), &self.section.shape.span, &choices)?;
         }
         let Some(wanted) = self.equivalent_diameter() else {
             return Ok(1.0);
@@ -206,9 +181,9 @@ impl Builder<'_> {
     /// The shape with all lengths multiplied by `scale`.
     fn build(&self, scale: f64) -> Result<Written> {
         match &self.section.shape.value {
-            ShapeSection::Sphere(sphere) => Ok(Written::upright(Sphere {
-                radius: 0.5 * scale * sphere.diameter.value,
-            })),
+            ShapeSection::Sphere(sphere) => {
+                Ok(Written::upright(Sphere { radius: 0.5 * scale * sphere.diameter.value }))
+            }
             ShapeSection::Cuboid(cuboid) => self.made(Cuboid::new(scale * vector(&cuboid.edges))),
             ShapeSection::Cube(cube) => {
                 let edge = cube.edge.as_ref().map_or(1.0, |edge| edge.value);
@@ -239,19 +214,15 @@ impl Builder<'_> {
                 self.made(Superellipsoid::new(0.5 * scale * axes, exponents))
             }
             ShapeSection::Polyhedron(given) => {
-                let points: Vec<Vec3> = (given.vertices.value.iter())
-                    .map(|&vertex| scale * Vec3::from(vertex))
-                    .collect();
+                let points: Vec<Vec3> =
+                    (given.vertices.value.iter()).map(|&vertex| scale * Vec3::from(vertex)).collect();
                 let built = if given.hull {
                     Polyhedron::hull(&points, polyhedron::COMPUTED)
                 } else {
                     Polyhedron::from_corners(&points, polyhedron::COMPUTED)
                 };
                 let (shape, placement) = built.map_err(|e| self.bad(&given.vertices.span, &e))?;
-                Ok(Written {
-                    shape: Arc::new(shape),
-                    rotation: placement.rotation,
-                })
+                Ok(Written { shape: Arc::new(shape), rotation: placement.rotation })
             }
             ShapeSection::Mesh(mesh) => {
                 let name = &mesh.file.value;
@@ -267,16 +238,10 @@ impl Builder<'_> {
                 }
                 let (shape, placement) = (self.files.contents(name, input::MESH))
                     .map_err(|e| format!("cannot be read: {e}"))
-                    .map_err(|problem| ShapeError::Mesh {
-                        path: path.clone(),
-                        problem,
-                    })
+                    .map_err(|problem| ShapeError::Mesh { path: path.clone(), problem })
                     .and_then(|bytes| mesh::parse(&path, &bytes, scale * unit * mesh.scale.value, mesh.hull))
                     .map_err(|e| self.bad(&mesh.file.span, &e))?;
-                Ok(Written {
-                    shape: Arc::new(shape),
-                    rotation: placement.rotation,
-                })
+                Ok(Written { shape: Arc::new(shape), rotation: placement.rotation })
             }
         }
     }
@@ -295,17 +260,14 @@ impl Builder<'_> {
                 let metres = UNITS.iter().find(|(known, _)| known == name);
                 metres.map(|(_, metres)| *metres).ok_or_else(|| {
                     let value = format!("\"{name}\"");
-                    self.source
-                        .out_of_range(&key, &unit.span, &value, "a unit of length", &remedy)
+                    self.source.out_of_range(&key, &unit.span, &value, "a unit of length", &remedy)
                 })
             }
         }
     }
 
     fn made(&self, shape: std::result::Result<impl Shape + 'static, ShapeError>) -> Result<Written> {
-        shape
-            .map(Written::upright)
-            .map_err(|e| self.bad(&self.section.shape.span, &e))
+        shape.map(Written::upright).map_err(|e| self.bad(&self.section.shape.span, &e))
     }
 
     /// What the shape says is wrong with it, at its place in the case.

@@ -40,10 +40,7 @@ impl Materials {
             youngs_modulus: case.contact.youngs_modulus.value,
             poisson_ratio: case.contact.poisson_ratio.value,
         };
-        let mut all = Self {
-            names: vec![DEFAULT.to_string()],
-            elasticity: vec![usual],
-        };
+        let mut all = Self { names: vec![DEFAULT.to_string()], elasticity: vec![usual] };
         for (index, section) in case.materials.iter().enumerate() {
             let (key, section) = (format!("materials.{index}"), &section.value);
             let name = section.name.value.trim();
@@ -112,14 +109,9 @@ impl Materials {
             let b = self.index(source, &name, Some(second))?;
             let both = (a.min(b), a.max(b));
             if let Some(earlier) = given.iter().position(|pair| *pair == both) {
-                let places = [
-                    (&contact.pairs[earlier].span, "given here"),
-                    (&section.span, "and here"),
-                ];
-                let title = format!(
-                    "the pair of \"{}\" and \"{}\" is given twice",
-                    first.value, second.value
-                );
+                let places = [(&contact.pairs[earlier].span, "given here"), (&section.span, "and here")];
+                let title =
+                    format!("the pair of \"{}\" and \"{}\" is given twice", first.value, second.value);
                 return Err(source.error_at(&places, &title, "remove one of them"));
             }
             given.push(both);
@@ -142,9 +134,7 @@ impl Materials {
             enlargement,
             geometry: match contact.geometry.value {
                 GeometryKind::Exact => Geometry::Exact,
-                GeometryKind::Sampled => Geometry::Sampled {
-                    samples: samples.value,
-                },
+                GeometryKind::Sampled => Geometry::Sampled { samples: samples.value },
             },
             law: contact.law.value,
             damping: contact.damping,

@@ -13,17 +13,7 @@ const ALTERNATIVES: [&[&str]; 8] = [
     &["relaxation_time", "time_step", "impact_speed"],
     &["volume_fraction", "count", "file", "list"],
     &["time", "steps", "stokes_times"],
-    &[
-        "sphere",
-        "cuboid",
-        "cube",
-        "ellipsoid",
-        "cylinder",
-        "capsule",
-        "superellipsoid",
-        "polyhedron",
-        "mesh",
-    ],
+    &["sphere", "cuboid", "cube", "ellipsoid", "cylinder", "capsule", "superellipsoid", "polyhedron", "mesh"],
     &["diameters"],
     &["edge", "equivalent_diameter"],
     &["plane", "pipe", "rod"],
@@ -33,11 +23,7 @@ const ALTERNATIVES: [&[&str]; 8] = [
 const CHOICES: [&str; 3] = ["steps", "sphere", "diameters"];
 
 fn alternatives(key: &str) -> &'static [&'static str] {
-    ALTERNATIVES
-        .iter()
-        .find(|group| group.contains(&key))
-        .copied()
-        .unwrap_or_default()
+    ALTERNATIVES.iter().find(|group| group.contains(&key)).copied().unwrap_or_default()
 }
 
 /// Removes what a key that an option sets stands in place of.
@@ -136,12 +122,7 @@ impl Source {
             Ok(mut table) if table.get_ref().len() == 1 => {
                 Ok(table.get_mut().remove("v").expect("the only key"))
             }
-            Ok(_) => Err(self.error(
-                &span,
-                "an option has more than one value",
-                "more than one line",
-                "",
-            )),
+            Ok(_) => Err(self.error(&span, "an option has more than one value", "more than one line", "")),
             Err(_) if !text.is_empty() && text.chars().all(is_word) => {
                 Ok(Spanned::new(span, DeValue::String(Cow::Borrowed(text))))
             }
@@ -168,10 +149,7 @@ impl Source {
             return Ok(());
         };
         if !table.contains_key(key.get_ref().as_ref()) {
-            table.insert(
-                key.clone(),
-                Spanned::new(key.span(), DeValue::Table(DeTable::new())),
-            );
+            table.insert(key.clone(), Spanned::new(key.span(), DeValue::Table(DeTable::new())));
         }
         let slot = table.get_mut(key.get_ref().as_ref()).expect("inserted above");
         let kind = slot.get_ref().type_str();
@@ -206,10 +184,7 @@ impl Source {
                     )),
                 }
             }
-            _ => Err(self.no_such_place(
-                next,
-                &format!("`{}` is a {kind} and holds no keys", key.get_ref()),
-            )),
+            _ => Err(self.no_such_place(next, &format!("`{}` is a {kind} and holds no keys", key.get_ref()))),
         }
     }
 
@@ -252,12 +227,8 @@ mod tests {
 
     #[test]
     fn any_toml_value_goes_to_any_place() {
-        let text = effective(&[
-            "fluid.name=f64",
-            "particles.0.count=7",
-            "a.b.c=[1, {d = 2.5}]",
-            "fluid.name=\"y\"",
-        ]);
+        let text =
+            effective(&["fluid.name=f64", "particles.0.count=7", "a.b.c=[1, {d = 2.5}]", "fluid.name=\"y\""]);
         let table: toml::Table = toml::from_str(&text).unwrap();
         assert_eq!(table["fluid"]["name"].as_str(), Some("y"));
         assert_eq!(table["particles"][0]["count"].as_integer(), Some(7));
@@ -282,11 +253,7 @@ mod tests {
 
     #[test]
     fn an_option_replaces_the_alternatives_of_its_key() {
-        let text = effective(&[
-            "fluid.viscosity=1e-6",
-            "run.end.time=2",
-            "particles.0.list=[[0, 0, 0]]",
-        ]);
+        let text = effective(&["fluid.viscosity=1e-6", "run.end.time=2", "particles.0.list=[[0, 0, 0]]"]);
         let table: toml::Table = toml::from_str(&text).unwrap();
         assert!(table["fluid"].get("archimedes").is_none() && table["fluid"].get("name").is_some());
         assert!(table["run"]["end"].get("steps").is_none());

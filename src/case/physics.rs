@@ -26,13 +26,7 @@ pub(super) fn gravity(source: &Source, case: &Case) -> Result<Vec3> {
         Gravity::Downwards(g) => {
             let remedy = "a number is the magnitude and points along -z; give [x, y, z] for other directions";
             let wanted = "a finite number of at least 0";
-            source.satisfies(
-                "driving.gravity",
-                &at(&gravity.span, g),
-                |g| g >= 0.0,
-                wanted,
-                remedy,
-            )?;
+            source.satisfies("driving.gravity", &at(&gravity.span, g), |g| g >= 0.0, wanted, remedy)?;
             [0.0, 0.0, -g]
         }
         Gravity::Vector(vector) => source.finite("driving.gravity", &gravity.span, vector)?,
@@ -51,18 +45,14 @@ pub(super) fn fluid(
     gravity: Vec3,
 ) -> Result<(f64, FluidSetup)> {
     let (density, diameter) = (section.value.density.value, kinds.diameter);
-    let reference = Reference {
-        diameter,
-        density_ratio: kinds.templates[0].density / density,
-        gravity: gravity.norm(),
-    };
+    let reference =
+        Reference { diameter, density_ratio: kinds.templates[0].density / density, gravity: gravity.norm() };
     let viscosity = viscosity(source, section, &reference)?;
     let (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
     let collision = collision(source, &lattice.value)?;
     let (solids, fraction) = solids(source, &lattice.value)?;
-    let (body_acceleration, zero_net_flux) = driven(source, &case.driving, domain.periodic, || {
-        flux_is_known_to_vanish(domain, walls, gravity)
-    })?;
+    let (body_acceleration, zero_net_flux) =
+        driven(source, &case.driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
     let force_balance = case.driving.force_balance.as_ref();
     let scales = reference.scales(viscosity);
     let fluid = FluidSetup {
@@ -103,10 +93,7 @@ fn driven(
     let vector = source.finite(key, span, acceleration.value)?;
     let drives = |i: usize| periodic[i] && vector[i] != 0.0;
     let wanted = match &driving.zero_net_flux {
-        Some(Located {
-            value: true,
-            span: flux,
-        }) if (0..3).any(drives) => {
+        Some(Located { value: true, span: flux }) if (0..3).any(drives) => {
             let axis = ["x", "y", "z"][(0..3).find(|&i| drives(i)).unwrap_or_default()];
             return Err(source.error_at(
                 &[
@@ -131,11 +118,8 @@ fn driven(
 fn viscosity(source: &Source, section: &Located<FluidSection>, reference: &Reference) -> Result<f64> {
     let fluid = &section.value;
     let (viscosity, archimedes, galileo) = (&fluid.viscosity, &fluid.archimedes, &fluid.galileo);
-    let choices: [(_, &dyn Alternative); 3] = [
-        ("viscosity", viscosity),
-        ("archimedes", archimedes),
-        ("galileo", galileo),
-    ];
+    let choices: [(_, &dyn Alternative); 3] =
+        [("viscosity", viscosity), ("archimedes", archimedes), ("galileo", galileo)];
     let name = source.exactly_one("fluid", &section.span, &choices)?;
     let value = (viscosity.as_ref()).or(archimedes.as_ref()).or(galileo.as_ref());
     let value = value.expect("checked by exactly_one");
@@ -167,31 +151,21 @@ fn time_step(
     density: f64,
 ) -> Result<(Units, f64)> {
     let lattice = &section.value;
-    let choices: [(_, &dyn Alternative); 2] = [
-        ("relaxation_time", &lattice.relaxation_time),
-        ("time_step", &lattice.time_step),
-    ];
+    let choices: [(_, &dyn Alternative); 2] =
+        [("relaxation_time", &lattice.relaxation_time), ("time_step", &lattice.time_step)];
     source.exactly_one("lattice", &section.span, &choices)?;
     if let Some(tau) = &lattice.relaxation_time {
         let units = Units::from_relaxation_time(dx, tau.value, viscosity, density);
         return Ok((units, tau.value));
     }
     let dt = lattice.time_step.as_ref().expect("checked by exactly_one");
-    let units = Units {
-        dx,
-        dt: dt.value,
-        density,
-    };
+    let units = Units { dx, dt: dt.value, density };
     Ok((units, units.relaxation_time(viscosity)))
 }
 
 /// Collision in cells that particles cover, and how their solid fraction follows from the body.
 fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
-    match (
-        lattice.coupling,
-        &lattice.solid_operator,
-        &lattice.solid_ramp_width,
-    ) {
+    match (lattice.coupling, &lattice.solid_operator, &lattice.solid_ramp_width) {
         (Coupling::Paper, Some(operator), _) => Err(source.error(
             &operator.span,
             "`lattice.solid_operator` belongs to the coupling \"saturated\", but this case has \"paper\"",

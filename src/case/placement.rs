@@ -67,20 +67,15 @@ impl Placer<'_> {
                 random.push((index, self.count(index, kind)?));
                 continue;
             }
-            let of_random: [(_, &dyn Alternative); 3] = [
-                ("sizes", &kind.sizes),
-                ("seed", &kind.seed),
-                ("minimum_gap", &kind.minimum_gap),
-            ];
+            let of_random: [(_, &dyn Alternative); 3] =
+                [("sizes", &kind.sizes), ("seed", &kind.seed), ("minimum_gap", &kind.minimum_gap)];
             // A file may say which size a particle has.
             for (name, value) in of_random.into_iter().skip(usize::from(choice == "file")) {
                 if let Some(span) = value.place(&section.span) {
                     let title = format!(
                         "`{key}.{name}` belongs to random positions, but `{key}` lists its positions"
                     );
-                    return Err(self
-                        .source
-                        .error(&span, &title, "has no effect here", "remove it"));
+                    return Err(self.source.error(&span, &title, "has no effect here", "remove it"));
                 }
             }
             if let Some(file) = &kind.file {
@@ -165,9 +160,7 @@ impl Placer<'_> {
         if self.source.exactly_one(key, span, &choices)? == "quaternion" {
             if let Some(angle) = &given.angle {
                 let title = format!("`{key}.angle` belongs to an axis, but there is a quaternion");
-                return Err(self
-                    .source
-                    .error(&angle.span, &title, "has no effect here", "remove it"));
+                return Err(self.source.error(&angle.span, &title, "has no effect here", "remove it"));
             }
             let quaternion = given.quaternion.as_ref().expect("checked by exactly_one");
             let [i, j, k, w] = quaternion.each_ref().map(|x| x.value);
@@ -175,9 +168,7 @@ impl Placer<'_> {
             if !norm.is_finite() || norm <= 0.0 {
                 let value = format!("{:?}", [i, j, k, w]);
                 let key = format!("{key}.quaternion");
-                return Err(self
-                    .source
-                    .out_of_range(&key, span, &value, direction, "[i, j, k, w]"));
+                return Err(self.source.out_of_range(&key, span, &value, direction, "[i, j, k, w]"));
             }
             let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
             return Ok(Quat::new_unchecked(unit));
@@ -186,9 +177,7 @@ impl Placer<'_> {
         let axis = (self.source).vector(&format!("{key}.axis"), span, axis)?;
         let Some(axis) = axis.try_normalize(0.0) else {
             let key = format!("{key}.axis");
-            return Err(self
-                .source
-                .out_of_range(&key, span, "[0, 0, 0]", direction, example));
+            return Err(self.source.out_of_range(&key, span, "[0, 0, 0]", direction, example));
         };
         let Some(angle) = &given.angle else {
             let title = format!("`{key}` has an axis, but no angle");

@@ -74,11 +74,7 @@ impl Setup {
         let of = |template: usize| {
             let Template { shape, density, .. } = &self.templates[template];
             let across = (shape.thickness() * shape.equivalent_diameter()).sqrt() / self.domain.dx;
-            TooLight {
-                template,
-                ratio: density / fluid.density,
-                limit: UNSTABLE_RATIO_CELLS / across,
-            }
+            TooLight { template, ratio: density / fluid.density, limit: UNSTABLE_RATIO_CELLS / across }
         };
         (self.particles.iter())
             .map(|particle| of(particle.template as usize))
@@ -92,13 +88,7 @@ impl Written<'_> {
     pub(super) fn judge(&self, setup: &Setup) -> Result<Vec<String>> {
         let mut warnings = self.dynamic_viscosity(setup);
         warnings.extend(self.light(setup));
-        for Velocity {
-            name,
-            speed,
-            span,
-            doubt,
-        } in self.velocities(setup)
-        {
+        for Velocity { name, speed, span, doubt } in self.velocities(setup) {
             let lattice = speed / setup.units().velocity();
             if lattice > LARGEST_SPEED {
                 let remedy = doubt.unwrap_or_else(|| self.slower(setup, lattice));
@@ -113,10 +103,7 @@ impl Written<'_> {
                     "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {USUAL_SPEED}, where the fluid \
                      becomes compressible"
                 );
-                warnings.push(
-                    self.source
-                        .warning(span, &title, "fast", &self.slower(setup, lattice)),
-                );
+                warnings.push(self.source.warning(span, &title, "fast", &self.slower(setup, lattice)));
             }
         }
         Ok(warnings)
@@ -144,12 +131,7 @@ impl Written<'_> {
         });
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
-            let places = self.case.particles[section]
-                .value
-                .list
-                .iter()
-                .flatten()
-                .map(|entry| &entry.span);
+            let places = self.case.particles[section].value.list.iter().flatten().map(|entry| &entry.span);
             let place = places.reduce(|a, _| a);
             all.push(Velocity {
                 name: format!("the fastest surface of `particles.{section}` at the start"),
@@ -242,10 +224,8 @@ impl Written<'_> {
             "`fluid.viscosity` = {:e} m^2/s is a thousand times that of water: is it the dynamic viscosity, in Pa s?",
             viscosity.value
         );
-        let remedy = format!(
-            "if so, divide it by the density: {:.3e} m^2/s",
-            viscosity.value / setup.fluid_density()
-        );
+        let remedy =
+            format!("if so, divide it by the density: {:.3e} m^2/s", viscosity.value / setup.fluid_density());
         vec![(self.source).warning(&viscosity.span, &title, "kinematic, in m^2/s", &remedy)]
     }
 
@@ -258,10 +238,7 @@ impl Written<'_> {
         let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;
         let remedy = if density.value < 25.0 && setup.fluid_density() > 500.0 {
             let grams = density.value;
-            format!(
-                "densities are in kg/m^3: is {} meant, {grams} g/cm^3?",
-                1e3 * grams
-            )
+            format!("densities are in kg/m^3: is {} meant, {grams} g/cm^3?", 1e3 * grams)
         } else if cells <= SUGGESTED.1 {
             format!("take lattice.cells_per_diameter = {cells:.1} or a density of {least:.0} kg/m^3, or more")
         } else {

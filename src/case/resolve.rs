@@ -42,9 +42,8 @@ pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
 
 fn read(path: &Path, options: &[String], places: bool) -> Result<Setup> {
     let source = Source::read(path, options)?;
-    let name = path
-        .file_stem()
-        .map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
+    let name =
+        path.file_stem().map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut setup = resolve(&source, &name, Files::on_disk(folder), places)?;
     let origin = &mut setup.provenance;
@@ -79,12 +78,7 @@ pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
 /// As [`from_text`], where the file of a mesh may be a shape of the caller's own.
 pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &OwnShapes) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(
-        &source,
-        name,
-        Files::on_disk(Path::new("")).with_shapes(shapes),
-        true,
-    )
+    resolve(&source, name, Files::on_disk(Path::new("")).with_shapes(shapes), true)
 }
 
 /// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how
@@ -132,24 +126,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let gravity = gravity(source, &case)?;
     let wanted = format!("at least 1 and at most {MAX_SUBSTEPS}");
     let substeps = &case.contact.substeps;
-    let substeps = source.whole(
-        "contact.substeps",
-        substeps,
-        1..=MAX_SUBSTEPS,
-        &wanted,
-        "1 is usual",
-    )?;
+    let substeps = source.whole("contact.substeps", substeps, 1..=MAX_SUBSTEPS, &wanted, "1 is usual")?;
     let (time_step, fluid) = match &medium {
         Medium::Wet(section, lattice) => {
-            let (step, fluid) = physics::fluid(
-                source,
-                &case,
-                (section, lattice),
-                &kinds,
-                &domain,
-                &walls,
-                gravity,
-            )?;
+            let (step, fluid) =
+                physics::fluid(source, &case, (section, lattice), &kinds, &domain, &walls, gravity)?;
             (step, Some(fluid))
         }
         Medium::Dry(section) => {
@@ -171,14 +152,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     if contact.is_some() {
         refuse_double_contacts(source, &case, &domain, &reaches, &particles)?;
     }
-    let counts: Vec<(usize, usize)> = (particles.iter().map(|p| (p.template as usize, 1)))
-        .chain(random)
-        .collect();
+    let counts: Vec<(usize, usize)> =
+        (particles.iter().map(|p| (p.template as usize, 1))).chain(random).collect();
     let volume = |&(template, count): &(usize, usize)| count as f64 * templates[template].shape.volume();
     let volume_fraction = counts.iter().map(volume).sum::<f64>() / placer.free_volume;
-    let present = (counts.iter().filter(|(_, count)| *count > 0))
-        .map(|(template, _)| *template)
-        .collect();
+    let present = (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
     let known = Known {
         name,
         clock: Clock::of(time_step, fluid.as_ref()),

@@ -55,9 +55,7 @@ fn schiller_naumann_reynolds(archimedes: f64) -> f64 {
         return 0.0;
     }
     if drag(NEWTON_REYNOLDS) < weight {
-        return (4.0 * archimedes / (3.0 * NEWTON_DRAG))
-            .sqrt()
-            .max(NEWTON_REYNOLDS);
+        return (4.0 * archimedes / (3.0 * NEWTON_DRAG)).sqrt().max(NEWTON_REYNOLDS);
     }
     // The Stokes value is an upper bound; the drag is convex, so Newton's method descends to the root from there.
     let mut re = weight.min(NEWTON_REYNOLDS);
@@ -78,11 +76,7 @@ mod tests {
 
     #[test]
     fn terminal_velocities_are_those_of_the_reference_table() {
-        let particle = Reference {
-            diameter: 1.5e-3,
-            density_ratio: 3.3,
-            gravity: 9.80665,
-        };
+        let particle = Reference { diameter: 1.5e-3, density_ratio: 3.3, gravity: 9.80665 };
         for (archimedes, reynolds, velocity, stokes_velocity) in [
             (21.0, 1.01329, 0.040_671_8, 0.046_828_2),
             (500.0, 14.3536, 0.118_072, 0.228_498),

@@ -34,10 +34,7 @@ impl RunPlan {
             end_step,
             average_from_step: average_from(source, case, clock, end_step)?,
             threads: case.run.threads,
-            precision: case
-                .fluid
-                .as_ref()
-                .map_or(Precision::F32, |fluid| fluid.value.precision),
+            precision: case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.value.precision),
             simd: simd(source, case)?,
             output: output(source, case, known, end_step)?,
         })
@@ -81,9 +78,7 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
             "output.contacts_every" | "output.surfaces_every" => "output.particles_every",
             key => key,
         };
-        options
-            .iter()
-            .any(|option| names(option, key) || names(option, also))
+        options.iter().any(|option| names(option, key) || names(option, also))
     };
     let pins: Vec<String> = (setup.plan.spacings().into_iter().zip(plan.spacings()))
         .filter(|((key, old), (_, new))| old != new && !named(key))
@@ -107,9 +102,7 @@ pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (
 /// Whether an option sets this key or one below it.
 pub(super) fn names(option: &str, key: &str) -> bool {
     let path = option_keys(option);
-    key.split('.')
-        .enumerate()
-        .all(|(n, key)| path.get(n).is_some_and(|given| given == key))
+    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|given| given == key))
 }
 
 /// How messages call a case that was saved.
@@ -150,10 +143,7 @@ fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Re
     };
     if step >= end_step {
         return Err(source.error_at(
-            &[
-                (&from.span, "averages from here"),
-                (&case.run.end.span, "the run ends here"),
-            ],
+            &[(&from.span, "averages from here"), (&case.run.end.span, "the run ends here")],
             &format!("`run.average_from` is step {step}, but the run ends at step {end_step}"),
             "average from an earlier time, or run longer",
         ));
@@ -162,12 +152,7 @@ fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Re
 }
 
 fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<OutputPlan> {
-    let &Known {
-        name,
-        clock,
-        size,
-        few,
-    } = known;
+    let &Known { name, clock, size, few } = known;
     let output = &case.output;
     let directory = match &output.directory {
         Some(directory) if directory.value.trim().is_empty() => {
@@ -259,13 +244,8 @@ fn checkpoint_every(source: &Source, case: &Case, clock: Clock) -> Result<Checkp
         CheckpointEvery::Never => return Ok(CheckpointSpacing::Never),
         CheckpointEvery::WallTime(seconds) => {
             let (seconds, remedy) = (at(&every.span, seconds), "in seconds; \"never\" switches it off");
-            let seconds = source.satisfies(
-                KEY,
-                &seconds,
-                |s| s > 0.0 && s < 1e9,
-                "above 0 and below 1e9",
-                remedy,
-            )?;
+            let seconds =
+                source.satisfies(KEY, &seconds, |s| s > 0.0 && s < 1e9, "above 0 and below 1e9", remedy)?;
             return Ok(CheckpointSpacing::WallTime(WallTime::from_secs_f64(seconds)));
         }
         CheckpointEvery::Time(x) => Every::Time(x),
@@ -288,13 +268,7 @@ fn simd(source: &Source, case: &Case) -> Result<Option<Simd>> {
         "leave the key out; the best here is {}, and results do not depend on it",
         Simd::best().name()
     );
-    Err(source.out_of_range(
-        "run.simd",
-        &asked.span,
-        asked.value.name(),
-        "one this processor has",
-        &remedy,
-    ))
+    Err(source.out_of_range("run.simd", &asked.span, asked.value.name(), "one this processor has", &remedy))
 }
 
 #[cfg(test)]

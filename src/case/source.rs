@@ -71,12 +71,7 @@ impl Source {
                 }
             })
             .collect();
-        Self {
-            path,
-            text,
-            file_length,
-            options,
-        }
+        Self { path, text, file_length, options }
     }
 
     /// The document with the options applied, as typed values and as text.
@@ -113,19 +108,13 @@ impl Source {
         let known: Vec<&str> = (schema["properties"].as_object().into_iter())
             .flat_map(|keys| keys.keys().map(String::as_str))
             .collect();
-        let mut lines = self.text[..self.file_length]
-            .trim_start_matches('\u{feff}')
-            .lines();
+        let mut lines = self.text[..self.file_length].trim_start_matches('\u{feff}').lines();
         let begins = |line: &str| {
             let line = line.trim_start_matches(|c: char| c.is_whitespace() || "[\"'".contains(c));
-            let word = line
-                .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-                .unwrap_or(line.len());
+            let word = line.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(line.len());
             let (word, rest) = line.split_at(word);
             known.contains(&word)
-                && rest
-                    .trim_start_matches(['"', '\'', ' ', '\t'])
-                    .starts_with([']', '.', '='])
+                && rest.trim_start_matches(['"', '\'', ' ', '\t']).starts_with([']', '.', '='])
         };
         let says_nothing = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
         if lines.clone().any(begins) || lines.all(says_nothing) {
@@ -192,17 +181,11 @@ impl Source {
                 .find(|outer| outer.start <= span.start && span.end <= outer.end)
                 .unwrap_or(whole.clone());
             let clip = |at: usize| at.clamp(outer.start, outer.end) - outer.start;
-            let mark = AnnotationKind::Primary
-                .span(clip(span.start)..clip(span.end))
-                .label(label);
+            let mark = AnnotationKind::Primary.span(clip(span.start)..clip(span.end)).label(label);
             if let Some((_, snippet)) = snippets.iter_mut().find(|(known, _)| *known == outer) {
                 *snippet = snippet.clone().annotation(mark);
             } else {
-                let path = if outer == whole {
-                    &self.path
-                } else {
-                    "option --set"
-                };
+                let path = if outer == whole { &self.path } else { "option --set" };
                 let snippet = Snippet::source(&self.text[outer.clone()]).path(path);
                 snippets.push((outer, snippet.annotation(mark)));
             }

@@ -58,21 +58,14 @@ pub(super) fn domain(
         cells[i] = exact.round().max(1.0) as usize;
         rounded |= (exact - cells[i] as f64).abs() > 1e-9 * exact;
     }
-    let domain = Domain {
-        periodic: case.domain.periodic.value,
-        cells,
-        dx,
-    };
+    let domain = Domain { periodic: case.domain.periodic.value, cells, dx };
     if rounded {
         let used = domain.size();
         let (x, y, z) = (used.x, used.y, used.z);
         warnings.push(source.warning(
             &size.span,
             &format!("the box is not a whole number of cells; it is {x:.6e} x {y:.6e} x {z:.6e} m here"),
-            &format!(
-                "rounded to {} x {} x {} cells of {dx:.6e} m",
-                cells[0], cells[1], cells[2]
-            ),
+            &format!("rounded to {} x {} x {} cells of {dx:.6e} m", cells[0], cells[1], cells[2]),
             "",
         ));
     }

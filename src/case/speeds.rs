@@ -32,11 +32,7 @@ impl Setup {
     /// The flow that the body acceleration drives, if there is one.
     pub fn driven_flow(&self) -> Option<DrivenFlow> {
         let fluid = self.fluid.as_ref()?;
-        let mut flow = DrivenFlow {
-            speed: 0.0,
-            length: f64::INFINITY,
-            between_walls: false,
-        };
+        let mut flow = DrivenFlow { speed: 0.0, length: f64::INFINITY, between_walls: false };
         for axis in (0..3).filter(|&i| self.domain.periodic[i] && fluid.body_acceleration[i] != 0.0) {
             let acceleration = fluid.body_acceleration[axis].abs();
             let width = self.width_across(axis);
@@ -60,9 +56,7 @@ impl Setup {
         let size = self.domain.size();
         let widths = self.walls.iter().map(|wall| match wall.surface {
             Surface::Plane { normal, .. } => size.dot(&normal.abs()),
-            Surface::Cylinder {
-                radius, pipe: true, ..
-            } => 2.0_f64.sqrt() * radius,
+            Surface::Cylinder { radius, pipe: true, .. } => 2.0_f64.sqrt() * radius,
             // It leaves no wider a gap than the box.
             Surface::Cylinder { .. } => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
         });
@@ -84,17 +78,11 @@ impl Setup {
         let drop: f64 = (0..3)
             .filter(|&i| self.gravity[i] != 0.0)
             .map(|i| {
-                let way = if self.domain.periodic[i] {
-                    f64::INFINITY
-                } else {
-                    self.domain.size()[i]
-                };
+                let way = if self.domain.periodic[i] { f64::INFINITY } else { self.domain.size()[i] };
                 self.gravity[i].abs() * way
             })
             .sum();
-        terminal
-            .min(from_rest * self.gravity.norm() * self.end_time())
-            .min((2.0 * from_rest * drop).sqrt())
+        terminal.min(from_rest * self.gravity.norm() * self.end_time()).min((2.0 * from_rest * drop).sqrt())
     }
 }
 
@@ -150,26 +138,16 @@ mod tests {
         close(slit.speed, 4e-2 * 1e-6 / 8e-6);
         assert!(slit.between_walls && (slit.length - 1e-3).abs() < 1e-12);
         close(flow(&["run.end.time=0.01"]).speed, 4e-4);
-        let open = flow(&[
-            "domain.periodic=[true, true, true]",
-            "driving.body_acceleration=[0, 0, 1e-3]",
-        ]);
+        let open = flow(&["domain.periodic=[true, true, true]", "driving.body_acceleration=[0, 0, 1e-3]"]);
         close(open.speed, 1e-2);
         assert!(!open.between_walls && (open.length - 2e-4).abs() < 1e-12);
         let pipe =
             "walls=[{ name = \"p\", pipe = { point = [0, 5e-4, 5e-4], axis = [1, 0, 0], diameter = 8e-4 } }]";
         close(flow(&[pipe]).speed, 4e-2 * 64e-8 / 16e-6);
         // The friction Reynolds number of the half width is 180.
-        let turbulent = flow(&[
-            "driving.body_acceleration=[259.2, 0, 0]",
-            "lattice.relaxation_time=0.5003",
-        ]);
+        let turbulent = flow(&["driving.body_acceleration=[259.2, 0, 0]", "lattice.relaxation_time=0.5003"]);
         close(turbulent.speed, 0.36 * (2.5 * libm::log(180.0) + 5.5));
-        assert!(
-            setup(&["driving.body_acceleration=[0, 0, 9]"])
-                .driven_flow()
-                .is_none()
-        );
+        assert!(setup(&["driving.body_acceleration=[0, 0, 9]"]).driven_flow().is_none());
     }
 
     #[test]
@@ -178,20 +156,10 @@ mod tests {
             let setup = setup(options);
             setup.settling_speed(setup.expect_fluid(), 0)
         };
-        let terminal = setup(&["driving.gravity=1e-3"])
-            .expect_fluid()
-            .scales
-            .schiller_naumann_velocity;
+        let terminal = setup(&["driving.gravity=1e-3"]).expect_fluid().scales.schiller_naumann_velocity;
         close(at(&["driving.gravity=1e-3"]), terminal);
-        close(
-            at(&["driving.gravity=1e-3", "run.end.steps=1"]),
-            5e-4 * setup(&[]).time_step,
-        );
-        let heavy = [
-            "driving.gravity=10",
-            "particles.0.density=1e8",
-            "lattice.relaxation_time=0.5003",
-        ];
+        close(at(&["driving.gravity=1e-3", "run.end.steps=1"]), 5e-4 * setup(&[]).time_step);
+        let heavy = ["driving.gravity=10", "particles.0.density=1e8", "lattice.relaxation_time=0.5003"];
         close(at(&heavy), (2.0 * 10.0 * 1e-3 * 99999.0 / 100_000.5_f64).sqrt());
     }
 }

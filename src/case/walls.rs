@@ -40,20 +40,12 @@ pub(super) fn walls(
     materials: &Materials,
     reach: f64,
 ) -> Result<Vec<PlacedWall>> {
-    let builder = Builder {
-        source,
-        case,
-        domain,
-        materials,
-    };
+    let builder = Builder { source, case, domain, materials };
     let mut walls = builder.faces()?;
     for (index, section) in case.walls.iter().enumerate() {
         let placed = builder.listed(index, section)?;
         if walls.iter().any(|other| other.wall.name == placed.wall.name) {
-            let title = format!(
-                "`walls.{index}.name` is \"{}\", the name of another wall",
-                placed.wall.name
-            );
+            let title = format!("`walls.{index}.name` is \"{}\", the name of another wall", placed.wall.name);
             let span = &section.value.name.span;
             return Err(source.error(span, &title, "given twice", "every wall needs a name of its own"));
         }
@@ -133,10 +125,9 @@ impl Builder<'_> {
                     "a finite number",
                     "in 1/s, about the axis of the direction of the face",
                 )?;
-                if let (true, Some(other)) = (
-                    turns != 0.0,
-                    (0..3).find(|&other| other != axis && self.domain.periodic[other]),
-                ) {
+                if let (true, Some(other)) =
+                    (turns != 0.0, (0..3).find(|&other| other != axis && self.domain.periodic[other]))
+                {
                     let title = format!(
                         "the face \"{name}\" turns, but {} is periodic: its velocity would jump there",
                         AXES[other]
@@ -146,13 +137,10 @@ impl Builder<'_> {
                     return Err(self.source.error(&rotation.span, &title, "turns", remedy));
                 }
                 motion.velocity =
-                    self.source
-                        .vector(&format!("{key}.velocity"), &face.span, &face.value.velocity)?;
+                    self.source.vector(&format!("{key}.velocity"), &face.span, &face.value.velocity)?;
                 motion.angular_velocity = Vec3::ith(axis, turns);
                 let name = face.value.material.as_ref();
-                material = self
-                    .materials
-                    .index(self.source, &format!("{key}.material"), name)?;
+                material = self.materials.index(self.source, &format!("{key}.material"), name)?;
             }
             walls.push(PlacedWall {
                 wall: Wall {
@@ -176,9 +164,7 @@ impl Builder<'_> {
         let name = wall.name.value.trim();
         if name.is_empty() {
             let title = format!("`{key}.name` is empty");
-            return Err(self
-                .source
-                .error(&wall.name.span, &title, "no name", "e.g. \"piston\""));
+            return Err(self.source.error(&wall.name.span, &title, "no name", "e.g. \"piston\""));
         }
         let choices: [(_, &dyn Alternative); 3] =
             [("plane", &wall.plane), ("pipe", &wall.pipe), ("rod", &wall.rod)];
@@ -186,32 +172,22 @@ impl Builder<'_> {
         let key_of = |field: &str| format!("{key}.{chosen}.{field}");
         let surface = if let Some(plane) = &wall.plane {
             Surface::Plane {
-                point: self
-                    .source
-                    .vector(&key_of("point"), &plane.span, &plane.value.point)?,
-                normal: self
-                    .source
-                    .direction(&key_of("normal"), &plane.span, &plane.value.normal)?,
+                point: self.source.vector(&key_of("point"), &plane.span, &plane.value.point)?,
+                normal: self.source.direction(&key_of("normal"), &plane.span, &plane.value.normal)?,
             }
         } else {
             let round = wall.pipe.as_ref().or(wall.rod.as_ref());
             let round = round.expect("checked by exactly_one");
             Surface::Cylinder {
-                point: self
-                    .source
-                    .vector(&key_of("point"), &round.span, &round.value.point)?,
-                axis: self
-                    .source
-                    .direction(&key_of("axis"), &round.span, &round.value.axis)?,
+                point: self.source.vector(&key_of("point"), &round.span, &round.value.point)?,
+                axis: self.source.direction(&key_of("axis"), &round.span, &round.value.axis)?,
                 radius: 0.5 * round.value.diameter.value,
                 pipe: wall.pipe.is_some(),
             }
         };
         let (Surface::Plane { point, .. } | Surface::Cylinder { point, .. }) = surface;
         let motion = Motion {
-            velocity: self
-                .source
-                .vector(&format!("{key}.velocity"), span, &wall.velocity)?,
+            velocity: self.source.vector(&format!("{key}.velocity"), span, &wall.velocity)?,
             angular_velocity: self.source.vector(
                 &format!("{key}.angular_velocity"),
                 span,
@@ -228,9 +204,7 @@ impl Builder<'_> {
                 name: name.to_string(),
                 surface,
                 motion,
-                material: self
-                    .materials
-                    .index(self.source, &format!("{key}.material"), material)?,
+                material: self.materials.index(self.source, &format!("{key}.material"), material)?,
             },
             is_face: false,
             span: span.clone(),
@@ -249,10 +223,7 @@ impl Builder<'_> {
             furthest = furthest.max(distance);
         }
         // A rod may be thinner than the samples are apart.
-        if let Surface::Cylinder {
-            point, pipe: false, ..
-        } = placed.wall.surface
-        {
+        if let Surface::Cylinder { point, pipe: false, .. } = placed.wall.surface {
             let inside = (0..3).all(|i| (0.0..=size[i]).contains(&point[i]));
             nearest = if inside { nearest.min(0.0) } else { nearest };
         }

@@ -22,11 +22,8 @@ enum Kind {
     Partial,
 }
 
-const SUFFIXES: [(Kind, &str); 3] = [
-    (Kind::Partial, ".partial"),
-    (Kind::Replaced, ".replaced"),
-    (Kind::Whole, ""),
-];
+const SUFFIXES: [(Kind, &str); 3] =
+    [(Kind::Partial, ".partial"), (Kind::Replaced, ".replaced"), (Kind::Whole, "")];
 
 /// Name of the checkpoint of a step.
 pub(super) fn name(step: u64) -> String {
@@ -35,10 +32,7 @@ pub(super) fn name(step: u64) -> String {
 
 /// The last part of a path.
 pub(super) fn name_of(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Folder in which the checkpoint of a step is written.
@@ -51,10 +45,8 @@ pub(super) fn partial(directory: &Path, step: u64) -> PathBuf {
 /// # Errors
 /// [`Error::Io`] if the folder cannot be read.
 pub fn list(directory: &Path) -> Result<Vec<Found>> {
-    let mut whole: Vec<_> = entries(directory)?
-        .into_iter()
-        .filter(|(_, kind)| *kind != Kind::Partial)
-        .collect();
+    let mut whole: Vec<_> =
+        entries(directory)?.into_iter().filter(|(_, kind)| *kind != Kind::Partial).collect();
     whole.sort_by_key(|(found, kind)| (std::cmp::Reverse(found.step), *kind));
     Ok(whole.into_iter().map(|(found, _)| found).collect())
 }
@@ -139,12 +131,7 @@ fn remove(path: &Path) -> Result<()> {
 pub(super) fn sync_folder(directory: &Path) -> Result<()> {
     match File::open(directory).and_then(|folder| folder.sync_all()) {
         // Some file systems know no such thing.
-        Err(error)
-            if matches!(
-                error.kind(),
-                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
-            ) =>
-        {
+        Err(error) if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) => {
             Ok(())
         }
         result => result.map_err(|e| Error::io("write", directory, e)),
@@ -174,9 +161,8 @@ fn entries(directory: &Path) -> Result<Vec<(Found, Kind)>> {
 
 /// Step and kind, from a name.
 fn parse(text: &str) -> Option<(u64, Kind)> {
-    let (kind, stem) = SUFFIXES
-        .iter()
-        .find_map(|&(kind, suffix)| Some((kind, text.strip_suffix(suffix)?)))?;
+    let (kind, stem) =
+        SUFFIXES.iter().find_map(|&(kind, suffix)| Some((kind, text.strip_suffix(suffix)?)))?;
     // One that is moved aside may be on its way out.
     let stem = stem.strip_suffix(".replaced").unwrap_or(stem);
     let step = stem.strip_prefix("step-")?.parse().ok()?;

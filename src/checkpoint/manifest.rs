@@ -82,10 +82,7 @@ impl Manifest {
         match (format, read) {
             (Some(format), Ok(manifest)) if format == FORMAT as i64 => Ok(manifest),
             _ => {
-                let by = table
-                    .get("program")
-                    .and_then(|by| by.as_str())
-                    .unwrap_or("another version");
+                let by = table.get("program").and_then(|by| by.as_str()).unwrap_or("another version");
                 let format = format.map_or("unknown".to_string(), |format| format.to_string());
                 Err(format!(
                     "it was written by turbid {by} in format {format}, and this program reads format {FORMAT}"

@@ -76,10 +76,8 @@ impl PartHead {
             cells: wide(head.cells),
             lo: wide(part.block.lo),
             hi: wide(part.block.hi),
-            sections: [part.engine, part.coupling, part.shared].map(|bytes| Section {
-                length: bytes.len() as u64,
-                checksum: xxh3_64(bytes),
-            }),
+            sections: [part.engine, part.coupling, part.shared]
+                .map(|bytes| Section { length: bytes.len() as u64, checksum: xxh3_64(bytes) }),
         };
         new.checksum = new.own_checksum();
         new
@@ -97,8 +95,7 @@ impl PartHead {
     /// Reads the head of the part of `rank` of `ranks`, or returns its defect.
     pub(super) fn read(file: &mut File, (rank, ranks): (usize, usize), seal: &str) -> Result<Self, String> {
         let mut bytes = [0; size_of::<Self>()];
-        file.read_exact(&mut bytes)
-            .map_err(|_| "its head cannot be read")?;
+        file.read_exact(&mut bytes).map_err(|_| "its head cannot be read")?;
         let head: Self = bytemuck::pod_read_unaligned(&bytes);
         if super::manifest::hex(head.seal()) != seal || head.checksum != head.own_checksum() {
             return Err("its head is damaged".into());
@@ -107,11 +104,7 @@ impl PartHead {
             return Err(format!("it is of version {}, not {}", head.magic[7], MAGIC[7]));
         }
         let fits = (0..3).all(|i| head.lo[i] < head.hi[i] && head.hi[i] <= head.cells[i])
-            && head
-                .cells
-                .iter()
-                .try_fold(1_usize, |all, &n| all.checked_mul(n as usize))
-                .is_some();
+            && head.cells.iter().try_fold(1_usize, |all, &n| all.checked_mul(n as usize)).is_some();
         if (head.rank, head.ranks) != (rank as u64, ranks as u64) || !fits {
             return Err("it is another part than its name says".into());
         }
@@ -126,10 +119,7 @@ impl PartHead {
 
     /// The cells of the rank.
     pub(super) fn block(&self) -> Block {
-        Block {
-            lo: self.lo.map(|i| i as usize),
-            hi: self.hi.map(|i| i as usize),
-        }
+        Block { lo: self.lo.map(|i| i as usize), hi: self.hi.map(|i| i as usize) }
     }
 
     /// Bytes of a plane without its checksum.
@@ -220,11 +210,7 @@ pub(super) fn write(
     for z in (part.block.lo[2]..part.block.hi[2]).filter(|_| plane_length > 0) {
         bytes.clear();
         plane(z, &mut bytes);
-        assert_eq!(
-            bytes.len() as u64,
-            plane_length,
-            "plane z = {z} has another length"
-        );
+        assert_eq!(bytes.len() as u64, plane_length, "plane z = {z} has another length");
         file.write_all(&bytes)?;
         file.write_all(&part_head.plane_seal(z as u64, &bytes).to_ne_bytes())?;
     }

@@ -38,17 +38,8 @@ impl Checkpoint {
         let bytes = input::read_unlinked(&directory.join(MANIFEST), input::RECORD)
             .map_err(|e| format!("{MANIFEST} cannot be read: {e}"))?;
         let manifest = Manifest::read(&bytes)?;
-        let Manifest {
-            step,
-            cells,
-            bytes_per_cell,
-            ranks,
-            ..
-        } = manifest;
-        let (case, files) = manifest
-            .files
-            .split_first()
-            .ok_or("manifest.toml names no case")?;
+        let Manifest { step, cells, bytes_per_cell, ranks, .. } = manifest;
+        let (case, files) = manifest.files.split_first().ok_or("manifest.toml names no case")?;
         let text = content(directory, case, CASE_FILE)?;
         let text = String::from_utf8(text).map_err(|_| "case.toml is no text")?;
         if !files.is_empty() && !std::fs::symlink_metadata(directory.join(FILES)).is_ok_and(|it| it.is_dir())
@@ -90,12 +81,7 @@ impl Checkpoint {
                 step,
                 cells,
                 bytes_per_cell,
-                case: CaseText {
-                    name: manifest.case,
-                    text,
-                    files,
-                    resolved: manifest.resolved,
-                },
+                case: CaseText { name: manifest.case, text, files, resolved: manifest.resolved },
             },
             shared: Vec::new(),
             parts,
@@ -148,8 +134,7 @@ impl Checkpoint {
     /// [`Error::Input`] with the part and plane that is damaged, or that `visit` finds something wrong with; or if some cells are
     /// in no part. What was visited until then was sound.
     pub fn planes(&self, block: Block, visit: impl FnMut(Block, &[u8]) -> Damage<()>) -> Result<()> {
-        self.read_planes(block, visit)
-            .map_err(|what| damaged(&self.directory, &what))
+        self.read_planes(block, visit).map_err(|what| damaged(&self.directory, &what))
     }
 
     fn read_planes(&self, block: Block, mut visit: impl FnMut(Block, &[u8]) -> Damage<()>) -> Damage<()> {
@@ -213,9 +198,7 @@ fn refuse_other_name(given: &str, name: &str) -> Damage<()> {
         return Ok(());
     }
     let given = input::word(given);
-    Err(format!(
-        "manifest.toml names the file `{given}` where {name} belongs"
-    ))
+    Err(format!("manifest.toml names the file `{given}` where {name} belongs"))
 }
 
 /// A file of the case, which this program calls `name`.

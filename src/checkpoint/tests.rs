@@ -11,29 +11,14 @@ use tempfile::TempDir;
 
 const CELLS: [usize; 3] = [7, 6, 9];
 const BYTES: usize = 5;
-const WHOLE: Block = Block {
-    lo: [0; 3],
-    hi: CELLS,
-};
+const WHOLE: Block = Block { lo: [0; 3], hi: CELLS };
 
 /// Four blocks of different sizes that fill the box.
 const UNEVEN: [Block; 4] = [
-    Block {
-        lo: [0, 0, 0],
-        hi: [3, 6, 4],
-    },
-    Block {
-        lo: [3, 0, 0],
-        hi: [7, 6, 4],
-    },
-    Block {
-        lo: [0, 0, 4],
-        hi: [7, 1, 9],
-    },
-    Block {
-        lo: [0, 1, 4],
-        hi: [7, 6, 9],
-    },
+    Block { lo: [0, 0, 0], hi: [3, 6, 4] },
+    Block { lo: [3, 0, 0], hi: [7, 6, 4] },
+    Block { lo: [0, 0, 4], hi: [7, 1, 9] },
+    Block { lo: [0, 1, 4], hi: [7, 6, 9] },
 ];
 
 /// The box in `n` slices along x.
@@ -68,23 +53,14 @@ fn head(step: u64) -> Head {
 }
 
 fn sections(rank: usize) -> [Vec<u8>; 3] {
-    let shared = if rank == 0 {
-        b"all of us".to_vec()
-    } else {
-        Vec::new()
-    };
+    let shared = if rank == 0 { b"all of us".to_vec() } else { Vec::new() };
     [vec![rank as u8; 11 + rank], vec![0x40 + rank as u8; rank], shared]
 }
 
 /// One rank's part of writing a step.
 fn write_as(directory: &Path, comm: &Comm, block: Block, head: &Head, create: &write::Create) -> Result<()> {
     let [engine, coupling, shared] = sections(comm.rank());
-    let part = Part {
-        block,
-        engine: &engine,
-        coupling: &coupling,
-        shared: &shared,
-    };
+    let part = Part { block, engine: &engine, coupling: &coupling, shared: &shared };
     let plane = |z, out: &mut Vec<u8>| {
         for y in block.lo[1]..block.hi[1] {
             for x in block.lo[0]..block.hi[0] {
@@ -106,9 +82,7 @@ fn write_with(
     head: &Head,
     create: impl Fn(&Path) -> io::Result<File> + Sync,
 ) -> Vec<Result<()>> {
-    on_threads(4, |comm| {
-        write_as(directory, &comm, UNEVEN[comm.rank()], head, &create)
-    })
+    on_threads(4, |comm| write_as(directory, &comm, UNEVEN[comm.rank()], head, &create))
 }
 
 fn write_step(directory: &Path, step: u64) {
@@ -124,10 +98,7 @@ fn read_as(checkpoint: &Checkpoint, block: Block) -> Result<()> {
     let [engines, couplings] = [0, 1].map(|i| parts.iter().map(|part| part[i].clone()).collect::<Vec<_>>());
     assert_eq!(checkpoint.engines()?, engines);
     assert_eq!(checkpoint.couplings()?, couplings);
-    assert_eq!(
-        (checkpoint.head(), checkpoint.shared()),
-        (&head(step), &parts[0][2][..])
-    );
+    assert_eq!((checkpoint.head(), checkpoint.shared()), (&head(step), &parts[0][2][..]));
     let mut seen = BTreeSet::new();
     checkpoint.planes(block, |piece, bytes| {
         assert_eq!(piece.size()[2], 1);
@@ -159,9 +130,7 @@ fn folder() -> (TempDir, PathBuf) {
 /// Names in a folder, sorted.
 fn names(directory: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(directory).unwrap();
-    let mut names: Vec<_> = entries
-        .map(|entry| folder::name_of(&entry.unwrap().path()))
-        .collect();
+    let mut names: Vec<_> = entries.map(|entry| folder::name_of(&entry.unwrap().path())).collect();
     names.sort();
     names
 }
@@ -214,10 +183,7 @@ fn a_flip_of_any_byte_is_found_and_the_checkpoint_named() {
             std::fs::write(&path, &bytes).unwrap();
             let place = format!("byte {at} of {}", path.display());
             let error = read_all(&checkpoint).expect_err(&place).to_string();
-            assert!(
-                error.starts_with("checkpoint step-0000000100: "),
-                "{place}: {error}"
-            );
+            assert!(error.starts_with("checkpoint step-0000000100: "), "{place}: {error}");
             flips += 1;
         }
         std::fs::write(&path, sound).unwrap();
@@ -235,12 +201,7 @@ fn a_file_cut_short_too_long_or_missing_is_found() {
         let sound = std::fs::read(&path).unwrap();
         let mut longer = sound.clone();
         longer.push(0);
-        for bytes in [
-            &sound[..0],
-            &sound[..sound.len() / 2],
-            &sound[..sound.len() - 1],
-            &longer,
-        ] {
+        for bytes in [&sound[..0], &sound[..sound.len() / 2], &sound[..sound.len() - 1], &longer] {
             std::fs::write(&path, bytes).unwrap();
             let what = format!("{} with {} bytes", path.display(), bytes.len());
             read_all(&checkpoint).expect_err(&what);
@@ -266,10 +227,7 @@ fn a_damaged_plane_is_named_by_part_and_place() {
     bytes[at] ^= 1;
     std::fs::write(&path, bytes).unwrap();
     let error = read_all(&checkpoint).unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "checkpoint step-0000000100: part 2, plane z = 7 is damaged"
-    );
+    assert_eq!(error, "checkpoint step-0000000100: part 2, plane z = 7 is damaged");
 }
 
 #[test]
@@ -308,9 +266,7 @@ fn a_later_format_is_named_with_the_program_that_wrote_it() {
     let above = above.replace("format = 4\n", "format = 9\nsomething = \"else\"\n");
     let seal = xxhash_rust::xxh3::xxh3_64(above.as_bytes());
     std::fs::write(&path, format!("{above}# xxh3 of all lines above: {seal:016x}\n")).unwrap();
-    let error = read_all(&directory.join("step-0000000100"))
-        .unwrap_err()
-        .to_string();
+    let error = read_all(&directory.join("step-0000000100")).unwrap_err().to_string();
     let version = env!("CARGO_PKG_VERSION");
     let said = format!("written by turbid {version} in format 9, and this program reads format 4");
     assert!(error.contains(&said), "{error}");
@@ -329,12 +285,7 @@ fn a_manifest_that_names_other_files_is_refused_though_its_seal_is_right() {
         std::fs::write(&path, manifest.to_text()).unwrap();
         read_all(path.parent().unwrap()).unwrap_err().to_string()
     };
-    for name in [
-        "../../secret",
-        "/etc/passwd",
-        "part-00001.bin",
-        "files/../case.toml",
-    ] {
+    for name in ["../../secret", "/etc/passwd", "part-00001.bin", "files/../case.toml"] {
         for spoil in [
             &|m: &mut Manifest| m.files[0].file = name.into(),
             &|m: &mut Manifest| m.files[1].file = name.into(),
@@ -357,10 +308,7 @@ fn a_link_or_a_fifo_in_the_place_of_any_file_of_a_checkpoint_is_refused() {
         std::fs::rename(&path, &aside).unwrap();
         std::os::unix::fs::symlink(&aside, &path).unwrap();
         let said = read_all(&checkpoint).unwrap_err().to_string();
-        assert!(
-            said.contains("symbolic link") || said.contains("no folder"),
-            "{said}"
-        );
+        assert!(said.contains("symbolic link") || said.contains("no folder"), "{said}");
         std::fs::remove_file(&path).unwrap();
         std::fs::rename(&aside, &path).unwrap();
     }
@@ -371,26 +319,15 @@ fn a_link_or_a_fifo_in_the_place_of_any_file_of_a_checkpoint_is_refused() {
     // SAFETY: a path that ends with a zero byte.
     assert_eq!(unsafe { libc::mkfifo(name.as_ptr(), 0o600) }, 0);
     let said = read_all(&checkpoint).unwrap_err().to_string();
-    assert!(
-        said.contains("part-00000.bin cannot be read: it is a FIFO"),
-        "{said}"
-    );
+    assert!(said.contains("part-00000.bin cannot be read: it is a FIFO"), "{said}");
 }
 
 #[test]
 fn a_dry_run_has_sections_and_no_planes() {
     let (_root, directory) = folder();
-    let head = Head {
-        bytes_per_cell: 0,
-        ..head(5)
-    };
+    let head = Head { bytes_per_cell: 0, ..head(5) };
     on_threads(2, |comm| {
-        let part = Part {
-            block: slice(2, comm.rank()),
-            engine: b"particles",
-            coupling: b"",
-            shared: b"",
-        };
+        let part = Part { block: slice(2, comm.rank()), engine: b"particles", coupling: b"", shared: b"" };
         let plane = |_, _: &mut Vec<u8>| panic!("there is none");
         write(&directory, &comm, None, &head, &part, plane).unwrap();
     });
@@ -410,28 +347,15 @@ fn full() -> io::Result<File> {
 fn a_full_disk_leaves_the_previous_checkpoint_and_nothing_else_whichever_file_it_hits() {
     let (_root, directory) = folder();
     write_step(&directory, 50);
-    for name in [
-        "part-00000.bin",
-        "part-00003.bin",
-        "case.toml",
-        "00001",
-        "manifest.toml",
-    ] {
+    for name in ["part-00000.bin", "part-00003.bin", "case.toml", "00001", "manifest.toml"] {
         let create = |path: &Path| {
-            if path.ends_with(name) {
-                full()
-            } else {
-                File::create_new(path)
-            }
+            if path.ends_with(name) { full() } else { File::create_new(path) }
         };
         for result in write_with(&directory, &head(100), create) {
             let error = result.unwrap_err();
             let text = error.to_string();
             assert!(matches!(error, Error::Agreed { code: 2, .. }), "{text}");
-            assert!(
-                text.starts_with("the checkpoint of step 100 failed: cannot write "),
-                "{text}"
-            );
+            assert!(text.starts_with("the checkpoint of step 100 failed: cannot write "), "{text}");
             assert!(text.contains(name) && text.contains("No space left"), "{text}");
             assert!(text.ends_with("; the checkpoint of step 50 is intact"), "{text}");
         }
@@ -500,16 +424,8 @@ fn only_the_one_before_that_is_known_to_be_sound_is_kept() {
     for step in [40, 60] {
         write_step(&directory, step);
     }
-    let head = Head {
-        bytes_per_cell: 0,
-        ..head(70)
-    };
-    let part = Part {
-        block: WHOLE,
-        engine: b"",
-        coupling: b"",
-        shared: b"",
-    };
+    let head = Head { bytes_per_cell: 0, ..head(70) };
+    let part = Part { block: WHOLE, engine: b"", coupling: b"", shared: b"" };
     // The run was resumed from step 40, since 60 is damaged.
     write(&directory, &Comm::Solo, Some(40), &head, &part, |_, _| ()).unwrap();
     assert_eq!(names(&directory), ["step-0000000040", "step-0000000070"]);
@@ -562,10 +478,7 @@ fn a_damaged_checkpoint_is_skipped_by_all_of_three_ranks_though_one_alone_reads_
         let first = Checkpoint::open(&directory.join("step-0000000200")).unwrap();
         assert_eq!(read(&first).is_ok(), comm.rank() == 0);
         let (step, skipped) = newest_sound(&directory, &comm, read).unwrap();
-        assert_eq!(
-            skipped,
-            ["checkpoint step-0000000200: part 1, plane z = 3 is damaged"]
-        );
+        assert_eq!(skipped, ["checkpoint step-0000000200: part 1, plane z = 3 is damaged"]);
         step
     });
     assert_eq!(steps, [100; 3]);
@@ -579,9 +492,7 @@ fn if_none_is_sound_each_is_named_with_its_reason() {
     std::fs::remove_file(directory.join("step-0000000200/manifest.toml")).unwrap();
     std::fs::write(directory.join("step-0000000100/case.toml"), "").unwrap();
     let errors = on_threads(2, |comm| {
-        newest_sound(&directory, &comm, |checkpoint| read_as(checkpoint, WHOLE))
-            .unwrap_err()
-            .to_string()
+        newest_sound(&directory, &comm, |checkpoint| read_as(checkpoint, WHOLE)).unwrap_err().to_string()
     });
     assert_eq!(errors[0], errors[1]);
     assert!(

@@ -23,10 +23,7 @@ pub(super) fn write(
     plane: impl FnMut(usize, &mut Vec<u8>),
     create: &Create,
 ) -> Result<()> {
-    assert!(
-        part.shared.is_empty() || comm.rank() == 0,
-        "what is shared is of rank 0"
-    );
+    assert!(part.shared.is_empty() || comm.rank() == 0, "what is shared is of rank 0");
     let written = steps(directory, comm, sound, head, part, plane, create);
     written.map_err(|why| {
         if comm.rank() == 0 {
@@ -123,11 +120,7 @@ fn finish(partial: &Path, head: &Head, parts: &[Vec<u8>], create: &Create) -> Re
         parts: (parts.iter().enumerate())
             .map(|(rank, sums)| {
                 let [seal, bytes] = bytemuck::pod_read_unaligned(sums);
-                PartEntry {
-                    file: part::file_name(rank),
-                    bytes,
-                    head_xxh3: hex(seal),
-                }
+                PartEntry { file: part::file_name(rank), bytes, head_xxh3: hex(seal) }
             })
             .collect(),
     };

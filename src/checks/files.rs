@@ -102,11 +102,7 @@ pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
         None => {
             before += 1;
             let second_of_two = !both && others == 2 && before == 2;
-            let style = if second_of_two {
-                Style::Overlaid
-            } else {
-                Style::Measured
-            };
+            let style = if second_of_two { Style::Overlaid } else { Style::Measured };
             (name.to_string(), style)
         }
     };

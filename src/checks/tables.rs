@@ -32,12 +32,7 @@ pub fn table(outcome: &Outcome, explain: bool) -> String {
         };
         [vec![check.quantity.clone()], cells].concat()
     }));
-    rows.extend(
-        found
-            .notes
-            .iter()
-            .map(|(quantity, value)| vec![quantity.clone(), number(*value)]),
-    );
+    rows.extend(found.notes.iter().map(|(quantity, value)| vec![quantity.clone(), number(*value)]));
     let mut text = format!("{text} ({:.1} s)\n", outcome.seconds);
     for (at, line) in aligned(&rows).into_iter().enumerate() {
         let check = at.checked_sub(1).and_then(|at| found.checks.get(at));
@@ -84,12 +79,7 @@ fn used(check: &Check) -> String {
 
 /// Measured value, reference, deviation and tolerance; the latter two as parts of the reference where it is not zero.
 pub fn cells(check: &Check) -> [String; 4] {
-    let Check {
-        measured,
-        reference,
-        tolerance,
-        ..
-    } = *check;
+    let Check { measured, reference, tolerance, .. } = *check;
     let off = measured - reference;
     let part = 100.0 * tolerance / reference.abs();
     let (deviation, allowed) = if (1e-3..1000.0).contains(&part) {
@@ -121,11 +111,7 @@ pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
         count => format!(", {count} cases {several}"),
     };
     text += &cases(score.missing, "not available", "not available");
-    text += &cases(
-        score.interrupted,
-        "stopped before its end",
-        "stopped before their end",
-    );
+    text += &cases(score.interrupted, "stopped before its end", "stopped before their end");
     let _ = write!(text, ", {seconds:.1} s");
     text
 }

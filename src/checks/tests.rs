@@ -13,10 +13,7 @@ fn check(quantity: &str, native: Option<f64>, difference: f64, tolerance: f64) -
 }
 
 fn outcome(checks: Vec<Check>) -> Outcome {
-    let found = Findings {
-        checks,
-        ..Findings::default()
-    };
+    let found = Findings { checks, ..Findings::default() };
     Outcome::of_engines("impact", "two spheres meet", || Ok(found))
 }
 
@@ -30,10 +27,7 @@ fn broken() -> Outcome {
 fn the_columns_of_a_table_stand_below_their_names() {
     let long = "a quantity with a name that is longer than most of them are";
     let text = table(
-        &outcome(vec![
-            check("restitution (-)", Some(0.9), 1e-7, 1e-6),
-            check(long, None, 0.0, 1.0),
-        ]),
+        &outcome(vec![check("restitution (-)", Some(0.9), 1e-7, 1e-6), check(long, None, 0.0, 1.0)]),
         false,
     );
     let lines: Vec<&str> = text.lines().collect();
@@ -49,21 +43,12 @@ fn the_columns_of_a_table_stand_below_their_names() {
 
 #[test]
 fn reasons_are_given_for_failures_and_for_all_when_asked_for() {
-    let outcome = outcome(vec![
-        check("good", None, 1e-7, 1e-6),
-        check("bad", None, 3e-6, 1e-6),
-    ]);
+    let outcome = outcome(vec![check("good", None, 1e-7, 1e-6), check("bad", None, 3e-6, 1e-6)]);
     let text = table(&outcome, false);
     assert_eq!(text.matches("rounding, \"alone\"").count(), 1);
-    assert!(
-        text.contains("1.0e-6  FAIL\n      300 % of the tolerance used: rounding"),
-        "{text}"
-    );
+    assert!(text.contains("1.0e-6  FAIL\n      300 % of the tolerance used: rounding"), "{text}");
     let text = table(&outcome, true);
-    assert!(
-        text.contains("1.0e-6  ok\n      10 % of the tolerance used: rounding"),
-        "{text}"
-    );
+    assert!(text.contains("1.0e-6  ok\n      10 % of the tolerance used: rounding"), "{text}");
 }
 
 #[test]
@@ -75,25 +60,13 @@ fn what_is_only_reported_is_not_called_ok() {
 #[test]
 fn a_case_that_ends_in_an_error_or_checks_nothing_is_a_check_that_fails() {
     let text = table(&broken(), false);
-    assert!(
-        text.contains("FAIL  did not complete: killed by signal 9\n  its log"),
-        "{text}"
-    );
-    let outcomes = [
-        outcome(vec![check("good", None, 0.0, 0.0)]),
-        broken(),
-        outcome(Vec::new()),
-    ];
+    assert!(text.contains("FAIL  did not complete: killed by signal 9\n  its log"), "{text}");
+    let outcomes = [outcome(vec![check("good", None, 0.0, 0.0)]), broken(), outcome(Vec::new())];
     assert!(!Score::of(&outcomes).is_full() && Score::of(&outcomes[..1]).is_full());
     assert_eq!(summary(&outcomes, 12.34), "1 of 3 checks passed, 12.3 s");
-    let far = outcome(vec![
-        check("far", None, 0.3, f64::INFINITY),
-        check("lost", None, f64::NAN, f64::INFINITY),
-    ]);
-    assert_eq!(
-        summary(&[far], 1.0),
-        "0 of 1 checks passed, 1 more only reported, 1.0 s"
-    );
+    let far =
+        outcome(vec![check("far", None, 0.3, f64::INFINITY), check("lost", None, f64::NAN, f64::INFINITY)]);
+    assert_eq!(summary(&[far], 1.0), "0 of 1 checks passed, 1 more only reported, 1.0 s");
 }
 
 #[test]
@@ -111,24 +84,14 @@ fn points_that_all_lie_to_one_side_have_a_bias_though_each_is_within_its_toleran
     let point = |measured: f64| Check::new("u", measured, 2.0, 0.2, "");
     let low = [1.9, 1.94, 1.86].map(point);
     let bias = Check::bias("u", &low, true).unwrap();
-    assert!(
-        (bias.measured + 0.05).abs() < 1e-12 && bias.is_reported(),
-        "{bias:?}"
-    );
-    assert!(
-        bias.quantity.contains("3 points (part of the reference)"),
-        "{bias:?}"
-    );
+    assert!((bias.measured + 0.05).abs() < 1e-12 && bias.is_reported(), "{bias:?}");
+    assert!(bias.quantity.contains("3 points (part of the reference)"), "{bias:?}");
     let absolute = Check::bias("u", &low, false).unwrap();
     assert!((absolute.measured + 0.1).abs() < 1e-12);
     let around = [1.9, 2.1].map(point);
     assert!(Check::bias("u", &around, true).unwrap().measured.abs() < 1e-12);
     let lost = [point(1.9), Check::failed("u", "")];
-    assert_eq!(
-        Check::bias("u", &lost, true),
-        None,
-        "one point says nothing of a bias"
-    );
+    assert_eq!(Check::bias("u", &lost, true), None, "one point says nothing of a bias");
     let score = Score::of_checks(&[low.to_vec(), vec![bias]].concat());
     assert_eq!((score.passed, score.checks, score.reported), (3, 3, 1));
 }
@@ -141,10 +104,7 @@ fn checks_without_engines_have_keys_of_their_own_and_survive_being_written_and_r
     let list: serde_json::Value = serde_json::from_str(&written).unwrap();
     let mut keys: Vec<&String> = list[0].as_object().unwrap().keys().collect();
     keys.sort_unstable();
-    assert_eq!(
-        keys,
-        ["measured", "pass", "quantity", "reference", "source", "tolerance"]
-    );
+    assert_eq!(keys, ["measured", "pass", "quantity", "reference", "source", "tolerance"]);
     assert!(list[0]["measured"].is_null() && list[1]["tolerance"].is_null());
     let read: Vec<Check> = serde_json::from_str(&written).unwrap();
     assert!(read[0].measured.is_nan() && !read[0].pass && read[1] == reported);
@@ -152,23 +112,11 @@ fn checks_without_engines_have_keys_of_their_own_and_survive_being_written_and_r
 
 #[test]
 fn the_json_is_a_list_of_objects_with_the_promised_keys() {
-    let outcomes = [
-        outcome(vec![check("far", Some(0.1 + 0.2), 0.3, f64::INFINITY)]),
-        broken(),
-    ];
+    let outcomes = [outcome(vec![check("far", Some(0.1 + 0.2), 0.3, f64::INFINITY)]), broken()];
     let list: serde_json::Value = serde_json::from_str(&json(&outcomes)).unwrap();
     let keys = |row: &serde_json::Value| row.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    let mut expected = [
-        "case",
-        "quantity",
-        "native",
-        "liggghts",
-        "analytic",
-        "difference",
-        "tolerance",
-        "reason",
-        "pass",
-    ];
+    let mut expected =
+        ["case", "quantity", "native", "liggghts", "analytic", "difference", "tolerance", "reason", "pass"];
     expected.sort_unstable();
     for row in list.as_array().unwrap() {
         let mut keys = keys(row);
@@ -184,20 +132,14 @@ fn the_json_is_a_list_of_objects_with_the_promised_keys() {
 #[test]
 fn the_csv_has_one_row_for_each_check_and_survives_commas_and_quotes() {
     let bytes = csv(&all(&[
-        outcome(vec![
-            check("a, b", Some(1.25), 0.5, 1.0),
-            check("c", None, 0.0, 0.0),
-        ]),
+        outcome(vec![check("a, b", Some(1.25), 0.5, 1.0), check("c", None, 0.0, 0.0)]),
         broken(),
     ]));
     let mut reader = csv::Reader::from_reader(&bytes[..]);
     assert_eq!(&reader.headers().unwrap()[0], "case");
     let rows: Vec<csv::StringRecord> = reader.records().map(std::result::Result::unwrap).collect();
     assert_eq!(rows.len(), 3);
-    assert_eq!(
-        (&rows[0][1], &rows[0][2], &rows[0][7]),
-        ("a, b", "1.25", "rounding, \"alone\"")
-    );
+    assert_eq!((&rows[0][1], &rows[0][2], &rows[0][7]), ("a, b", "1.25", "rounding, \"alone\""));
     assert_eq!((&rows[1][2], &rows[2][8]), ("", "false"));
 }
 
@@ -207,10 +149,7 @@ fn overlay(names: &[&str]) -> Overlay {
         title: "force".to_string(),
         axes: ["d (m)".to_string(), "F (N)".to_string()],
         logarithmic: [false; 2],
-        curves: names
-            .iter()
-            .map(|name| ((*name).to_string(), vec![[0.0, 0.0], [1.0, 1.0]]))
-            .collect(),
+        curves: names.iter().map(|name| ((*name).to_string(), vec![[0.0, 0.0], [1.0, 1.0]])).collect(),
     }
 }
 
@@ -222,29 +161,15 @@ fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
     };
     let usual = [Style::Overlaid, Style::Measured, Style::Reference];
     assert_eq!(styles(&["native", "LIGGGHTS", "Hertz"]), usual);
-    assert_eq!(
-        styles(&["analytic", "native", "LIGGGHTS"]),
-        [usual[2], usual[0], usual[1]]
-    );
+    assert_eq!(styles(&["analytic", "native", "LIGGGHTS"]), [usual[2], usual[0], usual[1]]);
     assert_eq!(styles(&["native - LIGGGHTS"]), [Style::Measured]);
     assert_eq!(
         styles(&["reference: x", "measured", "fit"]),
         [Style::Reference, Style::Measured, Style::Overlaid]
     );
     assert_eq!(styles(&["a", "b", "c"]), [Style::Measured; 3]);
-    assert_eq!(
-        styles(&["native", "LIGGGHTS", "x", "y"])[2..],
-        [Style::Measured; 2]
-    );
-    let two = overlay(&[
-        "native, e = 0.9",
-        "LIGGGHTS, e = 0.9",
-        "native, e = 0.5",
-        "LIGGGHTS, e = 0.5",
-    ]);
+    assert_eq!(styles(&["native", "LIGGGHTS", "x", "y"])[2..], [Style::Measured; 2]);
+    let two = overlay(&["native, e = 0.9", "LIGGGHTS, e = 0.9", "native, e = 0.5", "LIGGGHTS, e = 0.5"]);
     let two: Vec<String> = looks(&two).into_iter().map(|look| look.0).collect();
-    assert_eq!(
-        two,
-        ["native", "LIGGGHTS, e = 0.9", "native", "LIGGGHTS, e = 0.5"]
-    );
+    assert_eq!(two, ["native", "LIGGGHTS, e = 0.9", "native", "LIGGGHTS, e = 0.5"]);
 }

@@ -40,15 +40,9 @@ fn calibrate(threads: usize) -> Result<()> {
     let times = |factor: f64| format!("{factor:.2}");
     let row = |name: &str, factor: f64| [name.to_string(), times(factor), String::new()];
     let mut rows = vec![row("f32", found.single), row("f64", found.double)];
-    rows[0][2] = format!(
-        "times as long as with the built-in costs, on {} threads",
-        found.threads
-    );
+    rows[0][2] = format!("times as long as with the built-in costs, on {} threads", found.threads);
     let kept = match found.keep()? {
-        Some(path) => format!(
-            "kept in {}, for the estimates of `check` and `study`",
-            path.display()
-        ),
+        Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
         None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),
     };
     say(&format!("{}\n{kept}", table(&rows)));
@@ -62,25 +56,13 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
     let bandwidth = format!("of {:.1} GB/s", report.bandwidth_gb_per_s);
     let memory = in_bytes(report.bytes_per_cell * report.cells as f64);
     let mut rows = vec![
-        row(
-            "speed",
-            format!("{:.1} MLUPS", report.mlups),
-            format!("median of {samples}"),
-        ),
-        row(
-            "roofline",
-            format!("{:.1} %", 100.0 * report.roofline_fraction),
-            bandwidth,
-        ),
+        row("speed", format!("{:.1} MLUPS", report.mlups), format!("median of {samples}")),
+        row("roofline", format!("{:.1} %", 100.0 * report.roofline_fraction), bandwidth),
         row("memory", format!("{:.1} B/cell", report.bytes_per_cell), memory),
         row("cells", report.cells.to_string(), report.precision.clone()),
         row("particles", report.particles.to_string(), String::new()),
         row("contacts", report.contacts.to_string(), String::new()),
-        row(
-            "threads",
-            report.threads.to_string(),
-            format!("{} ranks", report.ranks),
-        ),
+        row("threads", report.threads.to_string(), format!("{} ranks", report.ranks)),
     ];
     if let Some(estimate) = estimate {
         let rate = report.cells as f64 / estimate.seconds_per_step / 1e6;

@@ -12,11 +12,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
         return Ok(());
     };
     let setup = load(path, &arguments.changes)?;
-    say(&format!(
-        "{}\n{}",
-        setup.provenance.name,
-        table(&preflight::rows(&setup))
-    ));
+    say(&format!("{}\n{}", setup.provenance.name, table(&preflight::rows(&setup))));
     if let Err(missing) = crate::engine::refuse_if_missing(&setup.engine) {
         warn(&missing.to_string());
     }

@@ -15,11 +15,7 @@ pub(super) fn report() -> String {
     let mut rows = vec![
         row("version", env!("CARGO_PKG_VERSION").to_string(), build()),
         row("threads", machine::cores().to_string(), threads_remark()),
-        row(
-            "instructions",
-            Simd::best().name().to_string(),
-            simd_remark(Simd::best()),
-        ),
+        row("instructions", Simd::best().name().to_string(), simd_remark(Simd::best())),
     ];
     let pages = machine::huge_pages();
     rows.push(row(
@@ -38,24 +34,12 @@ pub(super) fn report() -> String {
             );
             row("memory", machine::in_bytes(all), remark)
         }
-        _ => row(
-            "memory",
-            "unknown".to_string(),
-            "no /proc/meminfo here".to_string(),
-        ),
+        _ => row("memory", "unknown".to_string(), "no /proc/meminfo here".to_string()),
     });
     let liggghts = if HAS_LIGGGHTS { "yes" } else { "no" };
-    rows.push(row(
-        "LIGGGHTS",
-        liggghts.to_string(),
-        liggghts_remark(HAS_LIGGGHTS),
-    ));
+    rows.push(row("LIGGGHTS", liggghts.to_string(), liggghts_remark(HAS_LIGGGHTS)));
     let has_mpi = if cfg!(feature = "mpi") { "yes" } else { "no" };
-    rows.push(row(
-        "MPI",
-        has_mpi.to_string(),
-        mpi_remark(cfg!(feature = "mpi"), launcher().as_deref()),
-    ));
+    rows.push(row("MPI", has_mpi.to_string(), mpi_remark(cfg!(feature = "mpi"), launcher().as_deref())));
     table(&rows)
 }
 

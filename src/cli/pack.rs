@@ -35,10 +35,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     let out = &arguments.out;
     let count = rows.len();
     write_bytes(out, positions::format(rows).as_bytes())?;
-    say(&format!(
-        "{count} particles, {what}, written to {}",
-        out.display()
-    ));
+    say(&format!("{count} particles, {what}, written to {}", out.display()));
     Ok(())
 }
 

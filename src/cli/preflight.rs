@@ -18,10 +18,7 @@ use crate::simulation::{TimeEstimate, bytes_per_cell, decompose, time_estimate};
 /// Memory that a run takes (bytes) for its cells, and for its particles.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
     let cells = setup.fluid_cells();
-    [
-        cells as f64 * bytes_per_cell(setup.plan.precision),
-        setup.particles.len() as f64 * memory::PER_PARTICLE,
-    ]
+    [cells as f64 * bytes_per_cell(setup.plan.precision), setup.particles.len() as f64 * memory::PER_PARTICLE]
 }
 
 /// Memory that a run takes (bytes).
@@ -34,10 +31,7 @@ fn nearest_limit() -> Option<Room> {
     let (all, here) = comm::launched().map_or((1, 1), |launched| (launched.size, launched.here));
     let rooms = memory::rooms().into_iter().map(|room| {
         let processes = if room.each { 1 } else { here };
-        Room {
-            bytes: room.bytes * all as f64 / processes as f64,
-            ..room
-        }
+        Room { bytes: room.bytes * all as f64 / processes as f64, ..room }
     });
     rooms.min_by(|a, b| a.bytes.total_cmp(&b.bytes))
 }
@@ -104,11 +98,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
     rows.extend(bodies::wall_rows(setup));
     rows.push(row("particles", setup.particles.len().to_string(), ""));
-    rows.push(row(
-        "volume fraction",
-        format!("{:.5}", setup.volume_fraction),
-        "",
-    ));
+    rows.push(row("volume fraction", format!("{:.5}", setup.volume_fraction), ""));
     rows.extend(bodies::shape_rows(setup));
     rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
     rows.extend(engine_row(setup));
@@ -156,10 +146,8 @@ fn dry_rows(setup: &Setup) -> Vec<Row> {
 /// Speed (m/s) after a fall through the box.
 fn fall_speed(setup: &Setup) -> f64 {
     // Gravity times the extent of the box along it.
-    let drop: f64 = (setup.gravity.iter())
-        .zip(setup.domain.size().iter())
-        .map(|(g, length)| g.abs() * length)
-        .sum();
+    let drop: f64 =
+        (setup.gravity.iter()).zip(setup.domain.size().iter()).map(|(g, length)| g.abs() * length).sum();
     (2.0 * drop).sqrt()
 }
 
@@ -179,11 +167,7 @@ fn time_row(setup: &Setup) -> Option<Row> {
     Some(row(
         "estimated time",
         in_time(seconds),
-        &format!(
-            "{rate:.0} MLUPS in {precision} on {} {ranks}, {}",
-            estimate.ranks,
-            basis(&estimate)
-        ),
+        &format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
     ))
 }
 

@@ -46,10 +46,6 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<()> {
         _ => format!(", {passed} of {checks} checks passed"),
     };
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
-    say(&format!(
-        "{}: {}{checks}",
-        done.page.display(),
-        count(done.figures, "figure")
-    ));
+    say(&format!("{}: {}{checks}", done.page.display(), count(done.figures, "figure")));
     Ok(())
 }

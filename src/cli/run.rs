@@ -40,11 +40,8 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
 
 /// How a run is asked to behave, by arguments and from now on by [signals], the first of which `answer` is printed for.
 pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOptions> {
-    let options = RunOptions {
-        quiet: manner.quiet,
-        max_walltime: manner.max_walltime,
-        ..RunOptions::default()
-    };
+    let options =
+        RunOptions { quiet: manner.quiet, max_walltime: manner.max_walltime, ..RunOptions::default() };
     signals::listen(&options, answer)?;
     Ok(options)
 }
@@ -70,9 +67,7 @@ fn headline(summary: &Summary, directory: &Path) -> String {
         let error = plus_minus(summary.standard_error);
         let other = (summary.settling_velocity_over_schiller_naumann)
             .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
-        lines.push(format!(
-            "mean settling velocity  {velocity:.4}{error} u_Stokes{other}"
-        ));
+        lines.push(format!("mean settling velocity  {velocity:.4}{error} u_Stokes{other}"));
     }
     if let Some(drift) = summary.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
         lines.push(format!(
@@ -88,10 +83,7 @@ fn headline(summary: &Summary, directory: &Path) -> String {
             directory.display()
         ));
     }
-    lines.push(format!(
-        "particles, steps        {}, {}",
-        summary.particles, summary.steps
-    ));
+    lines.push(format!("particles, steps        {}, {}", summary.particles, summary.steps));
     if summary.mlups > 0.0 {
         lines.push(format!("speed                   {:.1} MLUPS", summary.mlups));
     }
@@ -99,11 +91,7 @@ fn headline(summary: &Summary, directory: &Path) -> String {
     lines.push(format!("files                   {}", directory.display()));
     lines.push("open the .pvd files there in ParaView, e.g.".to_string());
     let surfaces = directory.join("surfaces.pvd");
-    let shown = if surfaces.exists() {
-        surfaces
-    } else {
-        directory.join("particles.pvd")
-    };
+    let shown = if surfaces.exists() { surfaces } else { directory.join("particles.pvd") };
     lines.push(format!("  paraview {}", shown.display()));
     lines.join("\n")
 }
@@ -148,10 +136,7 @@ mod tests {
             ..Summary::default()
         };
         let text = headline(&summary, Path::new("out/x"));
-        assert!(
-            text.starts_with("mean settling velocity  0.2741 +- 0.0012 u_Stokes\n"),
-            "{text}"
-        );
+        assert!(text.starts_with("mean settling velocity  0.2741 +- 0.0012 u_Stokes\n"), "{text}");
         assert!(
             text.contains("not steady")
                 && text.contains("-20.0 %")

@@ -37,21 +37,19 @@ pub(super) fn listen(options: &RunOptions, answer: &'static str) -> Result<()> {
         }
         flag::register(SIGUSR1, Arc::clone(&options.checkpoint))?;
         let mut interrupts = Signals::new([SIGINT])?;
-        thread::Builder::new()
-            .name("signals".to_string())
-            .spawn(move || {
-                let mut first = None;
-                for _ in &mut interrupts {
-                    match first {
-                        None => {
-                            first = Some(Instant::now());
-                            notice(&format!("{answer}; interrupt again to abort"));
-                        }
-                        Some(first) if first.elapsed() >= GRACE => signal_hook::low_level::exit(ABORTED),
-                        Some(_) => {}
+        thread::Builder::new().name("signals".to_string()).spawn(move || {
+            let mut first = None;
+            for _ in &mut interrupts {
+                match first {
+                    None => {
+                        first = Some(Instant::now());
+                        notice(&format!("{answer}; interrupt again to abort"));
                     }
+                    Some(first) if first.elapsed() >= GRACE => signal_hook::low_level::exit(ABORTED),
+                    Some(_) => {}
                 }
-            })?;
+            }
+        })?;
         Ok(())
     };
     attempt().map_err(|e| Error::io("handle signals of", Path::new("this process"), e))

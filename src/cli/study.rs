@@ -61,33 +61,21 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
     let options = run::options(&arguments.manner, run::STOPPING)?;
     let quiet = options.quiet;
-    let mut manner = study::Manner {
-        run: options,
-        only: arguments.only.clone(),
-    };
+    let mut manner = study::Manner { run: options, only: arguments.only.clone() };
     // Lines every few seconds for hours are of no use.
     manner.run.quiet = quiet || !stderr().is_terminal();
-    let outcome = study::execute(
-        &mut study,
-        &manner,
-        &preflight::refuse_what_does_not_fit,
-        &mut |event| tell(event, quiet),
-    )?;
+    let outcome = study::execute(&mut study, &manner, &preflight::refuse_what_does_not_fit, &mut |event| {
+        tell(event, quiet)
+    })?;
     let document = study.document()?;
     if !quiet {
         let score = Score::of_checks(&document.checks);
-        let mut text = format!(
-            "{} of {} runs done, {score}",
-            document.runs.done, document.runs.total
-        );
+        let mut text = format!("{} of {} runs done, {score}", document.runs.done, document.runs.total);
         match document.unsettled.len() {
             0 => {}
             1 => text.push_str(", one run with means that have not settled (`settled` in result.csv)"),
             n => {
-                let _ = write!(
-                    text,
-                    ", {n} runs with means that have not settled (`settled` in result.csv)"
-                );
+                let _ = write!(text, ", {n} runs with means that have not settled (`settled` in result.csv)");
             }
         }
         if outcome.interrupted {
@@ -100,10 +88,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     if outcome.failed > 0 {
         return Err(Error::Agreed {
             code: outcome.code,
-            text: format!(
-                "{} of the runs failed; all others are done or still open",
-                outcome.failed
-            ),
+            text: format!("{} of the runs failed; all others are done or still open", outcome.failed),
         });
     }
     if outcome.interrupted {
@@ -115,35 +100,19 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
 
 fn tell(event: Event, quiet: bool) {
     match event {
-        Event::Begins {
-            name,
-            number: [number, of],
-            from,
-            seconds,
-        } if !quiet => {
+        Event::Begins { name, number: [number, of], from, seconds } if !quiet => {
             let time = seconds.map_or(String::new(), |seconds| format!(", about {}", in_time(seconds)));
-            let from = if from > 0 {
-                format!(", from step {from}")
-            } else {
-                String::new()
-            };
+            let from = if from > 0 { format!(", from step {from}") } else { String::new() };
             say(&format!("[{number}/{of}] {name}{from}{time}"));
         }
         Event::Ended { record, .. } if !quiet => {
             let mut text = String::from("       ");
             if let Some(velocity) = record.get("settling_velocity_over_stokes") {
-                let error = velocity
-                    .error
-                    .map_or(String::new(), |error| format!(" +- {error:.4}"));
+                let error = velocity.error.map_or(String::new(), |error| format!(" +- {error:.4}"));
                 let _ = write!(text, "{:.4}{error} u_Stokes, ", velocity.value);
             }
             let number = |name| record.value(name).unwrap_or(f64::NAN);
-            let _ = write!(
-                text,
-                "{:.1} MLUPS, {}",
-                number("mlups"),
-                in_time(number("wall_seconds"))
-            );
+            let _ = write!(text, "{:.1} MLUPS, {}", number("mlups"), in_time(number("wall_seconds")));
             say(&text);
         }
         Event::Failed { name, error } => warn(&format!("the run {name} failed: {error}")),
@@ -156,11 +125,7 @@ fn list(study: &Study, only: Option<&str>) -> String {
     let runs = &study.plan.runs;
     let width = runs.iter().map(|run| run.name.len()).max().unwrap_or(0).max(4);
     let mut text = format!("{}\n\n", study.file.title.value);
-    let _ = writeln!(
-        text,
-        "  {:width$} {:>12} {:>9} {:>9}  state",
-        "run", "cells", "steps", "time"
-    );
+    let _ = writeln!(text, "  {:width$} {:>12} {:>9} {:>9}  state", "run", "cells", "steps", "time");
     let mut total = 0.0;
     for (at, run) in runs.iter().enumerate() {
         if only.is_some_and(|only| !run.name.contains(only)) {
@@ -184,40 +149,24 @@ fn list(study: &Study, only: Option<&str>) -> String {
                 (study.seconds_left(at), state)
             }
             State::Open { replaces } => {
-                let state = if *replaces {
-                    "open; another run is there and will be replaced"
-                } else {
-                    "open"
-                };
+                let state =
+                    if *replaces { "open; another run is there and will be replaced" } else { "open" };
                 (study.seconds_left(at), state.to_string())
             }
         };
         let time = time.map_or_else(|| "-".to_string(), in_time);
         let name = &run.name;
-        let _ = writeln!(
-            text,
-            "  {name:width$} {cells:>12} {:>9} {time:>9}  {state}",
-            study.steps(at)
-        );
+        let _ = writeln!(text, "  {name:width$} {cells:>12} {:>9} {time:>9}  {state}", study.steps(at));
         total += match study.states[at] {
             State::Done(_) => 0.0,
             _ => study.seconds_left(at).unwrap_or(0.0),
         };
     }
-    let done = study
-        .states
-        .iter()
-        .filter(|state| state.record().is_some())
-        .count();
+    let done = study.states.iter().filter(|state| state.record().is_some()).count();
     let basis = match study.measured_over_estimated() {
         Some(_) => "by the speed measured in the finished runs",
         None => "by the cost model of `turbid check`: nothing was measured yet",
     };
-    let _ = write!(
-        text,
-        "\n{done} of {} runs done; the others take {}, {basis}",
-        runs.len(),
-        in_time(total)
-    );
+    let _ = write!(text, "\n{done} of {} runs done; the others take {}, {basis}", runs.len(), in_time(total));
     text
 }

@@ -33,10 +33,7 @@ mod tests {
         let error = |name: &str| chosen(&KNOWN, &[name.to_string()]).expect_err("no such case");
         let text = error("replya").to_string();
         assert_eq!(error("replya").exit_code(), 2);
-        assert!(
-            text.contains("did you mean `replay`?") && text.contains("known here: "),
-            "{text}"
-        );
+        assert!(text.contains("did you mean `replay`?") && text.contains("known here: "), "{text}");
         assert!(!error("qqqq").to_string().contains("did you mean"));
     }
 

@@ -132,17 +132,10 @@ pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
 
 /// Rows of name, value and remark, aligned.
 pub(super) fn table(rows: &[[String; 3]]) -> String {
-    let width = |column: usize| {
-        rows.iter()
-            .map(|row| row[column].chars().count())
-            .max()
-            .unwrap_or(0)
-    };
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let (names, values) = (width(0), width(1));
     let line = |[name, value, remark]: &[String; 3]| {
-        format!("  {name:names$}  {value:>values$}  {remark}")
-            .trim_end()
-            .to_string()
+        format!("  {name:names$}  {value:>values$}  {remark}").trim_end().to_string()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

@@ -47,25 +47,17 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
     let level = arguments.level;
     let meant = |case: &&Case| !arguments.names.is_empty() || case.level() <= level;
-    let cases = chosen(&names, &arguments.names)?
-        .into_iter()
-        .map(|place| &CASES[place]);
+    let cases = chosen(&names, &arguments.names)?.into_iter().map(|place| &CASES[place]);
     let cases: Vec<&'static Case> = cases.filter(meant).collect();
     if let Some(out) = &arguments.out {
         checks::prepare(out)?;
     }
-    let manner = Manner {
-        quiet: false,
-        max_walltime: arguments.max_walltime,
-    };
+    let manner = Manner { quiet: false, max_walltime: arguments.max_walltime };
     let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
     let kept = arguments.out.clone().filter(|_| full);
     let answer = if kept.is_some() { run::STOPPING } else { "stopping" };
     let options = run::options(&manner, answer)?;
-    let mut trial = Trial::new(
-        arguments.changes.set.clone(),
-        arguments.changes.threads.unwrap_or(0),
-    );
+    let mut trial = Trial::new(arguments.changes.set.clone(), arguments.changes.threads.unwrap_or(0));
     trial.kept = kept;
     trial.stop = options.stop;
     trial.deadline = options.max_walltime.map(|limit| start + limit);
@@ -85,10 +77,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let interrupted = score.interrupted > 0;
     if let (read @ 1.., Some(kept)) = (trial.read.load(Ordering::Relaxed), &trial.kept) {
         let kept = kept.join("kept");
-        say(&format!(
-            "{read} runs that had ended were read from {}",
-            kept.display()
-        ));
+        say(&format!("{read} runs that had ended were read from {}", kept.display()));
     }
     say(&checks::summary(&outcomes, start.elapsed().as_secs_f64()));
     if let Some(out) = &arguments.out {

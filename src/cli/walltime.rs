@@ -38,10 +38,7 @@ fn in_units(text: &str) -> Option<u64> {
         let Some((number, after)) = rest.split_once(unit) else {
             continue;
         };
-        let number = number
-            .bytes()
-            .all(|b| b.is_ascii_digit())
-            .then(|| number.parse::<u64>().ok())??;
+        let number = number.bytes().all(|b| b.is_ascii_digit()).then(|| number.parse::<u64>().ok())??;
         sum = number.checked_mul(length)?.checked_add(sum)?;
         rest = after;
     }

@@ -86,24 +86,9 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
                 findings.push(check);
             };
             push(what("tsuji"), [same, liggghts, Some(e)], Between::Theory, SET);
-            push(
-                what("tsuji, engines"),
-                [same, liggghts, None],
-                Between::Engines,
-                ENGINES,
-            );
-            push(
-                what("hunt_crossley"),
-                [own, None, Some(realised)],
-                Between::Theory,
-                SET,
-            );
-            push(
-                what("hunt_crossley, engines"),
-                [own, liggghts, None],
-                Between::Engines,
-                DEFAULT_LAW,
-            );
+            push(what("tsuji, engines"), [same, liggghts, None], Between::Engines, ENGINES);
+            push(what("hunt_crossley"), [own, None, Some(realised)], Between::Theory, SET);
+            push(what("hunt_crossley, engines"), [own, liggghts, None], Between::Engines, DEFAULT_LAW);
             if pair == 0 {
                 for (curve, value) in curves.iter_mut().zip([same, liggghts, own, Some(realised)]) {
                     curve.extend(value.map(|value| [e, value - e]));
@@ -111,12 +96,7 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
             }
         }
     }
-    let names = [
-        "native, tsuji",
-        "LIGGGHTS",
-        "native, hunt_crossley",
-        "hunt_crossley, theory",
-    ];
+    let names = ["native, tsuji", "LIGGGHTS", "native, hunt_crossley", "hunt_crossley, theory"];
     findings.overlays.push(Overlay::new(
         "off",
         format!("Restitution measured less that set, {STEPS} steps per contact, 1 m/s"),
@@ -135,10 +115,7 @@ pub(super) fn columns(
     tolerance: f64,
     reason: &str,
 ) -> [Check; 2] {
-    let quantities = [
-        format!("duration, {what} (s)"),
-        format!("largest depth, {what} (m)"),
-    ];
+    let quantities = [format!("duration, {what} (s)"), format!("largest depth, {what} (m)")];
     let measured = [measured.map(|m| m.duration), measured.map(|m| m.deepest)];
     let check = |k: usize| {
         let mut values = [None, None, Some(theory[k])];
@@ -155,21 +132,10 @@ fn own_laws(
     theory: [&Impact; 2],
     depth: impl Fn(&[Particle]) -> f64,
 ) -> Vec<Check> {
-    let ways = [
-        (0, "native tsuji", 0),
-        (1, "LIGGGHTS", 0),
-        (0, "native hunt_crossley", 1),
-    ];
+    let ways = [(0, "native tsuji", 0), (1, "LIGGGHTS", 0), (0, "native hunt_crossley", 1)];
     let checks = ways.iter().zip(tracks).flat_map(|(&(engine, name, law), track)| {
         let theory = [theory[law].duration, theory[law].deepest];
-        columns(
-            &format!("{what}{name}"),
-            engine,
-            track.impact(&depth),
-            theory,
-            3e-4,
-            COLUMN,
-        )
+        columns(&format!("{what}{name}"), engine, track.impact(&depth), theory, 3e-4, COLUMN)
     });
     checks.collect()
 }
@@ -189,11 +155,7 @@ pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
         let crossley = impact(&hertz, Damping::HuntCrossley(e), volume, SPEEDS[0]);
         let what = format!("e = {e}, ");
         let tracks = [&same, &liggghts, &own];
-        findings
-            .checks
-            .extend(own_laws(&what, tracks, [&tsuji, &crossley], |frame| {
-                depth(frame, 0)
-            }));
+        findings.checks.extend(own_laws(&what, tracks, [&tsuji, &crossley], |frame| depth(frame, 0)));
     }
     Ok(findings)
 }
@@ -204,12 +166,7 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     let scene = |laws| {
         let mut scene = Scene::glass("wall-impact", e, 0.0, laws);
         scene.walls.push(plane(2, 0.0, true, 0));
-        scene.add(
-            0,
-            Vec3::new(5e-3, 5e-3, RADIUS),
-            Vec3::z() * -speed,
-            Vec3::zeros(),
-        );
+        scene.add(0, Vec3::new(5e-3, 5e-3, RADIUS), Vec3::z() * -speed, Vec3::zeros());
         scene
     };
     let depth = |frame: &[Particle]| RADIUS - frame[0].position[2];
@@ -231,9 +188,7 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     let quantity = format!("restitution, e = {e}, hunt_crossley (-)");
     findings.push(absolute(quantity, values, Between::Theory, 2e-4, SET));
     let all = [&tracks[0], &tracks[1], &own];
-    findings
-        .checks
-        .extend(own_laws("", all, [&tsuji, &crossley], depth));
+    findings.checks.extend(own_laws("", all, [&tsuji, &crossley], depth));
     let curve = |track: &Track| {
         let points = (0..track.frames.len() - 1).map(|k| [track.time(k) * 1e6, track.force(k, 0).z]);
         thinned(points, 500)
@@ -243,11 +198,7 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
         "force",
         format!("A sphere hits a wall at {speed} m/s, e = {e}"),
         ["time (us)", "force (N)"],
-        [
-            ("native", curve(&tracks[0])),
-            ("LIGGGHTS", curve(&tracks[1])),
-            ("theory", thinned(theory, 500)),
-        ],
+        [("native", curve(&tracks[0])), ("LIGGGHTS", curve(&tracks[1])), ("theory", thinned(theory, 500))],
     ));
     Ok(findings)
 }

@@ -49,11 +49,7 @@ fn write_moment(path: &Path, moment: &Moment, engine: usize) -> Result<()> {
     radii.sort_by(f64::total_cmp);
     radii.dedup();
     let templates: Vec<Template> = (radii.iter())
-        .map(|&radius| Template {
-            shape: Arc::new(Sphere { radius }),
-            density: 1.0,
-            material: 0,
-        })
+        .map(|&radius| Template { shape: Arc::new(Sphere { radius }), density: 1.0, material: 0 })
         .collect();
     let particles: Vec<Particle> = (0..)
         .zip(&moment.spheres[engine])
@@ -65,23 +61,14 @@ fn write_moment(path: &Path, moment: &Moment, engine: usize) -> Result<()> {
         })
         .collect();
     // Positions stay as they are.
-    let open = Domain {
-        cells: [1; 3],
-        dx: 1.0,
-        periodic: [false; 3],
-    };
+    let open = Domain { cells: [1; 3], dx: 1.0, periodic: [false; 3] };
     surfaces::write_motion(path, &open, &templates, &particles)
 }
 
 /// Position, velocity, angular velocity and radius of a sphere as a [`Moment`] has them.
 pub(super) fn sphere(particle: &Particle, template: &Template) -> (Vec3, Vec3, Vec3, f64) {
     let radius = 0.5 * template.shape.equivalent_diameter();
-    (
-        particle.position(),
-        particle.velocity(),
-        particle.angular_velocity(),
-        radius,
-    )
+    (particle.position(), particle.velocity(), particle.angular_velocity(), radius)
 }
 
 #[cfg(test)]

@@ -39,9 +39,7 @@ fn loads(random: bool) -> Vec<[Load; 2]> {
         torque: numbers.vector() * (100.0 * mass * RADIUS),
     };
     let first = [draw(), draw()];
-    (0..STEPS)
-        .map(|_| if random { [draw(), draw()] } else { first })
-        .collect()
+    (0..STEPS).map(|_| if random { [draw(), draw()] } else { first }).collect()
 }
 
 fn state(particles: &[Particle]) -> Flight {
@@ -94,13 +92,7 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
         let native = flown(&mut scene.native()?, &loads)?;
         let liggghts = flown(&mut scene.liggghts(directory)?, &loads)?;
         for (i, name) in NAMES.iter().enumerate() {
-            let all = |frames: &[Flight]| {
-                frames
-                    .iter()
-                    .flatten()
-                    .map(|flight| flight[i])
-                    .collect::<Vec<_>>()
-            };
+            let all = |frames: &[Flight]| frames.iter().flatten().map(|flight| flight[i]).collect::<Vec<_>>();
             let largest = worst(all(&exact).iter().map(Vec3::norm));
             let off = |frames: &[Flight]| {
                 let pairs = all(frames).into_iter().zip(all(&exact));
@@ -115,19 +107,13 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
         if (kind, substeps) == ("random", 10) {
             let curve = |frames: &[Flight]| {
                 let points = frames.iter().enumerate();
-                points
-                    .map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0][1].x])
-                    .collect()
+                points.map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0][1].x]).collect()
             };
             findings.overlays.push(Overlay::new(
                 "velocity",
                 "Free flight under random loads, 10 sub-steps",
                 ["time (ms)", "velocity along x (m/s)"],
-                [
-                    ("native", curve(&native)),
-                    ("LIGGGHTS", curve(&liggghts)),
-                    ("exact", curve(&exact)),
-                ],
+                [("native", curve(&native)), ("LIGGGHTS", curve(&liggghts)), ("exact", curve(&exact))],
             ));
         }
     }

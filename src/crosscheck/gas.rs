@@ -23,10 +23,7 @@ const FILLED: f64 = 0.1;
 
 const RADII: [f64; 5] = [0.35e-3, 0.42e-3, 0.5e-3, 0.55e-3, 0.6e-3];
 
-const MATERIAL: Material = Material {
-    youngs_modulus: 1e8,
-    poisson_ratio: 0.3,
-};
+const MATERIAL: Material = Material { youngs_modulus: 1e8, poisson_ratio: 0.3 };
 
 /// Step of the motion (s): some 50 per contact of the smallest spheres.
 const STEP: f64 = 5e-7;
@@ -74,20 +71,12 @@ fn scene(name: String, restitution: f64, seed: u64) -> Scene {
     let count = EDGE.pow(3);
     let volume: f64 = (0..count).map(|n| scene.templates[kind(n)].shape.volume()).sum();
     let edge = (volume / FILLED).cbrt();
-    scene.domain = Domain {
-        cells: [4 * EDGE; 3],
-        dx: edge / (4 * EDGE) as f64,
-        periodic: [true; 3],
-    };
+    scene.domain = Domain { cells: [4 * EDGE; 3], dx: edge / (4 * EDGE) as f64, periodic: [true; 3] };
     let mut random = Random(seed);
     let spacing = edge / EDGE as f64;
     let middle = scene.templates[2].mass();
     for n in 0..count {
-        let cell = Vec3::new(
-            (n % EDGE) as f64,
-            (n / EDGE % EDGE) as f64,
-            (n / EDGE / EDGE) as f64,
-        );
+        let cell = Vec3::new((n % EDGE) as f64, (n / EDGE % EDGE) as f64, (n / EDGE / EDGE) as f64);
         let place = (cell + Vec3::repeat(0.5) + random.vector() * 0.1) * spacing;
         scene.add(kind(n), place, Vec3::zeros(), Vec3::zeros());
     }
@@ -150,12 +139,7 @@ impl Run {
         let kinetic: f64 = velocities.iter().enumerate().map(energy).sum();
         self.kinetic.push(kinetic);
         self.energy.push(kinetic + stored);
-        let momenta = || {
-            spheres
-                .iter()
-                .enumerate()
-                .map(|(id, p)| p.velocity() * scene.mass(id))
-        };
+        let momenta = || spheres.iter().enumerate().map(|(id, p)| p.velocity() * scene.mass(id));
         let total: f64 = momenta().map(|p| p.norm()).sum();
         self.momentum = self.momentum.max(momenta().sum::<Vec3>().norm() / total);
         self.velocities.push(velocities);
@@ -166,11 +150,7 @@ impl Run {
 
     /// Largest change of the energy over that at the start (-).
     fn drift(&self) -> f64 {
-        worst(
-            self.energy
-                .iter()
-                .map(|energy| (energy / self.energy[0] - 1.0).abs()),
-        )
+        worst(self.energy.iter().map(|energy| (energy / self.energy[0] - 1.0).abs()))
     }
 
     /// Temperature over that at the start at a sample (-).
@@ -189,15 +169,10 @@ struct Contacts {
 
 impl Contacts {
     fn of(scene: &Scene, spheres: &[Particle]) -> Self {
-        let mut contacts = Self {
-            forces: vec![Vec3::zeros(); spheres.len()],
-            stored: 0.0,
-        };
+        let mut contacts = Self { forces: vec![Vec3::zeros(); spheres.len()], stored: 0.0 };
         for i in 0..spheres.len() {
             for j in i + 1..spheres.len() {
-                let offset = scene
-                    .domain
-                    .nearest_image(spheres[j].position() - spheres[i].position());
+                let offset = scene.domain.nearest_image(spheres[j].position() - spheres[i].position());
                 let radii = [scene.radius(i), scene.radius(j)];
                 let depth = radii[0] + radii[1] - offset.norm();
                 if depth > 0.0 {
@@ -242,10 +217,8 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
     let mut findings = Findings::default();
     for restitution in [1.0, 0.9] {
         let scene = scene(format!("gas-{restitution}"), restitution, SEED);
-        let runs = [
-            Run::of(&scene, &mut scene.native()?)?,
-            Run::of(&scene, &mut scene.liggghts(directory)?)?,
-        ];
+        let runs =
+            [Run::of(&scene, &mut scene.native()?)?, Run::of(&scene, &mut scene.liggghts(directory)?)?];
         let both = |of: &dyn Fn(&Run) -> f64| [Some(of(&runs[0])), Some(of(&runs[1]))];
         let what = format!("e = {restitution}");
         let [native, liggghts] = both(&|run| run.momentum);
@@ -292,9 +265,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
             let check = relative(quantity, values, Between::Theory, tolerance, HAFF);
             findings.push(check);
         }
-        findings
-            .overlays
-            .extend(plots(&runs, &what, |t| mixture.cooled(restitution, start, t)));
+        findings.overlays.extend(plots(&runs, &what, |t| mixture.cooled(restitution, start, t)));
         if !elastic {
             findings.moments = moments(&scene, [&runs[0].frames, &runs[1].frames], |k| time(15 * k), 1);
         }
@@ -303,16 +274,8 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
 }
 
 fn mixture(scene: &Scene) -> Mixture {
-    let count = |kind: usize| {
-        scene
-            .particles
-            .iter()
-            .filter(|p| p.template as usize == kind)
-            .count()
-    };
-    let sizes: Vec<_> = (0..RADII.len())
-        .map(|k| (RADII[k], scene.templates[k].mass(), count(k)))
-        .collect();
+    let count = |kind: usize| scene.particles.iter().filter(|p| p.template as usize == kind).count();
+    let sizes: Vec<_> = (0..RADII.len()).map(|k| (RADII[k], scene.templates[k].mass(), count(k))).collect();
     Mixture::new(&sizes, scene.domain.volume())
 }
 
@@ -320,28 +283,18 @@ fn mixture(scene: &Scene) -> Mixture {
 /// nearly a hundredth at any time.
 fn plots(runs: &[Run; 2], what: &str, haff: impl Fn(f64) -> f64) -> [Overlay; 2] {
     let samples = || 0..=SAMPLES;
-    let energy = |run: &Run| {
-        samples()
-            .map(|k| [time(k) * 1e3, run.energy[k] / run.energy[0]])
-            .collect::<Vec<_>>()
-    };
+    let energy =
+        |run: &Run| samples().map(|k| [time(k) * 1e3, run.energy[k] / run.energy[0]]).collect::<Vec<_>>();
     let theory = samples().map(|k| [time(k) * 1e3, haff(time(k))]).collect();
     // A logarithm has no place for velocities that are the same to the bit.
-    let apart = samples()
-        .map(|k| [time(k) * 1e3, parted(runs, k)])
-        .filter(|point| point[1] > 0.0)
-        .collect();
+    let apart = samples().map(|k| [time(k) * 1e3, parted(runs, k)]).filter(|point| point[1] > 0.0).collect();
     let stem = what.replace(" = ", "");
     [
         Overlay::new(
             format!("energy_{stem}"),
             format!("Gas of 512 spheres of five sizes, {what}: kinetic and elastic energy"),
             ["time (ms)", "energy / start"],
-            [
-                ("native", energy(&runs[0])),
-                ("LIGGGHTS", energy(&runs[1])),
-                ("Haff, Enskog", theory),
-            ],
+            [("native", energy(&runs[0])), ("LIGGGHTS", energy(&runs[1])), ("Haff, Enskog", theory)],
         ),
         Overlay::new(
             format!("parting_{stem}"),
@@ -378,10 +331,7 @@ mod tests {
                 above.push(run.energy[to] / run.energy[from] / haff - 1.0);
             }
             let [mean, deviation] = moments(&temperatures);
-            assert!(
-                (deviation / mean / scatter - 1.0).abs() < 0.05,
-                "{deviation} of {mean}"
-            );
+            assert!((deviation / mean / scatter - 1.0).abs() < 0.05, "{deviation} of {mean}");
             if restitution < 1.0 {
                 let found = moments(&above);
                 assert!((found[0] - ABOVE_HAFF[0]).abs() < 1e-3, "{found:?}");

@@ -49,13 +49,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             };
             let quantity = format!("restitution, {what} (-)");
             let restitution = of(|first, second| second - first);
-            findings.push(absolute(
-                quantity,
-                restitution,
-                Between::Theory,
-                1e-5,
-                RESTITUTION,
-            ));
+            findings.push(absolute(quantity, restitution, Between::Theory, 1e-5, RESTITUTION));
             let quantity = format!("momentum over that at the start, {what} (-)");
             let momentum = of(|first, second| first + second);
             findings.push(absolute(quantity, momentum, Between::Theory, 1e-14, MOMENTUM));
@@ -63,15 +57,10 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             let ratio = |depth| if same { 1.0 } else { lens_ratio([RADIUS; 2], depth) };
             let own = impact(&hertz, Damping::Tsuji(1.0), ratio, speed);
             let measured = [0, 1].map(|i| tracks[i].impact(|frame| depth(frame, 0)));
-            let theory = [
-                [own.duration, own.deepest],
-                [hertz.duration(speed), hertz.deepest(speed)],
-            ];
+            let theory = [[own.duration, own.deepest], [hertz.duration(speed), hertz.deepest(speed)]];
             for (i, name) in [(0, "native"), (1, "LIGGGHTS")] {
                 let what = format!("{what}, {name}");
-                findings
-                    .checks
-                    .extend(columns(&what, i, measured[i], theory[i], 5e-5, SHAPE));
+                findings.checks.extend(columns(&what, i, measured[i], theory[i], 5e-5, SHAPE));
             }
             let difference = apart(&tracks) / hertz.deepest(speed);
             let last = |i: usize| Some(tracks[i].last()[1].position[0] - scene.particles[1].position[0]);
@@ -100,10 +89,6 @@ fn trajectory(tracks: &[Track; 2], own: &super::theory::Impact, label: &str, spe
         format!("depth_{label}_{speed}"),
         format!("Elastic head-on impact at {speed} m/s, {label} law"),
         ["time (us)", "depth (um)"],
-        [
-            ("native", curve(&tracks[0])),
-            ("LIGGGHTS", curve(&tracks[1])),
-            ("theory", thinned(analytic, 400)),
-        ],
+        [("native", curve(&tracks[0])), ("LIGGGHTS", curve(&tracks[1])), ("theory", thinned(analytic, 400))],
     )
 }

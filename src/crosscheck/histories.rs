@@ -92,15 +92,7 @@ fn plots(tracks: &[Track; 2], theory: &Impact, e: f64) -> [Overlay; 2] {
         )
     };
     [
-        overlay(
-            "time",
-            "time (us)",
-            [over_time(0), over_time(1), thinned(times, 500)],
-        ),
-        overlay(
-            "depth",
-            "depth (um)",
-            [over_depth(0), over_depth(1), thinned(depths, 500)],
-        ),
+        overlay("time", "time (us)", [over_time(0), over_time(1), thinned(times, 500)]),
+        overlay("depth", "depth (um)", [over_depth(0), over_depth(1), thinned(depths, 500)]),
     ]
 }

@@ -48,14 +48,7 @@ struct Throw {
 impl Throw {
     /// In the x-y plane, without spin.
     fn plane(what: &'static str, velocity: [f64; 2], friction: f64) -> Self {
-        Self {
-            what,
-            normal: Vec3::x(),
-            across: Vec3::y(),
-            velocity,
-            spins: [Vec3::zeros(); 2],
-            friction,
-        }
+        Self { what, normal: Vec3::x(), across: Vec3::y(), velocity, spins: [Vec3::zeros(); 2], friction }
     }
 
     fn scene(&self, name: String) -> Scene {
@@ -90,11 +83,7 @@ impl Outcome {
             spin: scene.particles[id].angular_velocity(),
         });
         let theory = slide(start, &hertz, throw.friction);
-        Ok(Self {
-            scene,
-            tracks,
-            theory,
-        })
+        Ok(Self { scene, tracks, theory })
     }
 
     /// Velocity and spin of a sphere at the end: native, LIGGGHTS, theory.
@@ -133,10 +122,7 @@ impl Outcome {
         let track = &self.tracks[engine];
         let (linear, angular) = sums(&track.frames[0]);
         let (end, turned) = sums(track.last());
-        worst([
-            (end - linear).norm() / linear.norm(),
-            (turned - angular).norm() / angular.norm(),
-        ])
+        worst([(end - linear).norm() / linear.norm(), (turned - angular).norm() / angular.norm()])
     }
 }
 
@@ -157,11 +143,7 @@ fn checks(throw: &Throw, outcome: &Outcome) -> Vec<Check> {
     let all = |of| worst([apart(0, 1, of), apart(0, 2, of), apart(1, 2, of)]);
     let mut checks = Vec::new();
     let component = |id: usize, direction: Vec3| three(|i| ends[id][i].0.dot(&direction));
-    let (tolerance, reason) = if throw.friction > 0.0 {
-        (1e-4, VELOCITY)
-    } else {
-        (2e-5, FRICTIONLESS)
-    };
+    let (tolerance, reason) = if throw.friction > 0.0 { (1e-4, VELOCITY) } else { (2e-5, FRICTIONLESS) };
     let quantity = format!("velocities after, {what}; shown: v1 across (m/s)");
     let values = component(0, throw.across);
     checks.push(given(quantity, values, all(velocity) / speed, tolerance, reason));
@@ -192,11 +174,7 @@ fn plot(name: &str, throw: &Throw, outcome: &Outcome) -> Overlay {
             let normal = (frame[1].position() - frame[0].position()).normalize();
             let force = track.force(k, 1);
             let along = force.dot(&normal);
-            let shown = if across {
-                (force - normal * along).norm() / throw.friction
-            } else {
-                along
-            };
+            let shown = if across { (force - normal * along).norm() / throw.friction } else { along };
             [track.time(k) * 1e6, shown]
         });
         points.collect()
@@ -234,9 +212,7 @@ pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
         let outcome = Outcome::of(throw, format!("sliding-{n}"), directory)?;
         findings.checks.extend(checks(throw, &outcome));
         if throw.friction > 0.0 {
-            findings
-                .overlays
-                .push(plot(&format!("force_{n}"), throw, &outcome));
+            findings.overlays.push(plot(&format!("force_{n}"), throw, &outcome));
         }
         if n == 1 {
             let [native, liggghts] = &outcome.tracks;
@@ -252,10 +228,7 @@ pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
     let (speed, friction) = (0.01, 0.1);
     let throw = Throw::plane("45 degrees, mu = 0.1, 0.01 m/s", [speed, speed], friction);
     let outcome = Outcome::of(&throw, "near-rigid".into(), directory)?;
-    let mut findings = Findings {
-        checks: checks(&throw, &outcome),
-        ..Findings::default()
-    };
+    let mut findings = Findings { checks: checks(&throw, &outcome), ..Findings::default() };
     // Rigid spheres of equal mass exchange their speeds along the normal; the impulse mu m v across it brakes, and spins.
     let limit = [
         (Vec3::y() * (speed * (1.0 - friction)), "first"),
@@ -271,13 +244,7 @@ pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
     let spin = -2.5 * friction * speed / RADIUS;
     let [native, liggghts, _] = outcome.ends(0).map(|end| Some(end.1.z));
     let values = [native, liggghts, Some(spin)];
-    findings.push(relative(
-        "spin against rigid spheres (1/s)",
-        values,
-        Between::Theory,
-        1e-4,
-        RIGID,
-    ));
+    findings.push(relative("spin against rigid spheres (1/s)", values, Between::Theory, 1e-4, RIGID));
     Ok(findings)
 }
 
@@ -297,9 +264,7 @@ pub(super) fn spin(directory: Option<&Path>) -> Result<Findings> {
     for (n, throw) in [one, both].iter().enumerate() {
         let outcome = Outcome::of(throw, format!("spin-{n}"), directory)?;
         findings.checks.extend(checks(throw, &outcome));
-        findings
-            .overlays
-            .push(plot(&format!("force_{n}"), throw, &outcome));
+        findings.overlays.push(plot(&format!("force_{n}"), throw, &outcome));
     }
     let axial = Throw {
         spins: [Vec3::x() * 4e3, Vec3::x() * -1e3],

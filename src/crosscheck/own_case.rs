@@ -33,11 +33,7 @@ const BYTES: f64 = 112.0;
 pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result<(Findings, String)> {
     refuse_what_is_no_sphere(setup)?;
     let steps = steps(setup, time)?;
-    let recorded = if setup.fluid.is_none() {
-        None
-    } else {
-        Some(record(setup, steps)?)
-    };
+    let recorded = if setup.fluid.is_none() { None } else { Some(record(setup, steps)?) };
     let scene = Scene::of(ID, setup);
     let engines: [Box<dyn DemEngine>; 2] = [Box::new(scene.native()?), Box::new(scene.liggghts(directory)?)];
     let mut pair = Pair::new(setup, engines);
@@ -59,10 +55,7 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
         given(quantity, [None; 3], largest.value, f64::INFINITY, reason)
     }));
     checks.push(begun("", found));
-    let findings = Findings {
-        checks,
-        ..Findings::default()
-    };
+    let findings = Findings { checks, ..Findings::default() };
     Ok((findings, parting(setup, found) + &notes(setup, found)))
 }
 
@@ -82,9 +75,7 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
         None => setup.plan.end_step,
         Some(time) if time > 0.0 && time.is_finite() => (time / setup.time_step).ceil().max(1.0) as u64,
         Some(time) => {
-            return Err(Error::Input(format!(
-                "--time {time} is not a time above 0, in seconds"
-            )));
+            return Err(Error::Input(format!("--time {time} is not a time above 0, in seconds")));
         }
     };
     let each = BYTES * setup.particles.len() as f64;
@@ -136,15 +127,7 @@ fn commands(setup: &Setup) -> &[String] {
 /// A table of where the engines part: which quantity, which particle, when, and by how much at most.
 fn parting(setup: &Setup, found: &Comparison) -> String {
     let time = |step: u64| format!("{:.6e}", step as f64 * setup.time_step);
-    let heads = [
-        "",
-        "parts at (s)",
-        "particle",
-        "in contact",
-        "largest",
-        "particle",
-        "at (s)",
-    ];
+    let heads = ["", "parts at (s)", "particle", "in contact", "largest", "particle", "at (s)"];
     let mut rows = vec![heads.map(String::from).to_vec()];
     for ((quantity, parting), largest) in QUANTITIES.iter().zip(&found.parting).zip(&found.largest) {
         let [at, id, touching] = match parting {
@@ -160,10 +143,7 @@ fn parting(setup: &Setup, found: &Comparison) -> String {
     let lines = aligned(&rows).join("\n  ");
     let place = found.parting[0].map_or_else(String::new, |apart| {
         let [x, y, z] = apart.place;
-        format!(
-            "\n  particle {} then is at ({x:.6e}, {y:.6e}, {z:.6e}) m",
-            apart.id
-        )
+        format!("\n  particle {} then is at ({x:.6e}, {y:.6e}, {z:.6e}) m", apart.id)
     });
     format!("  engines part where they differ by more than {PARTED:.0e}:\n  {lines}{place}\n")
 }

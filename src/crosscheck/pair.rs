@@ -108,9 +108,7 @@ impl Pair {
                 }
             }
             speed = speed.max(a.velocity().norm()).max(b.velocity().norm());
-            spin = spin
-                .max(a.angular_velocity().norm())
-                .max(b.angular_velocity().norm());
+            spin = spin.max(a.angular_velocity().norm()).max(b.angular_velocity().norm());
         }
         (self.found.speed, self.found.spin) = (speed, spin);
         for (k, unit) in [1.0, speed, spin].into_iter().enumerate() {
@@ -142,9 +140,7 @@ impl Pair {
             step: self.found.steps[0],
             id: particles[0].id,
             place: particles[0].position,
-            touching: particles
-                .iter()
-                .any(|p| p.contact_force.iter().any(|f| *f != 0.0)),
+            touching: particles.iter().any(|p| p.contact_force.iter().any(|f| *f != 0.0)),
         }
     }
 }

@@ -15,11 +15,7 @@ const PAIRWISE: &str = "relative to the force: LIGGGHTS works out either side wi
 const IMPACT: &str = "largest difference of velocities and spins after, over those inside the box, in the same engine: rounding \
                       of the positions, some 1e-12 of the depth";
 
-const BOX: Domain = Domain {
-    cells: [20; 3],
-    dx: 0.5e-3,
-    periodic: [true; 3],
-};
+const BOX: Domain = Domain { cells: [20; 3], dx: 0.5e-3, periodic: [true; 3] };
 
 /// Where the point of contact lies: in a face, an edge, a corner.
 const PLACES: [(&str, Vec3, Vec3); 3] = [

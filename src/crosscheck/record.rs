@@ -54,13 +54,8 @@ impl DemEngine for Recorder {
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
         let owned = self.engine.particles().owned().iter();
-        let entries = owned
-            .zip(loads)
-            .map(|(particle, load)| (self.step, particle.id, *load));
-        self.tape
-            .lock()
-            .expect("nobody panics with the tape")
-            .extend(entries);
+        let entries = owned.zip(loads).map(|(particle, load)| (self.step, particle.id, *load));
+        self.tape.lock().expect("nobody panics with the tape").extend(entries);
         self.step += 1;
         self.engine.advance(comm, loads, dt)
     }
@@ -88,9 +83,7 @@ pub(super) fn record(setup: &Setup, steps: u64) -> Result<Recording> {
     let ranks = if decomposition.ranks() == 1 {
         vec![record_rank(setup, steps, &decomposition, Comm::Solo)]
     } else {
-        try_on_threads(decomposition.ranks(), |comm| {
-            record_rank(setup, steps, &decomposition, comm)
-        })?
+        try_on_threads(decomposition.ranks(), |comm| record_rank(setup, steps, &decomposition, comm))?
     };
     let (mut tapes, mut last, mut failure) = (Tape::new(), Vec::new(), None);
     for rank in ranks {
@@ -110,16 +103,8 @@ pub(super) fn record(setup: &Setup, steps: u64) -> Result<Recording> {
     tapes.sort_unstable_by_key(|&(step, id, _)| (step, id));
     last.sort_unstable_by_key(|particle| particle.id);
     let particles = setup.particles.len();
-    assert_eq!(
-        tapes.len() as u64,
-        steps * particles as u64,
-        "every particle has one owner"
-    );
-    Ok(Recording {
-        loads: tapes.into_iter().map(|(.., load)| load).collect(),
-        particles,
-        last,
-    })
+    assert_eq!(tapes.len() as u64, steps * particles as u64, "every particle has one owner");
+    Ok(Recording { loads: tapes.into_iter().map(|(.., load)| load).collect(), particles, last })
 }
 
 /// The part of one rank: the tape, and the particles it owns at the end.
@@ -138,11 +123,7 @@ fn record_rank(
         &setup.particles,
     )?;
     let tape = Arc::new(Mutex::new(Tape::new()));
-    let recorder = Recorder {
-        engine: Box::new(engine),
-        step: 0,
-        tape: Arc::clone(&tape),
-    };
+    let recorder = Recorder { engine: Box::new(engine), step: 0, tape: Arc::clone(&tape) };
     let mut setup = setup.clone();
     setup.plan.precision = Precision::F64;
     let mut run = Simulation::with_engine(&setup, decomposition, comm, Box::new(recorder))?;

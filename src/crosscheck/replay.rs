@@ -82,10 +82,8 @@ fn scene(what: &str, options: &[&str], directory: Option<&Path>, findings: &mut 
     let (steps, dt) = (setup.plan.end_step, setup.time_step);
     let recorded = record(&setup, steps)?;
     let engines = Scene::of("replay", &setup);
-    let engines: [Box<dyn DemEngine>; 2] = [
-        Box::new(engines.native()?),
-        Box::new(engines.liggghts(directory)?),
-    ];
+    let engines: [Box<dyn DemEngine>; 2] =
+        [Box::new(engines.native()?), Box::new(engines.liggghts(directory)?)];
     let mut pair = Pair::new(&setup, engines);
     let mut apart = Vec::new();
     findings.moments.clear();
@@ -168,16 +166,9 @@ fn momentum(what: &str, setup: &Setup, recorded: &Recording, pair: &Pair) -> Che
     let mass = |p: &Particle| setup.templates[p.template as usize].mass();
     let momentum =
         |particles: &[Particle]| -> Vec3 { particles.iter().map(|p| p.velocity() * mass(p)).sum() };
-    let scale: f64 = setup
-        .particles
-        .iter()
-        .map(|p| p.velocity().norm() * mass(p))
-        .sum();
+    let scale: f64 = setup.particles.iter().map(|p| p.velocity().norm() * mass(p)).sum();
     let weight: Vec3 = setup.particles.iter().map(|p| setup.gravity * mass(p)).sum();
-    let loads: Vec3 = (0..steps)
-        .flat_map(|step| recorded.loads(step))
-        .map(|load| load.force)
-        .sum();
+    let loads: Vec3 = (0..steps).flat_map(|step| recorded.loads(step)).map(|load| load.force).sum();
     let exact = momentum(&setup.particles) + (loads + weight * steps as f64) * setup.time_step;
     let ends = [0, 1].map(|engine| momentum(pair.particles(engine)));
     let error = ends.map(|end| (end - exact).norm() / scale);

@@ -17,10 +17,7 @@ const COUNT: usize = 1000;
 
 const RADII: [f64; 3] = [0.45e-3, 0.5e-3, 0.55e-3];
 
-const MATERIAL: Material = Material {
-    youngs_modulus: 1e6,
-    poisson_ratio: 0.3,
-};
+const MATERIAL: Material = Material { youngs_modulus: 1e6, poisson_ratio: 0.3 };
 
 const RESTITUTION: f64 = 0.3;
 
@@ -39,11 +36,7 @@ const MEAN: usize = 100;
 const GRAVITY: f64 = 9.81;
 
 /// Edges of the box and its height (m).
-const BOX: Domain = Domain {
-    cells: [20, 20, 48],
-    dx: 0.525e-3,
-    periodic: [false; 3],
-};
+const BOX: Domain = Domain { cells: [20, 20, 48], dx: 0.525e-3, periodic: [false; 3] };
 
 const HEIGHT: &str = "relative, between the engines: six packings of each engine from other starts scatter by 2.8e-3; three times \
                       the difference of two such";
@@ -63,9 +56,8 @@ fn scene(name: &str, seed: u64) -> Scene {
     scene.substeps = SUBSTEPS;
     scene.gravity = Vec3::z() * -GRAVITY;
     let size = BOX.size();
-    scene.walls = (0..3)
-        .flat_map(|axis| [plane(axis, 0.0, true, 0), plane(axis, size[axis], false, 0)])
-        .collect();
+    scene.walls =
+        (0..3).flat_map(|axis| [plane(axis, 0.0, true, 0), plane(axis, size[axis], false, 0)]).collect();
     let mut random = Random(seed);
     let spacing = size.x / 8.0;
     for n in 0..COUNT {
@@ -109,11 +101,7 @@ fn sample(scene: &Scene, engine: &dyn DemEngine) -> Sample {
         };
         let (axis, side) = (wall / 2, wall % 2);
         // The force on the sphere points into the box.
-        let outwards = if side == 0 {
-            contact.force[axis]
-        } else {
-            -contact.force[axis]
-        };
+        let outwards = if side == 0 { contact.force[axis] } else { -contact.force[axis] };
         match (axis, side) {
             (2, 0) => sample.floor += outwards,
             (2, _) => {}
@@ -159,10 +147,7 @@ fn time(sample: usize) -> f64 {
 /// The box of a thousand spheres.
 pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
     let scene = scene("settling-box", 7);
-    let runs = [
-        Run::of(&scene, &mut scene.native()?)?,
-        Run::of(&scene, &mut scene.liggghts(directory)?)?,
-    ];
+    let runs = [Run::of(&scene, &mut scene.native()?)?, Run::of(&scene, &mut scene.liggghts(directory)?)?];
     let weight = GRAVITY * (0..COUNT).map(|id| scene.mass(id)).sum::<f64>();
     let both = |of: fn(&Sample) -> f64, analytic| [Some(runs[0].mean(of)), Some(runs[1].mean(of)), analytic];
     let engines = |quantity: &str, of: fn(&Sample) -> f64, tolerance: f64, reason: &str| {
@@ -172,12 +157,7 @@ pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
     Ok(Findings {
         checks: vec![
             engines("height of the centre of mass (m)", |s| s.height, 1.2e-2, HEIGHT),
-            engines(
-                "coordination number (-)",
-                |s| s.coordination,
-                5.5e-2,
-                COORDINATION,
-            ),
+            engines("coordination number (-)", |s| s.coordination, 5.5e-2, COORDINATION),
             relative("force on the floor (N)", floor, Between::Theory, 1.2e-3, WEIGHT),
             engines("force on a side wall (N)", |s| s.side, 0.2, SIDE),
         ],

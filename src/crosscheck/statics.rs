@@ -13,10 +13,7 @@ use std::path::Path;
 pub(super) const STEP: f64 = 1e-15;
 
 /// A soft material.
-const SOFT: Material = Material {
-    youngs_modulus: 1e7,
-    poisson_ratio: 0.3,
-};
+const SOFT: Material = Material { youngs_modulus: 1e7, poisson_ratio: 0.3 };
 
 const MATERIALS: [Material; 2] = [GLASS, SOFT];
 
@@ -41,11 +38,7 @@ fn scene(name: String, laws: Laws) -> Scene {
         .flat_map(|&radius| (0..MATERIALS.len()).map(move |material| sphere(radius, material)))
         .collect();
     scene.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
-    scene.domain = Domain {
-        cells: [64, 64, 16],
-        dx: 0.5e-3,
-        periodic: [false; 3],
-    };
+    scene.domain = Domain { cells: [64, 64, 16], dx: 0.5e-3, periodic: [false; 3] };
     scene
 }
 
@@ -88,32 +81,16 @@ impl Curve {
         if laws == SAME {
             let values = [self.forces[0][last], self.forces[1][last], self.hertz[last]];
             let quantity = format!("force, d/R = 0.1, {what} (N)");
-            return given(
-                quantity,
-                values.map(Some),
-                self.deviation(laws),
-                1e-9,
-                SAME_DEPTH_LAW,
-            );
+            return given(quantity, values.map(Some), self.deviation(laws), 1e-9, SAME_DEPTH_LAW);
         }
         let hertz = self.hertz[last];
-        let values = [
-            self.forces[0][last] / hertz,
-            self.forces[1][last] / hertz,
-            self.ratio[last],
-        ];
+        let values = [self.forces[0][last] / hertz, self.forces[1][last] / hertz, self.ratio[last]];
         let quantity = format!("force over Hertz, volume law, d/R = 0.1, {what} (-)");
         given(quantity, values.map(Some), self.deviation(laws), 1e-9, VOLUME_LAW)
     }
 
     fn overlay(&self, name: &str, what: &str) -> [Overlay; 2] {
-        let curve = |ys: &[f64]| {
-            self.depth
-                .iter()
-                .zip(ys)
-                .map(|(&x, &y)| [x, y])
-                .collect::<Vec<_>>()
-        };
+        let curve = |ys: &[f64]| self.depth.iter().zip(ys).map(|(&x, &y)| [x, y]).collect::<Vec<_>>();
         let over =
             |forces: &[f64]| -> Vec<f64> { forces.iter().zip(&self.hertz).map(|(f, h)| f / h).collect() };
         let force = Overlay::new(
@@ -191,11 +168,7 @@ fn pair_curve(
     materials: [usize; 2],
     ids: &mut impl Iterator<Item = usize>,
 ) -> Curve {
-    let hertz = Hertz::pair(
-        [1.0; 2],
-        radii.map(|i| RADII[i]),
-        materials.map(|i| &MATERIALS[i]),
-    );
+    let hertz = Hertz::pair([1.0; 2], radii.map(|i| RADII[i]), materials.map(|i| &MATERIALS[i]));
     let mut curve = Curve::default();
     for (depth, id) in depths().zip(ids) {
         let [a, b] = [id, id + 1].map(|id| scene.particles[id].position());

@@ -52,11 +52,7 @@ impl Hertz {
 
     /// Of a sphere and a plane wall.
     pub(super) fn wall(mass: f64, radius: f64, materials: [&Material; 2]) -> Self {
-        Self {
-            mass,
-            radius,
-            ..Self::pair([1.0; 2], [1.0; 2], materials)
-        }
+        Self { mass, radius, ..Self::pair([1.0; 2], [1.0; 2], materials) }
     }
 
     /// `K` (N/m^(3/2)).
@@ -143,11 +139,7 @@ pub(super) fn impact(hertz: &Hertz, damping: Damping, ratio: impl Fn(f64) -> f64
     let mut history = Vec::new();
     let mut deepest = 0.0_f64;
     loop {
-        let instant = Instant {
-            time,
-            depth: state[0],
-            force: force(state[0], state[1]),
-        };
+        let instant = Instant { time, depth: state[0], force: force(state[0], state[1]) };
         history.push(instant);
         let next = runge_kutta(state, step, rate);
         if next[0] <= 0.0 {
@@ -202,10 +194,7 @@ pub(super) fn cap_ratio(radius: f64, depth: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const GLASS: Material = Material {
-        youngs_modulus: 7e10,
-        poisson_ratio: 0.22,
-    };
+    const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
 
     /// Two equal glass spheres of 1 mm.
     fn glass() -> Hertz {
@@ -240,37 +229,17 @@ mod tests {
             [0.5, 1.7e-4, 1.11970, 0.77567, 1.09337, 0.78747, -0.110],
             [0.3, 4.0e-3, 1.28073, 0.66156, 1.19487, 0.69116, -0.118],
         ];
-        let unit = Hertz {
-            mass: 1.0,
-            modulus: 0.75,
-            radius: 1.0,
-        };
+        let unit = Hertz { mass: 1.0, modulus: 0.75, radius: 1.0 };
         for [e, off, hc_time, hc_depth, time, depth, pull] in table {
             let close = |measured: f64, expected: f64| (measured - expected).abs() < 1e-5;
             let (duration, deepest) = (unit.duration(1.0), unit.deepest(1.0));
             let hc = impact(&unit, Damping::HuntCrossley(e), plain, 1.0);
-            assert!(
-                close(hc.duration / duration, hc_time),
-                "{e}: {}",
-                hc.duration / duration
-            );
-            assert!(
-                close(hc.deepest / deepest, hc_depth),
-                "{e}: {}",
-                hc.deepest / deepest
-            );
+            assert!(close(hc.duration / duration, hc_time), "{e}: {}", hc.duration / duration);
+            assert!(close(hc.deepest / deepest, hc_depth), "{e}: {}", hc.deepest / deepest);
             assert!((hc.restitution - e - off).abs() < 0.05 * off.abs() + 1e-8, "{e}");
             let tsuji = impact(&unit, Damping::Tsuji(e), plain, 1.0);
-            assert!(
-                close(tsuji.duration / duration, time),
-                "{e}: {}",
-                tsuji.duration / duration
-            );
-            assert!(
-                close(tsuji.deepest / deepest, depth),
-                "{e}: {}",
-                tsuji.deepest / deepest
-            );
+            assert!(close(tsuji.duration / duration, time), "{e}: {}", tsuji.duration / duration);
+            assert!(close(tsuji.deepest / deepest, depth), "{e}: {}", tsuji.deepest / deepest);
             assert!((tsuji.restitution - e).abs() < 1e-6, "{e}: {}", tsuji.restitution);
             let least = tsuji.history.iter().fold(0.0_f64, |least, i| least.min(i.force));
             assert!((least - pull).abs() < 1e-3, "{e}: {least}");
@@ -299,10 +268,7 @@ mod tests {
         let q = hertz.deepest(1.0) / radius;
         let ratio = |depth| lens_ratio([radius; 2], depth);
         let impact = impact(&hertz, Damping::HuntCrossley(1.0), ratio, 1.0);
-        let shifts = [
-            impact.deepest / hertz.deepest(1.0) - 1.0,
-            impact.duration / hertz.duration(1.0) - 1.0,
-        ];
+        let shifts = [impact.deepest / hertz.deepest(1.0) - 1.0, impact.duration / hertz.duration(1.0) - 1.0];
         assert!((shifts[0] / q - 0.0239).abs() < 2e-4, "{}", shifts[0] / q);
         assert!((shifts[1] / q - 0.0298).abs() < 2e-4, "{}", shifts[1] / q);
     }

@@ -26,10 +26,7 @@ pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
 pub(super) const OWN: Laws = (ElasticLaw::Paper, DampingLaw::HuntCrossley);
 
 /// Glass.
-pub(super) const GLASS: Material = Material {
-    youngs_modulus: 7e10,
-    poisson_ratio: 0.22,
-};
+pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
 
 /// Density of glass (kg/m^3).
 pub(super) const DENSITY: f64 = 2500.0;
@@ -68,11 +65,7 @@ impl Scene {
     pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Self {
         Self {
             name: name.into(),
-            domain: Domain {
-                cells: [20; 3],
-                dx: 0.5e-3,
-                periodic: [false; 3],
-            },
+            domain: Domain { cells: [20; 3], dx: 0.5e-3, periodic: [false; 3] },
             templates: vec![sphere(RADIUS, 0)],
             particles: Vec::new(),
             contact: Some(model(&[GLASS], &[restitution], friction, laws)),
@@ -141,11 +134,7 @@ impl Scene {
     /// LIGGGHTS at the start; its log goes to the directory, if there is one.
     pub(super) fn liggghts(&self, directory: Option<&Path>) -> Result<Liggghts> {
         let (law, damping) = SAME;
-        let contact = self.contact.clone().map(|contact| ContactModel {
-            law,
-            damping,
-            ..contact
-        });
+        let contact = self.contact.clone().map(|contact| ContactModel { law, damping, ..contact });
         let params = LiggghtsParams {
             contact,
             walls: self.walls.clone(),
@@ -193,11 +182,7 @@ impl Scene {
 
 /// A kind of spheres with [`DENSITY`], by radius (m) and index of material.
 pub(super) fn sphere(radius: f64, material: usize) -> Template {
-    Template {
-        shape: Arc::new(Sphere { radius }),
-        density: DENSITY,
-        material,
-    }
+    Template { shape: Arc::new(Sphere { radius }), density: DENSITY, material }
 }
 
 /// A contact model with a coefficient of restitution for each pair of materials, row by row, and one of friction.
@@ -308,10 +293,7 @@ impl Track {
         let [before, most, after] = [depths[top - 1], depths[top], depths[top + 1]];
         let slope = 0.5 * (after - before);
         let deepest = most - 0.5 * slope * slope / (before - 2.0 * most + after);
-        Some(Measured {
-            duration: self.dt * ((end - 1) as f64 + part),
-            deepest,
-        })
+        Some(Measured { duration: self.dt * ((end - 1) as f64 + part), deepest })
     }
 }
 
@@ -343,10 +325,7 @@ pub(super) fn given(
     tolerance: f64,
     reason: &str,
 ) -> Check {
-    Check {
-        engines: Some(values),
-        ..Check::new(quantity, difference, 0.0, tolerance, reason)
-    }
+    Check { engines: Some(values), ..Check::new(quantity, difference, 0.0, tolerance, reason) }
 }
 
 /// A check of the largest absolute difference.
@@ -369,13 +348,7 @@ pub(super) fn relative(
     reason: &str,
 ) -> Check {
     let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
-    given(
-        quantity,
-        values,
-        difference(values, between) / unit,
-        tolerance,
-        reason,
-    )
+    given(quantity, values, difference(values, between) / unit, tolerance, reason)
 }
 
 /// The largest absolute difference.
@@ -400,10 +373,8 @@ pub(super) fn moments(
         frame.iter().map(of).collect()
     };
     let both = frames[0].iter().zip(frames[1]).enumerate().step_by(every);
-    let moment = |(k, (native, liggghts))| Moment {
-        time: time(k),
-        spheres: [spheres(native), spheres(liggghts)],
-    };
+    let moment =
+        |(k, (native, liggghts))| Moment { time: time(k), spheres: [spheres(native), spheres(liggghts)] };
     both.map(moment).collect()
 }
 
@@ -413,10 +384,7 @@ pub(super) struct Random(pub(super) u64);
 impl Random {
     /// The next number.
     pub(super) fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         2.0 * ((self.0 >> 33) as f64 + 0.5) / f64::from(1_u32 << 31) - 1.0
     }
 
@@ -437,10 +405,7 @@ pub(super) fn thinned(points: impl IntoIterator<Item = [f64; 2]>, most: usize) -
     let points: Vec<[f64; 2]> = points.into_iter().collect();
     let every = points.len().div_ceil(most).max(1);
     let last = points.len().saturating_sub(1);
-    let kept = points
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| k % every == 0 || *k == last);
+    let kept = points.iter().enumerate().filter(|(k, _)| k % every == 0 || *k == last);
     kept.map(|(_, point)| *point).collect()
 }
 
@@ -452,13 +417,7 @@ mod tests {
     fn a_difference_that_is_not_a_number_or_missing_fails() {
         let nothing = absolute("x", [None, Some(1.0), None], Between::All, 1e9, "");
         assert!(!nothing.pass);
-        let wrong = relative(
-            "x",
-            [Some(f64::NAN), Some(1.0), Some(1.0)],
-            Between::Theory,
-            1e9,
-            "",
-        );
+        let wrong = relative("x", [Some(f64::NAN), Some(1.0), Some(1.0)], Between::Theory, 1e9, "");
         assert!(!wrong.pass);
     }
 
@@ -482,11 +441,8 @@ mod tests {
             particle.position[0] = time * (3.1 - time);
             vec![particle]
         };
-        let track = Track {
-            dt: 0.25,
-            frames: (0..20).map(|k| at(0.25 * f64::from(k))).collect(),
-            late: false,
-        };
+        let track =
+            Track { dt: 0.25, frames: (0..20).map(|k| at(0.25 * f64::from(k))).collect(), late: false };
         let measured = track.impact(|frame| frame[0].position[0]).unwrap();
         assert!((measured.deepest - 1.55 * 1.55).abs() < 1e-12);
         assert!((measured.duration - 3.1).abs() < 0.25 * 0.25 / 3.1);

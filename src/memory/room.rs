@@ -44,17 +44,13 @@ fn group(groups: &str, root: &Path) -> Option<Room> {
         let (controllers, path) = (fields.next()?, fields.next()?);
         let (tops, file) = match controllers {
             "" => ([root.to_path_buf(), root.join("unified")], "memory.max"),
-            _ if controllers.split(',').any(|name| name == "memory") => (
-                [root.join("memory"), root.join(controllers)],
-                "memory.limit_in_bytes",
-            ),
+            _ if controllers.split(',').any(|name| name == "memory") => {
+                ([root.join("memory"), root.join(controllers)], "memory.limit_in_bytes")
+            }
             _ => continue,
         };
         let path = Path::new(path.trim_start_matches('/'));
-        for file in tops
-            .iter()
-            .flat_map(|top| path.ancestors().map(|path| top.join(path).join(file)))
-        {
+        for file in tops.iter().flat_map(|top| path.ancestors().map(|path| top.join(path).join(file))) {
             // "max" is no limit.
             let read = fs::read_to_string(&file).ok();
             let bytes: Option<f64> = read.and_then(|text| text.trim().parse().ok());
@@ -73,15 +69,9 @@ fn group(groups: &str, root: &Path) -> Option<Room> {
 
 /// The soft limit of the address space in `/proc/self/limits`.
 fn address_space(limits: &str) -> Option<Room> {
-    let line = limits
-        .lines()
-        .find_map(|line| line.strip_prefix("Max address space"))?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let bytes: f64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(Room {
-        bytes,
-        limit: format!("this process may have {} (ulimit -v)", in_bytes(bytes)),
-        each: true,
-    })
+    Some(Room { bytes, limit: format!("this process may have {} (ulimit -v)", in_bytes(bytes)), each: true })
 }
 
 #[cfg(test)]
@@ -142,10 +132,7 @@ mod tests {
         assert_eq!((room.bytes, room.each), (512e6, true));
         assert_eq!(room.limit, "this process may have 512 MB (ulimit -v)");
         assert_eq!(address_space(&limits.replace("512000000", "unlimited")), None);
-        assert_eq!(
-            kilobytes("MemTotal:  2000 kB\nMemFree: 1 kB\n", "MemTotal:"),
-            Some(2048e3)
-        );
+        assert_eq!(kilobytes("MemTotal:  2000 kB\nMemFree: 1 kB\n", "MemTotal:"), Some(2048e3));
         assert!(!rooms().is_empty());
     }
 }

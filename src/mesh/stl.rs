@@ -19,15 +19,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     if length == Some(bytes.len() as u64) {
         return Ok(bytes[HEAD..].chunks_exact(FACET).map(binary_facet).collect());
     }
-    let begin = bytes
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(bytes)
-        .trim_ascii_start();
-    if begin
-        .get(..5)
-        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
-        && !begin.contains(&0)
-    {
+    let begin = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    if begin.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !begin.contains(&0) {
         return text(&String::from_utf8_lossy(begin));
     }
     let has = bytes.len();
@@ -68,9 +61,7 @@ fn text(text: &str) -> Result<Vec<[Vec3; 3]>, String> {
                 let corner = words.map(coordinate).collect::<Result<Vec<f64>, _>>();
                 let corner: [f64; 3] = corner
                     .and_then(|corner| {
-                        corner
-                            .try_into()
-                            .map_err(|_| "a vertex has three numbers".to_string())
+                        corner.try_into().map_err(|_| "a vertex has three numbers".to_string())
                     })
                     .map_err(|what| bad(&what))?;
                 corners.push(Vec3::from(corner));
@@ -84,10 +75,7 @@ fn text(text: &str) -> Result<Vec<[Vec3; 3]>, String> {
             "facet" | "outer" | "endloop" | "solid" => {}
             "endsolid" => ended = true,
             other => {
-                return Err(bad(&format!(
-                    "`{}` is no word of a text STL; {REMEDY}",
-                    input::word(other)
-                )));
+                return Err(bad(&format!("`{}` is no word of a text STL; {REMEDY}", input::word(other))));
             }
         }
     }

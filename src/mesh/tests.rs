@@ -8,10 +8,7 @@ use std::path::PathBuf;
 /// Corners of a cuboid as triangles, counter-clockwise from outside.
 fn box_facets(edges: Vec3) -> Vec<[Vec3; 3]> {
     let mesh = Cuboid::new(edges).unwrap().surface_mesh(0);
-    mesh.triangles
-        .iter()
-        .map(|t| t.map(|i| mesh.points[i as usize]))
-        .collect()
+    mesh.triangles.iter().map(|t| t.map(|i| mesh.points[i as usize])).collect()
 }
 
 fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
@@ -84,10 +81,7 @@ fn a_cube_from_any_file_is_the_cuboid() {
         assert!((body.inertia_per_mass() - cuboid.inertia_per_mass()).amax() < 1e-18);
         for n in 0..1000 {
             let x = Vec3::from_fn(|i, _| (f64::from(n) * [0.618, 0.414, 0.732][i]).fract() * 2e-3 - 1e-3);
-            assert!(
-                (body.signed_distance(x) - cuboid.signed_distance(x)).abs() < 1e-12,
-                "{name}"
-            );
+            assert!((body.signed_distance(x) - cuboid.signed_distance(x)).abs() < 1e-12, "{name}");
         }
     }
 }
@@ -96,10 +90,8 @@ fn a_cube_from_any_file_is_the_cuboid() {
 fn a_turned_box_in_single_precision_has_six_faces() {
     let turn = Quat::from_scaled_axis(Vec3::new(0.3, 0.5, -0.7));
     let shift = Vec3::new(20.0, -3.0, 5.0);
-    let facets: Vec<_> = box_facets(Vec3::new(1.0, 2.0, 3.0))
-        .iter()
-        .map(|f| f.map(|c| turn * c + shift))
-        .collect();
+    let facets: Vec<_> =
+        box_facets(Vec3::new(1.0, 2.0, 3.0)).iter().map(|f| f.map(|c| turn * c + shift)).collect();
     let (body, placement) = read_bytes("box.stl", &binary_stl(&facets, ""), false).unwrap();
     assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
     assert!((body.volume() / 6e-9 - 1.0).abs() < 1e-5);
@@ -133,40 +125,16 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
     let flip = |f: &mut [Vec3; 3]| f.swap(1, 2);
     let cases: Vec<(&str, Vec<u8>, &str)> = vec![
         ("open.stl", change(&|f| f.truncate(11)), "open: facet"),
-        (
-            "inverted.stl",
-            change(&|f| f.iter_mut().for_each(flip)),
-            "inside out",
-        ),
-        (
-            "one_flipped.stl",
-            change(&|f| flip(&mut f[5])),
-            "and 5 run through",
-        ),
+        ("inverted.stl", change(&|f| f.iter_mut().for_each(flip)), "inside out"),
+        ("one_flipped.stl", change(&|f| flip(&mut f[5])), "and 5 run through"),
         ("dent.stl", change(&dent), "concave: facet"),
-        (
-            "nan.stl",
-            change(&|f| f[7][1].y = f64::NAN),
-            "facet 7 has a corner at (0.5, NaN, 0.5)",
-        ),
+        ("nan.stl", change(&|f| f[7][1].y = f64::NAN), "facet 7 has a corner at (0.5, NaN, 0.5)"),
         ("infinite.stl", change(&|f| f[2][0].x = f64::INFINITY), "facet 2"),
-        (
-            "flat.stl",
-            change(&|f| f.iter_mut().flatten().for_each(|x| x.z = 0.0)),
-            "flat",
-        ),
-        (
-            "point.stl",
-            change(&|f| f.iter_mut().flatten().for_each(|x| *x = Vec3::x())),
-            "at least 4",
-        ),
+        ("flat.stl", change(&|f| f.iter_mut().flatten().for_each(|x| x.z = 0.0)), "flat"),
+        ("point.stl", change(&|f| f.iter_mut().flatten().for_each(|x| *x = Vec3::x())), "at least 4"),
         ("empty.stl", Vec::new(), "STL"),
         ("none.stl", change(&Vec::clear), "no facets"),
-        (
-            "garbage.stl",
-            b"hello, world".to_vec(),
-            "no STL file: it does not begin with `solid`",
-        ),
+        ("garbage.stl", b"hello, world".to_vec(), "no STL file: it does not begin with `solid`"),
         (
             "comma.stl",
             b"solid x\nfacet\nvertex 0,5 1 2\n".to_vec(),
@@ -182,11 +150,7 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
             b"solid x\nroot:x:0:0:/root:/bin/bash:and:what:else one two three\n".to_vec(),
             "line 2: `root:x:0:0:/root:/bin/ba...` is no word",
         ),
-        (
-            "text_nan.stl",
-            b"solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 nan 0\n".to_vec(),
-            "facet 0",
-        ),
+        ("text_nan.stl", b"solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 nan 0\n".to_vec(), "facet 0"),
         ("wrong.ply", Vec::new(), "must be `stl` or `obj`"),
         ("bad.obj", b"v 0 0 0\nf 1 2 3\n".to_vec(), "OBJ"),
         ("none.obj", b"v 0 0 0\n".to_vec(), "no facets"),

@@ -124,11 +124,7 @@ mod tests {
     use super::super::vtk_reader::{piece as read, point_data as array};
     use super::*;
 
-    const BOX: Domain = Domain {
-        periodic: [true, true, false],
-        cells: [10, 10, 20],
-        dx: 0.1,
-    };
+    const BOX: Domain = Domain { periodic: [true, true, false], cells: [10, 10, 20], dx: 0.1 };
 
     /// Two particles that touch across a periodic face, and one on the floor.
     fn scene() -> ([Particle; 3], [Contact; 2]) {

@@ -68,11 +68,7 @@ pub struct Numbered {
 impl Numbered {
     /// The extension with its dot.
     pub const fn new(folder: &'static str, prefix: &'static str, extension: &'static str) -> Self {
-        Self {
-            folder,
-            prefix,
-            extension,
-        }
+        Self { folder, prefix, extension }
     }
 
     /// The folder.
@@ -113,9 +109,7 @@ fn folders(more: &[Numbered]) -> impl Iterator<Item = &'static str> {
 impl OutputFiles {
     /// The files of a run whose output goes to `directory`.
     pub fn new(directory: impl Into<PathBuf>) -> Self {
-        Self {
-            directory: directory.into(),
-        }
+        Self { directory: directory.into() }
     }
 
     /// The output directory.
@@ -198,11 +192,7 @@ impl OutputFiles {
     /// # Errors
     /// [`Error::Io`] if the folder of the run cannot be read.
     pub fn steps_of_particles(&self) -> Result<Vec<u64>> {
-        let Numbered {
-            folder,
-            prefix,
-            extension,
-        } = PARTICLES;
+        let Numbered { folder, prefix, extension } = PARTICLES;
         let folder = self.directory.join(folder);
         let entries = match fs::read_dir(&folder) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -210,9 +200,7 @@ impl OutputFiles {
         };
         let index = extension.replacen('.', ".p", 1);
         let step = |name: &str| {
-            let frame = name
-                .strip_suffix(extension)
-                .or_else(|| name.strip_suffix(&index))?;
+            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index))?;
             frame.strip_prefix(prefix)?.parse().ok()
         };
         let mut steps: Vec<u64> = (entries.filter_map(std::result::Result::ok))
@@ -348,9 +336,7 @@ pub fn refuse_inputs(directory: &Path, more: &[Numbered], inputs: &[PathBuf]) ->
         let directory = fs::canonicalize(directory)?;
         Ok(inputs.iter().find(|input| {
             let input = fs::canonicalize(input).ok();
-            let below = input
-                .as_deref()
-                .and_then(|input| input.strip_prefix(&directory).ok());
+            let below = input.as_deref().and_then(|input| input.strip_prefix(&directory).ok());
             below.is_some_and(|below| doomed.iter().any(|doomed| below.starts_with(doomed)))
         }))
     };

@@ -47,10 +47,7 @@ pub fn small(value: f64) -> String {
 pub fn significant(value: f64, digits: i32) -> String {
     // The exponent of the number after rounding.
     let rounded = format!("{value:.*e}", (digits - 1) as usize);
-    let exponent = rounded
-        .split('e')
-        .nth(1)
-        .and_then(|text| text.parse::<i32>().ok());
+    let exponent = rounded.split('e').nth(1).and_then(|text| text.parse::<i32>().ok());
     let before = exponent.unwrap_or(0) + 1;
     format!("{value:.*}", (digits - before).max(0) as usize)
 }
@@ -80,9 +77,6 @@ mod tests {
         ] {
             assert_eq!(number(x, 4), text);
         }
-        assert_eq!(
-            [duration(12.345), duration(600.0), duration(9000.0)],
-            ["12.35 s", "10 min", "2.5 h"]
-        );
+        assert_eq!([duration(12.345), duration(600.0), duration(9000.0)], ["12.35 s", "10 min", "2.5 h"]);
     }
 }

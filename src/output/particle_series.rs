@@ -66,11 +66,7 @@ pub struct ParticleSeries {
 impl ParticleSeries {
     /// Creates the file, replacing an older one, and writes the header.
     pub fn create(path: &Path, domain: Domain) -> Result<Self> {
-        Ok(Self {
-            writer: CsvWriter::create(path, &COLUMNS)?,
-            domain,
-            last: Vec::new(),
-        })
+        Ok(Self { writer: CsvWriter::create(path, &COLUMNS)?, domain, last: Vec::new() })
     }
 
     /// Goes on where [`state`](Self::state) was told; rows that follow are cut off.
@@ -79,11 +75,7 @@ impl ParticleSeries {
     /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
     pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
         let last = (state.last.iter()).map(|[inside, path]| (Vec3::from(*inside), Vec3::from(*path)));
-        Ok(Self {
-            writer: CsvWriter::resume(path, state.length)?,
-            domain,
-            last: last.collect(),
-        })
+        Ok(Self { writer: CsvWriter::resume(path, state.length)?, domain, last: last.collect() })
     }
 
     /// Whether the file has the rows that [`resume`](Self::resume) wants.
@@ -99,9 +91,7 @@ impl ParticleSeries {
         let last = self.last.iter();
         Ok(PathsState {
             length: self.writer.length()?,
-            last: last
-                .map(|(inside, path)| [(*inside).into(), (*path).into()])
-                .collect(),
+            last: last.map(|(inside, path)| [(*inside).into(), (*path).into()]).collect(),
         })
     }
 
@@ -140,11 +130,7 @@ mod tests {
     fn a_path_goes_on_through_periodic_faces_and_only_the_first_particles_have_one() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particle_series.csv");
-        let domain = Domain {
-            periodic: [true, true, false],
-            cells: [10, 10, 10],
-            dx: 0.1,
-        };
+        let domain = Domain { periodic: [true, true, false], cells: [10, 10, 10], dx: 0.1 };
         let mut series = ParticleSeries::create(&path, domain).unwrap();
         let mut particles: Vec<Particle> = (0..20).map(|id| Particle::at(id, 0, Vec3::repeat(0.5))).collect();
         for step in 0..8_u64 {
@@ -159,10 +145,7 @@ mod tests {
         assert_eq!(rows.len(), 8 * PATHS);
         let last = &rows[7 * PATHS + 3];
         assert_eq!((last[0], last[1], last[2]), (7.0, 0.875, 3.0));
-        assert!(
-            (last[3] - 1.9).abs() < 1e-12 && (last[5] - 0.481).abs() < 1e-12,
-            "{last:?}"
-        );
+        assert!((last[3] - 1.9).abs() < 1e-12 && (last[5] - 0.481).abs() < 1e-12, "{last:?}");
         assert_eq!(last[9..], [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -27,11 +27,7 @@ pub fn index(file: &Path) -> PathBuf {
 }
 
 fn piece_name(file: &Path, rank: usize) -> String {
-    format!(
-        "{}{MARK}{rank:05}.{}",
-        text(file.file_stem()),
-        text(file.extension())
-    )
+    format!("{}{MARK}{rank:05}.{}", text(file.file_stem()), text(file.extension()))
 }
 
 /// Whether `name` is that of a piece of the file `stem` + `extension`, with its dot.

@@ -46,12 +46,7 @@ impl ParticlePoints {
             kinds: kinds
                 .map(|((template, &section), &frame)| {
                     let (low, high) = template.shape.bounds(&frame);
-                    Kind {
-                        section,
-                        frame,
-                        diameter: template.shape.equivalent_diameter(),
-                        size: high - low,
-                    }
+                    Kind { section, frame, diameter: template.shape.equivalent_diameter(), size: high - low }
                 })
                 .collect(),
         }
@@ -78,8 +73,7 @@ impl ParticlePoints {
         pieces: usize,
     ) -> Result<PathBuf> {
         let nothing: &[ForceAndTorque] = &[];
-        self.data(domain, &[], has_fluid.then_some(nothing))
-            .write_index(file, pieces)
+        self.data(domain, &[], has_fluid.then_some(nothing)).write_index(file, pieces)
     }
 
     fn data(
@@ -112,11 +106,7 @@ impl ParticlePoints {
         data.vectors("contact_force", all().map(|p| p.contact_force.into()));
         data.vectors("contact_torque", all().map(|p| p.contact_torque.into()));
         if let Some(loads) = hydrodynamic {
-            assert_eq!(
-                loads.len(),
-                particles.len(),
-                "one force and torque for each particle"
-            );
+            assert_eq!(loads.len(), particles.len(), "one force and torque for each particle");
             data.vectors("hydrodynamic_force", loads.iter().map(|[force, _]| *force));
             data.vectors("hydrodynamic_torque", loads.iter().map(|[_, torque]| *torque));
         }
@@ -192,16 +182,9 @@ fn records(bytes: &[u8]) -> std::result::Result<Vec<PointRecord>, String> {
                 .ok_or_else(|| format!("no array `{name}` of {components} numbers per particle"))
         };
         let positions: Vec<f64> = piece.points.cast_into().ok_or("no points")?;
-        let (ids, kinds, diameters) = (
-            array("id", 1)?,
-            array("kind", 1)?,
-            array("equivalent_diameter", 1)?,
-        );
-        let (turns, velocities, spins) = (
-            array("orientation", 4)?,
-            array("velocity", 3)?,
-            array("angular_velocity", 3)?,
-        );
+        let (ids, kinds, diameters) = (array("id", 1)?, array("kind", 1)?, array("equivalent_diameter", 1)?);
+        let (turns, velocities, spins) =
+            (array("orientation", 4)?, array("velocity", 3)?, array("angular_velocity", 3)?);
         let three = |values: &[f64], i: usize| Vec3::from_row_slice(&values[3 * i..3 * i + 3]);
         all.extend((0..ids.len()).map(|i| {
             let [w, x, y, z] = std::array::from_fn(|k| turns[4 * i + k]);
@@ -226,26 +209,15 @@ mod tests {
     use crate::shape::{Cuboid, Sphere};
     use std::sync::Arc;
 
-    const BOX: Domain = Domain {
-        periodic: [true; 3],
-        cells: [10, 10, 20],
-        dx: 0.1,
-    };
+    const BOX: Domain = Domain { periodic: [true; 3], cells: [10, 10, 20], dx: 0.1 };
 
     fn points() -> ParticlePoints {
-        let template = |shape| Template {
-            shape,
-            material: 0,
-            density: 2.0,
-        };
+        let template = |shape| Template { shape, material: 0, density: 2.0 };
         let edges = Vec3::new(0.1, 0.2, 0.3);
         // A quarter turn about x leads from the axes of the body to those of the case.
         let frame = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
         ParticlePoints::new(
-            &[
-                template(Arc::new(Sphere { radius: 0.25 })),
-                template(Arc::new(Cuboid::new(edges).unwrap())),
-            ],
+            &[template(Arc::new(Sphere { radius: 0.25 })), template(Arc::new(Cuboid::new(edges).unwrap()))],
             &[0, 3],
             &[Quat::identity(), frame],
         )
@@ -272,24 +244,13 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particles.vtp");
         let particles = particles();
-        let loads: Vec<ForceAndTorque> = (particles.iter())
-            .map(|p| [p.position() * 3.0, p.position() / 3.0])
-            .collect();
+        let loads: Vec<ForceAndTorque> =
+            (particles.iter()).map(|p| [p.position() * 3.0, p.position() / 3.0]).collect();
         points().write(&path, &BOX, &particles, Some(&loads)).unwrap();
         for (record, particle) in super::read(&path).unwrap().iter().zip(&particles) {
             assert_eq!(
-                (
-                    record.id,
-                    record.position,
-                    record.velocity,
-                    record.angular_velocity
-                ),
-                (
-                    particle.id,
-                    particle.position(),
-                    particle.velocity(),
-                    particle.angular_velocity()
-                )
+                (record.id, record.position, record.velocity, record.angular_velocity),
+                (particle.id, particle.position(), particle.velocity(), particle.angular_velocity())
             );
             let frame = &points().kinds[particle.template as usize].frame;
             assert_eq!(record.orientation, particle.orientation_given(frame));
@@ -300,23 +261,11 @@ mod tests {
         for (i, particle) in particles.iter().enumerate() {
             let three =
                 |name: &str| -> [f64; 3] { array(&piece, name)[3 * i..3 * i + 3].try_into().unwrap() };
-            assert_eq!(
-                Vec3::from_column_slice(&at[3 * i..3 * i + 3]),
-                particle.position()
-            );
+            assert_eq!(Vec3::from_column_slice(&at[3 * i..3 * i + 3]), particle.position());
             assert_eq!(Vec3::from(three("velocity")), Vec3::from(particle.velocity));
-            assert_eq!(
-                Vec3::from(three("angular_velocity")),
-                Vec3::from(particle.angular_velocity)
-            );
-            assert_eq!(
-                Vec3::from(three("contact_force")),
-                Vec3::from(particle.contact_force)
-            );
-            assert_eq!(
-                Vec3::from(three("contact_torque")),
-                Vec3::from(particle.contact_torque)
-            );
+            assert_eq!(Vec3::from(three("angular_velocity")), Vec3::from(particle.angular_velocity));
+            assert_eq!(Vec3::from(three("contact_force")), Vec3::from(particle.contact_force));
+            assert_eq!(Vec3::from(three("contact_torque")), Vec3::from(particle.contact_torque));
             assert_eq!(Vec3::from(three("hydrodynamic_force")), loads[i][0]);
             assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i][1]);
             assert_eq!(array(&piece, "id")[i] as u64, particle.id);
@@ -365,9 +314,8 @@ mod tests {
                 particle
             })
             .collect();
-        let loads: Vec<ForceAndTorque> = (many.iter())
-            .map(|p| [p.position() / 3.0, p.velocity() / 7.0])
-            .collect();
+        let loads: Vec<ForceAndTorque> =
+            (many.iter()).map(|p| [p.position() / 3.0, p.velocity() / 7.0]).collect();
         points().write(&path, &BOX, &many, Some(&loads)).unwrap();
         let bytes = std::fs::metadata(&path).unwrap().len();
         assert!(bytes < 400 * 2000, "{bytes} bytes for 2000 particles");

@@ -58,10 +58,8 @@ impl Cells {
 
     /// What vtkio wants; nothing for none.
     fn topology(self) -> Option<VertexNumbers> {
-        (!self.offsets.is_empty()).then_some(VertexNumbers::XML {
-            connectivity: self.connectivity,
-            offsets: self.offsets,
-        })
+        (!self.offsets.is_empty())
+            .then_some(VertexNumbers::XML { connectivity: self.connectivity, offsets: self.offsets })
     }
 }
 
@@ -98,8 +96,7 @@ where
     /// Tuples of numbers of all points that are no vectors.
     pub(super) fn tuples<const N: usize>(&mut self, name: &str, values: impl IntoIterator<Item = [f64; N]>) {
         let values: Vec<T> = values.into_iter().flatten().map(T::of).collect();
-        self.arrays
-            .push(DataArray::scalars(name, N as u32).with_data(values));
+        self.arrays.push(DataArray::scalars(name, N as u32).with_data(values));
     }
 
     /// Whole numbers of all points, of any type of VTK.
@@ -112,14 +109,12 @@ where
 
     /// Vectors of all points.
     pub(super) fn vectors(&mut self, name: &str, values: impl IntoIterator<Item = Vec3>) {
-        self.arrays
-            .push(DataArray::vectors(name).with_data(flat::<T>(values)));
+        self.arrays.push(DataArray::vectors(name).with_data(flat::<T>(values)));
     }
 
     /// Normals of all points: what looks at them takes the surface for smooth.
     pub(super) fn normals(&mut self, values: impl IntoIterator<Item = Vec3>) {
-        self.arrays
-            .push(DataArray::normals("Normals").with_data(flat::<T>(values)));
+        self.arrays.push(DataArray::normals("Normals").with_data(flat::<T>(values)));
     }
 
     /// Writes the index of a `file` of so many pieces, which all have the arrays of this; the path of the index.
@@ -182,8 +177,5 @@ fn type_name(data: &IOBuffer) -> &'static str {
 }
 
 fn flat<T: Number>(values: impl IntoIterator<Item = Vec3>) -> Vec<T> {
-    values
-        .into_iter()
-        .flat_map(|value| <[f64; 3]>::from(value).map(T::of))
-        .collect()
+    values.into_iter().flat_map(|value| <[f64; 3]>::from(value).map(T::of)).collect()
 }

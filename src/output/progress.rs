@@ -79,15 +79,7 @@ impl Progress {
     }
 
     fn with_target(work: Workload, target: Target, interval: Duration, start: Instant) -> Self {
-        Self {
-            work,
-            target,
-            interval,
-            start,
-            shown: start,
-            shown_step: work.first,
-            rate: 0.0,
-        }
+        Self { work, target, interval, start, shown: start, shown_step: work.first, rate: 0.0 }
     }
 
     /// Tells that `step` steps are done; cheap enough to call after every step.
@@ -192,11 +184,7 @@ fn bar_style() -> ProgressStyle {
 fn clock(seconds: f64) -> String {
     let s = seconds.round() as u64;
     let (hours, minutes, seconds) = (s / 3600, s / 60 % 60, s % 60);
-    if hours > 0 {
-        format!("{hours}:{minutes:02}:{seconds:02}")
-    } else {
-        format!("{minutes}:{seconds:02}")
-    }
+    if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
 }
 
 #[cfg(test)]
@@ -216,21 +204,12 @@ mod tests {
         }
     }
 
-    const WORK: Workload = Workload {
-        steps: 1000,
-        first: 0,
-        cells: 2_000_000,
-        time_step: 1e-4,
-        stokes_time: Some(2e-3),
-    };
+    const WORK: Workload =
+        Workload { steps: 1000, first: 0, cells: 2_000_000, time_step: 1e-4, stokes_time: Some(2e-3) };
 
     #[test]
     fn without_a_fluid_time_is_in_seconds_and_speed_in_steps() {
-        let dry = Workload {
-            cells: 0,
-            stokes_time: None,
-            ..WORK
-        };
+        let dry = Workload { cells: 0, stokes_time: None, ..WORK };
         let mut progress = Progress::with_target(dry, Target::Quiet, BAR_INTERVAL, Instant::now());
         progress.rate = 100.0;
         assert_eq!(progress.status(500), "t 0.050 of 0.100 s  100 steps/s  ETA 0:05");
@@ -240,12 +219,8 @@ mod tests {
     fn lines_come_at_intervals_with_rate_and_remaining_time() {
         let sink = Sink::default();
         let start = Instant::now();
-        let mut progress = Progress::with_target(
-            WORK,
-            Target::Lines(Box::new(sink.clone())),
-            Duration::from_secs(5),
-            start,
-        );
+        let mut progress =
+            Progress::with_target(WORK, Target::Lines(Box::new(sink.clone())), Duration::from_secs(5), start);
         // Ten steps a second, told after every step.
         for step in 1..=110 {
             progress.update_at(step, start + Duration::from_millis(100 * step));

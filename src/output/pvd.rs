@@ -16,10 +16,7 @@ pub struct Collection {
 impl Collection {
     /// An empty collection; nothing is written before the first file is added.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self {
-            path: path.into(),
-            entries: Vec::new(),
-        }
+        Self { path: path.into(), entries: Vec::new() }
     }
 
     /// Takes up the entries of an earlier collection and writes them, if there are any; those added later to the file are gone.
@@ -55,11 +52,8 @@ impl Collection {
              <Collection>\n",
         );
         for (time, file) in &self.entries {
-            writeln!(
-                text,
-                "<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{file}\"/>"
-            )
-            .expect("memory takes any text");
+            writeln!(text, "<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{file}\"/>")
+                .expect("memory takes any text");
         }
         text.push_str("</Collection>\n</VTKFile>\n");
         text
@@ -67,10 +61,7 @@ impl Collection {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -84,22 +75,13 @@ mod tests {
         let mut collection = Collection::new(&path);
         assert!(!path.exists());
         for (count, time) in [(1, 0.0), (2, 0.1 + 0.2), (3, 1e-7)] {
-            collection
-                .add(
-                    time,
-                    &directory.path().join("fields").join(format!("a&b_{count}.vti")),
-                )
-                .unwrap();
+            collection.add(time, &directory.path().join("fields").join(format!("a&b_{count}.vti"))).unwrap();
             let text = std::fs::read_to_string(&path).unwrap();
             assert_eq!(text.matches("<DataSet").count(), count);
             assert!(text.ends_with("</VTKFile>\n"));
             assert!(text.contains(&format!("file=\"fields/a&amp;b_{count}.vti\"")));
-            let written: f64 = text.split("timestep=\"").nth(count).unwrap()[..]
-                .split('"')
-                .next()
-                .unwrap()
-                .parse()
-                .unwrap();
+            let written: f64 =
+                text.split("timestep=\"").nth(count).unwrap()[..].split('"').next().unwrap().parse().unwrap();
             assert_eq!(written.to_bits(), time.to_bits());
         }
     }

@@ -143,9 +143,8 @@ pub struct SeriesWriter(CsvWriter);
 impl SeriesWriter {
     /// Creates the file of a run with these walls, replacing an older one, and writes the header.
     pub fn create(path: &Path, walls: &[Wall]) -> Result<Self> {
-        let columns: Vec<String> = (COLUMNS.into_iter().map(String::from))
-            .chain(wall_columns(walls))
-            .collect();
+        let columns: Vec<String> =
+            (COLUMNS.into_iter().map(String::from)).chain(wall_columns(walls)).collect();
         CsvWriter::create(path, &columns).map(Self)
     }
 
@@ -200,9 +199,7 @@ impl CsvWriter {
 
     /// Whether the file has so many bytes at least.
     pub(super) fn holds(path: &Path, length: u64) -> Result<()> {
-        let found = std::fs::metadata(path)
-            .map_err(|source| gone(path, &source.to_string()))?
-            .len();
+        let found = std::fs::metadata(path).map_err(|source| gone(path, &source.to_string()))?.len();
         if found < length {
             return Err(gone(path, &format!("it has {found} bytes of at least {length}")));
         }
@@ -212,10 +209,8 @@ impl CsvWriter {
     /// Goes on after the first `length` bytes of the file, which are whole rows; what follows is cut off.
     pub(super) fn resume(path: &Path, length: u64) -> Result<Self> {
         Self::holds(path, length)?;
-        let mut file = File::options()
-            .write(true)
-            .open(path)
-            .map_err(|source| gone(path, &source.to_string()))?;
+        let mut file =
+            File::options().write(true).open(path).map_err(|source| gone(path, &source.to_string()))?;
         file.set_len(length)
             .and_then(|()| file.seek(SeekFrom::End(0)))
             .map_err(|source| Error::io("cut", path, source))?;
@@ -273,10 +268,7 @@ mod tests {
     fn rows_go_on_where_they_were_and_later_ones_are_cut_off() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let row = |step| SeriesRow {
-            step,
-            ..SeriesRow::default()
-        };
+        let row = |step| SeriesRow { step, ..SeriesRow::default() };
         let mut series = SeriesWriter::create(&path, &[]).unwrap();
         series.write(&row(1)).unwrap();
         let length = series.length().unwrap();
@@ -295,10 +287,7 @@ mod tests {
         let path = directory.path().join("series.csv");
         std::fs::write(&path, "step\n1\n").unwrap();
         let error = SeriesWriter::resume(&path, 100).unwrap_err().to_string();
-        assert!(
-            error.contains("series.csv") && error.contains("7 bytes"),
-            "{error}"
-        );
+        assert!(error.contains("series.csv") && error.contains("7 bytes"), "{error}");
         assert_eq!(std::fs::read(&path).unwrap(), b"step\n1\n");
         std::fs::remove_file(&path).unwrap();
         assert!(SeriesWriter::resume(&path, 100).is_err());

@@ -63,19 +63,12 @@ impl SeriesTable {
 fn column(head: &str) -> SeriesColumn {
     let parts = head.strip_suffix(')').and_then(|head| head.rsplit_once(" ("));
     let (name, unit) = parts.unwrap_or((head, "-"));
-    SeriesColumn {
-        name: name.to_string(),
-        unit: unit.to_string(),
-        values: Vec::new(),
-    }
+    SeriesColumn { name: name.to_string(), unit: unit.to_string(), values: Vec::new() }
 }
 
 fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[SeriesColumn]) -> Error {
     let line = record.position().map_or(0, csv::Position::line);
-    let wrong = record
-        .iter()
-        .zip(columns)
-        .find(|(word, _)| word.parse::<f64>().is_err());
+    let wrong = record.iter().zip(columns).find(|(word, _)| word.parse::<f64>().is_err());
     let what = match wrong {
         Some((word, column)) => format!("`{word}` in column `{}` is no number", column.name),
         None => format!("{} values under {} heads", record.len(), columns.len()),
@@ -109,10 +102,7 @@ mod tests {
     #[test]
     fn a_row_that_is_broken_is_named_with_its_line_and_column() {
         let error = read("step (-),v (m/s)\n0,1\n1,x\n2,3\n").unwrap_err().to_string();
-        assert!(
-            error.contains("line 3: `x` in column `v` is no number"),
-            "{error}"
-        );
+        assert!(error.contains("line 3: `x` in column `v` is no number"), "{error}");
         let error = read("a,b\n0\n1,2\n").unwrap_err().to_string();
         assert!(error.contains("line 2: 1 values under 2 heads"), "{error}");
     }

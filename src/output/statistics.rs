@@ -48,10 +48,7 @@ pub fn estimate_mean(series: &[f64]) -> Option<Estimate> {
         return None;
     }
     let mean = series.iter().sum::<f64>() / series.len() as f64;
-    Some(Estimate {
-        mean,
-        standard_error: blocking_error(series),
-    })
+    Some(Estimate { mean, standard_error: blocking_error(series) })
 }
 
 fn blocking_error(series: &[f64]) -> Option<f64> {
@@ -67,11 +64,7 @@ fn blocking_error(series: &[f64]) -> Option<f64> {
         }
         largest = Some(largest.map_or(error, |e| e.max(error)));
         // An odd one out is dropped at the early end, which is the more likely to be transient.
-        blocks = blocks
-            .rchunks_exact(2)
-            .rev()
-            .map(|pair| 0.5 * (pair[0] + pair[1]))
-            .collect();
+        blocks = blocks.rchunks_exact(2).rev().map(|pair| 0.5 * (pair[0] + pair[1])).collect();
         length *= 2.0;
     }
     largest.map(|largest| largest.max(correlation_error(series)))
@@ -147,10 +140,7 @@ mod tests {
     fn white_noise_has_the_textbook_error() {
         let count = 4096;
         let (claimed, scatter) = over_many(0.0, count);
-        assert!(
-            (claimed / known_error(0.0, count) - 1.0).abs() < 0.04,
-            "{claimed}"
-        );
+        assert!((claimed / known_error(0.0, count) - 1.0).abs() < 0.04, "{claimed}");
         assert!((claimed / scatter - 1.0).abs() < 0.15, "{claimed} {scatter}");
     }
 
@@ -159,14 +149,8 @@ mod tests {
         for (memory, count) in [(0.5, 2048), (0.9, 8192), (0.97, 16384)] {
             let (claimed, scatter) = over_many(memory, count);
             let known = known_error(memory, count);
-            assert!(
-                (claimed / known - 1.0).abs() < 0.08,
-                "{memory}: {claimed} {known}"
-            );
-            assert!(
-                (claimed / scatter - 1.0).abs() < 0.15,
-                "{memory}: {claimed} {scatter}"
-            );
+            assert!((claimed / known - 1.0).abs() < 0.08, "{memory}: {claimed} {known}");
+            assert!((claimed / scatter - 1.0).abs() < 0.15, "{memory}: {claimed} {scatter}");
         }
     }
 

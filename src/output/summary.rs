@@ -281,9 +281,8 @@ mod tests {
         assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary());
         let all = json.as_object().unwrap().iter();
         let numbers = all.chain(json["scales"].as_object().unwrap());
-        let mut found: Vec<&str> = (numbers.filter(|(_, value)| value.is_number()))
-            .map(|(key, _)| key.as_str())
-            .collect();
+        let mut found: Vec<&str> =
+            (numbers.filter(|(_, value)| value.is_number())).map(|(key, _)| key.as_str()).collect();
         let mut listed: Vec<&str> = NUMBERS.split_whitespace().collect();
         found.sort_unstable();
         listed.sort_unstable();

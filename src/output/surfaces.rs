@@ -54,9 +54,7 @@ impl ParticleSurfaces {
         let one_each = all.iter().map(|p| (p.template as usize, 1));
         let few = surface_triangles(templates, one_each) <= FEW_TRIANGLES;
         let refinement = if few { FINE_SURFACE } else { FINE_SURFACE - 1 };
-        let meshes: Vec<SurfaceMesh> = (templates.iter())
-            .map(|t| t.shape.surface_mesh(refinement))
-            .collect();
+        let meshes: Vec<SurfaceMesh> = (templates.iter()).map(|t| t.shape.surface_mesh(refinement)).collect();
         let with_shapes = || templates.iter().zip(&meshes);
         let smooth = with_shapes().all(|(t, mesh)| is_smooth(&*t.shape, mesh));
         let normals = smooth.then(|| {
@@ -88,9 +86,8 @@ impl ParticleSurfaces {
         for particle in particles {
             let mesh = of(particle);
             let (centre, orientation) = (domain.wrap(particle.position()), particle.orientation());
-            let points: Vec<u64> = (mesh.points.iter())
-                .map(|corner| data.point(centre + orientation * corner))
-                .collect();
+            let points: Vec<u64> =
+                (mesh.points.iter()).map(|corner| data.point(centre + orientation * corner)).collect();
             for triangle in &mesh.triangles {
                 data.polygon(triangle.map(|corner| points[corner as usize]));
             }
@@ -103,20 +100,11 @@ impl ParticleSurfaces {
             "kind",
             each(particles, &count, |p| self.sections[p.template as usize] as u32).collect(),
         );
-        data.scalars(
-            "equivalent_diameter",
-            each(particles, &count, |p| self.diameters[p.template as usize]),
-        );
+        data.scalars("equivalent_diameter", each(particles, &count, |p| self.diameters[p.template as usize]));
         data.vectors("velocity", each(particles, &count, Particle::velocity));
-        data.vectors(
-            "angular_velocity",
-            each(particles, &count, Particle::angular_velocity),
-        );
+        data.vectors("angular_velocity", each(particles, &count, Particle::angular_velocity));
         if forces {
-            data.vectors(
-                "contact_force",
-                each(particles, &count, |p| Vec3::from(p.contact_force)),
-            );
+            data.vectors("contact_force", each(particles, &count, |p| Vec3::from(p.contact_force)));
         }
         if let Some(normals) = &self.normals {
             data.normals(particles.iter().flat_map(|p| {
@@ -161,18 +149,10 @@ mod tests {
     use std::sync::Arc;
     use vtkio::model::Attribute;
 
-    const BOX: Domain = Domain {
-        periodic: [true; 3],
-        cells: [10, 10, 20],
-        dx: 0.1,
-    };
+    const BOX: Domain = Domain { periodic: [true; 3], cells: [10, 10, 20], dx: 0.1 };
 
     fn templates() -> Vec<Template> {
-        vec![Template {
-            shape: Arc::new(Sphere { radius: 0.25 }),
-            material: 0,
-            density: 2.0,
-        }]
+        vec![Template { shape: Arc::new(Sphere { radius: 0.25 }), material: 0, density: 2.0 }]
     }
 
     fn write_surfaces(
@@ -219,11 +199,7 @@ mod tests {
             assert!((normal - arm / 0.25).norm() < 1e-5);
         }
         assert_eq!(array(&piece, "kind"), vec![0.0; ids.len()]);
-        assert!(
-            array(&piece, "equivalent_diameter")
-                .iter()
-                .all(|d| (d - 0.5).abs() < 1e-6)
-        );
+        assert!(array(&piece, "equivalent_diameter").iter().all(|d| (d - 0.5).abs() < 1e-6));
         assert_eq!(piece.polys.unwrap().num_cells(), 3 * 320);
     }
 
@@ -233,16 +209,10 @@ mod tests {
         let path = directory.path().join("surfaces.vtp");
         let edges = Vec3::new(0.1, 0.2, 0.3);
         let mut templates = templates();
-        templates.push(Template {
-            shape: Arc::new(Cuboid::new(edges).unwrap()),
-            ..templates[0].clone()
-        });
+        templates.push(Template { shape: Arc::new(Cuboid::new(edges).unwrap()), ..templates[0].clone() });
         let mut particle = Particle::at(1, 1, Vec3::repeat(0.5));
         // A quarter turn about y takes z to x.
-        particle.set_orientation(&Quat::from_axis_angle(
-            &Vec3::y_axis(),
-            std::f64::consts::FRAC_PI_2,
-        ));
+        particle.set_orientation(&Quat::from_axis_angle(&Vec3::y_axis(), std::f64::consts::FRAC_PI_2));
         write_surfaces(&path, &BOX, &templates, &[particle]).unwrap();
         let piece = read(&path);
         let points: Vec<f64> = piece.points.cast_into().unwrap();
@@ -282,10 +252,7 @@ mod tests {
         write_surfaces(&path, &BOX, &[], &[]).unwrap();
         assert_eq!(read(&path).num_points(), 0);
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            text.contains("NumberOfPoints=\"0\""),
-            "VTK's own reader needs the count"
-        );
+        assert!(text.contains("NumberOfPoints=\"0\""), "VTK's own reader needs the count");
     }
 
     #[test]

@@ -57,20 +57,13 @@ pub fn write_fields(path: &Path, fields: &FieldSnapshot) -> Result<()> {
     assert_eq!(fields.velocity.len(), cells, "one velocity per cell");
     assert_eq!(fields.pressure.len(), cells, "one pressure per cell");
     assert_eq!(fields.solid_fraction.len(), cells, "one solid fraction per cell");
-    let arrays = [
-        fields.velocity.as_flattened(),
-        fields.pressure,
-        fields.solid_fraction,
-    ];
+    let arrays = [fields.velocity.as_flattened(), fields.pressure, fields.solid_fraction];
     write_atomically(path, |file| write_image(file, fields, &arrays))
 }
 
 /// Writes the index of a `file` whose blocks are all written as its [pieces](pieces::piece), by rank; the path of the index.
 pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Block]) -> Result<PathBuf> {
-    let whole = Block {
-        lo: [0; 3],
-        hi: domain.cells,
-    };
+    let whole = Block { lo: [0; 3], hi: domain.cells };
     let mut declared = String::new();
     for (name, components) in ARRAYS {
         declared += &pieces::array("Float32", name, components);
@@ -79,13 +72,8 @@ pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Blo
         file,
         "PImageData",
         &image(&whole, domain.dx),
-        &format!(
-            "{}<PCellData {ACTIVE}>\n{declared}</PCellData>\n",
-            time_value(time)
-        ),
-        blocks
-            .iter()
-            .map(|block| format!(" Extent=\"{}\"", extent(block))),
+        &format!("{}<PCellData {ACTIVE}>\n{declared}</PCellData>\n", time_value(time)),
+        blocks.iter().map(|block| format!(" Extent=\"{}\"", extent(block))),
     )
 }
 
@@ -95,10 +83,7 @@ const ACTIVE: &str = "Scalars=\"solid_fraction\" Vectors=\"velocity\"";
 /// Attributes of an image of a block, each with a blank before it.
 fn image(block: &Block, dx: f64) -> String {
     // Rust prints the shortest text that reads back as exactly the same number.
-    format!(
-        " WholeExtent=\"{}\" Origin=\"0 0 0\" Spacing=\"{dx} {dx} {dx}\"",
-        extent(block)
-    )
+    format!(" WholeExtent=\"{}\" Origin=\"0 0 0\" Spacing=\"{dx} {dx} {dx}\"", extent(block))
 }
 
 /// First and last plane of points in each direction.
@@ -118,11 +103,7 @@ fn write_image<W: Write + Seek>(
     fields: &FieldSnapshot,
     arrays: &[&[f32]; ARRAYS.len()],
 ) -> io::Result<()> {
-    let byte_order = if cfg!(target_endian = "big") {
-        "BigEndian"
-    } else {
-        "LittleEndian"
-    };
+    let byte_order = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };
     write!(
         out,
         r#"<?xml version="1.0"?>
@@ -144,10 +125,7 @@ fn write_image<W: Write + Seek>(
         offset_places.push(out.stream_position()?);
         writeln!(out, "{:OFFSET_WIDTH$}\"/>", "")?;
     }
-    write!(
-        out,
-        "</CellData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_"
-    )?;
+    write!(out, "</CellData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_")?;
     let start = out.stream_position()?;
     let mut offsets = Vec::with_capacity(arrays.len());
     for array in arrays {
@@ -193,10 +171,7 @@ mod tests {
     use crate::output::vtk_reader::Image;
 
     fn whole(domain: &Domain) -> Block {
-        Block {
-            lo: [0; 3],
-            hi: domain.cells,
-        }
+        Block { lo: [0; 3], hi: domain.cells }
     }
 
     struct Fields {
@@ -208,19 +183,12 @@ mod tests {
 
     impl Fields {
         fn new(cells: [usize; 3]) -> Self {
-            let domain = Domain {
-                periodic: [true; 3],
-                cells,
-                dx: 0.1,
-            };
+            let domain = Domain { periodic: [true; 3], cells, dx: 0.1 };
             let wave = |i: usize, k: f32| (i as f32 * k).sin();
             let all = 0..domain.cell_count();
             Self {
                 domain,
-                velocity: all
-                    .clone()
-                    .map(|i| [wave(i, 0.1), wave(i, 0.7), wave(i, 1.3)])
-                    .collect(),
+                velocity: all.clone().map(|i| [wave(i, 0.1), wave(i, 0.7), wave(i, 1.3)]).collect(),
                 pressure: all.clone().map(|i| 1e3 * wave(i, 0.01)).collect(),
                 solid_fraction: all.map(|i| wave(i, 0.05).max(0.0)).collect(),
             }
@@ -252,10 +220,7 @@ mod tests {
             assert_eq!(image.named("solid_fraction"), fields.solid_fraction);
             let text = image.header();
             assert!(text.contains(">0.30000000000000004</DataArray>"), "exact time");
-            assert!(text.contains(&format!(
-                " WholeExtent=\"0 {} 0 {} 0 {}\"",
-                cells[0], cells[1], cells[2]
-            )));
+            assert!(text.contains(&format!(" WholeExtent=\"0 {} 0 {} 0 {}\"", cells[0], cells[1], cells[2])));
         }
     }
 
@@ -295,9 +260,7 @@ mod tests {
         let mut velocity = vec![[f32::NAN; 3]; fields.domain.cell_count()];
         for line in text.lines().filter(|line| line.starts_with("<Piece ")) {
             let quoted = |name: &str| line.split(name).nth(1).unwrap().split('"').nth(1).unwrap();
-            let e: Vec<usize> = (quoted("Extent").split(' '))
-                .map(|n| n.parse().unwrap())
-                .collect();
+            let e: Vec<usize> = (quoted("Extent").split(' ')).map(|n| n.parse().unwrap()).collect();
             let (lo, hi) = ([e[0], e[2], e[4]], [e[1], e[3], e[5]]);
             let values = Image::read(&directory.path().join(quoted("Source"))).named("velocity");
             for (cell, u) in cells(&Block { lo, hi }).into_iter().zip(values.chunks(3)) {
@@ -316,10 +279,7 @@ mod tests {
         std::os::unix::fs::symlink("/dev/full", directory.path().join("fields.vti.tmp")).unwrap();
         let fields = Fields::new([31, 40, 55]);
         let error = write_fields(&path, &fields.snapshot()).unwrap_err();
-        assert!(
-            matches!(&error, Error::Io { path, .. } if path.ends_with("fields.vti")),
-            "{error}"
-        );
+        assert!(matches!(&error, Error::Io { path, .. } if path.ends_with("fields.vti")), "{error}");
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
     }
 }

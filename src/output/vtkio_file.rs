@@ -62,10 +62,7 @@ mod tests {
         let ids = DataArray::scalars("id", 1).with_data(vec![7_u32; points]);
         PolyDataPiece {
             points: IOBuffer::from(vec![0.5_f32; 3 * points]),
-            data: Attributes {
-                point: vec![Attribute::DataArray(ids)],
-                cell: Vec::new(),
-            },
+            data: Attributes { point: vec![Attribute::DataArray(ids)], cell: Vec::new() },
             ..PolyDataPiece::default()
         }
     }
@@ -73,10 +70,7 @@ mod tests {
     #[test]
     fn vtkio_still_leaves_out_counts_that_are_zero() {
         let text = String::from_utf8(encoded(piece(0), Compressor::None).unwrap()).unwrap();
-        assert!(
-            text.contains(NO_COUNTS),
-            "the counts are there now: take them out of `write`\n{text}"
-        );
+        assert!(text.contains(NO_COUNTS), "the counts are there now: take them out of `write`\n{text}");
     }
 
     #[test]
@@ -94,9 +88,6 @@ mod tests {
     fn vtkio_still_drops_the_error_of_a_full_disk() {
         let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
         let file = vtk(piece(2)).try_into_xml_format(Compressor::None, 0).unwrap();
-        assert!(
-            file.write(full).is_ok(),
-            "the error is there now: write to the file as it is in `write`"
-        );
+        assert!(file.write(full).is_ok(), "the error is there now: write to the file as it is in `write`");
     }
 }

@@ -39,13 +39,9 @@ pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
 pub fn area(surface: &Surface, size: &Vec3) -> f64 {
     let of = |polygon: &Vec<Vec3>| -> Vec3 {
         let fan = polygon.windows(2).skip(1);
-        fan.map(|w| (w[0] - polygon[0]).cross(&(w[1] - polygon[0])) * 0.5)
-            .sum()
+        fan.map(|w| (w[0] - polygon[0]).cross(&(w[1] - polygon[0])) * 0.5).sum()
     };
-    polygons(surface, size)
-        .iter()
-        .map(|polygon| of(polygon).norm())
-        .sum()
+    polygons(surface, size).iter().map(|polygon| of(polygon).norm()).sum()
 }
 
 /// The part of a surface inside of the box from the origin to `size`, counter-clockwise seen from the free space.
@@ -57,19 +53,9 @@ pub(super) fn polygons(surface: &Surface, size: &Vec3) -> Vec<Vec<Vec3>> {
             let (a, b) = across(&normal);
             let reach = 2.0 * size.norm();
             let corner = |i: f64, j: f64| foot + reach * (i * a + j * b);
-            vec![vec![
-                corner(-1.0, -1.0),
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-            ]]
+            vec![vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]]
         }
-        Surface::Cylinder {
-            point,
-            axis,
-            radius,
-            pipe,
-        } => {
+        Surface::Cylinder { point, axis, radius, pipe } => {
             let (a, b) = across(&axis);
             let middle = point + axis * (0.5 * size - point).dot(&axis);
             let end = axis * size.norm();
@@ -78,21 +64,13 @@ pub(super) fn polygons(surface: &Surface, size: &Vec3) -> Vec<Vec<Vec3>> {
                 middle + radius * (angle.cos() * a + angle.sin() * b)
             };
             let strip = |facet| {
-                let (from, to) = if pipe {
-                    (at(facet + 1), at(facet))
-                } else {
-                    (at(facet), at(facet + 1))
-                };
+                let (from, to) = if pipe { (at(facet + 1), at(facet)) } else { (at(facet), at(facet + 1)) };
                 vec![from - end, to - end, to + end, from + end]
             };
             (0..FACETS).map(strip).collect()
         }
     };
-    whole
-        .into_iter()
-        .map(|polygon| inside(polygon, size))
-        .filter(|polygon| polygon.len() > 2)
-        .collect()
+    whole.into_iter().map(|polygon| inside(polygon, size)).filter(|polygon| polygon.len() > 2).collect()
 }
 
 /// Two unit vectors that complete `normal` to a right-handed frame, itself the third.
@@ -130,11 +108,7 @@ mod tests {
     use super::*;
     use crate::wall::Motion;
 
-    const BOX: Domain = Domain {
-        periodic: [true, true, false],
-        cells: [10, 20, 30],
-        dx: 0.1,
-    };
+    const BOX: Domain = Domain { periodic: [true, true, false], cells: [10, 20, 30], dx: 0.1 };
 
     fn vector_area(polygons: &[Vec<Vec3>]) -> Vec3 {
         let one = |p: &Vec<Vec3>| -> Vec3 {
@@ -146,38 +120,25 @@ mod tests {
 
     #[test]
     fn a_face_of_the_box_is_a_rectangle_and_a_tilted_plane_is_cut_to_size() {
-        let face = Surface::Plane {
-            point: Vec3::zeros(),
-            normal: Vec3::z(),
-        };
+        let face = Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() };
         let cut = polygons(&face, &BOX.size());
         assert_eq!((cut.len(), cut[0].len()), (1, 4));
         assert!((vector_area(&cut) - Vec3::z() * 2.0).norm() < 1e-7);
         // Through the diagonal of x and y.
         let normal = Vec3::new(2.0, -1.0, 0.0).normalize();
-        let tilted = Surface::Plane {
-            point: Vec3::new(0.5, 1.0, 9.0),
-            normal,
-        };
+        let tilted = Surface::Plane { point: Vec3::new(0.5, 1.0, 9.0), normal };
         let cut = polygons(&tilted, &BOX.size());
         assert!((vector_area(&cut) - normal * 5.0_f64.sqrt() * 3.0).norm() < 1e-7);
         assert!((area(&tilted, &BOX.size()) - 5.0_f64.sqrt() * 3.0).abs() < 1e-7);
-        let outside = Surface::Plane {
-            point: Vec3::new(0.0, 0.0, -0.01),
-            normal: Vec3::z(),
-        };
+        let outside = Surface::Plane { point: Vec3::new(0.0, 0.0, -0.01), normal: Vec3::z() };
         assert!(polygons(&outside, &BOX.size()).is_empty());
     }
 
     #[test]
     fn a_pipe_is_a_tube_as_long_as_the_box_seen_from_inside() {
         for pipe in [true, false] {
-            let surface = Surface::Cylinder {
-                point: Vec3::new(0.5, 7.0, 1.5),
-                axis: Vec3::y(),
-                radius: 0.4,
-                pipe,
-            };
+            let surface =
+                Surface::Cylinder { point: Vec3::new(0.5, 7.0, 1.5), axis: Vec3::y(), radius: 0.4, pipe };
             let cut = polygons(&surface, &BOX.size());
             assert_eq!(cut.len(), FACETS as usize);
             let mut total = 0.0;
@@ -198,10 +159,7 @@ mod tests {
         let wall = |normal: Vec3, point, velocity| Wall {
             name: "plate".to_owned(),
             surface: Surface::Plane { point, normal },
-            motion: Motion {
-                velocity,
-                ..Motion::default()
-            },
+            motion: Motion { velocity, ..Motion::default() },
             material: 0,
         };
         let walls = [

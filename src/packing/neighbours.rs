@@ -21,11 +21,7 @@ impl Bins {
             let longest = (1..3).fold(0, |best, i| if counts[i] > counts[best] { i } else { best });
             counts[longest] = counts[longest].div_ceil(2);
         }
-        Self {
-            size,
-            counts,
-            members: vec![Vec::new(); counts.iter().product()],
-        }
+        Self { size, counts, members: vec![Vec::new(); counts.iter().product()] }
     }
 
     fn place(&self, position: &Vec3) -> [usize; 3] {
@@ -101,11 +97,7 @@ mod tests {
     #[test]
     fn in_a_long_box_a_position_has_no_more_near_it_than_in_a_cube() {
         let nearby = |cells: [usize; 3]| {
-            let domain = Domain {
-                periodic: [true; 3],
-                cells,
-                dx: 1.0,
-            };
+            let domain = Domain { periodic: [true; 3], cells, dx: 1.0 };
             let mut bins = Bins::new(&domain, 1.0, domain.cell_count());
             for n in 0..domain.cell_count() {
                 let [x, y, _] = cells;

@@ -103,9 +103,7 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
         };
         if fields.len() != known.len() {
             let (found, wanted) = (fields.len(), known.len());
-            return Err(format!(
-                "{name}:{number}: {found} fields instead of {wanted}; {EXPECTED}"
-            ));
+            return Err(format!("{name}:{number}: {found} fields instead of {wanted}; {EXPECTED}"));
         }
         let mut values = [0.0; COLUMNS.len()];
         let (mut id, mut kind, mut diameter) = (None, None, None);
@@ -141,9 +139,7 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
         }
         let three = |first: usize| Vec3::from_row_slice(&values[first..first + 3]);
         let orientation = if known.contains(&QUATERNION.start) {
-            let [x, y, z, w] = values[QUATERNION] else {
-                unreachable!("four columns")
-            };
+            let [x, y, z, w] = values[QUATERNION] else { unreachable!("four columns") };
             from_quaternion(Quaternion::new(w, x, y, z))
                 .map_err(|e| format!("{name}:{number}: the quaternion qx, qy, qz, qw {e}"))?
         } else {
@@ -215,9 +211,7 @@ pub fn format(rows: impl IntoIterator<Item = Row>) -> String {
         let [qx, qy, qz, qw]: [f64; 4] = row.orientation.coords.into();
         let [vx, vy, vz]: [f64; 3] = row.velocity.into();
         let [wx, wy, wz]: [f64; 3] = row.angular_velocity.into();
-        let Row {
-            id, kind, diameter, ..
-        } = row;
+        let Row { id, kind, diameter, .. } = row;
         writeln!(
             text,
             "{x:?};{y:?};{z:?};{qx:?};{qy:?};{qz:?};{qw:?};{id};{kind};{diameter:?};{vx:?};{vy:?};{vz:?};{wx:?};{wy:?};{wz:?}"
@@ -293,28 +287,13 @@ mod tests {
     #[test]
     fn ids_that_numpy_has_written_are_whole_numbers_and_no_others_are() {
         let id = |text: &str| parse(&format!("0;0;0;0;0;0;{text}\n"), "p").map(|found| found[0].id);
-        for (text, wanted) in [
-            ("0.000e+00", 0),
-            ("1.2e+01", 12),
-            ("7.0", 7),
-            ("9007199254740991", MAX_ID - 1),
-        ] {
+        for (text, wanted) in
+            [("0.000e+00", 0), ("1.2e+01", 12), ("7.0", 7), ("9007199254740991", MAX_ID - 1)]
+        {
             assert_eq!(id(text), Ok(Some(wanted)), "{text}");
         }
-        for text in [
-            "1.5",
-            "-1",
-            "-1.0e+00",
-            "1e16",
-            "9.007199254740992e15",
-            "nan",
-            "inf",
-            "1e",
-        ] {
-            assert!(
-                id(text).unwrap_err().contains("a whole number from 0 to 2^53"),
-                "{text}"
-            );
+        for text in ["1.5", "-1", "-1.0e+00", "1e16", "9.007199254740992e15", "nan", "inf", "1e"] {
+            assert!(id(text).unwrap_err().contains("a whole number from 0 to 2^53"), "{text}");
         }
     }
 
@@ -337,10 +316,7 @@ mod tests {
     #[test]
     fn errors_name_line_column_field_and_what_was_expected() {
         for (text, words) in [
-            (
-                "0;0;0;0;0;0;1\n0;0;zero;0;0;0;2",
-                "p:2:5: `z` is `zero`, expected a finite number",
-            ),
+            ("0;0;0;0;0;0;1\n0;0;zero;0;0;0;2", "p:2:5: `z` is `zero`, expected a finite number"),
             ("0;0;0;0;0;0", "p:1: 6 fields instead of 7"),
             ("0;0;0;0;0;0;-1", "p:1:13: `id` is `-1`, expected a whole number"),
             ("x,y\n1,2", "p:1: no column `z`"),

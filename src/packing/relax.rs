@@ -135,10 +135,7 @@ pub fn relax(
 }
 
 pub(super) fn body<'a>(contours: &'a [Contour], pose: &Pose) -> Body<'a> {
-    Body {
-        contour: &contours[pose.contour],
-        orientation: pose.orientation,
-    }
+    Body { contour: &contours[pose.contour], orientation: pose.orientation }
 }
 
 /// Mobility of a body: the inverses of its volume and of its moments of inertia, density 1.
@@ -151,10 +148,7 @@ struct Mover {
 impl Mover {
     fn new(contour: &Contour) -> Self {
         let volume = contour.shape.volume();
-        Self {
-            volume: 1.0 / volume,
-            moments: contour.shape.inertia_per_mass().map(|i| 1.0 / (volume * i)),
-        }
+        Self { volume: 1.0 / volume, moments: contour.shape.inertia_per_mass().map(|i| 1.0 / (volume * i)) }
     }
 
     /// Turn of a body per push along `normal` at `lever`, world axes, and its generalised inverse mass.
@@ -209,27 +203,16 @@ mod tests {
     const GAP: f64 = 0.03;
 
     fn domain(cells: usize) -> Domain {
-        Domain {
-            periodic: [true; 3],
-            cells: [cells; 3],
-            dx: 0.1,
-        }
+        Domain { periodic: [true; 3], cells: [cells; 3], dx: 0.1 }
     }
 
     /// Bodies of equal volume (that of a sphere of diameter 1) at a volume fraction, not yet relaxed.
     fn thrown(domain: &Domain, shape: Arc<dyn Shape>, fraction: f64) -> (Vec<Contour>, Vec<Pose>) {
         let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
-        let ball = Ball {
-            radius: 0.5 * shape.equivalent_diameter(),
-            half_gap: 0.5 * GAP,
-        };
+        let ball = Ball { radius: 0.5 * shape.equivalent_diameter(), half_gap: 0.5 * GAP };
         let positions = pack(domain, &[], &[], &vec![ball; count], 1).unwrap();
         let poses = positions.into_iter().zip(random_orientations(count, 1));
-        let poses = poses.map(|(position, orientation)| Pose {
-            contour: 0,
-            position,
-            orientation,
-        });
+        let poses = poses.map(|(position, orientation)| Pose { contour: 0, position, orientation });
         (vec![Contour::new(shape, 0.5 * GAP)], poses.collect())
     }
 
@@ -266,14 +249,9 @@ mod tests {
     #[test]
     fn slabs_between_walls_stay_inside() {
         let shape: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::new(1.2, 1.0, 0.4)).unwrap());
-        let domain = Domain {
-            periodic: [true, true, false],
-            ..domain(40)
-        };
-        let walls = [(0.0, 1.0), (4.0, -1.0)].map(|(z, up)| Surface::Plane {
-            point: Vec3::new(0.0, 0.0, z),
-            normal: Vec3::new(0.0, 0.0, up),
-        });
+        let domain = Domain { periodic: [true, true, false], ..domain(40) };
+        let walls = [(0.0, 1.0), (4.0, -1.0)]
+            .map(|(z, up)| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::new(0.0, 0.0, up) });
         let (contours, mut poses) = thrown(&domain, shape.clone(), 0.2);
         assert!(overlaps(&domain, &walls, &shape, &poses) > 5);
         assert!(relax(domain, &walls, &contours, &mut poses, 0));

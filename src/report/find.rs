@@ -53,17 +53,11 @@ fn source(directory: &Path) -> Option<Source> {
     } else {
         return None;
     };
-    Some(Source {
-        directory: directory.to_path_buf(),
-        name: name(directory),
-        kind,
-    })
+    Some(Source { directory: directory.to_path_buf(), name: name(directory), kind })
 }
 
 /// The last part of a directory's path, also of `.`.
 pub(super) fn name(directory: &Path) -> String {
     let whole = fs::canonicalize(directory).unwrap_or_else(|_| directory.to_path_buf());
-    whole
-        .file_name()
-        .map_or_else(|| "report".into(), |name| name.to_string_lossy().into_owned())
+    whole.file_name().map_or_else(|| "report".into(), |name| name.to_string_lossy().into_owned())
 }

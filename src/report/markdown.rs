@@ -23,10 +23,7 @@ pub(super) fn page(name: &str, sources: &[Source], sections: &[Section], formats
             blocks(&mut text, source, section, false, formats);
         }
     }
-    add(
-        &mut text,
-        format_args!("Drawn by `turbid report`, version {}.", env!("CARGO_PKG_VERSION")),
-    );
+    add(&mut text, format_args!("Drawn by `turbid report`, version {}.", env!("CARGO_PKG_VERSION")));
     text
 }
 
@@ -62,16 +59,10 @@ fn blocks(text: &mut String, source: &Source, section: &Section, alone: bool, fo
                 }
                 table(text, columns, rows);
             }
-            Block::Figure {
-                name, title, note, ..
-            } => {
+            Block::Figure { name, title, note, .. } => {
                 let title = one_line(title);
                 let file = |format| format!("{FIGURES}/{}", figure_file(source, name, alone, format));
-                let shown = if formats.contains(&Format::Png) {
-                    Format::Png
-                } else {
-                    Format::Svg
-                };
+                let shown = if formats.contains(&Format::Png) { Format::Png } else { Format::Svg };
                 add(text, format_args!("{level}# {title}\n"));
                 add(text, format_args!("![{title}]({})\n", file(shown)));
                 let mut below = one_line(note);

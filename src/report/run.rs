@@ -15,12 +15,8 @@ use turbid_plot::Bars;
 pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
     let files = OutputFiles::new(&source.directory);
     let present = |path: std::path::PathBuf| path.is_file().then_some(path);
-    let summary = present(files.summary())
-        .map(|path| read_summary(&path))
-        .transpose()?;
-    let series = present(files.series())
-        .map(|path| SeriesTable::read(&path))
-        .transpose()?;
+    let summary = present(files.summary()).map(|path| read_summary(&path)).transpose()?;
+    let series = present(files.series()).map(|path| SeriesTable::read(&path)).transpose()?;
     let case = summary.as_ref().filter(|_| alone);
     let title = case.map_or(&source.name, |summary| &summary.case);
     let mut blocks = Vec::new();
@@ -44,12 +40,7 @@ pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
         blocks.push(Block::Heading("Case".into()));
         blocks.push(Block::Text(format!("```toml\n{}\n```", summary.input.trim_end())));
     }
-    Ok(Section {
-        title: title.clone(),
-        row: row(source, summary.as_ref()),
-        checks: [0; 2],
-        blocks,
-    })
+    Ok(Section { title: title.clone(), row: row(source, summary.as_ref()), checks: [0; 2], blocks })
 }
 
 fn read_summary(path: &Path) -> Result<Summary> {
@@ -69,31 +60,17 @@ fn row(source: &Source, summary: Option<&Summary>) -> Vec<(&'static str, String)
         ("particles", of(|s| s.particles.to_string())),
         ("phi", of(|s| number(s.volume_fraction))),
         ("Ar", of(|s| number(s.scales.archimedes.round()))),
-        (
-            "u / u_Stokes",
-            of(|s| with_error(s.settling_velocity_over_stokes, s.standard_error)),
-        ),
+        ("u / u_Stokes", of(|s| with_error(s.settling_velocity_over_stokes, s.standard_error))),
         ("from t*", of(|s| known(s.averaged_over.map(|[from, _]| from)))),
         ("transient ends at t*", of(|s| known(s.transient_end))),
-        (
-            "u / u_Stokes after it",
-            of(|s| with_error(s.settled_mean, s.settled_standard_error)),
-        ),
+        ("u / u_Stokes after it", of(|s| with_error(s.settled_mean, s.settled_standard_error))),
         ("time", of(|s| duration(s.wall_seconds))),
     ]
 }
 
 fn head(summary: &Summary) -> String {
-    let fluid = if summary.dry {
-        "no fluid".to_string()
-    } else {
-        format!("{} cells", summary.cells)
-    };
-    let end = if summary.interrupted {
-        "; interrupted before its end"
-    } else {
-        ""
-    };
+    let fluid = if summary.dry { "no fluid".to_string() } else { format!("{} cells", summary.cells) };
+    let end = if summary.interrupted { "; interrupted before its end" } else { "" };
     let threads = match summary.threads {
         1 => "one thread".to_string(),
         threads => format!("{threads} threads"),
@@ -126,16 +103,8 @@ fn tables(summary: &Summary) -> Vec<Block> {
         finite("viscosity nu", wet(scales.viscosity), "m²/s"),
         finite("Archimedes number Ar", wet(scales.archimedes), ""),
         finite("Stokes velocity u_Stokes", wet(scales.stokes_velocity), "m/s"),
-        finite(
-            "Stokes time D / u_Stokes, the unit of t*",
-            wet(scales.stokes_time),
-            "s",
-        ),
-        finite(
-            "velocity u* of one sphere (Schiller, Naumann)",
-            wet(scales.schiller_naumann_velocity),
-            "m/s",
-        ),
+        finite("Stokes time D / u_Stokes, the unit of t*", wet(scales.stokes_time), "s"),
+        finite("velocity u* of one sphere (Schiller, Naumann)", wet(scales.schiller_naumann_velocity), "m/s"),
         finite("Reynolds number at u*", wet(scales.schiller_naumann_reynolds), ""),
         finite("cells per diameter N", wet(summary.cells_per_diameter), ""),
         finite("edge of a cell", wet(summary.dx), "m"),
@@ -152,11 +121,7 @@ fn tables(summary: &Summary) -> Vec<Block> {
         ("coupling", &summary.coupling),
         ("force balance", &summary.force_balance),
     ] {
-        rows.extend(
-            choice
-                .iter()
-                .map(|choice| vec![name.into(), choice.clone(), String::new()]),
-        );
+        rows.extend(choice.iter().map(|choice| vec![name.into(), choice.clone(), String::new()]));
     }
     for shape in &summary.shapes {
         rows.push(vec![
@@ -176,13 +141,10 @@ fn tables(summary: &Summary) -> Vec<Block> {
 /// What was found out about settling.
 fn settling(summary: &Summary) -> Block {
     let row = |name: &str, value: String| vec![name.to_string(), value];
-    let interval = summary.averaged_over.map_or_else(
-        || "-".into(),
-        |[from, to]| format!("{} to {}", number(from), number(to)),
-    );
-    let drift = summary
-        .drift
-        .map_or_else(|| "-".into(), |drift| format!("{:+.1} %", 100.0 * drift));
+    let interval = summary
+        .averaged_over
+        .map_or_else(|| "-".into(), |[from, to]| format!("{} to {}", number(from), number(to)));
+    let drift = summary.drift.map_or_else(|| "-".into(), |drift| format!("{:+.1} %", 100.0 * drift));
     let end = match summary.transient_end {
         Some(end) => number(end),
         None => "not found: run longer, with 80 rows of series.csv at least".into(),
@@ -195,10 +157,7 @@ fn settling(summary: &Summary) -> Block {
                 "mean over u_Stokes",
                 with_error(summary.settling_velocity_over_stokes, summary.standard_error),
             ),
-            row(
-                "mean over u*",
-                known(summary.settling_velocity_over_schiller_naumann),
-            ),
+            row("mean over u*", known(summary.settling_velocity_over_schiller_naumann)),
             row("averaged over t*", interval),
             row("second half against first", drift),
             row("end of the transient, t*", end),

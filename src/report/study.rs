@@ -84,22 +84,10 @@ fn check_table(checks: &[Check]) -> Block {
             (false, _) => "**FAIL**",
         };
         let numbers = checks::cells(check);
-        [
-            vec![check.quantity.clone()],
-            numbers.to_vec(),
-            vec![verdict.to_string(), check.source.clone()],
-        ]
-        .concat()
+        [vec![check.quantity.clone()], numbers.to_vec(), vec![verdict.to_string(), check.source.clone()]]
+            .concat()
     };
-    let columns = [
-        "quantity",
-        "measured",
-        "reference",
-        "deviation",
-        "tolerance",
-        "",
-        "source",
-    ];
+    let columns = ["quantity", "measured", "reference", "deviation", "tolerance", "", "source"];
     Block::Table {
         title: String::new(),
         columns: columns.map(String::from).into(),

@@ -34,20 +34,13 @@ fn write_study(directory: &Path, title: &str) {
     let series = Series {
         label: "spheres".into(),
         style: Style::Measured,
-        points: vec![Point {
-            x: 0.1,
-            y: 0.2,
-            error: Some(0.01),
-        }],
+        points: vec![Point { x: 0.1, y: 0.2, error: Some(0.01) }],
     };
     let figure = document::Figure {
         name: "velocity/phi".into(),
         chart: Chart {
             title: "Velocity".into(),
-            panels: vec![Panel {
-                series: vec![series],
-                ..Panel::default()
-            }],
+            panels: vec![Panel { series: vec![series], ..Panel::default() }],
             note: "Two seeds.".into(),
             ..Chart::default()
         },
@@ -65,12 +58,7 @@ fn write_study(directory: &Path, title: &str) {
         figures: vec![figure],
         tables: vec![table],
         checks: vec![check("u / u_Stokes", true), check("scatter", false)],
-        runs: Runs {
-            done: 3,
-            total: 4,
-            seconds_spent: 30.0,
-            seconds_left: 10.0,
-        },
+        runs: Runs { done: 3, total: 4, seconds_spent: 30.0, seconds_left: 10.0 },
         unsettled: vec!["phi0.3-seed1".into()],
     };
     document.write(directory).unwrap();
@@ -97,18 +85,8 @@ fn a_run_without_a_summary_is_drawn_from_its_series_and_what_never_moves_is_left
     assert_eq!((done.sections, done.checks), (1, [0, 0]));
     let text = page(&done);
     assert!(text.contains("no summary"));
-    let shown: Vec<&str> = text
-        .lines()
-        .filter_map(|line| line.strip_prefix("### "))
-        .collect();
-    assert_eq!(
-        shown,
-        [
-            "Settling velocity",
-            "Kinetic energy",
-            "Largest overlap over the diameter"
-        ]
-    );
+    let shown: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("### ")).collect();
+    assert_eq!(shown, ["Settling velocity", "Kinetic energy", "Largest overlap over the diameter"]);
     assert!(place.path().join("figures/kinetic_energy.svg").is_file());
     assert!(place.path().join("figures/kinetic_energy.png").is_file());
 }
@@ -156,10 +134,7 @@ fn a_directory_of_several_becomes_one_page_whose_figures_bear_their_names() {
     assert_eq!((done.sections, done.checks), (3, [2, 4]));
     let text = page(&done);
     let headings: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("## ")).collect();
-    assert_eq!(
-        headings,
-        ["Box size (`box`)", "Grid convergence (`grid`)", "largest"]
-    );
+    assert_eq!(headings, ["Box size (`box`)", "Grid convergence (`grid`)", "largest"]);
     assert!(text.contains("| Box size | 3 of 4 | 30 s | 1 of 2 |"), "{text}");
     assert!(place.path().join("figures/box_velocity_phi.png").is_file());
     assert!(place.path().join("figures/largest_kinetic_energy.png").is_file());

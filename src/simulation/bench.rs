@@ -58,9 +58,7 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     }
     let decomposition =
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(&setup)))?;
-    on_ranks(&decomposition, |comm| {
-        bench_rank(&setup, options, &decomposition, comm)
-    })
+    on_ranks(&decomposition, |comm| bench_rank(&setup, options, &decomposition, comm))
 }
 
 fn bench_rank(
@@ -104,11 +102,8 @@ fn bench_rank(
         .map(|bytes| serde_json::from_slice(bytes).expect("written just now"))
         .collect();
     let population_bytes = (2 * AnyFluid::saved_bytes(setup.plan.precision)) as f64;
-    let fractions: Vec<f64> = mlups
-        .iter()
-        .zip(&bandwidth)
-        .map(|(m, b)| m * population_bytes / 1e3 / b)
-        .collect();
+    let fractions: Vec<f64> =
+        mlups.iter().zip(&bandwidth).map(|(m, b)| m * population_bytes / 1e3 / b).collect();
     let report = BenchReport {
         mlups: median(&mlups),
         roofline_fraction: median(&fractions),
@@ -140,10 +135,7 @@ fn bench_rank(
 /// What this rank has, and what it did in so many steps.
 fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, resident: u64) -> RankReport {
     let stages = simulation.timings().stages();
-    let stages = stages
-        .iter()
-        .map(|&(name, s)| (name.to_owned(), s / steps))
-        .collect();
+    let stages = stages.iter().map(|&(name, s)| (name.to_owned(), s / steps)).collect();
     let system = simulation.system.as_ref();
     let particles = simulation.dem.particles();
     let [halo, exchange, collective] = Rate::of_all(traffic, steps);
@@ -168,9 +160,8 @@ fn forces_sent(dem: &dyn DemEngine) -> usize {
     let particles = dem.particles();
     let owned = |id: u64| particles.owned().binary_search_by_key(&id, |p| p.id).is_ok();
     let states = dem.contact_states();
-    let ends = states
-        .iter()
-        .flat_map(|state| [Some(state.first), state.wall().is_none().then_some(state.second)]);
+    let ends =
+        states.iter().flat_map(|state| [Some(state.first), state.wall().is_none().then_some(state.second)]);
     ends.flatten().filter(|&id| !owned(id)).count()
 }
 
@@ -230,12 +221,7 @@ end = { steps = 10 }
             let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
             particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * speed);
         }
-        let options = BenchOptions {
-            steps: 8,
-            warm_up: 40,
-            no_contact: false,
-            fluid_only: false,
-        };
+        let options = BenchOptions { steps: 8, warm_up: 40, no_contact: false, fluid_only: false };
         bench(&setup, &options).unwrap()
     }
 
@@ -267,10 +253,7 @@ end = { steps = 10 }
             assert!(rank.halo.bytes > 0.0 && rank.exchange.bytes > 0.0);
         }
         assert!((report.messages_per_step - 10.0).abs() < 1e-12);
-        let most = report
-            .by_rank
-            .iter()
-            .map(|rank| rank.halo.bytes + rank.exchange.bytes);
+        let most = report.by_rank.iter().map(|rank| rank.halo.bytes + rank.exchange.bytes);
         assert!((report.bytes_per_step - most.fold(0.0, f64::max)).abs() < 1e-9);
     }
 }

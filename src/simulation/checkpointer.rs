@@ -67,9 +67,7 @@ impl<'a> Checkpointer<'a> {
     /// What a run that is told to end needs to do so: another step with its files, the last files, and a checkpoint, twice the
     /// longest that each has taken. A disk of which nothing is known is taken to be slow.
     pub(super) fn reserve(&self) -> Duration {
-        let write = self
-            .write_seconds
-            .map_or(self.bytes / SLOW_DISK, |seconds| 2.0 * seconds);
+        let write = self.write_seconds.map_or(self.bytes / SLOW_DISK, |seconds| 2.0 * seconds);
         Duration::from_secs_f64(write) + 2 * self.longest_round
     }
 
@@ -120,19 +118,14 @@ impl<'a> Checkpointer<'a> {
         let write_seconds = self.write_seconds;
         simulation.write_state(&self.folder, self.setup, |comm| {
             let observer = observer.state(comm)?;
-            Ok(observer.map(|observer| Shared {
-                observer,
-                write_seconds,
-            }))
+            Ok(observer.map(|observer| Shared { observer, write_seconds }))
         })?;
         let seconds = start.elapsed().as_secs_f64();
         self.write_seconds = Some(self.write_seconds.map_or(seconds, |before| before.max(seconds)));
         // It is counted by itself.
         self.round = Instant::now();
         self.safe = self.round;
-        simulation
-            .timings
-            .add("checkpoint", start.elapsed().as_secs_f64());
+        simulation.timings.add("checkpoint", start.elapsed().as_secs_f64());
         Ok(())
     }
 
@@ -153,9 +146,7 @@ impl<'a> Checkpointer<'a> {
             |shared: &Shared| shared.observer.fits(writers),
         )?;
         // Of a file: it may hold any number.
-        self.write_seconds = shared
-            .write_seconds
-            .filter(|seconds| (0.0..1e9).contains(seconds));
+        self.write_seconds = shared.write_seconds.filter(|seconds| (0.0..1e9).contains(seconds));
         let (done, end) = (simulation.step, self.setup.plan.end_step);
         if end < done {
             return Err(Error::Agreed {

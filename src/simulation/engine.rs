@@ -19,10 +19,7 @@ use std::sync::atomic::AtomicBool;
 
 /// What an external engine must know of the run.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(
-    not(feature = "liggghts"),
-    expect(dead_code, reason = "there is no external engine")
-)]
+#[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "there is no external engine"))]
 pub(super) struct Context {
     /// File for what it prints.
     pub(super) log: Option<PathBuf>,
@@ -35,10 +32,7 @@ pub(super) struct Context {
 /// # Errors
 /// [`crate::Error::Input`] if this program was built without the engine, or if the engine is to live in one of
 /// several processes of an MPI job; what the engine says otherwise.
-#[cfg_attr(
-    not(feature = "liggghts"),
-    expect(unused_variables, reason = "there is no external engine")
-)]
+#[cfg_attr(not(feature = "liggghts"), expect(unused_variables, reason = "there is no external engine"))]
 pub(super) fn engine(
     setup: &Setup,
     decomposition: &Decomposition,

@@ -51,9 +51,7 @@ impl Simulation {
     /// [`Error::Input`](crate::Error::Input) if the box has no room for so many ranks; the first error of `body`.
     pub fn on_ranks<R: Send>(setup: &Setup, body: impl Fn(Self) -> Result<R> + Sync) -> Result<R> {
         let decomposition = run::agreed(run::decompose(setup))?;
-        run::on_ranks(&decomposition, |comm| {
-            body(Self::new(setup, &decomposition, comm)?)
-        })
+        run::on_ranks(&decomposition, |comm| body(Self::new(setup, &decomposition, comm)?))
     }
 
     /// As [`new`](Self::new), with particles that keep their velocities whatever acts on them: bodies at rest are fixed.
@@ -132,9 +130,7 @@ impl Simulation {
     /// ```
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
         let stepped = self.system.as_ref().filter(|_| self.step > 0);
-        stepped
-            .into_iter()
-            .flat_map(|system| system.coupling.last_loads())
+        stepped.into_iter().flat_map(|system| system.coupling.last_loads())
     }
 
     /// The cells of this rank: the whole box on one rank.

@@ -11,25 +11,15 @@ pub(super) fn hint(setup: &Setup) -> String {
     let vector = |a: Vec3| format!("{:?} m/s^2", <[f64; 3]>::from(a));
     let lattice = |speed: f64| {
         let cells = speed / setup.units().velocity();
-        if fluid.is_some() && cells > 0.0 {
-            format!(" ({cells:.3} cells per step)")
-        } else {
-            String::new()
-        }
+        if fluid.is_some() && cells > 0.0 { format!(" ({cells:.3} cells per step)") } else { String::new() }
     };
     let mut drives = Vec::new();
     if setup.gravity != Vec3::zeros() {
         let settling = lattice(fluid.map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity));
-        drives.push(format!(
-            "gravity {}{}",
-            vector(setup.gravity),
-            settling.replace('(', "(u* ")
-        ));
+        drives.push(format!("gravity {}{}", vector(setup.gravity), settling.replace('(', "(u* ")));
     }
     if let Some(fluid) = fluid.filter(|fluid| fluid.body_acceleration != Vec3::zeros()) {
-        let flow = setup
-            .driven_flow()
-            .map_or(String::new(), |flow| lattice(flow.speed));
+        let flow = setup.driven_flow().map_or(String::new(), |flow| lattice(flow.speed));
         drives.push(format!(
             "body_acceleration {}{}",
             vector(fluid.body_acceleration),
@@ -37,23 +27,12 @@ pub(super) fn hint(setup: &Setup) -> String {
         ));
     }
     let still = |v: Vec3| v == Vec3::zeros();
-    if setup
-        .walls
-        .iter()
-        .any(|wall| !still(wall.motion.velocity) || !still(wall.motion.angular_velocity))
-    {
+    if setup.walls.iter().any(|wall| !still(wall.motion.velocity) || !still(wall.motion.angular_velocity)) {
         drives.push("moving walls".to_string());
     }
-    let started = setup
-        .particles
-        .iter()
-        .map(|p| p.velocity().norm())
-        .fold(0.0, f64::max);
+    let started = setup.particles.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
     if started > 0.0 {
-        drives.push(format!(
-            "start velocities up to {started:.3e} m/s{}",
-            lattice(started)
-        ));
+        drives.push(format!("start velocities up to {started:.3e} m/s{}", lattice(started)));
     }
     if drives.is_empty() {
         drives.push("nothing but contacts".to_string());
@@ -83,10 +62,7 @@ impl Failure {
         match error {
             Error::Engine { step, what, .. } => Self::Engine { step, what },
             Error::Diverged { what, .. } => Self::Diverged { step, what },
-            other => Self::Diverged {
-                step,
-                what: other.to_string(),
-            },
+            other => Self::Diverged { step, what: other.to_string() },
         }
     }
 
@@ -104,10 +80,7 @@ impl Failure {
     /// The error of every rank; `engine` is the name of theirs, and `hint` says what may have caused a divergence.
     pub(super) fn into_error(self, engine: &'static str, hint: &str) -> Error {
         match self {
-            Self::Diverged { step, what } => Error::Diverged {
-                step,
-                what: what + hint,
-            },
+            Self::Diverged { step, what } => Error::Diverged { step, what: what + hint },
             Self::Engine { step, what } => Error::Engine { engine, step, what },
         }
     }
@@ -207,11 +180,8 @@ mod tests {
 
     #[test]
     fn a_failed_engine_ends_three_ranks_as_such_with_its_step_and_words() {
-        let ends = outcomes(|| Error::Engine {
-            engine: "failing",
-            step: 0,
-            what: "killed by signal 9".to_string(),
-        });
+        let ends =
+            outcomes(|| Error::Engine { engine: "failing", step: 0, what: "killed by signal 9".to_string() });
         for end in ends {
             assert_eq!(end.exit_code(), 3);
             let words = "the failing engine failed at step 3: killed by signal 9";
@@ -221,10 +191,7 @@ mod tests {
 
     #[test]
     fn a_divergence_on_one_of_three_ranks_stays_one_on_all() {
-        let ends = outcomes(|| Error::Diverged {
-            step: 0,
-            what: "too deep".to_string(),
-        });
+        let ends = outcomes(|| Error::Diverged { step: 0, what: "too deep".to_string() });
         for end in ends {
             assert!(
                 matches!(&end, Error::Diverged { what, .. } if what.starts_with("too deep; driven by gravity")),

@@ -177,9 +177,7 @@ fn wall(wall: &Wall) -> Json {
         Surface::Plane { point, normal } => {
             json!({ "kind": "plane", "normal": vector(normal), "point": vector(point) })
         }
-        Surface::Cylinder {
-            point, axis, radius, ..
-        } => json!({
+        Surface::Cylinder { point, axis, radius, .. } => json!({
             "axis": vector(axis),
             "kind": surface_name(&wall.surface),
             "point": vector(point),
@@ -221,11 +219,7 @@ pub(super) fn collision_name(collision: Collision) -> &'static str {
 
 /// As in the case file.
 pub(super) fn coupling_name(solids: SolidCollision) -> &'static str {
-    if solids.is_saturated() {
-        "saturated"
-    } else {
-        "paper"
-    }
+    if solids.is_saturated() { "saturated" } else { "paper" }
 }
 
 /// As in the case file.

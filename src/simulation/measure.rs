@@ -22,10 +22,7 @@ pub(super) const WORDS: usize = 10;
 /// The sums of a measurement, to be added up over all ranks.
 pub(super) fn words(flow: &Flow) -> Vec<i64> {
     let [x, y, z] = flow.momentum;
-    [x, y, z, flow.square, flow.solid]
-        .into_iter()
-        .flat_map(split_wide)
-        .collect()
+    [x, y, z, flow.square, flow.solid].into_iter().flat_map(split_wide).collect()
 }
 
 /// The numbers that pairs of added-up words stand for.

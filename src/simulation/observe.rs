@@ -60,12 +60,10 @@ impl ObserverState {
     /// # Errors
     /// [`Error::Input`] if rows are gone.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
-        writers
-            .iter()
-            .try_for_each(|writer| match self.states.get(writer.name()) {
-                Some(state) => writer.fits(state),
-                None => Ok(()),
-            })
+        writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
+            Some(state) => writer.fits(state),
+            None => Ok(()),
+        })
     }
 }
 
@@ -151,17 +149,12 @@ impl<'a> Observer<'a> {
     pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
         let states = self.progress.is_some().then(|| {
             let states = self.writers.iter_mut();
-            states
-                .map(|writer| Ok((writer.name().to_owned(), writer.state()?)))
-                .collect()
+            states.map(|writer| Ok((writer.name().to_owned(), writer.state()?))).collect()
         });
         let states = comm.agree(states.transpose())?;
         let done = self.writers.iter().zip(&self.done);
         let done = done.filter_map(|(writer, done)| Some((writer.name().to_owned(), (*done)?)));
-        Ok(states.map(|states| ObserverState {
-            done: done.collect(),
-            states,
-        }))
+        Ok(states.map(|states| ObserverState { done: done.collect(), states }))
     }
 
     /// Writes what is due after the current step; `last` makes everything due that is wanted at all. Collective.

@@ -85,10 +85,9 @@ impl Law {
     pub fn over_stokes(self, of: Suspension) -> f64 {
         let (prefactor, exponent) = match self {
             Self::RichardsonZaki => (1.0, richardson_zaki(of.reynolds)),
-            Self::GarsideAlDibouniYao => (
-                0.89 * (-of.archimedes / 1e5).exp(),
-                garside_al_dibouni(of.reynolds),
-            ),
+            Self::GarsideAlDibouniYao => {
+                (0.89 * (-of.archimedes / 1e5).exp(), garside_al_dibouni(of.reynolds))
+            }
         };
         prefactor * (1.0 - of.volume_fraction).powf(exponent) * of.single_over_stokes
     }
@@ -142,12 +141,7 @@ mod tests {
             (2000.0, 38.9108, 0.2, 0.502_302, 0.413_195),
             (31684.0, 237.14, 0.15, 0.657_99, 0.407_113),
         ] {
-            let of = Suspension {
-                archimedes,
-                volume_fraction,
-                reynolds,
-                single_over_stokes: 1.0,
-            };
+            let of = Suspension { archimedes, volume_fraction, reynolds, single_over_stokes: 1.0 };
             let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 2e-5, "{a} is not {b}");
             near(Law::RichardsonZaki.over_stokes(of), zaki);
             near(Law::GarsideAlDibouniYao.over_stokes(of), yao);
@@ -186,9 +180,6 @@ mod tests {
         let of_case = references(&scales, 0.2);
         assert_eq!(of_case, settling_references(&kept, 0.2));
         let [zaki, yao] = of_case.map(|(_, velocity)| velocity * 0.323145 / 0.138886);
-        assert!(
-            (zaki - 0.485288).abs() < 1e-5 && (yao - 0.396699).abs() < 1e-5,
-            "{zaki} {yao}"
-        );
+        assert!((zaki - 0.485288).abs() < 1e-5 && (yao - 0.396699).abs() < 1e-5, "{zaki} {yao}");
     }
 }

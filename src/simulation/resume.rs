@@ -34,9 +34,7 @@ pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>)
     let folder = OutputFiles::new(directory).checkpoints();
     let newest = |checkpoint: &checkpoint::Checkpoint| Ok(checkpoint.head().clone());
     let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, newest)?;
-    let CaseText {
-        name, text, files, ..
-    } = &head.case;
+    let CaseText { name, text, files, .. } = &head.case;
     let mut setup = case::from_saved(name, text, files, changes)?;
     setup.plan.output.directory = directory.to_path_buf();
     setup.plan.threads = threads.unwrap_or(setup.plan.threads);

@@ -122,14 +122,7 @@ pub(super) fn run_from(
     } else {
         Ok(None)
     })?;
-    let plan = Plan {
-        setup,
-        options,
-        more,
-        decomposition: &decomposition,
-        origin,
-        start,
-    };
+    let plan = Plan { setup, options, more, decomposition: &decomposition, origin, start };
     on_ranks(&decomposition, |comm| run_rank(&plan, comm))
 }
 
@@ -163,9 +156,7 @@ pub(super) fn on_ranks<R: Send>(
         return agree(&twin, body(Comm::Mpi(comm)));
     }
     let mut results = try_on_threads(decomposition.ranks(), body)?;
-    match results
-        .iter()
-        .position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank)))
+    match results.iter().position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank)))
     {
         Some(failed) => results.swap_remove(failed),
         None => results.swap_remove(0),
@@ -296,19 +287,9 @@ struct Plan<'a> {
 }
 
 fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
-    let &Plan {
-        setup,
-        options,
-        more,
-        decomposition,
-        origin,
-        start,
-    } = plan;
+    let &Plan { setup, options, more, decomposition, origin, start } = plan;
     let log = OutputFiles::new(&setup.plan.output.directory).liggghts_log();
-    let context = Context {
-        log: Some(log),
-        stop: Arc::clone(&options.stop),
-    };
+    let context = Context { log: Some(log), stop: Arc::clone(&options.stop) };
     let mut simulation = Simulation::in_context(setup, decomposition, comm, &context)?;
     let mut checkpointer = Checkpointer::new(setup, &simulation, start);
     let mut writers = writers::of(setup);
@@ -320,9 +301,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {
         Origin::Start => {
-            in_rank_0(&simulation.comm, || {
-                directory::clear(&setup.plan.output.directory, &names(&writers))
-            })?;
+            in_rank_0(&simulation.comm, || directory::clear(&setup.plan.output.directory, &names(&writers)))?;
             observer(&simulation, writers)
         }
         Origin::Checkpoint => {
@@ -343,11 +322,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             break;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
-        simulation.requests = if tells {
-            checkpointer.requests(options)
-        } else {
-            Requests::default()
-        };
+        simulation.requests = if tells { checkpointer.requests(options) } else { Requests::default() };
         simulation.step()?;
         asked = simulation.requests;
         if checkpointer.is_late(&simulation.comm, options) {

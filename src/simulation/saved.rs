@@ -66,18 +66,10 @@ impl Simulation {
         planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
     ) -> Result<()> {
         let mut outcome = self.dem.restore(&self.comm, engines);
-        if let Some(FluidSystem {
-            fluid,
-            coupling,
-            driving,
-            ..
-        }) = &mut self.system
-        {
+        if let Some(FluidSystem { fluid, coupling, driving, .. }) = &mut self.system {
             let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
             fluid.resume();
-            let known = coupling
-                .restore(self.dem.particles(), couplings)
-                .map_err(Error::Input);
+            let known = coupling.restore(self.dem.particles(), couplings).map_err(Error::Input);
             let measured = is_sound(&mean, &self.units);
             driving.observe(mean);
             driving.restore(control);

@@ -36,12 +36,8 @@ impl Simulation {
                 resolved: identity(setup).to_string(),
             },
         };
-        let part = Part {
-            block: self.block,
-            engine: &state.engine,
-            coupling: &state.coupling,
-            shared: &shared,
-        };
+        let part =
+            Part { block: self.block, engine: &state.engine, coupling: &state.coupling, shared: &shared };
         checkpoint::write(folder, &self.comm, self.checkpoint, &head, &part, |z, out| {
             self.save_plane(z, out);
         })?;
@@ -65,11 +61,7 @@ impl Simulation {
         let found = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let same = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes());
-            let checked = if same {
-                is_of_case(saved)
-            } else {
-                Err(of_another_case(saved))
-            };
+            let checked = if same { is_of_case(saved) } else { Err(of_another_case(saved)) };
             let shared = checked
                 .and_then(|()| {
                     serde_json::from_slice::<(SavedDriving, T)>(saved.shared())
@@ -126,8 +118,7 @@ impl Simulation {
                 Err(of_another_case(saved))
             }
         };
-        self.read_state(folder, setup, is_of_case, |_| Ok(()))
-            .map(|(own, _)| own)
+        self.read_state(folder, setup, is_of_case, |_| Ok(())).map(|(own, _)| own)
     }
 
     /// Bytes of a checkpoint, about, of all ranks.

@@ -68,9 +68,7 @@ struct Contact {
 impl<'a> Work<'a> {
     /// Of the particles and walls of a case.
     pub(crate) fn of(setup: &'a Setup) -> Self {
-        let Setup {
-            domain, templates, ..
-        } = setup;
+        let Setup { domain, templates, .. } = setup;
         let ramp = setup.fluid.as_ref().map(|fluid| fluid.fraction.half_layer());
         let bodies: Vec<Body> = (setup.particles.iter())
             .map(|particle| {
@@ -105,11 +103,7 @@ impl<'a> Work<'a> {
 
     /// What a cell of the fluid costs (s); nothing without a fluid.
     fn cell(&self) -> f64 {
-        if self.has_fluid() {
-            costs::cell(self.setup.plan.precision)
-        } else {
-            0.0
-        }
+        if self.has_fluid() { costs::cell(self.setup.plan.precision) } else { 0.0 }
     }
 
     /// What a particle costs each rank that knows it (s).
@@ -199,9 +193,7 @@ impl<'a> Work<'a> {
             // A layer of cells stands in the middle of its points.
             let layer = self.setup.domain.cell_count() as f64 / cells[axis] as f64;
             let asked = (all / points[axis]) as f64;
-            (0..cells[axis])
-                .map(|n| counts[axis][n * points[axis] / cells[axis]] / asked * layer)
-                .collect()
+            (0..cells[axis]).map(|n| counts[axis][n * points[axis] / cells[axis]] / asked * layer).collect()
         })
     }
 
@@ -232,11 +224,7 @@ impl Body {
         let layers = (middle - half).floor() as i64..=(middle + half).floor() as i64;
         layers.map(move |n| {
             let share = below(n as f64 + 1.0) - below(n as f64);
-            let layer = if periodic {
-                n.rem_euclid(cells)
-            } else {
-                n.clamp(0, cells - 1)
-            };
+            let layer = if periodic { n.rem_euclid(cells) } else { n.clamp(0, cells - 1) };
             (layer as usize, share)
         })
     }
@@ -252,9 +240,7 @@ fn contacts(setup: &Setup, bodies: &[Body]) -> Vec<Contact> {
     let by_template: Vec<f64> = (setup.templates.iter())
         .map(|template| 0.5 * (1.0 + NEAR) * template.shape.equivalent_diameter())
         .collect();
-    let radii: Vec<f64> = (bodies.iter())
-        .map(|body| by_template[body.template as usize])
-        .collect();
+    let radii: Vec<f64> = (bodies.iter()).map(|body| by_template[body.template as usize]).collect();
     let positions: Vec<Vec3> = bodies.iter().map(|body| body.position).collect();
     let substeps = f64::from(setup.substeps);
     let mut contacts: Vec<Contact> = PairFinder::new(setup.domain)
@@ -286,15 +272,7 @@ fn walls_inside(walls: &[Wall], domain: &Domain) -> Vec<Surface> {
     let size = domain.size();
     // The cells in the corners lie furthest behind a plane.
     let corners: Vec<Vec3> = (0..8)
-        .map(|corner| {
-            Vec3::from_fn(|i, _| {
-                if corner >> i & 1 == 0 {
-                    half
-                } else {
-                    size[i] - half
-                }
-            })
-        })
+        .map(|corner| Vec3::from_fn(|i, _| if corner >> i & 1 == 0 { half } else { size[i] - half }))
         .collect();
     (walls.iter())
         .map(|wall| wall.surface)

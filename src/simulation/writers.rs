@@ -259,12 +259,7 @@ impl FileEstimate {
     fn of(writer: &dyn Writer, end_step: u64, name: &'static str, bytes: f64, remark: &'static str) -> Self {
         let every = writer.every();
         let due = |n: u64| n + 1 + u64::from(!end_step.is_multiple_of(every));
-        Self {
-            name,
-            count: end_step.checked_div(every).map_or(0, due),
-            bytes,
-            remark,
-        }
+        Self { name, count: end_step.checked_div(every).map_or(0, due), bytes, remark }
     }
 }
 

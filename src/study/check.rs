@@ -90,9 +90,8 @@ impl Study {
         let check = &section.value;
         let part = self.needed(section, check.tolerance.as_ref(), "tolerance = 0.05")?;
         let selection = self.selection(&section.span, &check.only)?;
-        let runs: Vec<_> = (self.plan.runs.iter().zip(&self.states))
-            .filter(|(run, _)| selection.holds(&run.at))
-            .collect();
+        let runs: Vec<_> =
+            (self.plan.runs.iter().zip(&self.states)).filter(|(run, _)| selection.holds(&run.at)).collect();
         if runs.len() < 2 {
             let title = "scatter of a single run";
             let remedy = "it takes two runs or more";
@@ -118,9 +117,7 @@ impl Study {
     fn convergence(&self, section: &Located<CheckSection>) -> Result<Verdict> {
         let check = &section.value;
         let how = "x = \"axis of the cells per diameter\"";
-        let x = self
-            .plan
-            .axis(&self.source, self.needed(section, check.x.as_ref(), how)?)?;
+        let x = self.plan.axis(&self.source, self.needed(section, check.x.as_ref(), how)?)?;
         let (mut checks, mut series) = (Vec::new(), Vec::<(At, Option<Vec<Sample>>)>::new());
         let separate = self.axes(&check.separate)?;
         for at in self.points_of(&section.span, &check.only, &check.y.value, &separate)? {
@@ -185,11 +182,8 @@ impl Study {
         }
         let label = format!("{}, against the extrapolation", self.name(section));
         checks.extend(Check::bias(&label, &points, true));
-        let tables = if found.is_empty() {
-            Vec::new()
-        } else {
-            of_convergence(&self.name(section), &found).into()
-        };
+        let tables =
+            if found.is_empty() { Vec::new() } else { of_convergence(&self.name(section), &found).into() };
         Ok((checks, tables))
     }
 
@@ -208,21 +202,13 @@ impl Study {
     }
 
     fn name(&self, section: &Located<CheckSection>) -> String {
-        section
-            .value
-            .label
-            .clone()
-            .unwrap_or_else(|| self.words(&section.value.y.value))
+        section.value.label.clone().unwrap_or_else(|| self.words(&section.value.y.value))
     }
 
     fn label(&self, section: &Located<CheckSection>, at: &At) -> String {
         let title = self.title(at, |_| true);
         let name = self.name(section);
-        if title.is_empty() {
-            name
-        } else {
-            format!("{name}, {title}")
-        }
+        if title.is_empty() { name } else { format!("{name}, {title}") }
     }
 
     fn needed<'a, T>(&self, section: &Located<CheckSection>, key: Option<&'a T>, how: &str) -> Result<&'a T> {
@@ -243,9 +229,8 @@ fn without_quantity(section: &Located<CheckSection>, label: &str) -> Check {
 
 /// The largest rise of the error from one grid to the next, against what its statistical errors explain, if they are known.
 fn monotone(convergence: &Convergence, label: &str, from: f64, source: &str) -> Option<Check> {
-    let fine: Vec<&Sample> = (convergence.samples.iter())
-        .filter(|sample| sample.cells >= from - SAME)
-        .collect();
+    let fine: Vec<&Sample> =
+        (convergence.samples.iter()).filter(|sample| sample.cells >= from - SAME).collect();
     let quantity = format!(
         "{label}, largest rise of the error from a grid to the next from {from} cells on (part of the extrapolation)"
     );
@@ -256,22 +241,13 @@ fn monotone(convergence: &Convergence, label: &str, from: f64, source: &str) -> 
     let rises = fine.windows(2).map(|pair| {
         let [before, after] = [pair[0], pair[1]].map(|sample| (sample.value / limit - 1.0).abs());
         let errors = pair[0].error.zip(pair[1].error);
-        (
-            after - before,
-            errors.map(|(a, b)| NOISE * a.hypot(b) / limit.abs()),
-        )
+        (after - before, errors.map(|(a, b)| NOISE * a.hypot(b) / limit.abs()))
     });
     let over = |rise: &(f64, Option<f64>)| rise.0 - rise.1.unwrap_or(0.0);
     let (rise, noise) = rises.max_by(|a, b| over(a).total_cmp(&over(b)))?;
     let explained = noise.map_or(String::new(), |_| format!("; tolerance: {NOISE} standard errors"));
     let tolerance = noise.unwrap_or(0.0);
-    Some(Check::new(
-        quantity + &explained,
-        rise.max(0.0),
-        0.0,
-        tolerance,
-        source,
-    ))
+    Some(Check::new(quantity + &explained, rise.max(0.0), 0.0, tolerance, source))
 }
 
 #[cfg(test)]
@@ -280,11 +256,7 @@ mod tests {
 
     fn convergence(values: [f64; 5], error: f64) -> Convergence {
         let samples: Vec<Sample> = ([5.0, 7.0, 9.0, 12.0, 18.0].iter().zip(values))
-            .map(|(&cells, value)| Sample {
-                cells,
-                value,
-                error: Some(error),
-            })
+            .map(|(&cells, value)| Sample { cells, value, error: Some(error) })
             .collect();
         Convergence::of(&samples).unwrap()
     }
@@ -296,16 +268,10 @@ mod tests {
         assert!(verdict.pass && verdict.measured == 0.0);
         let rises = [1.2, 1.143, 1.02, 1.11, 1.056];
         let verdict = monotone(&convergence(rises, 1e-3), "u", 7.0, "").unwrap();
-        assert!(
-            !verdict.pass && verdict.measured > verdict.tolerance,
-            "{verdict:?}"
-        );
+        assert!(!verdict.pass && verdict.measured > verdict.tolerance, "{verdict:?}");
         let noisy = [1.2, 1.143, 1.111, 1.083, 1.085];
         let verdict = monotone(&convergence(noisy, 3e-3), "u", 7.0, "").unwrap();
-        assert!(
-            verdict.pass && verdict.measured > 0.0,
-            "all of it noise: {verdict:?}"
-        );
+        assert!(verdict.pass && verdict.measured > 0.0, "all of it noise: {verdict:?}");
         assert!(verdict.quantity.contains("2 standard errors"));
     }
 }

@@ -121,9 +121,7 @@ impl Convergence {
         }
         let narrow = within(&mut orders, 0.68);
         Some(Self {
-            order_within: narrow
-                .zip(within(&mut orders, 0.95))
-                .map(|(narrow, wide)| [narrow, wide]),
+            order_within: narrow.zip(within(&mut orders, 0.95)).map(|(narrow, wide)| [narrow, wide]),
             limit_within: within(&mut limits, 0.68)
                 .filter(|_| narrow.is_some_and(|ends| !ends.map(is_bound).contains(&true))),
             against_finest: against_finest(&samples),
@@ -150,10 +148,7 @@ impl Sample {
     fn drawn(&self, random: &mut ChaCha8Rng) -> Self {
         let (a, b): (f64, f64) = (random.random(), random.random());
         let normal = (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos();
-        Self {
-            value: self.value + normal * self.error.unwrap_or(0.0),
-            ..*self
-        }
+        Self { value: self.value + normal * self.error.unwrap_or(0.0), ..*self }
     }
 }
 
@@ -167,10 +162,8 @@ fn within(values: &mut [f64], part: f64) -> Option<[f64; 2]> {
 
 /// The inverse squares of the errors, over the largest; equal ones if one is not known.
 fn weights(samples: &[Sample]) -> Vec<f64> {
-    let errors: Option<Vec<f64>> = samples
-        .iter()
-        .map(|sample| sample.error.filter(|error| *error > 0.0))
-        .collect();
+    let errors: Option<Vec<f64>> =
+        samples.iter().map(|sample| sample.error.filter(|error| *error > 0.0)).collect();
     let Some(errors) = errors else {
         return vec![1.0; samples.len()];
     };
@@ -190,12 +183,7 @@ fn linear(samples: &[Sample], order: f64) -> Fit {
     }
     let [w, x, y, xx, xy] = sums;
     let coefficient = (w * xy - x * y) / (w * xx - x * x);
-    let mut fit = Fit {
-        limit: (y - coefficient * x) / w,
-        coefficient,
-        order,
-        squares: 0.0,
-    };
+    let mut fit = Fit { limit: (y - coefficient * x) / w, coefficient, order, squares: 0.0 };
     fit.squares = (samples.iter().zip(&weights))
         .map(|(sample, weight)| weight * (sample.value - fit.at(sample.cells)).powi(2))
         .sum();
@@ -230,9 +218,8 @@ fn best(samples: &[Sample]) -> Option<Fit> {
 /// Minus the slope of the logarithm of the error against the finest grid over that of the resolution.
 fn against_finest(samples: &[Sample]) -> Option<f64> {
     let (finest, others) = samples.split_last()?;
-    let logs: Vec<[f64; 2]> = (others.iter())
-        .map(|sample| [sample.cells.ln(), (sample.value - finest.value).abs().ln()])
-        .collect();
+    let logs: Vec<[f64; 2]> =
+        (others.iter()).map(|sample| [sample.cells.ln(), (sample.value - finest.value).abs().ln()]).collect();
     if logs.len() < 2 || logs.iter().any(|log| !log[1].is_finite()) {
         return None;
     }
@@ -264,16 +251,8 @@ mod tests {
     fn exact_values_of_a_known_order_give_this_order_and_the_limit() {
         for order in [0.8, 1.0, 1.5, 2.0, 3.0] {
             let found = Convergence::of(&samples(order, 1e-7, [0.0; 6])).unwrap();
-            assert!(
-                (found.fit.order - order).abs() < 1e-3,
-                "{order}: {}",
-                found.fit.order
-            );
-            assert!(
-                (found.fit.limit - 0.2).abs() < 1e-5,
-                "{order}: {}",
-                found.fit.limit
-            );
+            assert!((found.fit.order - order).abs() < 1e-3, "{order}: {}", found.fit.order);
+            assert!((found.fit.limit - 0.2).abs() < 1e-5, "{order}: {}", found.fit.limit);
             let [low, high] = found.order_within.unwrap()[1];
             assert!(low <= order + 1e-3 && order - 1e-3 <= high && high - low < 0.01);
         }
@@ -321,10 +300,7 @@ mod tests {
         for sample in &mut none {
             sample.error = None;
         }
-        assert_eq!(
-            Convergence::of(&some).unwrap().fit,
-            Convergence::of(&none).unwrap().fit
-        );
+        assert_eq!(Convergence::of(&some).unwrap().fit, Convergence::of(&none).unwrap().fit);
     }
 
     #[test]
@@ -334,10 +310,7 @@ mod tests {
             sample.value = value;
         }
         let found = Convergence::of(&wild).unwrap();
-        assert_eq!(
-            (words(found.fit.order), found.limit()),
-            ("above 4".to_string(), None)
-        );
+        assert_eq!((words(found.fit.order), found.limit()), ("above 4".to_string(), None));
         assert!(found.limit_within.is_none() && found.error(&wild[0]).is_none());
         assert_eq!(interval_words(found.order_within.unwrap()[0]), "not resolved");
         assert_eq!(interval_words([0.5, 1.25]), "below 1.25");

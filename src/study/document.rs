@@ -100,36 +100,16 @@ mod tests {
 
     #[test]
     fn a_document_survives_being_written_and_read() {
-        let point = Point {
-            x: 0.1,
-            y: 0.27,
-            error: None,
-        };
-        let series = Series {
-            label: "spheres".into(),
-            style: Style::Dashed,
-            points: vec![point],
-        };
-        let panel = Panel {
-            title: "Ar 500".into(),
-            series: vec![series],
-            ..Panel::default()
-        };
+        let point = Point { x: 0.1, y: 0.27, error: None };
+        let series = Series { label: "spheres".into(), style: Style::Dashed, points: vec![point] };
+        let panel = Panel { title: "Ar 500".into(), series: vec![series], ..Panel::default() };
         let document = Document {
             title: "A study".into(),
             figures: vec![Figure {
                 name: "velocity".into(),
-                chart: Chart {
-                    panels: vec![panel],
-                    ..Chart::default()
-                },
+                chart: Chart { panels: vec![panel], ..Chart::default() },
             }],
-            runs: Runs {
-                done: 1,
-                total: 2,
-                seconds_spent: 3.5,
-                seconds_left: 4.0,
-            },
+            runs: Runs { done: 1, total: 2, seconds_spent: 3.5, seconds_left: 4.0 },
             ..Document::default()
         };
         let place = tempfile::tempdir().unwrap();

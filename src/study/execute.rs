@@ -114,18 +114,9 @@ pub fn execute(
         let name = study.plan.runs[run].name.clone();
         let number = [number + 1, meant.len()];
         let seconds = study.seconds_left(run);
-        tell(Event::Begins {
-            name: &name,
-            number,
-            from,
-            seconds,
-        });
+        tell(Event::Begins { name: &name, number, from, seconds });
         let done = admit(&study.plan.runs[run].setup).and_then(|()| {
-            if study.file.bench.is_some() {
-                bench(study, run, &options)
-            } else {
-                go(study, run, &options)
-            }
+            if study.file.bench.is_some() { bench(study, run, &options) } else { go(study, run, &options) }
         });
         let done = done.and_then(|ended| {
             study.refresh()?;
@@ -135,10 +126,7 @@ pub fn execute(
             (Ok(true), Some(record)) => tell(Event::Ended { name: &name, record }),
             (Ok(_), _) => outcome.interrupted = true,
             (Err(error), _) => {
-                tell(Event::Failed {
-                    name: &name,
-                    error: &error,
-                });
+                tell(Event::Failed { name: &name, error: &error });
                 outcome.failed += 1;
                 if outcome.failed == 1 {
                     outcome.code = error.exit_code();
@@ -169,11 +157,8 @@ fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     setup.plan.threads = threads.unwrap_or(setup.plan.threads);
     // They go when the run has ended.
     setup.plan.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
-    let summary = if resumed {
-        simulation::resume(&setup, options)?
-    } else {
-        simulation::run(&setup, options)?
-    };
+    let summary =
+        if resumed { simulation::resume(&setup, options)? } else { simulation::run(&setup, options)? };
     let Some(Summary { interrupted, .. }) = summary else {
         return Ok(false);
     };
@@ -194,12 +179,7 @@ fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     let warm_up = section.warm_up(&planned.setup);
     let mut command = Command::new(&program);
     command.arg("bench").arg(&study.case).arg("--json");
-    command.args([
-        "--steps",
-        &section.steps.to_string(),
-        "--warm-up",
-        &warm_up.to_string(),
-    ]);
+    command.args(["--steps", &section.steps.to_string(), "--warm-up", &warm_up.to_string()]);
     for option in &planned.options {
         command.args(["--set", option]);
     }
@@ -212,11 +192,8 @@ fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     let Some(said) = listen(&mut command, &folder, options)? else {
         return Ok(false);
     };
-    let report: Json = serde_json::from_str(&said).map_err(|error| {
-        Error::Input(format!(
-            "`turbid bench` has said what is no JSON: {error}\n{said}"
-        ))
-    })?;
+    let report: Json = serde_json::from_str(&said)
+        .map_err(|error| Error::Input(format!("`turbid bench` has said what is no JSON: {error}\n{said}")))?;
     let mut left = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "input": planned.setup.provenance.text,
@@ -242,10 +219,7 @@ fn listen(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<
     // Files, not pipes: nobody has to empty them while it runs.
     let [said, complained] = ["bench.out", "bench.err"].map(|name| folder.join(name));
     let create = |path: &Path| fs::File::create(path).map_err(|error| Error::io("create", path, error));
-    command
-        .stdin(Stdio::null())
-        .stdout(create(&said)?)
-        .stderr(create(&complained)?);
+    command.stdin(Stdio::null()).stdout(create(&said)?).stderr(create(&complained)?);
     // A signal from the keyboard goes to this process alone, which then ends the other.
     command.process_group(0);
     let start = Instant::now();

@@ -40,32 +40,21 @@ impl Study {
     pub(super) fn figure(&self, section: &Located<FigureSection>) -> Result<Figure> {
         let Located { value, span } = section;
         let x = self.plan.axis(&self.source, &value.x)?;
-        let numbers = self.plan.axes[x]
-            .values
-            .iter()
-            .all(|value| value.number.is_some());
+        let numbers = self.plan.axes[x].values.iter().all(|value| value.number.is_some());
         if !numbers {
             let title = format!("the axis `{}` has values without a number", value.x.value);
             let remedy = "give each one, e.g. { name = \"a\", value = 1.5, .. }";
-            return Err(self
-                .source
-                .error(&value.x.span, &title, "cannot be drawn", remedy));
+            return Err(self.source.error(&value.x.span, &title, "cannot be drawn", remedy));
         }
         let series = (value.series.iter())
             .map(|name| self.plan.axis(&self.source, name))
             .collect::<Result<Vec<_>>>()?;
-        let across = (value.panels.as_ref())
-            .map(|name| self.plan.axis(&self.source, name))
-            .transpose()?;
+        let across = (value.panels.as_ref()).map(|name| self.plan.axis(&self.source, name)).transpose()?;
         let places: Vec<Option<usize>> = match across {
             Some(axis) => (0..self.plan.axes[axis].values.len()).map(Some).collect(),
             None => vec![None],
         };
-        let free: Vec<usize> = [x]
-            .into_iter()
-            .chain(series.iter().copied())
-            .chain(across)
-            .collect();
+        let free: Vec<usize> = [x].into_iter().chain(series.iter().copied()).chain(across).collect();
         let mut gaps = Gaps::default();
         let mut panels = Vec::new();
         for place in places {
@@ -101,9 +90,8 @@ impl Study {
                 .collect();
             drawn.extend(self.references(value, x, &lines)?);
             panels.push(Panel {
-                title: across.map_or(String::new(), |axis| {
-                    self.title(&lines[0].along[0], |place| place == axis)
-                }),
+                title: across
+                    .map_or(String::new(), |axis| self.title(&lines[0].along[0], |place| place == axis)),
                 series: drawn,
                 ..Panel::default()
             });
@@ -114,10 +102,8 @@ impl Study {
         } else {
             self.words(quantity)
         };
-        let axis = |label: &Option<String>, other: String, log| Axis {
-            label: label.clone().unwrap_or(other),
-            log,
-        };
+        let axis =
+            |label: &Option<String>, other: String, log| Axis { label: label.clone().unwrap_or(other), log };
         let chart = Chart {
             title: value.title.clone(),
             x: axis(&value.x_label, self.plan.axes[x].label.clone(), value.x_log),
@@ -143,24 +129,12 @@ impl Study {
             if known == Known::Absent {
                 continue;
             }
-            let beside = |other: &At| {
-                other
-                    .iter()
-                    .zip(at)
-                    .enumerate()
-                    .all(|(axis, (a, b))| axis == x || a == b)
-            };
-            let found = lines
-                .iter()
-                .position(|line| line.quantity == quantity && beside(&line.along[0]));
+            let beside =
+                |other: &At| other.iter().zip(at).enumerate().all(|(axis, (a, b))| axis == x || a == b);
+            let found = lines.iter().position(|line| line.quantity == quantity && beside(&line.along[0]));
             let line = found.unwrap_or_else(|| {
                 let (label, quantity) = (String::new(), quantity.to_string());
-                lines.push(Line {
-                    label,
-                    quantity,
-                    along: Vec::new(),
-                    points: Vec::new(),
-                });
+                lines.push(Line { label, quantity, along: Vec::new(), points: Vec::new() });
                 lines.len() - 1
             });
             lines[line].along.push(at.clone());
@@ -195,11 +169,7 @@ impl Study {
         for reference in &section.references {
             let label = reference.value.label.as_deref();
             if reference.value.fit {
-                all.extend(
-                    lines
-                        .iter()
-                        .filter_map(|line| extrapolation(line, lines.len(), label)),
-                );
+                all.extend(lines.iter().filter_map(|line| extrapolation(line, lines.len(), label)));
                 continue;
             }
             if let Some(order) = reference.value.order {
@@ -216,10 +186,7 @@ impl Study {
                 let Some(series) = series.filter(|series| !series.points.is_empty()) else {
                     continue;
                 };
-                if !found
-                    .iter()
-                    .any(|(_, known)| alike(&known.points, &series.points))
-                {
+                if !found.iter().any(|(_, known)| alike(&known.points, &series.points)) {
                     found.push((line.label.clone(), series));
                 }
             }
@@ -242,15 +209,9 @@ impl Gaps {
             parts.push(note.to_string());
         }
         if self.runs > 0 {
-            let plural = if self.points == 1 {
-                "point is"
-            } else {
-                "points are"
-            };
-            parts.push(format!(
-                "{} {plural} missing: {} of their runs are not done.",
-                self.points, self.runs
-            ));
+            let plural = if self.points == 1 { "point is" } else { "points are" };
+            parts
+                .push(format!("{} {plural} missing: {} of their runs are not done.", self.points, self.runs));
         }
         for quantity in self.unnamed {
             parts.push(format!("The runs have no `{quantity}`."));
@@ -262,11 +223,7 @@ impl Gaps {
 impl Line {
     fn convergence(&self) -> Option<Convergence> {
         let samples: Vec<Sample> = (self.points.iter())
-            .map(|point| Sample {
-                cells: point.x,
-                value: point.y,
-                error: point.error,
-            })
+            .map(|point| Sample { cells: point.x, value: point.y, error: point.error })
             .collect();
         Convergence::of(&samples)
     }
@@ -298,13 +255,7 @@ fn power(lines: &[Line], order: f64, label: Option<&str>) -> Option<Series> {
     Some(Series {
         label: label.map_or_else(|| format!("order {order}"), str::to_string),
         style: Style::Dashed,
-        points: (points.iter())
-            .map(|&Point { x, .. }| Point {
-                x,
-                y: y(x),
-                error: None,
-            })
-            .collect(),
+        points: (points.iter()).map(|&Point { x, .. }| Point { x, y: y(x), error: None }).collect(),
     })
 }
 
@@ -315,19 +266,11 @@ fn extrapolation(line: &Line, lines: usize, label: Option<&str>) -> Option<Serie
     let (first, last) = (found.samples.first()?.cells, BEYOND * found.samples.last()?.cells);
     let points = (0..=PARTS).map(|part| {
         let x = first + f64::from(part) / f64::from(PARTS) * (last - first);
-        Point {
-            x,
-            y: found.fit.at(x),
-            error: None,
-        }
+        Point { x, y: found.fit.at(x), error: None }
     });
     let label = label.unwrap_or("extrapolation");
     Some(Series {
-        label: if lines > 1 {
-            format!("{label}, {}", line.label)
-        } else {
-            label.to_string()
-        },
+        label: if lines > 1 { format!("{label}, {}", line.label) } else { label.to_string() },
         style: Style::Line,
         points: points.collect(),
     })
@@ -350,15 +293,7 @@ fn mean_with_band(lines: &[Line], band: f64, label: &str) -> Vec<Series> {
     let percent = 100.0 * band;
     vec![
         line(mean, label.to_string(), Style::Line),
-        line(
-            mean * (1.0 + band),
-            format!("{label} + {percent} %"),
-            Style::Dashed,
-        ),
-        line(
-            mean * (1.0 - band),
-            format!("{label} - {percent} %"),
-            Style::Dashed,
-        ),
+        line(mean * (1.0 + band), format!("{label} + {percent} %"), Style::Dashed),
+        line(mean * (1.0 - band), format!("{label} - {percent} %"), Style::Dashed),
     ]
 }

@@ -100,9 +100,9 @@ impl TryFrom<toml::Value> for ValueSection {
 
     fn try_from(value: toml::Value) -> Result<Self, String> {
         match &value {
-            toml::Value::Table(table) if table.contains_key("name") => NamedValue::deserialize(value)
-                .map(Self::Named)
-                .map_err(|error| error.message().to_string()),
+            toml::Value::Table(table) if table.contains_key("name") => {
+                NamedValue::deserialize(value).map(Self::Named).map_err(|error| error.message().to_string())
+            }
             toml::Value::Table(table) if table.contains_key("set") => {
                 Err("a value that sets several keys needs a `name`".to_string())
             }
@@ -155,9 +155,9 @@ impl TryFrom<toml::Value> for WarmUp {
 
     fn try_from(value: toml::Value) -> Result<Self, String> {
         match value {
-            toml::Value::Integer(steps) => u64::try_from(steps)
-                .map(Duration::Steps)
-                .map_err(|error| error.to_string()),
+            toml::Value::Integer(steps) => {
+                u64::try_from(steps).map(Duration::Steps).map_err(|error| error.to_string())
+            }
             value => Duration::deserialize(value).map_err(|error| error.message().to_string()),
         }
         .map(Self)

@@ -61,9 +61,8 @@ impl Plan {
     /// # Errors
     /// [`Error::Input`] with the place in the study file or, if the case is at fault, in the case with the name of the run.
     pub(crate) fn new(source: &Source, file: &StudyFile, case: &Path) -> Result<Self> {
-        let axes = (file.axes.iter())
-            .map(|section| axis(source, &section.value))
-            .collect::<Result<Vec<_>>>()?;
+        let axes =
+            (file.axes.iter()).map(|section| axis(source, &section.value)).collect::<Result<Vec<_>>>()?;
         let mut names = BTreeSet::new();
         for (axis, section) in axes.iter().zip(&file.axes) {
             if !names.insert(axis.name.as_str()) {
@@ -71,10 +70,7 @@ impl Plan {
                 return Err(source.error(span, "two axes have the same name", "again", "rename one of them"));
             }
         }
-        let plan = Self {
-            axes,
-            runs: Vec::new(),
-        };
+        let plan = Self { axes, runs: Vec::new() };
         let skips = (file.skip.iter())
             .map(|skip| plan.selection(source, &skip.span, &skip.value))
             .collect::<Result<Vec<_>>>()?;
@@ -94,27 +90,13 @@ impl Plan {
                 options.extend(value.options.iter().cloned());
                 words.push(directory_word(axis, value));
             }
-            let name = if words.is_empty() {
-                "run".to_string()
-            } else {
-                words.join("_")
-            };
+            let name = if words.is_empty() { "run".to_string() } else { words.join("_") };
             let setup = case::outline(case, &options)
                 .map_err(|error| Error::Input(format!("{error}\nin the run {name} of {}", source.path)))?;
-            runs.push(PlannedRun {
-                name,
-                at,
-                options,
-                setup,
-            });
+            runs.push(PlannedRun { name, at, options, setup });
         }
         if runs.is_empty() {
-            return Err(source.error(
-                &(0..0),
-                "the study has no run: all combinations are skipped",
-                "",
-                "",
-            ));
+            return Err(source.error(&(0..0), "the study has no run: all combinations are skipped", "", ""));
         }
         let mut names = BTreeSet::new();
         if let Some(twice) = runs.iter().find(|run| !names.insert(run.name.as_str())) {
@@ -221,9 +203,8 @@ fn axis(source: &Source, section: &AxisSection) -> Result<Axis> {
         let title = format!("the axis `{name}` has no values");
         return Err(source.error(&section.name.span, &title, "here", "give at least one"));
     }
-    let values = (section.values.iter())
-        .map(|value| resolve(source, section, value))
-        .collect::<Result<_>>()?;
+    let values =
+        (section.values.iter()).map(|value| resolve(source, section, value)).collect::<Result<_>>()?;
     Ok(Axis {
         label: section.label.clone().unwrap_or_else(|| name.clone()),
         average: section.average,
@@ -236,10 +217,7 @@ fn resolve(source: &Source, section: &AxisSection, value: &Located<ValueSection>
     match &value.value {
         ValueSection::Plain(plain) => {
             let Some(key) = &section.key else {
-                let title = format!(
-                    "a plain value on the axis `{}`, which has no `key`",
-                    section.name.value
-                );
+                let title = format!("a plain value on the axis `{}`, which has no `key`", section.name.value);
                 let remedy =
                     "give the key of the case that it is for, or write { name = \"..\", set = { .. } }";
                 return Err(source.error(&value.span, &title, "for which key?", remedy));
@@ -290,19 +268,9 @@ fn is_word(name: &str) -> bool {
 /// A value in the name of a directory: numbers with the name of their axis.
 fn directory_word(axis: &Axis, value: &Value) -> String {
     let name: String = (value.name.chars())
-        .map(|c| {
-            if c.is_ascii_alphanumeric() || "._-+".contains(c) {
-                c
-            } else {
-                '-'
-            }
-        })
+        .map(|c| if c.is_ascii_alphanumeric() || "._-+".contains(c) { c } else { '-' })
         .collect();
-    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        name
-    } else {
-        format!("{}{name}", axis.name)
-    }
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("{}{name}", axis.name) }
 }
 
 /// All combinations of the places of values on some axes, the last axis fastest.
@@ -310,9 +278,7 @@ pub(super) fn combinations<'a>(axes: impl IntoIterator<Item = &'a Axis>) -> Vec<
     let mut all = vec![Vec::new()];
     for axis in axes {
         let extend = |at: &Vec<usize>| -> Vec<Vec<usize>> {
-            (0..axis.values.len())
-                .map(|value| [&at[..], &[value]].concat())
-                .collect()
+            (0..axis.values.len()).map(|value| [&at[..], &[value]].concat()).collect()
         };
         all = all.iter().flat_map(extend).collect();
     }

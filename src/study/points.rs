@@ -60,12 +60,7 @@ impl Study {
             [one] => Ok(one),
             _ => self.refuse(span, "more than one value is compared", "here", "name one value"),
         };
-        Ok(Some(Derived {
-            axis,
-            of: one(&value.of)?,
-            to: one(&value.to)?,
-            section: value,
-        }))
+        Ok(Some(Derived { axis, of: one(&value.of)?, to: one(&value.to)?, section: value }))
     }
 
     /// As a quantity stands in figures and tables.
@@ -194,11 +189,7 @@ impl Study {
             .filter_map(|((_, axis), value)| {
                 let value = &axis.values[(*value)?];
                 let plain = value.label == value.name && value.number.is_some();
-                Some(if plain {
-                    format!("{} {}", axis.name, value.name)
-                } else {
-                    value.label.clone()
-                })
+                Some(if plain { format!("{} {}", axis.name, value.name) } else { value.label.clone() })
             })
             .collect();
         words.join(", ")
@@ -249,10 +240,7 @@ mod tests {
     use super::*;
 
     fn quantity(value: f64, error: f64) -> Quantity {
-        Quantity {
-            value,
-            error: Some(error),
-        }
+        Quantity { value, error: Some(error) }
     }
 
     #[test]
@@ -261,20 +249,14 @@ mod tests {
         assert!((alike.error.unwrap() - 0.1 / 2_f64.sqrt()).abs() < 1e-12);
         let apart = average(&[quantity(1.0, 0.01), quantity(2.0, 0.01)]);
         assert!((apart.value - 1.5).abs() < 1e-12 && (apart.error.unwrap() - 0.5).abs() < 1e-12);
-        let unknown = average(&[Quantity {
-            value: 1.0,
-            error: None,
-        }]);
+        let unknown = average(&[Quantity { value: 1.0, error: None }]);
         assert_eq!(unknown.error, None);
     }
 
     #[test]
     fn a_deficit_is_what_a_ratio_lacks_to_one_with_the_same_error() {
         let (of, to) = (quantity(0.8, 0.03), quantity(1.0, 0.04));
-        let (ratio, deficit) = (
-            compare(of, to, Comparison::Ratio),
-            compare(of, to, Comparison::Deficit),
-        );
+        let (ratio, deficit) = (compare(of, to, Comparison::Ratio), compare(of, to, Comparison::Deficit));
         assert!((ratio.value - 0.8).abs() < 1e-12 && (deficit.value - 0.2).abs() < 1e-12);
         let expected = 0.8 * (0.03_f64 / 0.8).hypot(0.04);
         assert!((ratio.error.unwrap() - expected).abs() < 1e-12 && ratio.error == deficit.error);

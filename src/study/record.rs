@@ -128,9 +128,7 @@ impl Record {
         for (name, values) in &averaged.columns {
             if let Some(mean) = estimate_mean(values) {
                 let (value, error) = (mean.mean, mean.standard_error);
-                quantities
-                    .entry(name.clone())
-                    .or_insert(Quantity { value, error });
+                quantities.entry(name.clone()).or_insert(Quantity { value, error });
             }
         }
         let mut put = |name: &str, value: f64| put(&mut quantities, name, value);
@@ -227,13 +225,8 @@ impl Series {
             let rows = values.iter().enumerate().filter(|(row, _)| inside(*row));
             rows.map(|(_, value)| *value).collect()
         };
-        let columns = self
-            .columns
-            .iter()
-            .map(|(name, values)| (name.clone(), keep(values)));
-        Self {
-            columns: columns.collect(),
-        }
+        let columns = self.columns.iter().map(|(name, values)| (name.clone(), keep(values)));
+        Self { columns: columns.collect() }
     }
 
     fn mean(&self, name: &str) -> f64 {
@@ -244,21 +237,14 @@ impl Series {
     /// Mean of the settling velocity over an interval of `t*` by trapezia, with values in between at its ends; none if the rows do not
     /// reach so far.
     fn over(&self, [from, to]: [f64; 2]) -> Option<f64> {
-        let (times, velocities) = (
-            self.column("t_star"),
-            self.column("settling_velocity_over_stokes"),
-        );
+        let (times, velocities) = (self.column("t_star"), self.column("settling_velocity_over_stokes"));
         let rows: Vec<(f64, f64)> = times.iter().copied().zip(velocities.iter().copied()).collect();
         let reach = rows.first()?.0 <= from && from < to && to <= rows.last()?.0;
         let area = rows.windows(2).map(|pair| {
             let ((a, u), (b, v)) = (pair[0], pair[1]);
             let (low, high) = (from.max(a), to.min(b));
             let at = |t: f64| u + (v - u) * (t - a) / (b - a);
-            if low < high {
-                0.5 * (at(low) + at(high)) * (high - low)
-            } else {
-                0.0
-            }
+            if low < high { 0.5 * (at(low) + at(high)) * (high - low) } else { 0.0 }
         });
         reach.then(|| area.sum::<f64>() / (to - from))
     }
@@ -289,11 +275,7 @@ mod tests {
         };
         assert_eq!(of(0.4, 30.0).is_settled(), Some(true));
         assert_eq!(of(0.4, 31.0).is_settled(), Some(false));
-        assert_eq!(
-            of(0.31, 31.0).is_settled(),
-            Some(true),
-            "the same within its error"
-        );
+        assert_eq!(of(0.31, 31.0).is_settled(), Some(true), "the same within its error");
         let endless = record(&[("settling_velocity_over_stokes", 0.3)]);
         assert_eq!(endless.is_settled(), Some(false));
         assert_eq!(record(&[("mlups", 100.0)]).is_settled(), None);
@@ -313,11 +295,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         // 2 t until t = 1, then 2.
-        fs::write(
-            &path,
-            "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n",
-        )
-        .unwrap();
+        fs::write(&path, "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n").unwrap();
         let series = Series::read(&path).unwrap();
         assert!((series.over([0.5, 2.5]).unwrap() - 1.875).abs() < 1e-12);
         assert!((series.over([0.0, 3.0]).unwrap() - 5.0 / 3.0).abs() < 1e-12);

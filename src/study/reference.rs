@@ -58,9 +58,7 @@ impl Study {
                 let rows = self.rows(reference, at, None)?;
                 rows.first().map(|row| row.y)
             }
-            ReferenceSection {
-                value: Some(number), ..
-            } => Some(number),
+            ReferenceSection { value: Some(number), .. } => Some(number),
             _ => {
                 let title = "this reference has no value at a single point";
                 return self.refuse(span, title, "here", "give `law`, `csv` or `value`");
@@ -128,10 +126,7 @@ impl Study {
                     let skipped = u32::from(!points.is_empty());
                     points.extend((skipped..=PARTS).map(|part| {
                         let part = f64::from(part) / f64::from(PARTS);
-                        point(
-                            from + part * (to - from),
-                            unit * law.over_stokes(a.towards(b, part)),
-                        )
+                        point(from + part * (to - from), unit * law.over_stokes(a.towards(b, part)))
                     }));
                 }
                 (points, Style::Line, law.name().to_string())
@@ -140,9 +135,7 @@ impl Study {
                 let points = self.rows(reference, first, Some(x))?;
                 (points, Style::Points, table.value.clone())
             }
-            ReferenceSection {
-                value: Some(number), ..
-            } => {
+            ReferenceSection { value: Some(number), .. } => {
                 let points = along.iter().filter_map(|at| Some(point(known(at)?, *number)));
                 (points.collect(), Style::Line, number.to_string())
             }
@@ -170,10 +163,8 @@ impl Study {
         directory::refuse_input(&self.out.join(result::FILE), std::slice::from_ref(&path))?;
         let bytes = input::read(&path, input::TABLE).map_err(|error| Error::io("read", &path, error))?;
         let broken = |error: csv::Error| Error::Input(format!("{}: {error}", path.display()));
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(&bytes[..]);
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(&bytes[..]);
         let heads = reader.headers().map_err(broken)?.clone();
         let column = |name: &str| {
             heads.iter().position(|head| head == name).ok_or_else(|| {
@@ -214,17 +205,10 @@ impl Study {
         };
         let Some(value) = at[place] else {
             let title = format!("the axis `{word}` has no single value here");
-            return self.refuse(
-                &reference.span,
-                &title,
-                "in `where`",
-                "compare with a value instead",
-            );
+            return self.refuse(&reference.span, &title, "in `where`", "compare with a value instead");
         };
         let value = &self.plan.axes[place].values[value];
-        Ok(value
-            .number
-            .map_or_else(|| value.name.clone(), |number| number.to_string()))
+        Ok(value.number.map_or_else(|| value.name.clone(), |number| number.to_string()))
     }
 }
 

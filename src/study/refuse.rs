@@ -35,10 +35,7 @@ impl Study {
         }
         for figure in &file.figures {
             let y = &figure.value.y;
-            y.value
-                .0
-                .iter()
-                .try_for_each(|name| self.refuse_unknown(y, name))?;
+            y.value.0.iter().try_for_each(|name| self.refuse_unknown(y, name))?;
         }
         file.checks.iter().try_for_each(|check| self.refuse_check(check))
     }
@@ -49,10 +46,7 @@ impl Study {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let mut warnings = Vec::new();
         for name in &self.file.shares {
-            let (results, file) = (
-                beside.join(&name.value),
-                folder.join(format!("{}.toml", name.value)),
-            );
+            let (results, file) = (beside.join(&name.value), folder.join(format!("{}.toml", name.value)));
             if !results.is_dir() && !file.is_file() {
                 warnings.push(self.source.warning(
                     &name.span,
@@ -92,10 +86,8 @@ impl Study {
                 let end = setup.end_time() / setup.stokes_time().unwrap_or(f64::INFINITY);
                 if value.to > end {
                     let (name, to) = (&value.name.value, value.to);
-                    let title = format!(
-                        "the window `{name}` ends at {to} t*, the run {} at {end:.2} t*",
-                        run.name
-                    );
+                    let title =
+                        format!("the window `{name}` ends at {to} t*, the run {} at {end:.2} t*", run.name);
                     let remedy =
                         "end the window earlier, or the run later: its last row may lie before `run.end`";
                     return self.refuse(span, &title, "here", remedy);
@@ -106,15 +98,9 @@ impl Study {
     }
 
     fn refuse_unknown<T>(&self, place: &Located<T>, name: &str) -> Result<()> {
-        let derived = self
-            .file
-            .derived
-            .iter()
-            .map(|derived| derived.value.name.value.clone());
+        let derived = self.file.derived.iter().map(|derived| derived.value.name.value.clone());
         let windows = self.file.windows.iter().map(|window| &window.value.name.value);
-        let own: Vec<String> = derived
-            .chain(windows.map(|window| format!("{window}_velocity")))
-            .collect();
+        let own: Vec<String> = derived.chain(windows.map(|window| format!("{window}_velocity"))).collect();
         let of_runs = record::names(self.file.bench.is_some());
         let known: Vec<&str> = own.iter().map(String::as_str).chain(of_runs).collect();
         if known.contains(&name) || name.starts_with(record::SHARE) || is_of_a_wall(name) {
@@ -142,10 +128,7 @@ impl Study {
             let Some(number) = number else { continue };
             let mut numbers = axis.values.iter().filter_map(|value| value.number);
             if !numbers.any(|known| (known - number).abs() < SAME) {
-                let title = format!(
-                    "`{key}` is {number}, which is no value of the axis `{}`",
-                    axis.name
-                );
+                let title = format!("`{key}` is {number}, which is no value of the axis `{}`", axis.name);
                 return self.refuse(span, &title, "here", &Plan::known_values(axis));
             }
         }

@@ -24,19 +24,14 @@ pub(super) fn write_csv(study: &Study) -> Result<()> {
     let names = columns(study);
     let mut table = csv::Writer::from_writer(Vec::new());
     let axes = &study.plan.axes;
-    let head = ["run"]
-        .into_iter()
-        .chain(axes.iter().map(|axis| axis.name.as_str()));
+    let head = ["run"].into_iter().chain(axes.iter().map(|axis| axis.name.as_str()));
     let head = head.chain(names.iter().map(String::as_str)).chain(["version"]);
     table.write_record(head).expect("memory takes any row");
     for (run, state) in study.plan.runs.iter().zip(&study.states) {
         let Some(record) = state.record() else {
             continue;
         };
-        let values = axes
-            .iter()
-            .zip(&run.at)
-            .map(|(axis, &at)| axis.values[at].name.clone());
+        let values = axes.iter().zip(&run.at).map(|(axis, &at)| axis.values[at].name.clone());
         let row = [run.name.clone()].into_iter().chain(values);
         let row = row.chain(names.iter().map(|name| cell(record, name)));
         let row = row.chain([record.version.clone()]);

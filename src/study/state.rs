@@ -89,13 +89,7 @@ impl<'a> Results<'a> {
             folders.sort();
             found.extend(folders.iter().filter_map(|folder| read(folder, bench, &varied)));
         }
-        Self {
-            file,
-            bench,
-            threads,
-            varied,
-            found,
-        }
+        Self { file, bench, threads, varied, found }
     }
 
     /// How far a run has come whose directory is `directory`.
@@ -130,9 +124,7 @@ impl<'a> Results<'a> {
         {
             return Ok(State::Part { step });
         }
-        Ok(State::Open {
-            replaces: left.is_some() || OutputFiles::new(directory).series().exists(),
-        })
+        Ok(State::Open { replaces: left.is_some() || OutputFiles::new(directory).series().exists() })
     }
 
     /// Whether a benchmark was made as this study makes it; true of what is none.
@@ -141,11 +133,7 @@ impl<'a> Results<'a> {
             return true;
         };
         let asked = measured_with(&bench, setup, self.threads);
-        asked
-            .as_object()
-            .into_iter()
-            .flatten()
-            .all(|(key, asked)| found.get(key) == Some(asked))
+        asked.as_object().into_iter().flatten().all(|(key, asked)| found.get(key) == Some(asked))
     }
 
     /// Of all runs of a plan.
@@ -189,11 +177,7 @@ fn varied(file: &StudyFile) -> Vec<String> {
 
 /// The results in a directory, if there are any.
 fn read(directory: &Path, bench: bool, varied: &[String]) -> Option<Found> {
-    let path = if bench {
-        directory.join(BENCH_FILE)
-    } else {
-        OutputFiles::new(directory).summary()
-    };
+    let path = if bench { directory.join(BENCH_FILE) } else { OutputFiles::new(directory).summary() };
     let json: Json = serde_json::from_slice(&input::read(&path, input::RECORD).ok()?).ok()?;
     Some(Found {
         directory: directory.to_path_buf(),
@@ -207,14 +191,9 @@ fn canonical(text: &str, varied: &[String]) -> Option<toml::Table> {
     let mut table: toml::Table = text.parse().ok()?;
     let matters = |section: &str, key: &str| {
         let name = format!("{section}.{key}");
-        varied
-            .iter()
-            .any(|set| *set == name || set.starts_with(&format!("{name}.")))
+        varied.iter().any(|set| *set == name || set.starts_with(&format!("{name}.")))
     };
-    for (section, key) in OF_NO_MATTER
-        .into_iter()
-        .filter(|(section, key)| !matters(section, key))
-    {
+    for (section, key) in OF_NO_MATTER.into_iter().filter(|(section, key)| !matters(section, key)) {
         if let Some(toml::Value::Table(section)) = table.get_mut(section) {
             section.remove(key);
         }

@@ -24,26 +24,12 @@ impl Study {
     /// # Errors
     /// [`Error::Input`](crate::error::Error::Input) if it names an axis, a value or a reference that is not there.
     pub(super) fn table(&self, section: &Located<TableSection>) -> Result<Table> {
-        let TableSection {
-            name,
-            title,
-            rows,
-            columns,
-        } = &section.value;
+        let TableSection { name, title, rows, columns } = &section.value;
         let axes = self.axes(rows)?;
-        let mut heads: Vec<String> = axes
-            .iter()
-            .map(|&axis| self.plan.axes[axis].name.clone())
-            .collect();
+        let mut heads: Vec<String> = axes.iter().map(|&axis| self.plan.axes[axis].name.clone()).collect();
         let mut filled = Vec::new();
         for column in columns {
-            let ColumnSection {
-                label,
-                y,
-                only,
-                reference,
-                ..
-            } = &column.value;
+            let ColumnSection { label, y, only, reference, .. } = &column.value;
             heads.push(label.clone());
             if reference.is_some() {
                 heads.extend([format!("{label}: reference"), "deviation".to_string()]);
@@ -52,11 +38,7 @@ impl Study {
         }
         let mut body = Vec::new();
         for places in combinations(axes.iter().map(|&axis| &self.plan.axes[axis])) {
-            let of_row = |at: &&At| {
-                axes.iter()
-                    .zip(&places)
-                    .all(|(&axis, place)| at[axis] == Some(*place))
-            };
+            let of_row = |at: &&At| axes.iter().zip(&places).all(|(&axis, place)| at[axis] == Some(*place));
             let mut known = false;
             let mut row: Vec<String> = (axes.iter().zip(&places))
                 .map(|(&axis, &place)| self.plan.axes[axis].values[place].name.clone())
@@ -70,12 +52,7 @@ impl Study {
                 body.push(row);
             }
         }
-        Ok(Table {
-            name: name.value.clone(),
-            title: title.clone(),
-            columns: heads,
-            rows: body,
-        })
+        Ok(Table { name: name.value.clone(), title: title.clone(), columns: heads, rows: body })
     }
 
     /// What stands in a row below one head, or below three.
@@ -94,22 +71,14 @@ impl Study {
                 mark = UNSETTLED;
             }
         }
-        let mut cells = vec![or_nothing(
-            measured.map(|quantity| words(quantity, digits) + mark),
-        )];
+        let mut cells = vec![or_nothing(measured.map(|quantity| words(quantity, digits) + mark))];
         if column.reference.is_some() {
             cells.push(or_nothing(expected.map(|value| format!("{value:.digits$}"))));
             // Of a quantity that is a part itself deviations are differences.
-            let is_part = self
-                .comparison(y)
-                .is_some_and(|derived| derived.value.form == Comparison::Deficit);
+            let is_part = self.comparison(y).is_some_and(|derived| derived.value.form == Comparison::Deficit);
             cells.push(or_nothing(measured.zip(expected).map(|(measured, expected)| {
                 let off = measured.value - expected;
-                if is_part {
-                    format!("{off:+.digits$}")
-                } else {
-                    format!("{:+.1} %", 100.0 * off / expected)
-                }
+                if is_part { format!("{off:+.digits$}") } else { format!("{:+.1} %", 100.0 * off / expected) }
             })));
         }
         Ok(cells)
@@ -133,10 +102,7 @@ pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
     let percent = |part: Option<f64>| or_nothing(part.map(|part| format!("{:+.2} %", 100.0 * part)));
     let number = |value: Option<f64>| or_nothing(value.map(|value| format!("{value:.DIGITS$}")));
     let (mut errors, mut orders) = (Vec::new(), Vec::new());
-    for Found {
-        title, convergence, ..
-    } in found
-    {
+    for Found { title, convergence, .. } in found {
         let finest = convergence.samples.last().map(|sample| sample.value);
         errors.extend(convergence.samples.iter().map(|sample| {
             let Sample { cells, value, error } = *sample;
@@ -148,13 +114,8 @@ pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
                 percent(finest.map(|finest| value / finest - 1.0)),
             ]
         }));
-        let order = |which: usize| {
-            or_nothing(
-                convergence
-                    .order_within
-                    .map(|within| interval_words(within[which])),
-            )
-        };
+        let order =
+            |which: usize| or_nothing(convergence.order_within.map(|within| interval_words(within[which])));
         let limits = convergence.limit_within;
         let [first, second] = convergence.limit_of_order;
         orders.push(vec![
@@ -213,9 +174,8 @@ fn means(found: &[Found]) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = Vec::new();
     let groups: BTreeSet<&str> = found.iter().map(|one| one.group.as_str()).collect();
     for group in groups {
-        let mut whole: Vec<&Convergence> = (found.iter().filter(|one| one.group == group))
-            .map(|one| &one.convergence)
-            .collect();
+        let mut whole: Vec<&Convergence> =
+            (found.iter().filter(|one| one.group == group)).map(|one| &one.convergence).collect();
         let most = whole.iter().map(|one| one.samples.len()).max();
         whole.retain(|one| Some(one.samples.len()) == most);
         if whole.len() < 2 {

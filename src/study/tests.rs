@@ -85,14 +85,8 @@ fn with_results(more: &str, velocity: impl Fn(&str) -> Option<(f64, f64)>) -> (t
     let mut study = load(&place).unwrap();
     for (run, state) in study.plan.runs.iter().zip(&mut study.states) {
         if let Some((value, error)) = velocity(&run.name) {
-            let quantity = Quantity {
-                value,
-                error: Some(error),
-            };
-            let end = Quantity {
-                value: 20.0,
-                error: None,
-            };
+            let quantity = Quantity { value, error: Some(error) };
+            let end = Quantity { value: 20.0, error: None };
             let numbers = [
                 ("settling_velocity_over_stokes", quantity),
                 ("transient_end", end),
@@ -135,10 +129,7 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
         let study = load(&place).unwrap();
         let mut setup = case::load(&study.case, &study.plan.runs[0].options).unwrap();
         setup.plan.output.directory = place.path().join(folder).join("some_name");
-        let options = RunOptions {
-            quiet: true,
-            ..RunOptions::default()
-        };
+        let options = RunOptions { quiet: true, ..RunOptions::default() };
         simulation::run(&setup, &options).unwrap();
         setup.plan.output.directory.join("summary.json")
     };
@@ -146,9 +137,7 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
     assert!(load(&place).unwrap().states[0].record().is_none());
     let summary = run("other");
     let study = load(&place).unwrap();
-    let record = study.states[0]
-        .record()
-        .expect("it is in a directory that is shared");
+    let record = study.states[0].record().expect("it is in a directory that is shared");
     assert_eq!(record.directory, place.path().join("other/some_name"));
     assert!(record.value("settling_velocity_over_stokes").unwrap() > 0.0);
     let known = record::names(false);
@@ -163,15 +152,9 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
         fs::write(&summary, text.replace(from, to)).unwrap();
         load(&place).unwrap().states[0].record().is_some()
     };
-    assert!(
-        with("\"version\": \"0.", "\"version\": \"9."),
-        "the version is no part of the case"
-    );
+    assert!(with("\"version\": \"0.", "\"version\": \"9."), "the version is no part of the case");
     assert!(!with("\"interrupted\": false", "\"interrupted\": true"));
-    assert!(
-        !with("\"coupling\": \"", "\"coupling\": \"another_"),
-        "a default has changed since"
-    );
+    assert!(!with("\"coupling\": \"", "\"coupling\": \"another_"), "a default has changed since");
     assert!(!with("archimedes = 500", "archimedes = 501"));
 }
 
@@ -181,10 +164,7 @@ fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
     let study = load(&place).unwrap();
     let mut setup = case::load(&study.case, &study.plan.runs[1].options).unwrap();
     setup.plan.output.directory = study.out.join(&study.plan.runs[1].name);
-    let options = RunOptions {
-        quiet: true,
-        ..RunOptions::default()
-    };
+    let options = RunOptions { quiet: true, ..RunOptions::default() };
     options.stop.store(true, std::sync::atomic::Ordering::Relaxed);
     simulation::run(&setup, &options).unwrap();
     let study = load(&place).unwrap();
@@ -195,17 +175,9 @@ fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
     );
     assert!(matches!(study.states[0], State::Open { replaces: false }));
 
-    fs::write(
-        place.path().join("study.toml"),
-        AXES.replace("{ steps = 8 }", "{ steps = 9 }"),
-    )
-    .unwrap();
+    fs::write(place.path().join("study.toml"), AXES.replace("{ steps = 8 }", "{ steps = 9 }")).unwrap();
     let study = load(&place).unwrap();
-    assert!(
-        matches!(study.states[1], State::Open { replaces: true }),
-        "{:?}",
-        study.states[1]
-    );
+    assert!(matches!(study.states[1], State::Open { replaces: true }), "{:?}", study.states[1]);
 }
 
 #[test]
@@ -214,10 +186,7 @@ fn time_is_projected_with_the_speed_of_what_is_done() {
     let mut study = load(&place).unwrap();
     assert_eq!(study.measured_over_estimated(), None);
     let estimates = [0, 1].map(|run| study.estimate(run));
-    let quantity = Quantity {
-        value: 2.0,
-        error: None,
-    };
+    let quantity = Quantity { value: 2.0, error: None };
     study.states[0] = State::Done(Box::new(Record {
         directory: PathBuf::new(),
         version: String::new(),
@@ -258,10 +227,7 @@ fn checks_compare_means_of_repetitions_with_rows_of_a_table_and_fail_where_they_
     let checks = study.document().unwrap().checks;
     let told: Vec<(f64, f64, bool)> = checks.iter().map(|c| (c.measured, c.reference, c.pass)).collect();
     let near = |(a, b, pass): (f64, f64, bool), (c, d, expected): (f64, f64, bool)| {
-        assert!(
-            (a - c).abs() < 1e-12 && (b - d).abs() < 1e-12 && pass == expected,
-            "{told:?}"
-        );
+        assert!((a - c).abs() < 1e-12 && (b - d).abs() < 1e-12 && pass == expected, "{told:?}");
     };
     near(told[0], (0.53, 0.5, true));
     near(told[1], (0.4, 0.5, false));
@@ -270,20 +236,14 @@ fn checks_compare_means_of_repetitions_with_rows_of_a_table_and_fail_where_they_
     near(told[3], (1.0 - 0.4 / 0.53, 0.15, true));
     near(told[4], (0.1, 0.15, false));
     assert_eq!(told.len(), 5);
-    assert_eq!(
-        checks[0].quantity,
-        "settling velocity over stokes, phi 0.1, spheres"
-    );
+    assert_eq!(checks[0].quantity, "settling velocity over stokes, phi 0.1, spheres");
     // A point with a run that is not done is not checked.
     study.states[4] = State::Open { replaces: false };
     assert_eq!(study.document().unwrap().checks.len(), 2);
 }
 
 fn done(value: f64, error: f64) -> State {
-    let quantity = Quantity {
-        value,
-        error: Some(error),
-    };
+    let quantity = Quantity { value, error: Some(error) };
     State::Done(Box::new(Record {
         directory: PathBuf::new(),
         version: String::new(),
@@ -318,20 +278,9 @@ tolerance = 0.1
     study.states.iter_mut().for_each(|state| *state = done(0.3, 0.01));
     let checks = study.document().unwrap().checks;
     assert_eq!(checks.len(), 4);
-    assert!(
-        checks.iter().all(|check| !check.pass && check.reference.is_nan()),
-        "{checks:?}"
-    );
-    assert!(
-        checks[0].quantity.ends_with("the runs have no `mach`"),
-        "{:?}",
-        checks[0]
-    );
-    assert!(
-        checks[1].quantity.ends_with("the reference has no value here"),
-        "{:?}",
-        checks[1]
-    );
+    assert!(checks.iter().all(|check| !check.pass && check.reference.is_nan()), "{checks:?}");
+    assert!(checks[0].quantity.ends_with("the runs have no `mach`"), "{:?}", checks[0]);
+    assert!(checks[1].quantity.ends_with("the reference has no value here"), "{:?}", checks[1]);
     study.collect().unwrap();
     let read = Document::read(&study.out).unwrap();
     assert!(read.checks[0].measured.is_nan() && (read.checks[1].measured - 0.3).abs() < 1e-12);
@@ -348,49 +297,21 @@ y = "settling_velocity_over_stokes"
 panels = "shape"
 references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label = "guess", dashed = true }]
 "#;
-    let (_place, study) = with_results(figure, |name| {
-        (name != "phi0.1_cube_seed2").then_some((0.25, 0.02))
-    });
+    let (_place, study) = with_results(figure, |name| (name != "phi0.1_cube_seed2").then_some((0.25, 0.02)));
     let document = study.document().unwrap();
     let figure = &document.figures[0];
-    assert_eq!(
-        figure.chart.note,
-        "1 point is missing: 1 of their runs are not done."
-    );
-    let titles: Vec<&str> = figure
-        .chart
-        .panels
-        .iter()
-        .map(|panel| panel.title.as_str())
-        .collect();
+    assert_eq!(figure.chart.note, "1 point is missing: 1 of their runs are not done.");
+    let titles: Vec<&str> = figure.chart.panels.iter().map(|panel| panel.title.as_str()).collect();
     assert_eq!(titles, ["spheres", "cubes"]);
     let references = |panel: usize| figure.chart.panels[panel].series.len() - 1;
     assert_eq!(references(0), references(1));
-    let labels: Vec<&str> = figure.chart.panels[1]
-        .series
-        .iter()
-        .map(|series| series.label.as_str())
-        .collect();
-    assert_eq!(
-        labels,
-        [
-            "this study",
-            "Richardson-Zaki",
-            "mean",
-            "mean + 10 %",
-            "mean - 10 %",
-            "guess"
-        ]
-    );
+    let labels: Vec<&str> =
+        figure.chart.panels[1].series.iter().map(|series| series.label.as_str()).collect();
+    assert_eq!(labels, ["this study", "Richardson-Zaki", "mean", "mean + 10 %", "mean - 10 %", "guess"]);
     let measured = |panel: usize| figure.chart.panels[panel].series[0].points.len();
     assert_eq!([measured(0), measured(1)], [2, 1]);
     let law = &figure.chart.panels[1].series[1].points;
-    assert!(
-        law.len() > 5
-            && law
-                .windows(2)
-                .all(|pair| pair[0].x < pair[1].x && pair[0].y > pair[1].y)
-    );
+    assert!(law.len() > 5 && law.windows(2).all(|pair| pair[0].x < pair[1].x && pair[0].y > pair[1].y));
     assert!((law[0].x - 0.1).abs() < 1e-12 && (law[law.len() - 1].x - 0.2).abs() < 1e-12);
 }
 
@@ -412,23 +333,12 @@ columns = [
     };
     let (_place, study) = with_results(table, velocity);
     let table = &study.document().unwrap().tables[0];
-    let heads = [
-        "phi",
-        "spheres",
-        "spheres: reference",
-        "deviation",
-        "slower",
-        "slower: reference",
-        "deviation",
-    ];
+    let heads =
+        ["phi", "spheres", "spheres: reference", "deviation", "slower", "slower: reference", "deviation"];
     assert_eq!(table.columns, heads);
     let slower = table.rows[0][4].as_str();
     assert_eq!(table.rows[0][..4], ["0.1", "0.22 ± 0.02", "0.20", "+10.0 %"]);
-    assert!(
-        slower.starts_with("0.250 ± 0.1") && table.rows[0][6] == "+0.000",
-        "{:?}",
-        table.rows[0]
-    );
+    assert!(slower.starts_with("0.250 ± 0.1") && table.rows[0][6] == "+0.000", "{:?}", table.rows[0]);
     assert_eq!(table.rows[1], ["0.2", "-", "0.20", "-", "-", "0.250", "-"]);
 }
 
@@ -447,9 +357,7 @@ columns = [
 "#;
     let (_place, mut study) = with_results(table, |_| Some((0.2, 0.0)));
     assert!(study.document().unwrap().unsettled.is_empty());
-    let cubes = names(&study)
-        .iter()
-        .position(|name| name.contains("phi0.1") && name.contains("cube"));
+    let cubes = names(&study).iter().position(|name| name.contains("phi0.1") && name.contains("cube"));
     let cubes = cubes.unwrap();
     let State::Done(record) = &mut study.states[cubes] else {
         panic!("all runs have ended");
@@ -470,42 +378,18 @@ fn what_is_wrong_in_a_study_file_is_named_with_its_place_and_a_remedy() {
     let bad = [
         ("key = \"particles.0.seed\"", "kee = \"x\"", "unknown key `kee`"),
         ("name = \"cube\", ", "", "the key `name` is missing"),
-        (
-            "title = ",
-            "title = 3 #",
-            "`title` is 3, but must be a text in quotes",
-        ),
-        (
-            "skip = [{ phi = 0.2",
-            "skip = [{ phi = 0.3",
-            "the axis `phi` has no value 0.3",
-        ),
-        (
-            "skip = [{ phi = 0.2",
-            "skip = [{ fi = 0.2",
-            "there is no axis `fi`",
-        ),
+        ("title = ", "title = 3 #", "`title` is 3, but must be a text in quotes"),
+        ("skip = [{ phi = 0.2", "skip = [{ phi = 0.3", "the axis `phi` has no value 0.3"),
+        ("skip = [{ phi = 0.2", "skip = [{ fi = 0.2", "there is no axis `fi`"),
         ("case = \"case.toml\"", "case = \"cas.toml\"", "there is no case"),
         (
             "key = \"particles.0.volume_fraction\"\n",
             "",
             "a plain value on the axis `phi`, which has no `key`",
         ),
-        (
-            "\"run.average_from\" =",
-            "run =",
-            "`run` is a whole section of the case",
-        ),
-        (
-            "values = [1, 2]",
-            "values = [1, 2, 1]",
-            "two runs have the name phi0.1_sphere_seed1",
-        ),
-        (
-            "values = [0.1, 0.2]",
-            "values = [0.1, 0.2, 0.9]",
-            "in the run phi0.9_sphere_seed1",
-        ),
+        ("\"run.average_from\" =", "run =", "`run` is a whole section of the case"),
+        ("values = [1, 2]", "values = [1, 2, 1]", "two runs have the name phi0.1_sphere_seed1"),
+        ("values = [0.1, 0.2]", "values = [0.1, 0.2, 0.9]", "in the run phi0.9_sphere_seed1"),
         ("values = [1, 2]", "values = []", "the axis `seed` has no values"),
     ];
     for (from, to, said) in bad {
@@ -515,10 +399,7 @@ fn what_is_wrong_in_a_study_file_is_named_with_its_place_and_a_remedy() {
             panic!("{to} was taken");
         };
         let text = error.to_string();
-        assert!(
-            error.exit_code() == 2 && text.contains(said) && text.contains("study.toml"),
-            "{text}"
-        );
+        assert!(error.exit_code() == 2 && text.contains(said) && text.contains("study.toml"), "{text}");
     }
 }
 
@@ -528,31 +409,16 @@ fn what_is_wrong_in_figures_and_checks_is_told_before_anything_runs() {
     let check = "[[check]]\nkind = \"within\"\n";
     let bad = [
         (format!("{figure}x = \"phj\"\n"), "there is no axis `phj`"),
-        (
-            format!("{figure}x = \"shape\"\n"),
-            "the axis `shape` has values without a number",
-        ),
-        (
-            format!("{figure}x = \"phi\"\n"),
-            "the axis `shape` has several values here",
-        ),
+        (format!("{figure}x = \"shape\"\n"), "the axis `shape` has values without a number"),
+        (format!("{figure}x = \"phi\"\n"), "the axis `shape` has several values here"),
         (format!("{check}tolerance = 0.1\n"), "this check lacks a key"),
-        (
-            format!("{check}reference = {{ value = 1.0 }}\n"),
-            "this check lacks a key",
-        ),
-        (
-            format!("{check}y = \"settling_velocity\"\n"),
-            "did you mean `settling_velocity_over_",
-        ),
+        (format!("{check}reference = {{ value = 1.0 }}\n"), "this check lacks a key"),
+        (format!("{check}y = \"settling_velocity\"\n"), "did you mean `settling_velocity_over_"),
         (
             format!("{check}tolerance = -0.1\n"),
             "tolerance` is -0.1, but must be a finite number of at least 0",
         ),
-        (
-            "[[check]]\nkind = \"convergence\"\nx = \"phi\"\nat = 0.2\n".into(),
-            "`at` without a `tolerance`",
-        ),
+        ("[[check]]\nkind = \"convergence\"\nx = \"phi\"\nat = 0.2\n".into(), "`at` without a `tolerance`"),
         (
             "[[check]]\nkind = \"convergence\"\nx = \"phi\"\nat = 0.3\ntolerance = 0.1\n".into(),
             "`at` is 0.3, which is no value of the axis `phi`",
@@ -561,18 +427,12 @@ fn what_is_wrong_in_figures_and_checks_is_told_before_anything_runs() {
             "[[check]]\nkind = \"scatter\"\ntolerance = 0.1\nonly = { phi = 0.2, shape = \"cube\" }\n".into(),
             "scatter of a single run",
         ),
-        (
-            "[[window]]\nname = \"late\"\nfrom = 1\nto = 50\n".into(),
-            "the window `late` ends at 50 t*",
-        ),
+        ("[[window]]\nname = \"late\"\nfrom = 1\nto = 50\n".into(), "the window `late` ends at 50 t*"),
         (
             format!("{figure}x = \"seed\"\nonly = {{ phi = 0.1, shape = \"cube\" }}\n").repeat(2),
             "two figures have the name `u`",
         ),
-        (
-            format!("{check}tolerance = 0.1\nreference = {{ csv = \"none.csv\", y = \"u\" }}\n"),
-            "none.csv",
-        ),
+        (format!("{check}tolerance = 0.1\nreference = {{ csv = \"none.csv\", y = \"u\" }}\n"), "none.csv"),
     ];
     for (more, said) in bad {
         // References are looked at where there is something to compare.

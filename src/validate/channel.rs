@@ -59,22 +59,14 @@ fn plates(trial: &Trial) -> Result<Findings> {
     let points = (0..nz).map(|z| [(z as f64 + 0.5) / nz as f64, profile[1 + ny * z] / fastest]);
     let points: Vec<[f64; 2]> = points.collect();
     let exact = |s: f64| 4.0 * s * (1.0 - s);
-    let worst = points
-        .iter()
-        .map(|[s, u]| (u - exact(*s)).abs())
-        .fold(0.0, f64::max);
+    let worst = points.iter().map(|[s, u]| (u - exact(*s)).abs()).fold(0.0, f64::max);
     let mut found = Findings::default();
     let quantity = "plates: largest error of the profile over its maximum (-)";
     found.absolute(quantity, worst, 0.0, PLATES);
     found.from(
         "Ginzburg and d'Humieres (2003), doi:10.1103/PhysRevE.68.066614: exact with the parameter 3/16",
     );
-    found.relative(
-        "plates: force on the walls over that on the fluid (-)",
-        force,
-        1.0,
-        FORCE,
-    );
+    found.relative("plates: force on the walls over that on the fluid (-)", force, 1.0, FORCE);
     found.from("balance of momentum");
     let parabola = (0..=100).map(|k| [0.01 * f64::from(k), exact(0.01 * f64::from(k))]);
     found.overlays.push(Overlay::new(
@@ -89,10 +81,7 @@ fn plates(trial: &Trial) -> Result<Findings> {
 /// A duct of so many cells across, the shorter side first.
 fn duct(trial: &Trial, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
     let size = [4, ny, nz].map(|n| n as f64 * CELL);
-    let own = [
-        format!("domain.size={size:?}"),
-        "domain.periodic=[true, false, false]".to_string(),
-    ];
+    let own = [format!("domain.size={size:?}"), "domain.periodic=[true, false, false]".to_string()];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;

@@ -23,13 +23,7 @@ const UNTIL: f64 = 2.0;
 fn pair(trial: &Trial) -> Result<Findings> {
     let setup = trial.setup(TEXT, CASE.name, &[])?;
     let (dt, diameter) = (setup.time_step, setup.diameter);
-    let watch = Watch {
-        trial,
-        setup: &setup,
-        threads: trial.threads,
-        every: 1,
-        held: false,
-    };
+    let watch = Watch { trial, setup: &setup, threads: trial.threads, every: 1, held: false };
     let rows: Vec<(u64, u64, Vec3, Vec3)> = watch.rows(|run, rows| {
         let mut low = [f64::NEG_INFINITY];
         for sphere in run.particles() {
@@ -45,10 +39,7 @@ fn pair(trial: &Trial) -> Result<Findings> {
         steps.entry(step).or_default()[id as usize] = Some((position, velocity));
     }
     // Contacts begin where the enlarged surfaces meet.
-    let touching = setup
-        .contact
-        .as_ref()
-        .map_or(0.0, |contact| 2.0 * contact.enlargement / diameter);
+    let touching = setup.contact.as_ref().map_or(0.0, |contact| 2.0 * contact.enlargement / diameter);
     let (mut drafting, mut nearest, mut kissed) = (0.0_f64, f64::INFINITY, None);
     let (mut tilt, mut apart) = (0.0_f64, 0.0_f64);
     let mut curves = [Vec::new(), Vec::new()];
@@ -93,10 +84,7 @@ fn pair(trial: &Trial) -> Result<Findings> {
         "course",
         "Two spheres that settle one behind the other",
         ["time (s)", "gap over diameter, angle over 90 degrees (-)"],
-        [
-            ("gap between the surfaces", gap),
-            ("angle of the line of centres from the vertical", angle),
-        ],
+        [("gap between the surfaces", gap), ("angle of the line of centres from the vertical", angle)],
     ));
     Ok(found)
 }

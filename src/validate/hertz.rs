@@ -47,10 +47,8 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             run.advance(1)?;
             let time = step as f64 * dt;
             let all = run.particles();
-            let depths = [
-                2.0 * radius - (all[1].position() - all[0].position()).norm(),
-                radius - all[2].position().z,
-            ];
+            let depths =
+                [2.0 * radius - (all[1].position() - all[0].position()).norm(), radius - all[2].position().z];
             for (n, impact) in both.iter_mut().enumerate() {
                 // Between two steps, by linear interpolation.
                 let at = time - dt * depths[n] / (depths[n] - before[n]);
@@ -84,10 +82,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             }
         }
         if law == "hertz" {
-            let peak = [
-                table.of("impact", "pair", "duration"),
-                table.of("impact", "pair", "force"),
-            ];
+            let peak = [table.of("impact", "pair", "duration"), table.of("impact", "pair", "force")];
             let top = peak[1] * 1e-3;
             found.overlays.push(Overlay::new(
                 "force",

@@ -37,21 +37,12 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         format!("run.average_from.stokes_times={FROM:?}"),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let watch = Watch {
-        trial,
-        setup: &setup,
-        threads: trial.threads,
-        every: 2 * CONTROL_INTERVAL,
-        held: false,
-    };
+    let watch =
+        Watch { trial, setup: &setup, threads: trial.threads, every: 2 * CONTROL_INTERVAL, held: false };
     // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
     let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
         let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();
-        let mixture = if run.comm().rank() == 0 {
-            run.mean_flow().velocity.z
-        } else {
-            0.0
-        };
+        let mixture = if run.comm().rank() == 0 { run.mean_flow().velocity.z } else { 0.0 };
         rows.push((run.steps_done(), sum, mixture));
         Ok(false)
     })?;
@@ -70,10 +61,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
     let course: Vec<[f64; 2]> = course.collect();
     let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
     let Some(mean) = estimate_mean(&steady) else {
-        return Err(super::trial::unsteady(
-            "time (D / U_Stokes)",
-            course.len() as f64 * interval,
-        ));
+        return Err(super::trial::unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
     };
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();
@@ -96,10 +84,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         balance,
         format!("Settling velocity at volume fraction {PHI}, {balance}"),
         ["time over D / U_Stokes (-)", "velocity over U_Stokes (-)"],
-        [
-            (name, vec![[0.0, expected], [TO, expected]]),
-            ("measured", course),
-        ],
+        [(name, vec![[0.0, expected], [TO, expected]]), ("measured", course)],
     ));
     Ok(found)
 }

@@ -87,24 +87,13 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
     let table = Table::new(REFERENCE);
     let expected = table.at("L_over_D", f64::from(edge), "sangani_acrivos") / carrier;
     let mut found = Findings::default();
-    found.relative(
-        format!("U / U_Stokes, {name} (-)"),
-        velocity / stokes,
-        expected,
-        TOLERANCE,
-    );
+    found.relative(format!("U / U_Stokes, {name} (-)"), velocity / stokes, expected, TOLERANCE);
     let weight = phi * (setup.expect_fluid().scales.density_ratio - 1.0) * setup.gravity.norm();
     for (what, value) in [
         ("steps", run.steps_done() as f64),
-        (
-            "Reynolds number",
-            velocity * setup.diameter / setup.expect_fluid().viscosity,
-        ),
+        ("Reynolds number", velocity * setup.diameter / setup.expect_fluid().viscosity),
         ("net flux over velocity", flux / samples / velocity),
-        (
-            "acceleration over that of the balance",
-            acceleration * carrier / weight,
-        ),
+        ("acceleration over that of the balance", acceleration * carrier / weight),
     ] {
         found.note(format!("{what}, {name}"), value);
     }

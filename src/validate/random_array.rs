@@ -48,10 +48,7 @@ fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
 /// `F = (1 - phi) rho a L^3 / (n 3 pi mu D U)`, without the mean pressure gradient on the spheres themselves, and the Reynolds
 /// number; `expected` says about how long it takes.
 fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) -> Result<(f64, f64)> {
-    let own = [
-        format!("particles.0.volume_fraction={volume_fraction}"),
-        format!("particles.0.seed={seed}"),
-    ];
+    let own = [format!("particles.0.volume_fraction={volume_fraction}"), format!("particles.0.seed={seed}")];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
     let (phi, diameter) = (setup.volume_fraction, setup.diameter);
     let count = setup.particles.len() as f64;
@@ -60,13 +57,7 @@ fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) ->
     let unit = count * 3.0 * PI * viscosity * diameter;
     let time_constant = (1.0 - phi) * volume / (unit * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;
-    let watch = Watch {
-        trial,
-        setup: &setup,
-        threads: 1,
-        every: interval,
-        held: true,
-    };
+    let watch = Watch { trial, setup: &setup, threads: 1, every: interval, held: true };
     let course: Vec<f64> = watch.rows(|run, rows| {
         let before = rows.last().copied().unwrap_or(0.0);
         let velocity = run.mean_flow().velocity.z;

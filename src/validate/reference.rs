@@ -11,10 +11,7 @@ pub(super) struct Table {
 impl Table {
     /// Reads the text of a `reference.csv`.
     pub(super) fn new(text: &str) -> Self {
-        let mut reader = ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .flexible(true)
-            .from_reader(text.as_bytes());
+        let mut reader = ReaderBuilder::new().comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
         let header = reader.headers().expect("a table has a header").clone();
         let rows = reader.records().map(|row| row.expect("rows are CSV")).collect();
         Self { header, rows }
@@ -44,10 +41,7 @@ impl Table {
     /// Two columns as points, of the rows whose first column is `word` if one is given.
     pub(super) fn points(&self, word: Option<&str>, columns: [&str; 2]) -> Vec<[f64; 2]> {
         let [x, y] = columns.map(|name| self.column(name));
-        let rows = self
-            .rows
-            .iter()
-            .filter(|row| word.is_none_or(|word| &row[0] == word));
+        let rows = self.rows.iter().filter(|row| word.is_none_or(|word| &row[0] == word));
         rows.map(|row| [number(&row[x]), number(&row[y])]).collect()
     }
 }

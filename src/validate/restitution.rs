@@ -24,20 +24,13 @@ const SET: [f64; 5] = [0.5, 0.7, 0.8, 0.926, 1.0];
 /// Elastic law, damping, and where the latter is from.
 const LAWS: [(&str, &str, &str); 2] = [
     ("paper", "hunt_crossley", CASE.source),
-    (
-        "hertz",
-        "tsuji",
-        "Tsuji, Tanaka and Ishida (1992), doi:10.1016/0032-5910(92)88030-L",
-    ),
+    ("hertz", "tsuji", "Tsuji, Tanaka and Ishida (1992), doi:10.1016/0032-5910(92)88030-L"),
 ];
 
 fn impacts(trial: &Trial) -> Result<Findings> {
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();
-    let mut curves = vec![(
-        "reference: as set".to_string(),
-        vec![[SET[0], SET[0]], [SET[4], SET[4]]],
-    )];
+    let mut curves = vec![("reference: as set".to_string(), vec![[SET[0], SET[0]], [SET[4], SET[4]]])];
     for (law, damping, source) in LAWS {
         let mut measured = Vec::new();
         for set in SET {

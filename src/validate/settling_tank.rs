@@ -16,18 +16,10 @@ pub(super) const CASE: Case = Case {
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
         Part::quick(2.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 0.05), 1)),
-        Part::wide(68.0, |trial| {
-            fall(trial, &Oil::new("E1", 15, 0.8, 0.04), trial.threads)
-        }),
-        Part::wide(34.0, |trial| {
-            fall(trial, &Oil::new("E2", 15, 0.8, 0.03), trial.threads)
-        }),
-        Part::wide(26.0, |trial| {
-            fall(trial, &Oil::new("E3", 15, 0.65, 0.03), trial.threads)
-        }),
-        Part::wide(26.0, |trial| {
-            fall(trial, &Oil::new("E4", 15, 0.55, 0.03), trial.threads)
-        }),
+        Part::wide(68.0, |trial| fall(trial, &Oil::new("E1", 15, 0.8, 0.04), trial.threads)),
+        Part::wide(34.0, |trial| fall(trial, &Oil::new("E2", 15, 0.8, 0.03), trial.threads)),
+        Part::wide(26.0, |trial| fall(trial, &Oil::new("E3", 15, 0.65, 0.03), trial.threads)),
+        Part::wide(26.0, |trial| fall(trial, &Oil::new("E4", 15, 0.55, 0.03), trial.threads)),
     ],
     missing: None,
 };
@@ -54,12 +46,7 @@ struct Oil {
 
 impl Oil {
     fn new(name: &'static str, cells: u32, relaxation_time: f64, tolerance: f64) -> Self {
-        Self {
-            name,
-            cells,
-            relaxation_time,
-            tolerance,
-        }
+        Self { name, cells, relaxation_time, tolerance }
     }
 }
 
@@ -68,13 +55,7 @@ impl Oil {
 fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>, f64)> {
     let diameter = setup.diameter;
     let start = setup.particles[0].position();
-    let watch = Watch {
-        trial,
-        setup,
-        threads,
-        every: 1,
-        held: false,
-    };
+    let watch = Watch { trial, setup, threads, every: 1, held: false };
     let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
         // The rank that owns the sphere says where it is; it may change its owner on the way down.
         let mut low = [f64::NEG_INFINITY];
@@ -107,12 +88,7 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
     let setup = trial.setup(TEXT, CASE.name, &own)?;
     let (course, aside) = course(trial, &setup, threads)?;
     let largest = course.iter().map(|at| at[2]).fold(f64::NEG_INFINITY, f64::max);
-    let title = format!(
-        "{}, N = {}, tau = {}",
-        oil.name,
-        oil.cells,
-        setup.expect_fluid().relaxation_time
-    );
+    let title = format!("{}, N = {}, tau = {}", oil.name, oil.cells, setup.expect_fluid().relaxation_time);
     let mut found = Findings::default();
     let quantity = format!("largest velocity, {title} (m/s)");
     found.relative(quantity, largest, fastest, oil.tolerance);
@@ -134,10 +110,7 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
             format!("path_{}", oil.name),
             "Gap between a sphere and the floor of the tank, experiment E1",
             ["time (s)", "gap over diameter (-)"],
-            [
-                ("reference: ten Cate et al. (2002)", path),
-                ("measured", own.collect()),
-            ],
+            [("reference: ten Cate et al. (2002)", path), ("measured", own.collect())],
         ));
     }
     let end = course.last().map_or(0.0, |at| at[0]);
@@ -146,14 +119,8 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
         format!("Velocity of a sphere in the tank, {title}"),
         ["time (s)", "velocity (m/s)"],
         [
-            (
-                "reference: largest velocity measured",
-                vec![[0.0, fastest], [end, fastest]],
-            ),
-            (
-                "measured",
-                course.iter().step_by(20).map(|at| [at[0], at[2]]).collect(),
-            ),
+            ("reference: largest velocity measured", vec![[0.0, fastest], [end, fastest]]),
+            ("measured", course.iter().step_by(20).map(|at| [at[0], at[2]]).collect()),
         ],
     ));
     Ok(found)
@@ -161,10 +128,7 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
 
 /// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.
 fn off_path(course: &[[f64; 3]], path: &[[f64; 2]]) -> f64 {
-    let off = path
-        .iter()
-        .filter(|at| at[1] > 1.0)
-        .map(|&[time, gap]| (gap_at(course, time) - gap).abs());
+    let off = path.iter().filter(|at| at[1] > 1.0).map(|&[time, gap]| (gap_at(course, time) - gap).abs());
     // What was not reached is no number, and stays one.
     off.fold(0.0, |worst, off| if off <= worst { worst } else { off })
 }

@@ -65,10 +65,7 @@ fn sphere(trial: &Trial) -> Result<Findings> {
     found.relative(quantity, spin / samples / rate, expected, 0.01);
     found.from("Meibohm et al. (2016), doi:10.1103/PhysRevFluids.1.084203");
     found.note("sphere: Reynolds number of the shear", reynolds);
-    found.note(
-        "sphere: change of the spin over the last unit of strain",
-        spin / samples / before - 1.0,
-    );
+    found.note("sphere: change of the spin over the last unit of strain", spin / samples / before - 1.0);
     Ok(found)
 }
 
@@ -126,10 +123,7 @@ fn spheroid(trial: &Trial) -> Result<Findings> {
     found.overlays.push(Overlay::new(
         "orbit",
         "Spin of a 2:1 spheroid in shear over half a turn",
-        [
-            "angle of the long axis from the flow over pi (-)",
-            "spin over shear rate (-)",
-        ],
+        ["angle of the long axis from the flow over pi (-)", "spin over shear rate (-)"],
         [("reference: Jeffery", orbit.collect()), ("measured", course)],
     ));
     Ok(found)

@@ -39,13 +39,7 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
         let speed = |wall: usize| setup.walls[wall].velocity(Vec3::zeros(), 0.0).x;
         let size = setup.domain.size();
         let rate = (speed(high) - speed(low)) / size.z;
-        let watch = Watch {
-            trial,
-            setup: &setup,
-            threads: trial.threads,
-            every: EVERY,
-            held: false,
-        };
+        let watch = Watch { trial, setup: &setup, threads: trial.threads, every: EVERY, held: false };
         // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
         let series: Vec<[f64; 2]> = watch.rows(|run, rows| {
             let loads = run.wall_loads();
@@ -74,10 +68,7 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
         "Viscosity of a sheared suspension over that of the fluid",
         ["volume fraction (-)", "relative viscosity (-)"],
         [
-            (
-                "reference: Batchelor and Green (1972)",
-                columns("batchelor_green"),
-            ),
+            ("reference: Batchelor and Green (1972)", columns("batchelor_green")),
             ("Eilers", columns("eilers")),
             ("measured", measured),
         ],

@@ -32,10 +32,7 @@ pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
         solids: setup.expect_fluid().solids,
         simd: setup.plan.simd.unwrap_or_else(Simd::best),
     };
-    let open = Boundary {
-        motions: &[],
-        wall_of: &|_| None,
-    };
+    let open = Boundary { motions: &[], wall_of: &|_| None };
     AnyFluid::new(setup.plan.precision, &whole(setup), &Comm::Solo, &params, &open)
 }
 
@@ -66,18 +63,10 @@ fn decay(setup: &Setup) -> Result<Vec<f64>> {
 fn waves(trial: &Trial) -> Result<Findings> {
     let mut found = Findings::default();
     let mut curves = Vec::new();
-    for (tau, precision) in [
-        (0.53, "f64"),
-        (0.55, "f64"),
-        (0.55, "f32"),
-        (0.65, "f64"),
-        (0.8, "f64"),
-        (1.0, "f64"),
-    ] {
-        let own = [
-            format!("lattice.relaxation_time={tau}"),
-            format!("fluid.precision={precision:?}"),
-        ];
+    for (tau, precision) in
+        [(0.53, "f64"), (0.55, "f64"), (0.55, "f32"), (0.65, "f64"), (0.8, "f64"), (1.0, "f64")]
+    {
+        let own = [format!("lattice.relaxation_time={tau}"), format!("fluid.precision={precision:?}")];
         let setup = trial.setup(TEXT, CASE.name, &own)?;
         let amplitudes = decay(&setup)?;
         // The first tenth belongs to the start from equilibrium.
@@ -108,10 +97,7 @@ fn waves(trial: &Trial) -> Result<Findings> {
     found.overlays.push(Overlay::new(
         "decay",
         "Amplitude of a shear wave of 32 cells",
-        [
-            "time times viscous rate (-)",
-            "amplitude over that of the start (-)",
-        ],
+        ["time times viscous rate (-)", "amplitude over that of the start (-)"],
         curves,
     ));
     Ok(found)

@@ -57,41 +57,23 @@ struct Array {
 
 impl Array {
     fn at(volume_fraction: f64, edge: usize, copies: usize) -> Self {
-        Self {
-            volume_fraction,
-            edge,
-            copies,
-            shift: [0.0; 3],
-            relaxation_time: 0.65,
-        }
+        Self { volume_fraction, edge, copies, shift: [0.0; 3], relaxation_time: 0.65 }
     }
 
     /// With another relaxation time.
     fn fluid(self, relaxation_time: f64) -> Self {
-        Self {
-            relaxation_time,
-            ..self
-        }
+        Self { relaxation_time, ..self }
     }
 
     /// At a place without symmetry.
     fn aside(self) -> Self {
-        Self {
-            shift: [0.3, -0.2, 0.45],
-            ..self
-        }
+        Self { shift: [0.3, -0.2, 0.45], ..self }
     }
 }
 
 /// Runs to the steady state and checks `K = rho a L^3 / (6 pi mu R U)`.
 fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
-    let &Array {
-        volume_fraction,
-        edge,
-        copies,
-        shift,
-        ..
-    } = array;
+    let &Array { volume_fraction, edge, copies, shift, .. } = array;
     let length = edge as f64 * CELL;
     let radius = 0.5 * length * (6.0 * volume_fraction / PI).cbrt();
     let diameter = 2.0 * radius;
@@ -111,10 +93,8 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
         format!("particles.0.list={centres:?}"),
     ];
     let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let (viscosity, acceleration) = (
-        setup.expect_fluid().viscosity,
-        setup.expect_fluid().body_acceleration.z,
-    );
+    let (viscosity, acceleration) =
+        (setup.expect_fluid().viscosity, setup.expect_fluid().body_acceleration.z);
     let key = format!("{volume_fraction}");
     let expected = Table::new(REFERENCE).of("phi", &key, "K");
     // The mass of the cell over the drag per velocity.
@@ -137,11 +117,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
 
     let tau = setup.expect_fluid().relaxation_time;
     let cells = diameter / setup.domain.dx;
-    let place = if shift.iter().all(|s| s.abs() < 1e-9) {
-        "centre"
-    } else {
-        "aside"
-    };
+    let place = if shift.iter().all(|s| s.abs() < 1e-9) { "centre" } else { "aside" };
     let name = format!("phi {volume_fraction}, tau {tau}, {cells:.1} cells, {place}");
     let mut found = Findings::default();
     let drag_factor = acceleration * length.powi(3) / (6.0 * PI * viscosity * radius * velocity);
@@ -157,17 +133,9 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     };
     let fed = setup.fluid_density() * acceleration * free;
     let force = run.loads().next().map_or(f64::NAN, |(_, load)| load.force.z);
-    found.relative(
-        format!("force over that fed in, {name}"),
-        force / fed,
-        1.0,
-        BALANCE,
-    );
+    found.relative(format!("force over that fed in, {name}"), force / fed, 1.0, BALANCE);
     found.from("balance of momentum");
-    found.note(
-        format!("Reynolds number, {name}"),
-        velocity * diameter / viscosity,
-    );
+    found.note(format!("Reynolds number, {name}"), velocity * diameter / viscosity);
     Ok(found)
 }
 

@@ -29,10 +29,7 @@ pub fn list(cases: &[Case]) -> String {
     }
     let all = |level| duration(cases.iter().map(|case| case.seconds(level)).sum());
     let [quick, full] = [Level::Quick, Level::Full].map(all);
-    let _ = writeln!(
-        text,
-        "times are of one core; together: quick, {quick}; full, {full}"
-    );
+    let _ = writeln!(text, "times are of one core; together: quick, {quick}; full, {full}");
     text
 }
 
@@ -61,14 +58,7 @@ fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
 /// Mean signed deviations of the quantities that were checked at three points or more; a quantity is called the same up to the
 /// first comma of its name.
 fn biases(checks: &[Check]) -> Vec<(String, f64)> {
-    let name = |check: &Check| {
-        check
-            .quantity
-            .split([',', '('])
-            .next()
-            .unwrap_or_default()
-            .to_string()
-    };
+    let name = |check: &Check| check.quantity.split([',', '(']).next().unwrap_or_default().to_string();
     let mut groups: Vec<(String, Vec<Check>)> = Vec::new();
     for check in checks.iter().filter(|check| check.reference != 0.0) {
         match groups.iter_mut().find(|(known, _)| *known == name(check)) {
@@ -143,11 +133,7 @@ type Timed = (f64, Result<Findings>);
 fn timed(part: &Part, trial: &Trial) -> Timed {
     let start = Instant::now();
     // What takes seconds is begun only if there is time for it; the rest sees for itself.
-    let needs = if part.level == Level::Quick {
-        part.seconds
-    } else {
-        0.0
-    };
+    let needs = if part.level == Level::Quick { part.seconds } else { 0.0 };
     let result = if trial.is_over(Duration::from_secs_f64(needs)) {
         Err(Error::Interrupted)
     } else {

@@ -88,10 +88,7 @@ fn vortex(trial: &Trial) -> Result<Findings> {
             "convergence",
             "Error of a Taylor-Green vortex at half decay",
             ["cells per length of the vortex (-)", "error over amplitude (-)"],
-            [
-                ("reference: second order", second.collect()),
-                ("measured", points().collect()),
-            ],
+            [("reference: second order", second.collect()), ("measured", points().collect())],
         )
         .logarithmic([true; 2]),
     );

@@ -90,10 +90,7 @@ impl Fault {
 
 /// Whether a part of a case fails a check, or does not come to its end.
 fn fails(case: &Case, part: usize, fault: Option<Fault>) -> bool {
-    let trial = Trial {
-        fault,
-        ..Trial::new(Vec::new(), 1)
-    };
+    let trial = Trial { fault, ..Trial::new(Vec::new(), 1) };
     match (case.parts[part].run)(&trial) {
         Err(error) => {
             println!("{fault:?}: {} does not come to its end: {error}", case.name);
@@ -136,12 +133,7 @@ fn physics_that_is_wrong_is_noticed_and_physics_that_is_right_is_not() {
     for (fault, noticed) in missed {
         assert!(noticed, "{fault:?}");
     }
-    for case in [
-        &restitution::CASE,
-        &friction::CASE,
-        &hertz::CASE,
-        &shear_wave::CASE,
-    ] {
+    for case in [&restitution::CASE, &friction::CASE, &hertz::CASE, &shear_wave::CASE] {
         assert!(!fails(case, 0, None), "{}", case.name);
     }
 }
@@ -154,10 +146,7 @@ fn every_case_has_a_folder_with_its_page_and_every_folder_of_references_a_case()
     for name in &names {
         let page = fs::read_to_string(root.join(name).join("README.md")).unwrap_or_default();
         assert!(page.contains("**Question.**"), "validation/{name}/README.md");
-        assert!(
-            page.contains("**Tolerance.**") || page.contains("**Acceptance.**"),
-            "{name}"
-        );
+        assert!(page.contains("**Tolerance.**") || page.contains("**Acceptance.**"), "{name}");
     }
     for entry in fs::read_dir(&root).unwrap() {
         let folder = entry.unwrap().path();
@@ -175,14 +164,8 @@ fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_faile
         found.absolute("x", f64::NAN, 0.0, f64::INFINITY);
         found
     }
-    const NOTHING: Case = Case {
-        parts: &[Part::quick(1.0, |_| Ok(Findings::default()))],
-        ..hertz::CASE
-    };
-    const UNDEFINED: Case = Case {
-        parts: &[Part::quick(1.0, |_| Ok(undefined()))],
-        ..hertz::CASE
-    };
+    const NOTHING: Case = Case { parts: &[Part::quick(1.0, |_| Ok(Findings::default()))], ..hertz::CASE };
+    const UNDEFINED: Case = Case { parts: &[Part::quick(1.0, |_| Ok(undefined()))], ..hertz::CASE };
     for case in [&NOTHING, &UNDEFINED] {
         let outcomes = run(&[case], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
         let score = Score::of(&outcomes);
@@ -210,10 +193,7 @@ fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has
         ],
         ..hertz::CASE
     };
-    const ABSENT: Case = Case {
-        missing: Some("not built"),
-        ..hertz::CASE
-    };
+    const ABSENT: Case = Case { missing: Some("not built"), ..hertz::CASE };
     let quantities = |level| {
         let outcomes = run(&[&ABSENT, &BOTH], level, &Trial::new(Vec::new(), 2), |_| {});
         assert_eq!(Score::of(&outcomes).missing, 1);
@@ -237,10 +217,7 @@ fn a_bias_of_three_points_or_more_is_noted_though_each_is_within_its_tolerance()
         }
         found
     }
-    const BIASED: Case = Case {
-        parts: &[Part::quick(1.0, |_| Ok(points()))],
-        ..hertz::CASE
-    };
+    const BIASED: Case = Case { parts: &[Part::quick(1.0, |_| Ok(points()))], ..hertz::CASE };
     let outcomes = run(&[&BIASED], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
     let Ending::Found(found) = &outcomes[0].ending else {
         panic!("it runs");
@@ -248,17 +225,9 @@ fn a_bias_of_three_points_or_more_is_noted_though_each_is_within_its_tolerance()
     let [(quantity, bias)] = &found.notes[..] else {
         panic!("{:?}", found.notes);
     };
-    assert!(
-        quantity.starts_with("K, mean signed deviation of 3 points"),
-        "{quantity}"
-    );
+    assert!(quantity.starts_with("K, mean signed deviation of 3 points"), "{quantity}");
     assert!((bias + 0.02).abs() < 1e-12, "{bias}");
-    assert!(
-        found
-            .checks
-            .iter()
-            .all(|check| check.case == "hertz" && check.source == hertz::CASE.source)
-    );
+    assert!(found.checks.iter().all(|check| check.case == "hertz" && check.source == hertz::CASE.source));
 }
 
 /// A sphere in a small tank, and what a look at it sees: time step, and height (m) of the sphere at the rank that owns it.
@@ -271,13 +240,7 @@ fn watched(
     let text = include_str!("../../validation/settling_tank/case.toml");
     let own = ["lattice.cells_per_diameter=4", "run.end={ steps = 40 }"].map(String::from);
     let setup = trial.setup(text, "tank", &own)?;
-    let watch = Watch {
-        trial,
-        setup: &setup,
-        threads,
-        every: 1,
-        held: false,
-    };
+    let watch = Watch { trial, setup: &setup, threads, every: 1, held: false };
     let mut rows = watch.rows(|run, rows| {
         looks.fetch_add(1, Ordering::Relaxed);
         look(run.steps_done());
@@ -295,10 +258,7 @@ fn a_run_that_was_stopped_goes_on_to_the_same_numbers_and_is_not_repeated_on_1_a
     assert_eq!(free.len(), 40);
     for ranks in [1, 2] {
         let directory = tempfile::tempdir().unwrap();
-        let trial = Trial {
-            kept: Some(directory.path().to_path_buf()),
-            ..Trial::new(Vec::new(), 1)
-        };
+        let trial = Trial { kept: Some(directory.path().to_path_buf()), ..Trial::new(Vec::new(), 1) };
         let looks = AtomicU64::new(0);
         for stop in [13, 27] {
             let stopped = watched(&trial, ranks, &looks, |step| {
@@ -310,10 +270,7 @@ fn a_run_that_was_stopped_goes_on_to_the_same_numbers_and_is_not_repeated_on_1_a
         // On as many ranks as it likes; a rank may have begun another step when the other was told to stop.
         let whole = watched(&trial, 3 - ranks, &looks, |_| {}).unwrap();
         assert_eq!(whole, free);
-        assert!(
-            looks.load(Ordering::Relaxed) < 40 * 2 + 4,
-            "no step is done twice"
-        );
+        assert!(looks.load(Ordering::Relaxed) < 40 * 2 + 4, "no step is done twice");
         let before = looks.load(Ordering::Relaxed);
         assert_eq!(watched(&trial, ranks, &looks, |_| {}).unwrap(), free);
         assert_eq!(looks.load(Ordering::Relaxed), before, "it is read, not run");
@@ -322,10 +279,7 @@ fn a_run_that_was_stopped_goes_on_to_the_same_numbers_and_is_not_repeated_on_1_a
         assert_eq!(folders.len(), 1);
         assert!(!folders[0].join("checkpoints").exists());
         // Another case is another run.
-        let other = Trial {
-            changes: vec!["lattice.relaxation_time=0.6".to_string()],
-            ..trial.clone()
-        };
+        let other = Trial { changes: vec!["lattice.relaxation_time=0.6".to_string()], ..trial.clone() };
         assert_ne!(watched(&other, ranks, &looks, |_| {}).unwrap(), free);
     }
 }
@@ -346,35 +300,18 @@ fn changes_reach_the_cases_with_a_fluid_and_no_others() {
     let trial = Trial::new(vec!["lattice.relaxation_time=0.7".to_string()], 1);
     let wet = include_str!("../../validation/shear_wave/case.toml");
     let dry = include_str!("../../validation/hertz/case.toml");
-    let tau = trial
-        .setup(wet, "wet", &[])
-        .unwrap()
-        .expect_fluid()
-        .relaxation_time;
+    let tau = trial.setup(wet, "wet", &[]).unwrap().expect_fluid().relaxation_time;
     assert!((tau - 0.7).abs() < 1e-15);
     assert!(trial.setup(dry, "dry", &[]).unwrap().fluid.is_none());
 }
 
 #[test]
 fn a_report_says_each_check_in_a_row_of_each_of_its_forms() {
-    let outcomes = run(
-        &[&friction::CASE],
-        Level::Quick,
-        &Trial::new(Vec::new(), 1),
-        |_| {},
-    );
+    let outcomes = run(&[&friction::CASE], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
     let json: serde_json::Value = serde_json::from_str(&checks::json(&outcomes)).unwrap();
     let rows = json.as_array().unwrap();
     let keys: Vec<&str> = rows[0].as_object().unwrap().keys().map(String::as_str).collect();
-    for key in [
-        "case",
-        "quantity",
-        "measured",
-        "reference",
-        "tolerance",
-        "pass",
-        "source",
-    ] {
+    for key in ["case", "quantity", "measured", "reference", "tolerance", "pass", "source"] {
         assert!(keys.contains(&key), "{keys:?}");
     }
     let directory = tempfile::tempdir().unwrap();
@@ -384,15 +321,8 @@ fn a_report_says_each_check_in_a_row_of_each_of_its_forms() {
     let read = |name: &str| fs::read_to_string(directory.path().join(name)).unwrap();
     assert_eq!(read("validation.csv").lines().count(), rows.len() + 1);
     assert_eq!(read("validation.md").matches("| ok |").count(), rows.len());
-    assert_eq!(
-        checks::table(&outcomes[0], false).matches("  ok").count(),
-        rows.len()
-    );
-    for name in [
-        "friction_tangential.png",
-        "friction_tangential.svg",
-        "friction_spin.svg",
-    ] {
+    assert_eq!(checks::table(&outcomes[0], false).matches("  ok").count(), rows.len());
+    for name in ["friction_tangential.png", "friction_tangential.svg", "friction_spin.svg"] {
         assert!(directory.path().join(name).exists(), "{name}");
     }
 }

@@ -46,9 +46,7 @@ impl Trial {
 
     /// Whether it is time to end for somebody who needs so long to do so.
     pub(super) fn is_over(&self, needs: Duration) -> bool {
-        let late = self
-            .deadline
-            .is_some_and(|deadline| Instant::now() + needs >= deadline);
+        let late = self.deadline.is_some_and(|deadline| Instant::now() + needs >= deadline);
         late || self.stop.load(Ordering::Relaxed)
     }
 

@@ -82,14 +82,8 @@ impl Watch<'_> {
             return self.run(None, look);
         };
         let of = self.identity();
-        let key = xxh3_64(
-            serde_json::to_string(&of)
-                .expect("plain data is always JSON")
-                .as_bytes(),
-        );
-        let folder = kept
-            .join("kept")
-            .join(format!("{}_{key:016x}", self.setup.provenance.name));
+        let key = xxh3_64(serde_json::to_string(&of).expect("plain data is always JSON").as_bytes());
+        let folder = kept.join("kept").join(format!("{}_{key:016x}", self.setup.provenance.name));
         let file = folder.join("rows.json");
         if let Some(known) = read::<R>(&file)
             && known.of == of
@@ -104,10 +98,7 @@ impl Watch<'_> {
         if !usable && checkpoints.exists() {
             checkpoint::clear(&checkpoints)?;
         }
-        let kept = Kept {
-            of,
-            rows: self.run(Some(&checkpoints), look)?,
-        };
+        let kept = Kept { of, rows: self.run(Some(&checkpoints), look)? };
         let text = serde_json::to_string(&kept).expect("plain data is always JSON");
         write_bytes(&file, text.as_bytes())?;
         checkpoint::clear(&checkpoints)?;

@@ -41,13 +41,7 @@ struct Throw {
 
 fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
     let diameter = setup.diameter;
-    let watch = Watch {
-        trial,
-        setup,
-        threads: trial.threads,
-        every: 1,
-        held: false,
-    };
+    let watch = Watch { trial, setup, threads: trial.threads, every: 1, held: false };
     let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
         let time = run.steps_done() as f64 * setup.time_step;
         if let Some(sphere) = run.particles().first() {
@@ -78,10 +72,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             format!("contact.youngs_modulus={:e}", MODULUS * density),
         ];
         let setup = trial.setup(TEXT, CASE.name, &own)?;
-        let dry = setup
-            .contact
-            .as_ref()
-            .map_or(1.0, |contact| contact.pair(0, 0).restitution);
+        let dry = setup.contact.as_ref().map_or(1.0, |contact| contact.pair(0, 0).restitution);
         let throw = thrown(trial, &setup)?;
         let viscosity = setup.expect_fluid().viscosity * setup.fluid_density();
         let near = density * setup.diameter * throw.approach / (9.0 * viscosity);
@@ -107,13 +98,7 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             "restitution",
             "Restitution in a viscous fluid over that without",
             ["Stokes number (-)", "restitution over dry (-)"],
-            [
-                (
-                    "reference: Legendre et al. (2005)",
-                    table.points(None, ["St", "e"]),
-                ),
-                ("measured", measured),
-            ],
+            [("reference: Legendre et al. (2005)", table.points(None, ["St", "e"])), ("measured", measured)],
         )
         .logarithmic([true, false]),
     );

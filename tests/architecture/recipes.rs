@@ -10,17 +10,12 @@ use std::path::Path;
 fn spans(text: &str) -> Vec<String> {
     let prose: String = text.split("```").step_by(2).collect();
     let inside = prose.split('`').skip(1).step_by(2);
-    inside
-        .map(|span| span.split_whitespace().collect::<Vec<_>>().join(" "))
-        .collect()
+    inside.map(|span| span.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
 }
 
 /// Whether a word is the path of a file, as a text or a command names it.
 fn is_path(word: &str) -> bool {
-    let ending = Path::new(word)
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default();
+    let ending = Path::new(word).extension().and_then(|e| e.to_str()).unwrap_or_default();
     let known = ["rs", "md", "toml", "json", "sh", "py", "csv"].contains(&ending);
     // Words of output that a run makes are no files of the tree.
     word.contains('/') && !word.starts_with("out/") && (known || word.ends_with('/'))
@@ -68,8 +63,5 @@ fn every_name_of_the_code_that_a_recipe_gives_is_in_the_code() {
             }
         }
     }
-    assert!(
-        wrong.is_empty(),
-        "CONTRIBUTING.md names what is not there:\n{wrong}"
-    );
+    assert!(wrong.is_empty(), "CONTRIBUTING.md names what is not there:\n{wrong}");
 }

@@ -42,11 +42,7 @@ impl Source {
         let is_mod = names.last() == Some(&"mod");
         Self {
             module: of.2.unwrap_or(names[0]).to_owned(),
-            depth: if is_root {
-                0
-            } else {
-                names.len() - usize::from(is_mod)
-            },
+            depth: if is_root { 0 } else { names.len() - usize::from(is_mod) },
             has_rows: of.2.is_none(),
             tokens,
             path,
@@ -147,17 +143,10 @@ pub(crate) fn sources() -> Vec<Source> {
             let entries = entries.map(|entry| entry.unwrap().path());
             let (folders, files): (Vec<PathBuf>, Vec<PathBuf>) = entries.partition(|path| path.is_dir());
             open.extend(folders);
-            for file in files
-                .iter()
-                .filter(|file| file.extension().is_some_and(|e| e == "rs"))
-            {
+            for file in files.iter().filter(|file| file.extension().is_some_and(|e| e == "rs")) {
                 let parts = file.strip_prefix(&src).unwrap().iter();
                 let below: Vec<_> = parts.map(|part| part.to_string_lossy()).collect();
-                found.push(Source::new(
-                    of,
-                    &below.join("/"),
-                    &fs::read_to_string(file).unwrap(),
-                ));
+                found.push(Source::new(of, &below.join("/"), &fs::read_to_string(file).unwrap()));
             }
         }
     }
@@ -193,59 +182,26 @@ fn paths_are_found_however_they_are_written() {
         let file = Source::new(&CRATES[0], path, text);
         file.uses().into_iter().collect::<Vec<_>>().join(" ")
     };
-    assert_eq!(
-        found("fluid.rs", "use crate::{comm::Comm, math::{self, Vec3}};"),
-        "comm math"
-    );
-    assert_eq!(
-        found("fluid.rs", "fn f() { crate::dem::step(super::case::load()) }"),
-        "case dem"
-    );
+    assert_eq!(found("fluid.rs", "use crate::{comm::Comm, math::{self, Vec3}};"), "comm math");
+    assert_eq!(found("fluid.rs", "fn f() { crate::dem::step(super::case::load()) }"), "case dem");
     assert_eq!(found("fluid/halo.rs", "use super::{layout, super::dem};"), "dem");
+    assert_eq!(found("fluid/halo.rs", "use super::super::{dem, case};"), "case dem");
+    assert_eq!(found("fluid/halo.rs", "use super::layout; mod a { use super::super::b; }"), "");
+    assert_eq!(found("fluid.rs", "mod tests { use super::*; use super::super::dem; }"), "dem");
+    assert_eq!(found("dem.rs", "macro_rules! m { () => { $crate::fluid::go() } }"), "fluid");
+    assert_eq!(found("dem.rs", "pub(crate) fn f() -> crate::Result<()> {}"), "error");
     assert_eq!(
-        found("fluid/halo.rs", "use super::super::{dem, case};"),
-        "case dem"
-    );
-    assert_eq!(
-        found(
-            "fluid/halo.rs",
-            "use super::layout; mod a { use super::super::b; }"
-        ),
-        ""
-    );
-    assert_eq!(
-        found("fluid.rs", "mod tests { use super::*; use super::super::dem; }"),
-        "dem"
-    );
-    assert_eq!(
-        found("dem.rs", "macro_rules! m { () => { $crate::fluid::go() } }"),
-        "fluid"
-    );
-    assert_eq!(
-        found("dem.rs", "pub(crate) fn f() -> crate::Result<()> {}"),
-        "error"
-    );
-    assert_eq!(
-        found(
-            "dem.rs",
-            "/// [`crate::fluid`]\nconst A: &str = \"crate::fluid\"; // crate::fluid"
-        ),
+        found("dem.rs", "/// [`crate::fluid`]\nconst A: &str = \"crate::fluid\"; // crate::fluid"),
         ""
     );
     assert_eq!(found("main.rs", "fn main() { turbid::cli::main() }"), "cli");
     assert_eq!(
-        found(
-            "case.rs",
-            "use turbid_core::{fluid, math::Vec3}; fn f() { turbid_core::Error::x() }"
-        ),
+        found("case.rs", "use turbid_core::{fluid, math::Vec3}; fn f() { turbid_core::Error::x() }"),
         "error fluid math"
     );
     assert_eq!(found("engine.rs", "pub use turbid_liggghts as lgg;"), "liggghts");
-    let whole = Source::new(
-        &CRATES[2],
-        "axis.rs",
-        "use crate::page; use super::fonts; use turbid_core::math;",
-    );
+    let whole =
+        Source::new(&CRATES[2], "axis.rs", "use crate::page; use super::fonts; use turbid_core::math;");
     assert_eq!((whole.module.as_str(), whole.uses().len()), ("plot", 1));
     let glob = std::panic::catch_unwind(|| found("dem.rs", "use crate::*;"));
     assert!(glob.is_err(), "a glob of the root names everything");

@@ -21,10 +21,7 @@ impl Drop for Guard {
 impl Guard {
     /// Starts it; what it says is kept.
     pub(crate) fn of(mut command: Command) -> Self {
-        let command = command
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
+        let command = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self(command.spawn().unwrap())
     }
 

@@ -13,14 +13,9 @@ pub(crate) fn column(path: &Path, name: &str) -> Vec<f64> {
 pub(crate) fn column_of(table: impl Read, name: &str) -> Vec<f64> {
     let mut table = csv::Reader::from_reader(table);
     let heads = table.headers().unwrap();
-    let at = heads
-        .iter()
-        .position(|head| head.starts_with(name))
-        .unwrap_or_else(|| panic!("no column {name}"));
-    table
-        .records()
-        .map(|row| row.unwrap()[at].parse().unwrap())
-        .collect()
+    let at =
+        heads.iter().position(|head| head.starts_with(name)).unwrap_or_else(|| panic!("no column {name}"));
+    table.records().map(|row| row.unwrap()[at].parse().unwrap()).collect()
 }
 
 /// All files below a folder, by their path in it; none if there is no such folder.

@@ -24,9 +24,7 @@ pub(crate) fn in_tree(path: &str) -> std::path::PathBuf {
 pub(crate) fn random() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as f64 / f64::from(1_u32 << 31)
     }
 }

@@ -17,10 +17,7 @@ impl Image {
         let marker = b"<AppendedData encoding=\"raw\">\n_";
         let at = file.windows(marker.len()).position(|w| w == marker).unwrap();
         assert!(file.trim_ascii_end().ends_with(b"</VTKFile>"));
-        Self {
-            data: at + marker.len(),
-            file,
-        }
+        Self { data: at + marker.len(), file }
     }
 
     pub(crate) fn header(&self) -> &str {

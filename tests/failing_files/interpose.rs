@@ -19,12 +19,7 @@ struct Watch {
     seen: Vec<String>,
 }
 
-static WATCH: Mutex<Watch> = Mutex::new(Watch {
-    on: false,
-    fail: None,
-    full: false,
-    seen: Vec::new(),
-});
+static WATCH: Mutex<Watch> = Mutex::new(Watch { on: false, fail: None, full: false, seen: Vec::new() });
 /// One test at a time.
 static TURN: Mutex<()> = Mutex::new(());
 
@@ -39,11 +34,7 @@ pub(super) fn turn() -> MutexGuard<'static, ()> {
 
 /// Does something of which the operation `fail` fails; returns its result, and all operations up to the end.
 pub(super) fn count_and_fail<R>(fail: Option<usize>, work: impl FnOnce() -> R) -> (R, Vec<String>) {
-    *watch() = Watch {
-        on: true,
-        fail,
-        ..Watch::default()
-    };
+    *watch() = Watch { on: true, fail, ..Watch::default() };
     let result = work();
     (result, std::mem::take(&mut *watch()).seen)
 }
@@ -72,9 +63,7 @@ fn refuse(error: c_int) -> c_long {
 
 /// Files of the system and of the terminal are not meant.
 fn is_ours(path: &str) -> bool {
-    !["/proc", "/sys", "/dev", "/etc"]
-        .iter()
-        .any(|of_system| path.starts_with(of_system))
+    !["/proc", "/sys", "/dev", "/etc"].iter().any(|of_system| path.starts_with(of_system))
 }
 
 /// A function that takes a path: its name, arguments, system call.
@@ -95,14 +84,8 @@ macro_rules! with_path {
 // As the namesakes with a variable number of arguments: `mode` is passed in the same place.
 with_path!(open64(path, flags: c_int, mode: c_uint), libc::syscall(libc::SYS_openat, libc::AT_FDCWD, path, flags, mode));
 with_path!(mkdir(path, mode: c_uint), libc::syscall(libc::SYS_mkdirat, libc::AT_FDCWD, path, mode));
-with_path!(
-    unlink(path),
-    libc::syscall(libc::SYS_unlinkat, libc::AT_FDCWD, path, 0)
-);
-with_path!(
-    rmdir(path),
-    libc::syscall(libc::SYS_unlinkat, libc::AT_FDCWD, path, libc::AT_REMOVEDIR)
-);
+with_path!(unlink(path), libc::syscall(libc::SYS_unlinkat, libc::AT_FDCWD, path, 0));
+with_path!(rmdir(path), libc::syscall(libc::SYS_unlinkat, libc::AT_FDCWD, path, libc::AT_REMOVEDIR));
 with_path!(rename(from, to: *const c_char), libc::syscall(libc::SYS_renameat2, libc::AT_FDCWD, from, libc::AT_FDCWD, to, 0));
 
 #[unsafe(no_mangle)]

@@ -63,11 +63,7 @@ fn expectations(case: &Path) -> Expectations {
     let path = case.with_extension("expect.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let expected: Expectations = toml::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    assert!(
-        !expected.setup.is_empty() && !expected.expect.is_empty(),
-        "{} promises nothing",
-        path.display()
-    );
+    assert!(!expected.setup.is_empty() && !expected.expect.is_empty(), "{} promises nothing", path.display());
     expected
 }
 
@@ -77,11 +73,7 @@ fn last_row(series: &Path) -> Vec<(String, f64)> {
     let names = reader.headers().unwrap().clone();
     let last = reader.records().last().unwrap().unwrap();
     let name = |heading: &str| heading.split(' ').next().unwrap().to_owned();
-    names
-        .iter()
-        .zip(&last)
-        .map(|(heading, value)| (name(heading), value.parse().unwrap()))
-        .collect()
+    names.iter().zip(&last).map(|(heading, value)| (name(heading), value.parse().unwrap())).collect()
 }
 
 fn quantity(setup: &Setup, name: &str) -> f64 {
@@ -103,20 +95,13 @@ fn every_case_resolves_to_the_numbers_it_promises() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let setup = case::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(setup.provenance.warnings, Vec::<String>::new(), "{name}");
-        assert_eq!(
-            setup.plan.output.directory,
-            Path::new("out").join(&name),
-            "{name}"
-        );
+        assert_eq!(setup.plan.output.directory, Path::new("out").join(&name), "{name}");
         let expected = expectations(&path);
         for expectation in &expected.setup {
             expectation.check(&name, quantity(&setup, &expectation.quantity));
         }
         let updates = expected.after_steps * setup.domain.cell_count() as u64;
-        assert!(
-            expected.after_steps > 0 && updates <= AFFORDABLE,
-            "{name}: {updates} cell updates"
-        );
+        assert!(expected.after_steps > 0 && updates <= AFFORDABLE, "{name}: {updates} cell updates");
     }
 }
 
@@ -133,16 +118,10 @@ fn every_case_is_after_some_steps_in_the_state_it_promises() {
         output.series_every = expected.after_steps;
         (output.fields_every, output.particles_every, output.picture_every) = (0, 0, 0);
         (output.contacts_every, output.surfaces_every) = (0, 0);
-        let options = RunOptions {
-            quiet: true,
-            ..RunOptions::default()
-        };
+        let options = RunOptions { quiet: true, ..RunOptions::default() };
         let summary = simulation::run(&setup, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
         let summary = summary.expect("the only process has the summary");
-        assert_eq!(
-            (summary.steps, summary.interrupted),
-            (expected.after_steps, false)
-        );
+        assert_eq!((summary.steps, summary.interrupted), (expected.after_steps, false));
 
         let row = last_row(&OutputFiles::new(directory.path()).series());
         for expectation in &expected.expect {
@@ -159,11 +138,7 @@ fn every_case_is_after_some_steps_in_the_state_it_promises() {
 fn every_case_begins_with_its_schema_and_says_what_it_shows_how_long_it_takes_and_what_to_look_at() {
     for path in cases() {
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            text.starts_with("#:schema ./case.schema.json\n# "),
-            "{}",
-            path.display()
-        );
+        assert!(text.starts_with("#:schema ./case.schema.json\n# "), "{}", path.display());
         for word in ["# Shows", "# Takes", "# Look at"] {
             assert!(text.contains(word), "{} lacks `{word}`", path.display());
         }
@@ -188,11 +163,7 @@ fn every_key_of_the_schema_is_described() {
         if let Some(properties) = value.get("properties").and_then(|p| p.as_object()) {
             for (key, property) in properties {
                 // The one key of a choice is described by the choice.
-                let described = if properties.len() == 1 {
-                    [property, value]
-                } else {
-                    [property; 2]
-                };
+                let described = if properties.len() == 1 { [property, value] } else { [property; 2] };
                 assert!(
                     described.iter().any(|d| d.get("description").is_some()),
                     "`{key}` has no description"
@@ -204,10 +175,7 @@ fn every_key_of_the_schema_is_described() {
             // Conditions name keys that are described elsewhere.
             serde_json::Value::Object(object) => {
                 open.extend(
-                    object
-                        .iter()
-                        .filter(|(key, _)| *key != "dependentSchemas")
-                        .map(|(_, value)| value),
+                    object.iter().filter(|(key, _)| *key != "dependentSchemas").map(|(_, value)| value),
                 );
             }
             serde_json::Value::Array(array) => open.extend(array),
@@ -233,10 +201,7 @@ fn the_readme_tells_the_times_that_the_cases_tell() {
         let text = std::fs::read_to_string(&path).unwrap();
         let (_, takes) = text.split_once("# Takes").unwrap();
         let (time, _) = takes.split_once(" on two cores").unwrap();
-        let row = readme
-            .lines()
-            .find(|line| line.starts_with(&format!("| `{name}`")))
-            .unwrap();
+        let row = readme.lines().find(|line| line.starts_with(&format!("| `{name}`"))).unwrap();
         let told = row.trim_end_matches(" |").rsplit("| ").next().unwrap();
         assert_eq!(told, time.trim(), "{name}");
     }

@@ -49,34 +49,16 @@ fn outcome(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) 
     setup.plan.simd = Some(simd);
     let results = on_threads(cut.ranks(), |comm| {
         let mut simulation = Simulation::new(&setup, cut, comm).unwrap();
-        let owned = |s: &Simulation| {
-            s.dem()
-                .particles()
-                .owned()
-                .iter()
-                .map(|p| p.id)
-                .collect::<Vec<_>>()
-        };
+        let owned = |s: &Simulation| s.dem().particles().owned().iter().map(|p| p.id).collect::<Vec<_>>();
         let before = owned(&simulation);
         for _ in 0..STEPS {
             simulation.step().unwrap();
         }
-        let arrived = owned(&simulation)
-            .iter()
-            .filter(|id| !before.contains(id))
-            .count();
-        (
-            simulation.state_hash(),
-            simulation.dem().contacts().begun,
-            arrived,
-        )
+        let arrived = owned(&simulation).iter().filter(|id| !before.contains(id)).count();
+        (simulation.state_hash(), simulation.dem().contacts().begun, arrived)
     });
     assert!(results.iter().all(|r| r.0 == results[0].0));
-    (
-        results[0].0,
-        results.iter().map(|r| r.1).sum(),
-        results.iter().map(|r| r.2).sum(),
-    )
+    (results[0].0, results.iter().map(|r| r.1).sum(), results.iter().map(|r| r.2).sum())
 }
 
 fn same_bits(precision: Precision) {
@@ -99,23 +81,10 @@ fn same_bits(precision: Precision) {
         layers[..bottom].iter_mut().for_each(|layer| *layer *= 9.0);
     }
     let balanced = [5, 8].map(|ranks| Decomposition::balanced(domain, ranks, &weights).unwrap());
-    assert!(
-        balanced
-            .iter()
-            .all(|cut| *cut != Decomposition::with_grid(domain, cut.grid))
-    );
-    for cut in [2, 3, 4, 6, 8]
-        .map(cut)
-        .into_iter()
-        .chain(grids)
-        .chain([uneven])
-        .chain(balanced)
-    {
+    assert!(balanced.iter().all(|cut| *cut != Decomposition::with_grid(domain, cut.grid)));
+    for cut in [2, 3, 4, 6, 8].map(cut).into_iter().chain(grids).chain([uneven]).chain(balanced) {
         let (other, begun, moved) = outcome(&setup, &cut, Simd::best());
-        println!(
-            "{:?}: {other:016x}, {begun} contacts begun, {moved} particles changed rank",
-            cut.cuts
-        );
+        println!("{:?}: {other:016x}, {begun} contacts begun, {moved} particles changed rank", cut.cuts);
         assert_eq!((other, begun), (hash, contacts), "{:?}", cut.cuts);
         assert!(moved > 10, "only {moved} particles changed rank");
     }

@@ -36,10 +36,7 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
     let mut setup = turbid::case::from_text(FALLING, "falling", &[]).unwrap();
     setup.plan.output.directory = root.join("out");
     change(&mut setup);
-    let options = RunOptions {
-        quiet: true,
-        ..RunOptions::default()
-    };
+    let options = RunOptions { quiet: true, ..RunOptions::default() };
     turbid::simulation::run(&setup, &options).unwrap();
     let summary = std::fs::read_to_string(OutputFiles::new(root.join("out")).summary()).unwrap();
     serde_json::from_str(&summary).unwrap()
@@ -75,13 +72,7 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     for present in [files.walls(), files.picture(0), files.contacts_collection()] {
         assert!(present.exists(), "{}", present.display());
     }
-    for nothing in [
-        "settling_velocity_over_stokes",
-        "mach",
-        "collision",
-        "coupling",
-        "force_balance",
-    ] {
+    for nothing in ["settling_velocity_over_stokes", "mach", "collision", "coupling", "force_balance"] {
         assert!(summary[nothing].is_null(), "{nothing}");
     }
     assert_eq!(summary["dry"], true);
@@ -95,10 +86,7 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     assert!(on_walls < 20.0 * weight, "it hits the floor: {on_walls}");
     let change = momentum.last().unwrap() - momentum[0];
     let impulse = 1e-3 * (40.0 * weight - on_walls);
-    assert!(
-        (change - impulse).abs() < 0.02 * 1e-3 * on_walls.abs(),
-        "{change} {impulse}"
-    );
+    assert!((change - impulse).abs() < 0.02 * 1e-3 * on_walls.abs(), "{change} {impulse}");
     let path = column(&files.particle_series(), "z (m)");
     assert_eq!((path.len(), path[0]), (41, 0.6e-3));
     let energy = column(&files.series(), "gravitational_energy");
@@ -122,10 +110,7 @@ fn the_forces_in_the_file_of_particles_and_the_weight_are_what_a_particle_is_acc
     let change = (vector(&after, "velocity") - vector(&before, "velocity")) / (times[40] - times[39]);
     let force = vector(&after, "hydrodynamic_force") + mass * Vec3::new(0.0, 0.0, -9.80665);
     assert_eq!(vector(&after, "contact_force"), Vec3::zeros());
-    assert!(
-        force.z < 0.0 && (mass * change - force).norm() < 1e-9 * force.norm(),
-        "{change} {force}"
-    );
+    assert!(force.z < 0.0 && (mass * change - force).norm() < 1e-9 * force.norm(), "{change} {force}");
 }
 
 #[test]

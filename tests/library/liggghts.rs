@@ -20,18 +20,11 @@ use turbid::wall::{Motion, Surface, Wall};
 const RADIUS: f64 = 0.5e-3;
 
 /// A periodic box of 16 diameters.
-const DOMAIN: Domain = Domain {
-    periodic: [true; 3],
-    cells: [32; 3],
-    dx: RADIUS,
-};
+const DOMAIN: Domain = Domain { periodic: [true; 3], cells: [32; 3], dx: RADIUS };
 
 fn contact(youngs_modulus: f64, restitution: f64, friction: f64) -> ContactModel {
     ContactParams {
-        material: Material {
-            youngs_modulus,
-            poisson_ratio: 0.22,
-        },
+        material: Material { youngs_modulus, poisson_ratio: 0.22 },
         pair: PairParams {
             restitution,
             friction_static: friction,
@@ -56,11 +49,7 @@ fn params(contact: Option<ContactModel>) -> LiggghtsParams {
 }
 
 fn templates() -> Arc<[Template]> {
-    Arc::new([Template {
-        shape: Arc::new(Sphere { radius: RADIUS }),
-        density: 2500.0,
-        material: 0,
-    }])
+    Arc::new([Template { shape: Arc::new(Sphere { radius: RADIUS }), density: 2500.0, material: 0 }])
 }
 
 fn engine(params: LiggghtsParams, all: &[Particle]) -> turbid::Result<Liggghts> {
@@ -84,10 +73,7 @@ fn three() -> Vec<Particle> {
     ]
 }
 
-const REST: Load = Load {
-    force: Vec3::new(0.0, 0.0, 0.0),
-    torque: Vec3::new(0.0, 0.0, 0.0),
-};
+const REST: Load = Load { force: Vec3::new(0.0, 0.0, 0.0), torque: Vec3::new(0.0, 0.0, 0.0) };
 
 /// With commands of the user.
 fn with_commands(commands: &[&str]) -> LiggghtsParams {
@@ -181,15 +167,9 @@ fn a_sphere_that_is_grown_for_contacts_keeps_its_moment_of_inertia() {
     let mut grown = contact(1e7, 0.9, 0.3);
     grown.enlargement = 0.2 * RADIUS;
     for substeps in [1, 7] {
-        let params = LiggghtsParams {
-            substeps,
-            ..params(Some(grown.clone()))
-        };
+        let params = LiggghtsParams { substeps, ..params(Some(grown.clone())) };
         let mut lgg = engine(params, &three()[..1]).unwrap();
-        let load = Load {
-            force: Vec3::new(1e-8, 2e-8, -3e-8),
-            torque: Vec3::new(1e-12, -2e-12, 3e-12),
-        };
+        let load = Load { force: Vec3::new(1e-8, 2e-8, -3e-8), torque: Vec3::new(1e-12, -2e-12, 3e-12) };
         for _ in 0..100 {
             lgg.advance(&Comm::Solo, &[load], 1e-5).unwrap();
         }
@@ -210,11 +190,7 @@ fn an_off_centre_impact_of_grown_spheres_turns_them_as_their_own_inertia_says() 
     let middle = 8e-3;
     let pair = [
         moving(0, [middle, middle, middle], [0.0; 3]),
-        moving(
-            1,
-            [middle + 2.3 * RADIUS, middle + RADIUS, middle],
-            [-0.3, 0.0, 0.0],
-        ),
+        moving(1, [middle + 2.3 * RADIUS, middle + RADIUS, middle], [-0.3, 0.0, 0.0]),
     ];
     let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
     let total = |engine: &Liggghts| -> f64 {
@@ -232,11 +208,7 @@ fn an_off_centre_impact_of_grown_spheres_turns_them_as_their_own_inertia_says() 
     assert_eq!(after.contacts().count, 0);
     let spin = after.particles().owned()[0].angular_velocity[2];
     assert!(spin.abs() > 10.0, "{spin}");
-    assert!(
-        (total(&after) / start - 1.0).abs() < 1e-11,
-        "{} {start}",
-        total(&after)
-    );
+    assert!((total(&after) / start - 1.0).abs() < 1e-11, "{} {start}", total(&after));
 }
 
 #[test]
@@ -311,30 +283,15 @@ fn elastic_contacts_have_the_force_of_hertz_away_from_each_other() {
 
 /// A closed box with walls on its z faces.
 fn tank(velocity: Vec3) -> (Domain, Vec<Wall>) {
-    let domain = Domain {
-        periodic: [true, true, false],
-        ..DOMAIN
-    };
+    let domain = Domain { periodic: [true, true, false], ..DOMAIN };
     let wall = |name: &str, height: f64, up: f64, velocity| Wall {
         name: name.to_owned(),
-        surface: Surface::Plane {
-            point: Vec3::new(0.0, 0.0, height),
-            normal: Vec3::z() * up,
-        },
-        motion: Motion {
-            velocity,
-            ..Motion::default()
-        },
+        surface: Surface::Plane { point: Vec3::new(0.0, 0.0, height), normal: Vec3::z() * up },
+        motion: Motion { velocity, ..Motion::default() },
         material: 0,
     };
     let top = domain.size().z;
-    (
-        domain,
-        vec![
-            wall("z-", 0.0, 1.0, velocity),
-            wall("z+", top, -1.0, Vec3::zeros()),
-        ],
-    )
+    (domain, vec![wall("z-", 0.0, 1.0, velocity), wall("z+", top, -1.0, Vec3::zeros())])
 }
 
 #[test]
@@ -356,10 +313,7 @@ fn a_sphere_that_rests_on_a_floor_presses_with_its_weight_and_a_sliding_floor_ta
     assert_eq!(states.len(), 1);
     assert_eq!(states[0].wall(), Some(0));
     let weight = 9.81 * 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-    assert!(
-        (states[0].force[2] / weight - 1.0).abs() < 1e-3,
-        "{states:?} {weight}"
-    );
+    assert!((states[0].force[2] / weight - 1.0).abs() < 1e-3, "{states:?} {weight}");
     assert_eq!(Vec3::from(states[0].normal), -Vec3::z());
     let sphere = lgg.particles().owned()[0];
     // It rolls on: at the point of contact it moves as the floor does.
@@ -378,36 +332,20 @@ fn under_weight_and_changing_loads_damped_bounces_are_those_of_the_native_engine
     ];
     for substeps in [1, 4] {
         let cut = || Decomposition::new(domain, 1).unwrap();
-        let params = LiggghtsParams {
-            walls: walls.clone(),
-            gravity,
-            substeps,
-            ..params(model.clone())
-        };
+        let params = LiggghtsParams { walls: walls.clone(), gravity, substeps, ..params(model.clone()) };
         let mut lgg = Liggghts::new(params, cut(), &Comm::Solo, templates(), &all).unwrap();
-        let params = NativeParams {
-            contact: model.clone(),
-            walls: walls.clone(),
-            gravity,
-            substeps,
-        };
+        let params = NativeParams { contact: model.clone(), walls: walls.clone(), gravity, substeps };
         let mut native = Native::new(params, cut(), 0, templates(), &all).unwrap();
         for step in 0..3000_u32 {
             // Of the size of the weight.
             let push = |k: u32| 1e-5 * (f64::from((step * 7 + k * 5) % 11) - 5.0);
-            let loads = [0, 1].map(|k| Load {
-                force: Vec3::new(0.0, 0.0, push(k)),
-                torque: Vec3::zeros(),
-            });
+            let loads = [0, 1].map(|k| Load { force: Vec3::new(0.0, 0.0, push(k)), torque: Vec3::zeros() });
             for engine in [&mut lgg as &mut dyn DemEngine, &mut native] {
                 engine.advance(&Comm::Solo, &loads, 2e-6).unwrap();
             }
             for (a, b) in native.particles().owned().iter().zip(lgg.particles().owned()) {
                 let apart = (a.position() - b.position()).norm();
-                assert!(
-                    apart < 1e-9 * RADIUS,
-                    "step {step}, {substeps} sub-steps: {apart:e}"
-                );
+                assert!(apart < 1e-9 * RADIUS, "step {step}, {substeps} sub-steps: {apart:e}");
             }
         }
         assert!(native.contacts().begun >= 2 && lgg.contacts().begun >= 2);

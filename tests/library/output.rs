@@ -23,11 +23,7 @@ use turbid::wall::{Motion, Surface, Wall};
 const DIAMETER: f64 = 1.5e-3;
 const STOKES_VELOCITY: f64 = 0.32;
 const FRAMES: u64 = 3;
-const DOMAIN: Domain = Domain {
-    periodic: [true; 3],
-    cells: [64, 64, 80],
-    dx: DIAMETER / 12.0,
-};
+const DOMAIN: Domain = Domain { periodic: [true; 3], cells: [64, 64, 80], dx: DIAMETER / 12.0 };
 
 /// Non-overlapping spheres of random velocities, some across periodic faces.
 fn particles(frame: u64) -> Vec<Particle> {
@@ -42,11 +38,7 @@ fn particles(frame: u64) -> Vec<Particle> {
         if particles.iter().all(free) {
             let mut particle = Particle::at(particles.len() as u64, 0, position);
             let scale = 0.02 * (frame as f64 + 1.0);
-            particle.velocity = [
-                scale * (unit() - 0.5),
-                scale * (unit() - 0.5),
-                -scale * (1.0 + unit()),
-            ];
+            particle.velocity = [scale * (unit() - 0.5), scale * (unit() - 0.5), -scale * (1.0 + unit())];
             particle.angular_velocity = [10.0 * unit(), 0.0, -5.0 * unit()];
             particle.contact_force = [1e-6 * unit(), 0.0, 0.0];
             particles.push(particle);
@@ -89,11 +81,7 @@ fn fields(particles: &[Particle]) -> (Vec<[f32; 3]>, Vec<f32>, Vec<f32>) {
     let mut velocity = Vec::new();
     let (mut pressure, mut solid_fraction) = (Vec::new(), Vec::new());
     for index in 0..DOMAIN.cell_count() {
-        let cell = [
-            index % cells[0],
-            index / cells[0] % cells[1],
-            index / cells[0] / cells[1],
-        ];
+        let cell = [index % cells[0], index / cells[0] % cells[1], index / cells[0] / cells[1]];
         let centre = Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * DOMAIN.dx);
         let mut u = Vec3::new(0.0, 0.0, 0.008);
         let mut solid: f64 = 0.0;
@@ -125,13 +113,8 @@ fn slice(scene: &Scene, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<[f32; 3
 }
 
 fn write_run(root: &Path) {
-    let templates = [Template {
-        shape: Arc::new(Sphere {
-            radius: 0.5 * DIAMETER,
-        }),
-        material: 0,
-        density: 3250.0,
-    }];
+    let templates =
+        [Template { shape: Arc::new(Sphere { radius: 0.5 * DIAMETER }), material: 0, density: 3250.0 }];
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
     let mut series = SeriesWriter::create(&files.series(), &[]).unwrap();
@@ -143,10 +126,7 @@ fn write_run(root: &Path) {
         let (velocity, pressure, solid_fraction) = fields(&particles);
         let snapshot = FieldSnapshot {
             domain: DOMAIN,
-            block: Block {
-                lo: [0; 3],
-                hi: DOMAIN.cells,
-            },
+            block: Block { lo: [0; 3], hi: DOMAIN.cells },
             time,
             velocity: &velocity,
             pressure: &pressure,
@@ -172,10 +152,7 @@ fn write_run(root: &Path) {
             .unwrap();
         let scene = Scene {
             case: "hindered_settling",
-            clock: Clock {
-                time,
-                stokes_time: Some(DIAMETER / STOKES_VELOCITY),
-            },
+            clock: Clock { time, stokes_time: Some(DIAMETER / STOKES_VELOCITY) },
             plane: Plane::new(&DOMAIN, -Vec3::z()),
             templates: &templates,
             particles: &particles,
@@ -224,15 +201,10 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
         .map(|path| path.to_str().unwrap().to_owned())
         .collect();
     found.sort();
-    let mut expected: Vec<String> = [
-        "fields.pvd",
-        "particles.pvd",
-        "series.csv",
-        "settling_velocity.png",
-        "surfaces.pvd",
-    ]
-    .map(String::from)
-    .into();
+    let mut expected: Vec<String> =
+        ["fields.pvd", "particles.pvd", "series.csv", "settling_velocity.png", "surfaces.pvd"]
+            .map(String::from)
+            .into();
     for step in ["0000000000", "0000000100", "0000000200"] {
         expected.push(format!("fields/fields_{step}.vti"));
         expected.push(format!("particles/particles_{step}.vtp"));
@@ -241,21 +213,14 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
     }
     expected.sort();
     assert_eq!(found, expected);
-    for picture in found
-        .iter()
-        .filter(|name| Path::new(name).extension().is_some_and(|e| e == "png"))
-    {
+    for picture in found.iter().filter(|name| Path::new(name).extension().is_some_and(|e| e == "png")) {
         let file = std::io::BufReader::new(std::fs::File::open(root.join(picture)).unwrap());
         let info = png::Decoder::new(file).read_info().unwrap();
         assert!(info.info().width >= 900 && info.info().height >= 900, "{picture}");
     }
 }
 
-const TANK: Domain = Domain {
-    periodic: [false, true, false],
-    cells: [80, 60, 80],
-    dx: DIAMETER / 12.0,
-};
+const TANK: Domain = Domain { periodic: [false, true, false], cells: [80, 60, 80], dx: DIAMETER / 12.0 };
 
 /// One template of every kind of shape.
 fn mixture() -> Vec<Template> {
@@ -265,9 +230,7 @@ fn mixture() -> Vec<Template> {
         .map(|_| Vec3::new(unit(), unit(), unit()).normalize() * (0.5 * DIAMETER) * (1.0 + 0.2 * unit()))
         .collect();
     let shapes: [Arc<dyn Shape>; 8] = [
-        Arc::new(Sphere {
-            radius: 0.5 * DIAMETER,
-        }),
+        Arc::new(Sphere { radius: 0.5 * DIAMETER }),
         Arc::new(Cuboid::new(Vec3::repeat(0.8 * DIAMETER)).unwrap()),
         Arc::new(Cuboid::new(Vec3::new(1.4, 0.9, 0.35) * DIAMETER).unwrap()),
         Arc::new(Polyhedron::hull(&stone, 1e-9).unwrap().0),
@@ -276,14 +239,7 @@ fn mixture() -> Vec<Template> {
         Arc::new(Cylinder::new(0.45 * DIAMETER, 0.9 * DIAMETER).unwrap()),
         Arc::new(Superellipsoid::new(Vec3::repeat(0.45 * DIAMETER), [0.4, 0.4]).unwrap()),
     ];
-    shapes
-        .into_iter()
-        .map(|shape| Template {
-            shape,
-            material: 0,
-            density: 2500.0,
-        })
-        .collect()
+    shapes.into_iter().map(|shape| Template { shape, material: 0, density: 2500.0 }).collect()
 }
 
 /// Bodies falling onto a floor between walls, in loose order.
@@ -311,10 +267,7 @@ fn tank_walls() -> Vec<Wall> {
     let plane = |name: &str, point: Vec3, normal: Vec3, velocity: Vec3| Wall {
         name: name.to_owned(),
         surface: Surface::Plane { point, normal },
-        motion: Motion {
-            velocity,
-            ..Motion::default()
-        },
+        motion: Motion { velocity, ..Motion::default() },
         material: 0,
     };
     let size = TANK.size();
@@ -409,10 +362,7 @@ fn write_tank(root: &Path) {
         .collect();
     let scene = Scene {
         case: "tank",
-        clock: Clock {
-            time: 1e-3,
-            stokes_time: None,
-        },
+        clock: Clock { time: 1e-3, stokes_time: None },
         plane: Plane::new(&TANK, -Vec3::z()),
         templates: &templates,
         particles: &particles,
@@ -430,20 +380,8 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
     let root = kept.as_deref().unwrap_or(temporary.path());
     write_tank(root);
     let files = OutputFiles::new(root);
-    let numbered = [
-        files.contacts(100),
-        files.force_chains(100),
-        files.particles(100),
-        files.surfaces(100),
-    ];
-    for path in [files.walls(), files.picture(0), files.picture(100)]
-        .iter()
-        .chain(&numbered)
-    {
-        assert!(
-            std::fs::metadata(path).unwrap().len() > 1000,
-            "{}",
-            path.display()
-        );
+    let numbered = [files.contacts(100), files.force_chains(100), files.particles(100), files.surfaces(100)];
+    for path in [files.walls(), files.picture(0), files.picture(100)].iter().chain(&numbered) {
+        assert!(std::fs::metadata(path).unwrap().len() > 1000, "{}", path.display());
     }
 }

@@ -34,13 +34,8 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let precision = ["f32", "f64"].choose(random).unwrap();
     let tau = random.random_range(0.53..0.8);
     let collision = ["bgk", "trt"].choose(random).unwrap();
-    let coupling = [
-        "\"paper\"",
-        "\"saturated\"",
-        "\"saturated\"\nsolid_operator = \"sc2\"",
-    ]
-    .choose(random)
-    .unwrap();
+    let coupling =
+        ["\"paper\"", "\"saturated\"", "\"saturated\"\nsolid_operator = \"sc2\""].choose(random).unwrap();
     write!(
         text,
         "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\
@@ -76,10 +71,7 @@ fn setup(text: &str, random: &mut ChaCha8Rng) -> Option<Setup> {
         Ok(setup) => setup,
         Err(error) => {
             let why = error.to_string();
-            assert!(
-                !why.contains("unknown") && !why.contains("expected"),
-                "{why}\n{text}"
-            );
+            assert!(!why.contains("unknown") && !why.contains("expected"), "{why}\n{text}");
             return None;
         }
     };
@@ -101,9 +93,7 @@ fn cut(setup: &Setup, wanted: usize, random: &mut ChaCha8Rng) -> Decomposition {
     // A block has at least four cells in each direction; the rest goes anywhere.
     let cuts = std::array::from_fn(|a| {
         let (cells, blocks) = (setup.domain.cells[a], even.grid[a]);
-        let mut more: Vec<usize> = (1..blocks)
-            .map(|_| random.random_range(0..=cells - 4 * blocks))
-            .collect();
+        let mut more: Vec<usize> = (1..blocks).map(|_| random.random_range(0..=cells - 4 * blocks)).collect();
         more.sort_unstable();
         let inner = more.iter().zip(1..).map(|(more, block)| more + 4 * block);
         std::iter::once(0).chain(inner).chain([cells]).collect()

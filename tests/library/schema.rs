@@ -50,10 +50,7 @@ fn shipped() -> Vec<PathBuf> {
 
 #[test]
 fn all_cases_and_studies_that_are_shipped_fit_the_schema_that_they_name() {
-    let schemas = [
-        ("case", json(&case::schema())),
-        ("study", json(&study::file::schema())),
-    ];
+    let schemas = [("case", json(&case::schema())), ("study", json(&study::file::schema()))];
     let mut counts = [0; 2];
     for path in shipped() {
         let text = fs::read_to_string(&path).unwrap();
@@ -65,11 +62,7 @@ fn all_cases_and_studies_that_are_shipped_fit_the_schema_that_they_name() {
             })
             .unwrap_or_else(|| panic!("{} does not begin with its schema", path.display()));
         let named = path.parent().unwrap().join(first.trim_start_matches("#:schema "));
-        assert!(
-            named.is_file(),
-            "{} names a schema that is not there",
-            path.display()
-        );
+        assert!(named.is_file(), "{} names a schema that is not there", path.display());
         if let Err(what) = check(&schemas[which].1, &document(&text)) {
             panic!("{}: {what}", path.display());
         }
@@ -102,20 +95,11 @@ fn what_the_program_refuses_for_its_form_or_range_does_not_fit_the_schema_of_cas
         ("archimedes = 1000", "galileo = 0"),
         ("archimedes = 1000", "viscosity = -1e-6"),
         ("relaxation_time = 0.55", "relaxation_time = 0.5"),
-        (
-            "relaxation_time = 0.55",
-            "relaxation_time = 0.55\ntime_step = 1e-5",
-        ),
+        ("relaxation_time = 0.55", "relaxation_time = 0.55\ntime_step = 1e-5"),
         ("relaxation_time = 0.55", "time_step = 0"),
         ("relaxation_time = 0.55", ""),
-        (
-            "relaxation_time = 0.55",
-            "relaxation_time = 0.55\ncollision = \"mrt\"",
-        ),
-        (
-            "relaxation_time = 0.55",
-            "relaxation_time = 0.55\ncoupling = \"paper\"\nsolid_ramp_width = 3",
-        ),
+        ("relaxation_time = 0.55", "relaxation_time = 0.55\ncollision = \"mrt\""),
+        ("relaxation_time = 0.55", "relaxation_time = 0.55\ncoupling = \"paper\"\nsolid_ramp_width = 3"),
         ("cells_per_diameter = 8", "cells_per_diameter = 1"),
         ("[4, 4, 4]", "[4, 4]"),
         ("[4, 4, 4]", "[4, 4, 4, 4]"),
@@ -148,14 +132,8 @@ fn what_the_program_refuses_for_its_form_or_range_does_not_fit_the_schema_of_cas
         ("[fluid]\ndensity = 1000.0\narchimedes = 1000", ""),
     ] {
         let text = changed(SPHERES, &[(good, bad)]);
-        assert!(
-            check(&schema, &document(&text)).is_err(),
-            "the schema takes {bad}"
-        );
-        assert!(
-            case::from_text(&text, "case", &[]).is_err(),
-            "the program takes {bad}"
-        );
+        assert!(check(&schema, &document(&text)).is_err(), "the schema takes {bad}");
+        assert!(case::from_text(&text, "case", &[]).is_err(), "the program takes {bad}");
     }
 }
 
@@ -172,25 +150,16 @@ fn a_study_that_is_none_does_not_fit_the_schema_of_studies() {
         ("name = \"phi\"\n", ""),
         ("values = [0.1, ", "values = 0.1 #"),
         ("{ law = \"richardson_zaki\" }", "{ law = \"stokes\" }"),
-        (
-            "{ law = \"richardson_zaki\" }",
-            "{ law = \"richardson_zaki\", value = 0.3 }",
-        ),
+        ("{ law = \"richardson_zaki\" }", "{ law = \"richardson_zaki\", value = 0.3 }"),
         ("{ law = \"richardson_zaki\" }", "{}"),
         ("y = \"settling", "y = { a = 1 } #"),
         ("kind = \"within\"", "kind = \"near\""),
         ("tolerance = 0.1", "tolerance = -0.1"),
         ("[[check]]", "[bench]\nsteps = 0\n[[check]]"),
-        (
-            "[[check]]",
-            "[[window]]\nname = \"w\"\nfrom = -1\nto = 2\n[[check]]",
-        ),
+        ("[[check]]", "[[window]]\nname = \"w\"\nfrom = -1\nto = 2\n[[check]]"),
     ] {
         let text = changed(STUDY, &[(good, bad)]);
-        assert!(
-            check(&schema, &document(&text)).is_err(),
-            "the schema takes {bad}"
-        );
+        assert!(check(&schema, &document(&text)).is_err(), "the schema takes {bad}");
     }
 }
 
@@ -202,9 +171,7 @@ fn an_option_with_a_shape_takes_the_place_of_the_shape_of_the_case() {
     for shape in shapes {
         let key = shape["required"][0].as_str().unwrap();
         let option = format!("particles.0.shape.{key}.nothing=1");
-        let error = case::from_text(SPHERES, "case", &[option])
-            .unwrap_err()
-            .to_string();
+        let error = case::from_text(SPHERES, "case", &[option]).unwrap_err().to_string();
         // Not that there are two.
         assert!(error.contains("unknown key `nothing`"), "{error}");
     }
@@ -218,11 +185,7 @@ fn check(schema: &Json, value: &Json) -> Result<(), String> {
 fn fits(root: &Json, schema: &Json, value: &Json) -> Result<(), String> {
     let fits = |schema: &Json, value: &Json| fits(root, schema, value);
     let Json::Object(keywords) = schema else {
-        return if schema == &Json::Bool(true) {
-            Ok(())
-        } else {
-            Err("nothing fits `false`".into())
-        };
+        return if schema == &Json::Bool(true) { Ok(()) } else { Err("nothing fits `false`".into()) };
     };
     let empty = Map::new();
     let list = |keyword: &Json| keyword.as_array().unwrap().clone();
@@ -250,13 +213,7 @@ fn fits(root: &Json, schema: &Json, value: &Json) -> Result<(), String> {
             "const" => value == wanted,
             "enum" => list(wanted).contains(value),
             "anyOf" => list(wanted).iter().any(|schema| fits(schema, value).is_ok()),
-            "oneOf" => {
-                list(wanted)
-                    .iter()
-                    .filter(|schema| fits(schema, value).is_ok())
-                    .count()
-                    == 1
-            }
+            "oneOf" => list(wanted).iter().filter(|schema| fits(schema, value).is_ok()).count() == 1,
             "not" => fits(wanted, value).is_err(),
             "if" => fits(wanted, value).is_err() || fits(&keywords["then"], value).is_ok(),
             "minimum" => number.is_none_or(|number| number >= limit),
@@ -270,9 +227,7 @@ fn fits(root: &Json, schema: &Json, value: &Json) -> Result<(), String> {
                 true
             }
             "required" => object.is_none_or(|object| {
-                list(wanted)
-                    .iter()
-                    .all(|key| object.contains_key(key.as_str().unwrap()))
+                list(wanted).iter().all(|key| object.contains_key(key.as_str().unwrap()))
             }),
             "properties" => {
                 for (key, schema) in wanted.as_object().unwrap() {
@@ -283,14 +238,8 @@ fn fits(root: &Json, schema: &Json, value: &Json) -> Result<(), String> {
                 true
             }
             "additionalProperties" => {
-                let known = keywords
-                    .get("properties")
-                    .and_then(Json::as_object)
-                    .unwrap_or(&empty);
-                for (key, value) in object
-                    .into_iter()
-                    .flatten()
-                    .filter(|(key, _)| !known.contains_key(*key))
+                let known = keywords.get("properties").and_then(Json::as_object).unwrap_or(&empty);
+                for (key, value) in object.into_iter().flatten().filter(|(key, _)| !known.contains_key(*key))
                 {
                     fits(wanted, value).map_err(|what| format!("{key}: {what}"))?;
                 }

@@ -18,10 +18,7 @@ fn replay(target: &str, read: fn(&[u8]) -> bool) {
         accepted += u32::from(good);
         refused += u32::from(!good);
     }
-    assert!(
-        refused > 0,
-        "{target}: {accepted} are accepted, {refused} refused"
-    );
+    assert!(refused > 0, "{target}: {accepted} are accepted, {refused} refused");
 }
 
 #[test]

@@ -49,15 +49,9 @@ fn run(text: &str, with_particles: bool) -> (SeriesTable, Summary) {
         setup.particles.clear();
     }
     setup.plan.output.directory = folder.path().join("out");
-    let options = RunOptions {
-        quiet: true,
-        ..RunOptions::default()
-    };
+    let options = RunOptions { quiet: true, ..RunOptions::default() };
     let summary = simulation::run(&setup, &options).unwrap().unwrap();
-    (
-        SeriesTable::read(&folder.path().join("out/series.csv")).unwrap(),
-        summary,
-    )
+    (SeriesTable::read(&folder.path().join("out/series.csv")).unwrap(), summary)
 }
 
 fn column<'a>(series: &'a SeriesTable, name: &str) -> &'a [f64] {
@@ -70,10 +64,7 @@ fn last(series: &SeriesTable, name: &str) -> f64 {
 
 fn close(what: &str, found: f64, expected: f64, tolerance: f64) {
     println!("{what}: {found:e}, expected {expected:e}");
-    assert!(
-        (found / expected - 1.0).abs() < tolerance,
-        "{what}: {found:e}, expected {expected:e}"
-    );
+    assert!((found / expected - 1.0).abs() < tolerance, "{what}: {found:e}, expected {expected:e}");
 }
 
 /// A cubic box of so many diameters.
@@ -101,28 +92,15 @@ fn the_walls_of_a_driven_slit_carry_the_force_that_drives_the_fluid() {
     let height = 2.0 * DIAMETER;
     let drive = DENSITY * ACCELERATION * height.powi(3);
     for wall in ["z-", "z+"] {
-        close(
-            wall,
-            last(&series, &format!("fluid_force_{wall}_x")),
-            0.5 * drive,
-            1e-3,
-        );
+        close(wall, last(&series, &format!("fluid_force_{wall}_x")), 0.5 * drive, 1e-3);
         let stress = 0.5 * DENSITY * ACCELERATION * height;
-        close(
-            wall,
-            last(&series, &format!("shear_stress_{wall}_x")),
-            stress,
-            1e-3,
-        );
+        close(wall, last(&series, &format!("shear_stress_{wall}_x")), stress, 1e-3);
         assert!(last(&series, &format!("shear_stress_{wall}_z")).abs() < 1e-12);
     }
     // The force of the coming step has not yet acted, half of which belongs to the velocity now.
     let flux = ACCELERATION * (height * height / (12.0 * VISCOSITY / DENSITY) - 0.5 * summary.time_step);
     close("mean velocity", last(&series, "net_flux_x"), flux, 1e-2);
-    assert_eq!(
-        summary.relative_viscosity, None,
-        "nothing is sheared between plates"
-    );
+    assert_eq!(summary.relative_viscosity, None, "nothing is sheared between plates");
 }
 
 #[test]
@@ -172,31 +150,13 @@ fn on_plates(series: &SeriesTable) -> f64 {
 #[test]
 fn plates_that_shear_a_fluid_feel_its_viscosity() {
     let (series, summary) = sheared(2.0, "saturated", 600, false);
-    close(
-        "lower",
-        last(&series, "shear_stress_z-_x"),
-        VISCOSITY * RATE,
-        1e-3,
-    );
-    close(
-        "upper",
-        last(&series, "shear_stress_z+_x"),
-        -VISCOSITY * RATE,
-        1e-3,
-    );
+    close("lower", last(&series, "shear_stress_z-_x"), VISCOSITY * RATE, 1e-3);
+    close("upper", last(&series, "shear_stress_z+_x"), -VISCOSITY * RATE, 1e-3);
     let area = 4.0 * DIAMETER * DIAMETER;
-    close(
-        "force",
-        last(&series, "fluid_force_z-_x"),
-        VISCOSITY * RATE * area,
-        1e-3,
-    );
+    close("force", last(&series, "fluid_force_z-_x"), VISCOSITY * RATE * area, 1e-3);
     // Over the start from rest as well, so that this is only near one.
     assert!(summary.relative_viscosity.is_some());
-    assert_eq!(
-        last(&series, "hydrodynamic_stress_xz").to_bits(),
-        0.0_f64.to_bits()
-    );
+    assert_eq!(last(&series, "hydrodynamic_stress_xz").to_bits(), 0.0_f64.to_bits());
 }
 
 #[test]
@@ -265,8 +225,5 @@ picture_every = \"never\"
     close("zz", mean("contact_stress_zz"), exact, 0.01);
     assert!(last(&series, "contact_stress_xz").abs() < 1e-6 * exact.abs());
     close("floor", mean("wall_force_z"), -2.0 * weight, 0.01);
-    assert_eq!(
-        last(&series, "hydrodynamic_stress_zz").to_bits(),
-        0.0_f64.to_bits()
-    );
+    assert_eq!(last(&series, "hydrodynamic_stress_zz").to_bits(), 0.0_f64.to_bits());
 }

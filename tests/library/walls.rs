@@ -39,10 +39,7 @@ fn setup(speed: f64) -> Setup {
     let wall = |name: &str, point, normal, velocity| Wall {
         name: name.into(),
         surface: Surface::Plane { point, normal },
-        motion: Motion {
-            velocity,
-            ..Motion::default()
-        },
+        motion: Motion { velocity, ..Motion::default() },
         material: 0,
     };
     let height = setup.domain.size();

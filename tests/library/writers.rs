@@ -103,10 +103,7 @@ fn setup(root: &Path, threads: usize, end: u64) -> Setup {
 }
 
 fn quiet() -> RunOptions {
-    RunOptions {
-        quiet: true,
-        ..RunOptions::default()
-    }
+    RunOptions { quiet: true, ..RunOptions::default() }
 }
 
 fn writer(root: &Path) -> Vec<Box<dyn Writer>> {
@@ -155,10 +152,7 @@ fn files_of_an_own_writer_that_an_earlier_run_has_left_are_refused_and_with_over
     let run = |options: &RunOptions| run_with(&setup(root, 1, 8), options, &|_| writer(root));
     let refused = run(&quiet()).unwrap_err().to_string();
     assert!(refused.contains("heights_0000000099.txt"), "{refused}");
-    let overwrite = RunOptions {
-        overwrite: true,
-        ..quiet()
-    };
+    let overwrite = RunOptions { overwrite: true, ..quiet() };
     run(&overwrite).unwrap();
     assert!(!late.exists() && NUMBERED.file(&root.join("out"), 8).exists());
 }

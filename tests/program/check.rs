@@ -82,10 +82,7 @@ fn each_of_a_few_ranks_is_listed_with_its_cells_particles_and_neighbours() {
             assert_eq!(ranks == 1, to.is_empty());
         }
         let (balance, efficiency) = (percent(&lines, "balance"), percent(&lines, "efficiency"));
-        assert!(
-            (80.0..=100.0).contains(&balance) && efficiency <= 100.0,
-            "{lines:?}"
-        );
+        assert!((80.0..=100.0).contains(&balance) && efficiency <= 100.0, "{lines:?}");
         assert!(efficiency <= balance);
     }
 }
@@ -101,9 +98,7 @@ fn of_many_ranks_the_least_the_mean_and_the_most_are_said() {
         .skip(1)
         .map(|number| number.parse().unwrap())
         .collect();
-    let [least, mean, most, rank] = cells[..] else {
-        panic!("{cells:?}")
-    };
+    let [least, mean, most, rank] = cells[..] else { panic!("{cells:?}") };
     assert!(least <= mean && mean <= most && rank < 40.0);
     assert!((mean - CELLS as f64 / 40.0).abs() < 1.0);
     assert!(lines.len() < 20, "{lines:?}");
@@ -112,10 +107,8 @@ fn of_many_ranks_the_least_the_mean_and_the_most_are_said() {
 #[test]
 fn too_many_ranks_are_refused_with_the_largest_number_that_fits() {
     let most = format!("use --ranks {}", 12 * 12 * 20);
-    Place::new(CASE).refused(
-        &["check", "case.toml", "--ranks", "100000"],
-        &["100000 ranks are too many", &most],
-    );
+    Place::new(CASE)
+        .refused(&["check", "case.toml", "--ranks", "100000"], &["100000 ranks are too many", &most]);
 }
 
 #[cfg(target_os = "linux")]
@@ -141,10 +134,7 @@ fn results_that_cannot_be_printed_are_an_error_and_those_that_nobody_reads_are_n
         let words = "error: cannot write to standard output: No space left";
         assert_eq!(said.matches(words).count(), 1, "{verb:?}: {said}");
     }
-    assert!(
-        place.path("out/case/summary.json").exists(),
-        "the run itself went well"
-    );
+    assert!(place.path("out/case/summary.json").exists(), "the run itself went well");
     for verb in [verbs[0], verbs[7]] {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);

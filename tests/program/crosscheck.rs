@@ -8,20 +8,14 @@ use std::sync::LazyLock;
 static CHECKS: LazyLock<Vec<Value>> = LazyLock::new(|| {
     let place = Place::empty();
     // It takes minutes, all the longer on a busy machine.
-    println!(
-        "{}",
-        well(&mut place.turbid(&["crosscheck", "--json", "checks.json", "--out", "out"]))
-    );
+    println!("{}", well(&mut place.turbid(&["crosscheck", "--json", "checks.json", "--out", "out"])));
     serde_json::from_str(&place.text("checks.json")).unwrap()
 });
 
 /// The checks of a case whose quantity begins like this; there are some.
 fn checks(case: &str, quantity: &str) -> Vec<&'static Value> {
     let wanted = |check: &&Value| {
-        check["case"] == case
-            && check["quantity"]
-                .as_str()
-                .is_some_and(|text| text.starts_with(quantity))
+        check["case"] == case && check["quantity"].as_str().is_some_and(|text| text.starts_with(quantity))
     };
     let found: Vec<_> = CHECKS.iter().filter(wanted).collect();
     assert!(!found.is_empty(), "no check of {case} begins with `{quantity}`");
@@ -67,10 +61,7 @@ fn every_case_of_the_suite_is_within_its_tolerances() {
         "replay",
     ];
     for case in cases {
-        assert!(
-            CHECKS.iter().any(|check| check["case"] == case),
-            "{case} did not run"
-        );
+        assert!(CHECKS.iter().any(|check| check["case"] == case), "{case} did not run");
     }
     for check in CHECKS.iter() {
         assert_eq!(check["pass"], true, "{check}");
@@ -110,11 +101,7 @@ fn gross_sliding_is_coulomb_friction_and_ends_alike() {
 
 #[test]
 fn free_flight_under_loads_is_exact() {
-    for quantity in [
-        "position (m), random",
-        "velocity (m/s), random",
-        "spin (1/s), random",
-    ] {
+    for quantity in ["position (m), random", "velocity (m/s), random", "spin (1/s), random"] {
         within("free-flight", quantity, 1e-12);
     }
 }

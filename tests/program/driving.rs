@@ -45,9 +45,7 @@ fn said(case: &str, code: i32, arguments: &[&str]) -> String {
 fn a_body_acceleration_drives_a_slit_at_the_flux_of_poiseuille_with_the_defaults() {
     let place = Place::new(SLIT);
     place.well(&["run", "case.toml", "--quiet"]);
-    let flux = *column(&place.path("out/case/series.csv"), "net_flux_x")
-        .last()
-        .unwrap();
+    let flux = *column(&place.path("out/case/series.csv"), "net_flux_x").last().unwrap();
     let height = 1.2e-3;
     let expected = 2.0 * height * height / 12.0 / 1e-5;
     assert!((flux / expected - 1.0).abs() < 0.04, "{flux} is not {expected}");
@@ -64,21 +62,11 @@ fn a_driven_flow_with_a_controller_that_takes_it_away_is_refused_with_both_place
         let text = said(SLIT, 2, &[command, "--set", "driving.zero_net_flux=true"]);
         has(
             &text,
-            &[
-                "`driving.zero_net_flux` = true",
-                "along x",
-                "leave `zero_net_flux` out",
-                "case.toml:21",
-            ],
+            &["`driving.zero_net_flux` = true", "along x", "leave `zero_net_flux` out", "case.toml:21"],
         );
     }
-    let across = [
-        "check",
-        "--set",
-        "driving.zero_net_flux=true",
-        "--set",
-        "driving.body_acceleration=[0, 0, 2.0]",
-    ];
+    let across =
+        ["check", "--set", "driving.zero_net_flux=true", "--set", "driving.body_acceleration=[0, 0, 2.0]"];
     has(&said(SLIT, 0, &across), &["zero_net_flux", "x, y"]);
 }
 
@@ -102,107 +90,46 @@ fn check_tells_the_driven_flow_the_controller_and_the_gaps_that_are_not_resolved
 
 #[test]
 fn a_length_in_millimetres_is_refused_by_check_and_run_with_the_likely_mistake() {
-    let metres = [
-        "--set",
-        "particles.0.shape.sphere.diameter=1",
-        "--set",
-        "driving.gravity=9.81",
-        "--set",
-    ];
-    let rest = [
-        "particles.0.density=2500",
-        "--set",
-        "driving.body_acceleration=[0,0,0]",
-        "--set",
-    ];
+    let metres = ["--set", "particles.0.shape.sphere.diameter=1", "--set", "driving.gravity=9.81", "--set"];
+    let rest = ["particles.0.density=2500", "--set", "driving.body_acceleration=[0,0,0]", "--set"];
     for command in ["check", "run"] {
-        let arguments = [
-            &[command],
-            &metres[..],
-            &rest[..],
-            &["particles.0.list=[[2, 2, 2]]"],
-        ]
-        .concat();
+        let arguments = [&[command], &metres[..], &rest[..], &["particles.0.list=[[2, 2, 2]]"]].concat();
         let text = said(SLIT, 2, &arguments);
-        has(
-            &text,
-            &[
-                "cells per time step, above 0.3",
-                "lengths are in metres",
-                "1.0000e-3 m meant",
-            ],
-        );
+        has(&text, &["cells per time step, above 0.3", "lengths are in metres", "1.0000e-3 m meant"]);
     }
 }
 
 #[test]
 fn a_flow_that_would_become_too_fast_is_refused_at_its_key() {
-    let text = said(
-        SLIT,
-        2,
-        &["run", "--set", "driving.body_acceleration=[2000, 0, 0]"],
-    );
-    has(
-        &text,
-        &[
-            "driving.body_acceleration",
-            "1.748",
-            "above 0.3",
-            "is 2.0000 meant",
-        ],
-    );
-    let text = said(
-        SLIT,
-        2,
-        &["check", "--set", "domain.faces.z+={ velocity = [5.0, 0, 0] }"],
-    );
+    let text = said(SLIT, 2, &["run", "--set", "driving.body_acceleration=[2000, 0, 0]"]);
+    has(&text, &["driving.body_acceleration", "1.748", "above 0.3", "is 2.0000 meant"]);
+    let text = said(SLIT, 2, &["check", "--set", "domain.faces.z+={ velocity = [5.0, 0, 0] }"]);
     has(&text, &["the wall \"z+\" is 5", "take lattice.relaxation_time"]);
     let list = "particles.0.list=[{ position = [4e-4, 4e-4, 6e-4], velocity = [0, 50, 0] }]";
-    has(
-        &said(SLIT, 2, &["check", "--set", list]),
-        &["at the start is 5", "velocities are in m/s"],
-    );
+    has(&said(SLIT, 2, &["check", "--set", list]), &["at the start is 5", "velocities are in m/s"]);
 }
 
 #[test]
 fn a_dynamic_viscosity_and_a_density_in_grams_are_asked_about() {
     let text = said(SLIT, 0, &["check", "--set", "fluid.viscosity=1e-3"]);
-    has(
-        &text,
-        &["is it the dynamic viscosity, in Pa s?", "1.000e-6 m^2/s"],
-    );
+    has(&text, &["is it the dynamic viscosity, in Pa s?", "1.000e-6 m^2/s"]);
     let text = said(SLIT, 0, &["check", "--set", "particles.0.density=2.5"]);
     has(&text, &["is 2500 meant, 2.5 g/cm^3?", "added mass"]);
 }
 
 #[test]
 fn light_particles_are_warned_of_and_blamed_for_a_divergence() {
-    let light = [
-        "--set",
-        "particles.0.density=100",
-        "--set",
-        "driving.gravity=9.81",
-    ];
+    let light = ["--set", "particles.0.density=100", "--set", "driving.gravity=9.81"];
     let longer = ["--set", "run.end.steps=20000"];
     let text = said(SLIT, 0, &[&["check"], &light[..]].concat());
     has(
         &text,
-        &[
-            "`particles.0.density`: particles of 0.100 times",
-            "unstable below",
-            "added mass",
-            "or more",
-        ],
+        &["`particles.0.density`: particles of 0.100 times", "unstable below", "added mass", "or more"],
     );
     let text = said(SLIT, 3, &[&["run", "--quiet"], &light[..], &longer[..]].concat());
     has(
         &text,
-        &[
-            "diverged at step",
-            "added mass",
-            "driven by gravity",
-            "body_acceleration [2.0, 0.0, 0.0] m/s^2",
-        ],
+        &["diverged at step", "added mass", "driven by gravity", "body_acceleration [2.0, 0.0, 0.0] m/s^2"],
     );
     assert!(!text.contains("relaxation time"), "{text}");
 }

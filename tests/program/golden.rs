@@ -97,10 +97,8 @@ fn make_the_golden_checkpoints_anew() {
     for precision in PRECISIONS {
         let place = Place::new(CASE);
         place.write("places.csv", PLACES);
-        let [precise, every] = [
-            format!("fluid.precision={precision:?}"),
-            format!("output.checkpoint_every.steps={}", STEPS[0]),
-        ];
+        let [precise, every] =
+            [format!("fluid.precision={precision:?}"), format!("output.checkpoint_every.steps={}", STEPS[0])];
         let run = ["run", "case.toml", "--set", &precise, "--set", &every];
         turbid(&place, &run, STEPS[0]);
 

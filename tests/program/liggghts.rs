@@ -12,11 +12,8 @@ use std::time::{Duration, Instant};
 fn place(steps: u64, more: &str) -> Place {
     let engine = format!("[dem]\nengine = \"liggghts\"\n{more}\n[run]");
     let steps = format!("steps = {steps}");
-    let changes = [
-        ("volume_fraction = 0.1", "volume_fraction = 0.2"),
-        ("[run]", &engine),
-        ("steps = 10", &steps),
-    ];
+    let changes =
+        [("volume_fraction = 0.1", "volume_fraction = 0.2"), ("[run]", &engine), ("steps = 10", &steps)];
     let output = "[output]\ndirectory = \"out\"\nseries_every = { steps = 8 }\npicture_every = \"never\"\n";
     Place::new(&(changed(SPHERES, &changes) + output))
 }
@@ -44,20 +41,14 @@ fn a_run_with_liggghts_is_that_of_the_native_engine_and_the_same_on_any_number_o
 fn what_liggghts_says_is_in_its_log() {
     let place = place(8, "[dem.liggghts]\ncommands = [\"group heavy type 1\"]\n");
     place.well(&["run", "case.toml"]);
-    has(
-        &place.text("out/liggghts.log"),
-        &["atoms in group heavy", "pair_style gran"],
-    );
+    has(&place.text("out/liggghts.log"), &["atoms in group heavy", "pair_style gran"]);
 }
 
 #[test]
 fn a_wrong_command_of_the_user_is_an_error_with_liggghts_words_and_no_run() {
     let place = place(8, "[dem.liggghts]\ncommands = [\"fix extra nobody viscous 1\"]\n");
     let said = place.ends(2, &["run", "case.toml"]);
-    has(
-        &said,
-        &["Could not find fix group ID", "fix extra nobody viscous 1"],
-    );
+    has(&said, &["Could not find fix group ID", "fix extra nobody viscous 1"]);
 }
 
 #[test]
@@ -67,13 +58,8 @@ fn a_set_up_that_liggghts_refuses_leaves_the_results_of_the_run_before() {
     let read = |name: &str| std::fs::read(place.path("out").join(name)).unwrap();
     let names = ["summary.json", "series.csv", "particles.pvd"];
     let before = names.map(read);
-    let refused = [
-        "run",
-        "case.toml",
-        "--overwrite",
-        "--set",
-        "dem.liggghts.commands=[\"fix a nobody viscous 1\"]",
-    ];
+    let refused =
+        ["run", "case.toml", "--overwrite", "--set", "dem.liggghts.commands=[\"fix a nobody viscous 1\"]"];
     place.ends(2, &refused);
     assert!(before == names.map(read));
     let log = String::from_utf8(read("liggghts.log")).unwrap();
@@ -87,23 +73,9 @@ fn start(place: &Place) -> Guard {
 /// Waits for the end, and returns what is said until then.
 fn end(run: &mut Guard) -> Output {
     let status = poll("the end of the run", || run.0.try_wait().unwrap());
-    let mut output = Output {
-        status,
-        stdout: Vec::new(),
-        stderr: Vec::new(),
-    };
-    run.0
-        .stdout
-        .take()
-        .unwrap()
-        .read_to_end(&mut output.stdout)
-        .unwrap();
-    run.0
-        .stderr
-        .take()
-        .unwrap()
-        .read_to_end(&mut output.stderr)
-        .unwrap();
+    let mut output = Output { status, stdout: Vec::new(), stderr: Vec::new() };
+    run.0.stdout.take().unwrap().read_to_end(&mut output.stdout).unwrap();
+    run.0.stderr.take().unwrap().read_to_end(&mut output.stderr).unwrap();
     output
 }
 
@@ -139,25 +111,15 @@ fn a_worker_that_is_killed_ends_the_run_within_a_second_with_its_outputs_intact(
         // SAFETY: sends a signal to a process that this test has started.
         assert_eq!(unsafe { libc::kill(worker, signal) }, 0);
         let output = end(&mut run);
-        assert!(
-            killed.elapsed() < Duration::from_secs(1),
-            "{:?}",
-            killed.elapsed()
-        );
+        assert!(killed.elapsed() < Duration::from_secs(1), "{:?}", killed.elapsed());
         let said = words(&output);
         assert_eq!(output.status.code(), Some(3), "{said}");
-        assert!(
-            said.contains("liggghts engine failed at step") && said.contains(word),
-            "{said}"
-        );
+        assert!(said.contains("liggghts engine failed at step") && said.contains(word), "{said}");
         let rows = column(&place.path("out/series.csv"), "t (s)");
         assert!(rows.len() > 2 && rows.is_sorted(), "{rows:?}");
         for entry in std::fs::read_dir(place.path("out")).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
-            assert!(
-                Path::new(&name).extension().is_none_or(|end| end != "tmp"),
-                "half-written: {name}"
-            );
+            assert!(Path::new(&name).extension().is_none_or(|end| end != "tmp"), "half-written: {name}");
         }
     }
 }
@@ -239,14 +201,7 @@ fn no_file_of_a_run_has_a_name_that_others_foresee_and_odd_names_of_directories_
         }
     };
     let out = format!("{odd}#r %*");
-    finishes(&[
-        "run",
-        "case.toml",
-        "--out",
-        &out,
-        "--set",
-        "output.checkpoint_every={ steps = 8 }",
-    ]);
+    finishes(&["run", "case.toml", "--out", &out, "--set", "output.checkpoint_every={ steps = 8 }"]);
     finishes(&["resume", &out, "--set", "run.end={ steps = 24 }"]);
     has(&place.text(&format!("{out}/liggghts.log")), &["pair_style gran"]);
 }

@@ -10,13 +10,7 @@ use std::process::{Command, ExitStatus};
 
 /// Five spheres, two steps.
 fn case() -> String {
-    changed(
-        SPHERES,
-        &[
-            ("volume_fraction = 0.1", "count = 5"),
-            ("steps = 10", "steps = 2"),
-        ],
-    )
+    changed(SPHERES, &[("volume_fraction = 0.1", "count = 5"), ("steps = 10", "steps = 2")])
 }
 
 type Resource = libc::__rlimit_resource_t;
@@ -29,10 +23,7 @@ fn place() -> Place {
     let place = Place::new(&case());
     std::fs::set_permissions(place.folder(), PermissionsExt::from_mode(0o777)).unwrap();
     // Not by this process: what another test starts meanwhile would hold the copy open to be written, and such a file cannot be run.
-    let copied = Command::new("cp")
-        .args([PROGRAM, "turbid"])
-        .current_dir(place.folder())
-        .status();
+    let copied = Command::new("cp").args([PROGRAM, "turbid"]).current_dir(place.folder()).status();
     assert!(copied.unwrap().success());
     place
 }
@@ -45,23 +36,13 @@ fn ends(
     arguments: &[&str],
 ) -> (ExitStatus, String) {
     let mut command = Command::new(place.path("turbid"));
-    command
-        .args(arguments)
-        .current_dir(place.folder())
-        .env("RUST_BACKTRACE", "0");
+    command.args(arguments).current_dir(place.folder()).env("RUST_BACKTRACE", "0");
     let limit = move || {
-        let limit = libc::rlimit {
-            rlim_cur: most,
-            rlim_max: most,
-        };
+        let limit = libc::rlimit { rlim_cur: most, rlim_max: most };
         // SAFETY: both calls take plain data and may be made between fork and exec.
         let done = user.is_none_or(|user| unsafe { libc::setuid(user) } == 0)
             && unsafe { libc::setrlimit(resource, &raw const limit) } == 0;
-        if done {
-            Ok(())
-        } else {
-            Err(io::Error::last_os_error())
-        }
+        if done { Ok(()) } else { Err(io::Error::last_os_error()) }
     };
     // SAFETY: the function makes system calls only.
     unsafe { command.pre_exec(limit) };
@@ -109,10 +90,7 @@ fn a_case_beyond_the_limit_of_the_address_space_is_refused_before_it_runs() {
     let dry = changed(
         &case(),
         &[
-            (
-                "[fluid]\ndensity = 1000.0\narchimedes = 1000",
-                "[dry]\ntime_step = 1e-6",
-            ),
+            ("[fluid]\ndensity = 1000.0\narchimedes = 1000", "[dry]\ntime_step = 1e-6"),
             ("[lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55", ""),
             ("size = { diameters = [4, 4, 4] }", "size = [1.0, 1.0, 1.0]"),
             ("count = 5", "volume_fraction = 0.1"),
@@ -146,9 +124,6 @@ fn no_limit_ends_a_run_with_a_signal_a_panic_or_a_hang() {
         let code = status.code();
         assert!(matches!(code, Some(0 | 2 | 4)), "{limit:?}: {status}\n{said}");
         assert!(!said.contains("panicked"), "{limit:?}: {status}\n{said}");
-        assert!(
-            code == Some(0) || said.contains("error: "),
-            "{limit:?}: {status}\n{said}"
-        );
+        assert!(code == Some(0) || said.contains("error: "), "{limit:?}: {status}\n{said}");
     }
 }

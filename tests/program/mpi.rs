@@ -47,11 +47,7 @@ fn liggghts_moves_the_particles_of_all_processes() {
     let place = Place::new(&crowd(60));
     let engine = ["--set", "dem.engine=liggghts"];
     let expected = on_threads(&place, "2", &engine);
-    let output = turbid(
-        &place,
-        3,
-        &[&["run", "case.toml", "--overwrite", "--quiet"], &engine[..]].concat(),
-    );
+    let output = turbid(&place, 3, &[&["run", "case.toml", "--overwrite", "--quiet"], &engine[..]].concat());
     assert!(output.status.success(), "{}", words(&output));
     assert!(result(&place) == expected);
 }
@@ -60,14 +56,7 @@ fn liggghts_moves_the_particles_of_all_processes() {
 #[test]
 fn liggghts_inside_of_one_of_several_processes_is_refused() {
     let place = Place::new(&crowd(60));
-    let arguments = [
-        "run",
-        "case.toml",
-        "--set",
-        "dem.engine=liggghts",
-        "--set",
-        "dem.liggghts.process=own",
-    ];
+    let arguments = ["run", "case.toml", "--set", "dem.engine=liggghts", "--set", "dem.liggghts.process=own"];
     let output = turbid(&place, 2, &arguments);
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -79,13 +68,7 @@ fn liggghts_inside_of_one_of_several_processes_is_refused() {
 fn a_failure_is_said_once_and_ends_all_processes_with_its_exit_code() {
     let place = Place::new(&crowd(60));
     // Far too stiff and fast for the time step.
-    let arguments = [
-        "run",
-        "case.toml",
-        "--quiet",
-        "--set",
-        "contact.youngs_modulus=1e12",
-    ];
+    let arguments = ["run", "case.toml", "--quiet", "--set", "contact.youngs_modulus=1e12"];
     let output = turbid(&place, 3, &arguments);
     let said = words(&output);
     assert_eq!(output.status.code(), Some(3), "{said}");
@@ -102,12 +85,7 @@ fn bad_input_is_said_once() {
     assert_eq!(said.matches("`fluid.density` is -1").count(), 1, "{said}");
     let output = turbid(&place, 2, &["check", "case.toml"]);
     assert!(output.status.success());
-    assert_eq!(
-        words(&output).matches("\n  cells per diameter").count(),
-        1,
-        "{}",
-        words(&output)
-    );
+    assert_eq!(words(&output).matches("\n  cells per diameter").count(), 1, "{}", words(&output));
 }
 
 #[test]
@@ -177,35 +155,20 @@ fn ranks_of(folder: &Path) -> Vec<(usize, u32)> {
         let here = std::fs::read_link(process.join("cwd")).ok()?;
         let words = std::fs::read(process.join("environ")).ok()?;
         let words = String::from_utf8_lossy(&words).into_owned();
-        let rank = words
-            .split('\0')
-            .find_map(|word| word.strip_prefix("OMPI_COMM_WORLD_RANK="))?;
+        let rank = words.split('\0').find_map(|word| word.strip_prefix("OMPI_COMM_WORLD_RANK="))?;
         let id = process.file_name()?.to_str()?.parse().ok()?;
         (here == folder).then_some((rank.parse().ok()?, id))
     };
-    std::fs::read_dir("/proc")
-        .unwrap()
-        .filter_map(|entry| rank(&entry.unwrap().path()))
-        .collect()
+    std::fs::read_dir("/proc").unwrap().filter_map(|entry| rank(&entry.unwrap().path())).collect()
 }
 
 #[test]
 fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
     // So many steps that it cannot end by itself.
     let place = Place::new(&crowd(10_000_000));
-    let every = [
-        "--set",
-        "output.checkpoint_every.steps=8",
-        "--set",
-        "run.average_from.steps=20",
-    ];
+    let every = ["--set", "output.checkpoint_every.steps=8", "--set", "run.average_from.steps=20"];
     let arguments = [&["run", "case.toml", "--quiet"], &every[..]].concat();
-    let job = place
-        .limited_job(3, &arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let job = place.limited_job(3, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let written = place.path("out/checkpoints/step-0000000024");
     let limit = Instant::now() + Duration::from_secs(60);
     let victim = loop {
@@ -219,13 +182,7 @@ fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
         std::thread::yield_now();
     };
     let killed = Instant::now();
-    assert!(
-        Command::new("kill")
-            .args(["-KILL", &victim.to_string()])
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("kill").args(["-KILL", &victim.to_string()]).status().unwrap().success());
     let output = job.wait_with_output().unwrap();
     let took = killed.elapsed();
     let said = words(&output);
@@ -236,15 +193,7 @@ fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_goes_on() {
 
     let newest: Option<u64> = std::fs::read_dir(written.parent().unwrap())
         .unwrap()
-        .filter_map(|entry| {
-            entry
-                .unwrap()
-                .file_name()
-                .to_str()?
-                .strip_prefix("step-")?
-                .parse()
-                .ok()
-        })
+        .filter_map(|entry| entry.unwrap().file_name().to_str()?.strip_prefix("step-")?.parse().ok())
         .max();
     let end = newest.expect("one is whole") + 20;
     let end = format!("run.end.steps={end}");

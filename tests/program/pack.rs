@@ -31,9 +31,7 @@ const WET: &str =
     "[fluid]\ndensity = 1000.0\nviscosity = 1e-5\n[lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55";
 
 fn case(medium: &str, spheres: &str, stones: &str) -> String {
-    (CASE.replace("MEDIUM", medium))
-        .replace("SPHERES", spheres)
-        .replace("STONES", stones)
+    (CASE.replace("MEDIUM", medium)).replace("SPHERES", spheres).replace("STONES", stones)
 }
 
 /// A folder with a case that reads `packed.csv` for all its particles.
@@ -55,10 +53,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
     place.write("dry.toml", case(DRY, "count = 24", "count = 12\nseed = 2"));
     place.well(&["run", "dry.toml", "--quiet"]);
     let said = place.well(&["pack", "--from", "out/dry", "--out", "packed.csv"]);
-    assert!(
-        said.contains("36 particles") && said.contains("step 400"),
-        "{said}"
-    );
+    assert!(said.contains("36 particles") && said.contains("step 400"), "{said}");
     let last = points::read(&OutputFiles::new(place.path("out/dry")).particles(400)).unwrap();
     let wet = load(&place);
     assert_eq!(last.len(), 36);
@@ -70,11 +65,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
         let template = here.template as usize;
         assert_eq!(there.kind as usize, wet.sections[template]);
         let given = here.orientation_given(&wet.frames[template]);
-        assert!(
-            given.angle_to(&there.orientation) < 1e-7,
-            "{given} {}",
-            there.orientation
-        );
+        assert!(given.angle_to(&there.orientation) < 1e-7, "{given} {}", there.orientation);
         let diameter = wet.templates[template].shape.equivalent_diameter();
         assert!((diameter / there.diameter - 1.0).abs() < 1e-12);
     }
@@ -94,10 +85,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
     let text = place.text("first.csv");
     assert_eq!(text.lines().count(), 37);
     let arguments = ["pack", "--from", "out/dry", "--step", "3", "--out", "none.csv"];
-    place.refused(
-        &arguments,
-        &["no particles of step 3", "from 0 to 400", "the nearest of them 0"],
-    );
+    place.refused(&arguments, &["no particles of step 3", "from 0 to 400", "the nearest of them 0"]);
     place.refused(
         &["pack", "--from", "out", "--out", "none.csv"],
         &["holds no files of particles", "particles_every"],
@@ -125,10 +113,7 @@ const STONE: f64 = 8.1e-4;
 
 #[test]
 fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_and_remedy() {
-    let stone = format!(
-        "{:?}",
-        (6.0 / std::f64::consts::PI * 1e-3 * 1.2e-3 * 1.4e-3 / 6.0_f64).cbrt()
-    );
+    let stone = format!("{:?}", (6.0 / std::f64::consts::PI * 1e-3 * 1.2e-3 * 1.4e-3 / 6.0_f64).cbrt());
     assert!((stone.parse::<f64>().unwrap() - STONE).abs() < 1e-5);
     let first = "3e-3,3e-3,3e-3,0,1e-3";
     let second = format!("1e-3,1e-3,1e-3,1,{stone}");
@@ -136,30 +121,15 @@ fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_
     assert_eq!(load(&place).particles.len(), 2);
     let both = |line: &str| format!("{HEADER}\n{first}\n{second}\n{line}\n");
     for (text, words) in [
-        (
-            both("1e-3,2e-3,3e-3,2,1e-3"),
-            ["packed.csv:4:16: `kind` is 2", "2 [[particles]] sections"],
-        ),
-        (
-            both("1e-3,2e-3,3e-3,0,9e-4"),
-            ["packed.csv:4:18: `diameter` is 0.0009 m", "list it in `sizes`"],
-        ),
-        (
-            both("1e-3,2e-3,3e-3,x,1e-3"),
-            ["packed.csv:4:16: `kind` is `x`", "whole number"],
-        ),
-        (
-            format!("{HEADER}\n{first}\n"),
-            ["no particles of kind 1", "count = 0"],
-        ),
+        (both("1e-3,2e-3,3e-3,2,1e-3"), ["packed.csv:4:16: `kind` is 2", "2 [[particles]] sections"]),
+        (both("1e-3,2e-3,3e-3,0,9e-4"), ["packed.csv:4:18: `diameter` is 0.0009 m", "list it in `sizes`"]),
+        (both("1e-3,2e-3,3e-3,x,1e-3"), ["packed.csv:4:16: `kind` is `x`", "whole number"]),
+        (format!("{HEADER}\n{first}\n"), ["no particles of kind 1", "count = 0"]),
         (
             "x,y,z,diameter\n3e-3,3e-3,3e-3,1e-3\n".to_owned(),
             ["no column `kind`", "2 [[particles]] sections read it"],
         ),
-        (
-            "x,y,z,kind\n3e-3,3e-3,3e-3,0\n".to_owned(),
-            ["no column `diameter`", "has 2 sizes"],
-        ),
+        ("x,y,z,kind\n3e-3,3e-3,3e-3,0\n".to_owned(), ["no column `diameter`", "has 2 sizes"]),
     ] {
         place.write("packed.csv", text);
         place.refused(&["check", "wet.toml"], &words);
@@ -170,10 +140,7 @@ fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_
     place.write("wet.toml", case(WET, file, "count = 1"));
     place.refused(
         &["check", "wet.toml"],
-        &[
-            "packed.csv:3:16: `kind` is 1",
-            "`particles.1` does not read this file",
-        ],
+        &["packed.csv:3:16: `kind` is 1", "`particles.1` does not read this file"],
     );
 }
 
@@ -190,10 +157,7 @@ fn contacts_may_overlap_in_the_state_of_a_run_and_nowhere_else() {
     };
     let accepted = only(&moving, &pair(3.97e-3, ",0.01"));
     let velocity = load(&accepted).particles[1].velocity();
-    assert_eq!(
-        velocity.map(f64::to_bits),
-        turbid::math::Vec3::new(0.0, 0.0, 0.01).map(f64::to_bits)
-    );
+    assert_eq!(velocity.map(f64::to_bits), turbid::math::Vec3::new(0.0, 0.0, 0.01).map(f64::to_bits));
     let spinning = load(&only(&format!("{HEADER},wx"), "3e-3,3e-3,3e-3,0,1e-3,5\n"));
     let inertia = 0.4 * spinning.templates[0].mass() * 0.25e-6;
     assert!((spinning.particles[0].angular_momentum[0] / (5.0 * inertia) - 1.0).abs() < 1e-12);
@@ -201,16 +165,8 @@ fn contacts_may_overlap_in_the_state_of_a_run_and_nowhere_else() {
     for (header, rows, words) in [
         (HEADER, pair(3.97e-3, ""), "of particles overlap"),
         (&moving, pair(3.9e-3, ",0.01"), "of particles overlap"),
-        (
-            HEADER,
-            "3e-3,3e-3,4.8e-4,0,1e-3\n".to_owned(),
-            "a wall at the start",
-        ),
-        (
-            &moving,
-            "3e-3,3e-3,4.4e-4,0,1e-3,0\n".to_owned(),
-            "a wall at the start",
-        ),
+        (HEADER, "3e-3,3e-3,4.8e-4,0,1e-3\n".to_owned(), "a wall at the start"),
+        (&moving, "3e-3,3e-3,4.4e-4,0,1e-3,0\n".to_owned(), "a wall at the start"),
     ] {
         only(header, &rows).refused(&["check", "wet.toml"], &[words]);
     }

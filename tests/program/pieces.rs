@@ -54,16 +54,7 @@ fn sparse() -> String {
 
 /// What so many threads write into a folder.
 fn on_threads(place: &Place, threads: &str, out: &str) -> PathBuf {
-    let run = [
-        "run",
-        "case.toml",
-        "--quiet",
-        "--overwrite",
-        "--threads",
-        threads,
-        "--out",
-        out,
-    ];
+    let run = ["run", "case.toml", "--quiet", "--overwrite", "--threads", threads, "--out", out];
     place.well(&run);
     place.path(out)
 }
@@ -77,11 +68,7 @@ fn three_threads_leave_the_very_files_of_one() {
     // Fields, particles, surfaces, contacts, force chains; pictures; and what there is once.
     assert_eq!(one.len(), 5 * STEPS.len() + 1 + 10, "{one:?}");
     for (name, path) in one.iter().filter(|(name, _)| *name != Path::new("summary.json")) {
-        assert!(
-            std::fs::read(path).unwrap() == std::fs::read(&three[name]).unwrap(),
-            "{}",
-            name.display()
-        );
+        assert!(std::fs::read(path).unwrap() == std::fs::read(&three[name]).unwrap(), "{}", name.display());
     }
 }
 
@@ -115,9 +102,8 @@ mod processes {
         let image = Image::read(path);
         let header = image.header();
         let piece = header.lines().find(|line| line.starts_with("<Piece ")).unwrap();
-        let extent: Vec<usize> = (attribute(piece, "Extent").split(' '))
-            .map(|n| n.parse().unwrap())
-            .collect();
+        let extent: Vec<usize> =
+            (attribute(piece, "Extent").split(' ')).map(|n| n.parse().unwrap()).collect();
         for line in header.lines().filter(|line| line.contains("format=\"appended\"")) {
             let components: usize = attribute(line, "NumberOfComponents").parse().unwrap();
             let values: Vec<u32> = image.array(line);
@@ -164,13 +150,10 @@ mod processes {
     }
 
     fn cells_of(piece: &PolyDataPiece) -> Vec<String> {
-        let mut points: Vec<String> = (piece.points.cast_into::<f64>().unwrap().chunks(3))
-            .map(|point| format!("{point:?}"))
-            .collect();
+        let mut points: Vec<String> =
+            (piece.points.cast_into::<f64>().unwrap().chunks(3)).map(|point| format!("{point:?}")).collect();
         for attribute in &piece.data.point {
-            let Attribute::DataArray(array) = attribute else {
-                panic!("no array")
-            };
+            let Attribute::DataArray(array) = attribute else { panic!("no array") };
             let values = array.data.cast_into::<f64>().unwrap();
             assert_eq!(values.len(), points.len() * array.num_comp(), "{}", array.name);
             for (point, values) in points.iter_mut().zip(values.chunks(array.num_comp())) {
@@ -179,18 +162,12 @@ mod processes {
         }
         let mut cells = Vec::new();
         for (kind, topology) in [&piece.verts, &piece.lines, &piece.polys].into_iter().enumerate() {
-            let Some(VertexNumbers::XML {
-                connectivity,
-                offsets,
-            }) = topology.clone()
-            else {
+            let Some(VertexNumbers::XML { connectivity, offsets }) = topology.clone() else {
                 continue;
             };
             let mut first = 0;
             for end in offsets {
-                let names = connectivity[first..end as usize]
-                    .iter()
-                    .map(|&p| points[p as usize].as_str());
+                let names = connectivity[first..end as usize].iter().map(|&p| points[p as usize].as_str());
                 cells.push(format!("{kind}: {}", names.collect::<Vec<_>>().join("; ")));
                 first = end as usize;
             }
@@ -208,10 +185,7 @@ mod processes {
         for step in STEPS {
             let index = pieces::index(&many.fields(step));
             let expected = cells(&one.fields(step));
-            assert!(
-                expected.len() > 1000 && cells(&index) == expected,
-                "fields at {step}"
-            );
+            assert!(expected.len() > 1000 && cells(&index) == expected, "fields at {step}");
             assert!(!many.fields(step).exists());
             let numbered = [
                 OutputFiles::surfaces,
@@ -243,9 +217,7 @@ mod processes {
                 assert_eq!(std::fs::read_to_string(&names[&name]).unwrap(), listed);
             }
         }
-        let pieces = (names.keys())
-            .filter(|name| name.to_string_lossy().contains("_p0000"))
-            .count();
+        let pieces = (names.keys()).filter(|name| name.to_string_lossy().contains("_p0000")).count();
         assert_eq!(pieces, 5 * STEPS.len() * processes);
         sizes
     }
@@ -286,10 +258,7 @@ mod processes {
         let found = files_below(&place.path("out"));
         assert!(found.contains_key(Path::new("particles/particles_0000000000.pvtp")));
         assert!(!found.contains_key(Path::new("particles/particles_0000000020.pvtp")));
-        assert!(
-            (found.keys()).all(|name| !name.to_string_lossy().contains(".tmp")),
-            "{found:?}"
-        );
+        assert!((found.keys()).all(|name| !name.to_string_lossy().contains(".tmp")), "{found:?}");
         let listed = std::fs::read_to_string(&found[Path::new("particles.pvd")]).unwrap();
         assert_eq!(listed.matches("<DataSet").count(), 1, "{listed}");
     }
@@ -309,15 +278,9 @@ mod processes {
         for (step, processes) in [(0, 3), (20, 3), (40, 2)] {
             let (count, all) = polygons(&pieces::index(&many.particles(step)));
             assert_eq!(count, processes, "particles at {step}");
-            assert!(
-                all == polygons(&expected.particles(step)).1,
-                "particles at {step}"
-            );
+            assert!(all == polygons(&expected.particles(step)).1, "particles at {step}");
             let fields = pieces::index(&many.fields(step));
-            assert!(
-                cells(&fields) == cells(&expected.fields(step)),
-                "fields at {step}"
-            );
+            assert!(cells(&fields) == cells(&expected.fields(step)), "fields at {step}");
             let third = pieces::piece(&many.fields(step), 2).exists();
             assert_eq!(third, processes == 3, "{step}");
         }

@@ -111,15 +111,7 @@ struct Left {
 impl Left {
     fn of(place: &Place, out: &str) -> Self {
         let mut summary = place.summary(out);
-        for key in [
-            "mlups",
-            "wall_seconds",
-            "stages",
-            "input",
-            "ranks",
-            "threads",
-            "resumed_from",
-        ] {
+        for key in ["mlups", "wall_seconds", "stages", "input", "ranks", "threads", "resumed_from"] {
             assert!(summary.as_object_mut().unwrap().remove(key).is_some(), "{key}");
         }
         let mut files = files_below(&place.path(out));
@@ -130,13 +122,8 @@ impl Left {
         for table in ["series.csv", "particle_series.csv"] {
             assert!(files.contains_key(Path::new(table)), "{table}");
         }
-        let files = files
-            .into_iter()
-            .map(|(name, path)| (name, std::fs::read(path).unwrap()));
-        Self {
-            summary,
-            files: files.collect(),
-        }
+        let files = files.into_iter().map(|(name, path)| (name, std::fs::read(path).unwrap()));
+        Self { summary, files: files.collect() }
     }
 
     /// The same numbers, files and bytes.
@@ -167,24 +154,10 @@ fn in_two_halves(place: &Place, steps: u64, options: &[&str], whole: &[&str]) {
     let whole = Left::of(place, "whole");
     for (before, after) in [("1", "3"), ("2", "1"), ("4", "2")] {
         // The only checkpoint is that of the end.
-        let first = [
-            "--threads",
-            before,
-            "--set",
-            &half,
-            "--set",
-            "output.checkpoint_every.steps=1000",
-        ];
+        let first = ["--threads", before, "--set", &half, "--set", "output.checkpoint_every.steps=1000"];
         run(&[&start, options, &first]);
         assert_eq!(checkpoints(place, "out"), [steps / 2]);
-        let second = [
-            "--threads",
-            after,
-            "--set",
-            &end,
-            "--set",
-            "output.checkpoint_every=never",
-        ];
+        let second = ["--threads", after, "--set", &end, "--set", "output.checkpoint_every=never"];
         let said = run(&[&["resume", "out", "--quiet"], &second]);
         assert_eq!(said, "", "quiet");
         Left::of(place, "out").must_be(&whole, &format!("{before} and then {after} threads"));
@@ -206,12 +179,7 @@ fn bodies_between_walls_without_a_fluid_go_on_to_the_bit_on_other_threads() {
 fn spheres_that_liggghts_moves_go_on_to_the_bit_on_other_threads() {
     // To be saved, LIGGGHTS makes its lists anew: it goes on as it would have without the end, but not as if never saved.
     let saved = ["--set", "output.checkpoint_every.steps=40"];
-    in_two_halves(
-        &Place::new(&crowd()),
-        80,
-        &["--set", "dem.engine=liggghts"],
-        &saved,
-    );
+    in_two_halves(&Place::new(&crowd()), 80, &["--set", "dem.engine=liggghts"], &saved);
 }
 
 #[test]
@@ -223,26 +191,13 @@ fn stones_between_sliding_walls_go_on_to_the_bit_without_the_files_of_the_case()
     let places = "x,y,z\n1.5e-3,1.5e-3,2e-3\n4.5e-3,1.5e-3,4e-3\n1.5e-3,4.5e-3,6e-3\n4.5e-3,4.5e-3,2e-3\n";
     place.write("places.csv", places);
     place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
-    let options = [
-        "--set",
-        "run.end.steps=40",
-        "--set",
-        "output.checkpoint_every.steps=40",
-    ];
+    let options = ["--set", "run.end.steps=40", "--set", "output.checkpoint_every.steps=40"];
     place.well(&[&["run", "case.toml", "--quiet", "--threads", "2"], &options[..]].concat());
     for file in ["case.toml", "places.csv", "meshes/stone.stl"] {
         std::fs::remove_file(place.path(file)).unwrap();
     }
     std::fs::rename(place.path("out"), place.path("moved")).unwrap();
-    place.well(&[
-        "resume",
-        "moved",
-        "--quiet",
-        "--threads",
-        "3",
-        "--set",
-        "run.end.steps=80",
-    ]);
+    place.well(&["resume", "moved", "--quiet", "--threads", "3", "--set", "run.end.steps=80"]);
     Left::of(&place, "moved").must_be(&Left::of(&place, "whole"), "elsewhere");
 }
 
@@ -273,14 +228,8 @@ fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
         }
         // Processes write frames in pieces, whose contents `pieces.rs` compares.
         let in_one_file = |left: Left| {
-            let one = |name: &Path| {
-                name.extension()
-                    .is_some_and(|kind| kind == "csv" || kind == "png")
-            };
-            Left {
-                files: left.files.into_iter().filter(|(name, _)| one(name)).collect(),
-                ..left
-            }
+            let one = |name: &Path| name.extension().is_some_and(|kind| kind == "csv" || kind == "png");
+            Left { files: left.files.into_iter().filter(|(name, _)| one(name)).collect(), ..left }
         };
         let whole = in_one_file(Left::of(&place, "whole"));
         assert!(whole.files.len() > 4);
@@ -292,19 +241,9 @@ fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
 fn a_run_that_goes_on_twice_keeps_the_spacings_of_its_first_length() {
     // Rows and frames by their defaults, which depend on the length.
     let case = crowd();
-    let case = case
-        .split("series_every")
-        .next()
-        .unwrap()
-        .replace("average_from = { steps = 0 }\n", "");
+    let case = case.split("series_every").next().unwrap().replace("average_from = { steps = 0 }\n", "");
     let place = Place::new(&case);
-    place.well(&[
-        "run",
-        "case.toml",
-        "--quiet",
-        "--set",
-        "output.checkpoint_every.steps=50",
-    ]);
+    place.well(&["run", "case.toml", "--quiet", "--set", "output.checkpoint_every.steps=50"]);
     for end in ["run.end.steps=100", "run.end.steps=110"] {
         place.well(&["resume", "out", "--quiet", "--set", end]);
     }
@@ -320,34 +259,15 @@ fn a_run_that_goes_on_twice_keeps_the_spacings_of_its_first_length() {
 fn a_damaged_checkpoint_is_named_and_the_one_before_it_used() {
     let place = Place::new(&crowd());
     place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
-    let options = [
-        "--set",
-        "run.end.steps=60",
-        "--set",
-        "output.checkpoint_every.steps=20",
-    ];
+    let options = ["--set", "run.end.steps=60", "--set", "output.checkpoint_every.steps=20"];
     place.well(&[&["run", "case.toml", "--quiet", "--threads", "2"], &options[..]].concat());
     assert_eq!(checkpoints(&place, "out"), [40, 60]);
-    flip(
-        &place.path("out/checkpoints/step-0000000060/part-00001.bin"),
-        |length| length - 9,
-    );
+    flip(&place.path("out/checkpoints/step-0000000060/part-00001.bin"), |length| length - 9);
     // A checkpoint that was being written when the run was killed.
     std::fs::create_dir(place.path("out/checkpoints/step-0000000080.partial")).unwrap();
-    let said = place.well(&[
-        "resume",
-        "out",
-        "--threads",
-        "3",
-        "--quiet",
-        "--set",
-        "run.end.steps=80",
-    ]);
+    let said = place.well(&["resume", "out", "--threads", "3", "--quiet", "--set", "run.end.steps=80"]);
     assert_eq!(said.matches("warning").count(), 1, "{said}");
-    assert!(
-        said.contains("checkpoint step-0000000060: part 1, plane z = 29 is damaged"),
-        "{said}"
-    );
+    assert!(said.contains("checkpoint step-0000000060: part 1, plane z = 29 is damaged"), "{said}");
     Left::of(&place, "out").must_be(&Left::of(&place, "whole"), "from step 40");
     assert_eq!(checkpoints(&place, "out"), [60, 80]);
 }
@@ -355,73 +275,31 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_used() {
 #[test]
 fn if_no_checkpoint_is_sound_each_is_named_and_nothing_is_changed() {
     let place = Place::new(&crowd());
-    place.well(&[
-        "run",
-        "case.toml",
-        "--quiet",
-        "--set",
-        "output.checkpoint_every.steps=40",
-    ]);
+    place.well(&["run", "case.toml", "--quiet", "--set", "output.checkpoint_every.steps=40"]);
     let before = Left::of(&place, "out");
-    flip(
-        &place.path("out/checkpoints/step-0000000040/manifest.toml"),
-        |_| 100,
-    );
-    flip(
-        &place.path("out/checkpoints/step-0000000080/part-00000.bin"),
-        |_| 30,
-    );
+    flip(&place.path("out/checkpoints/step-0000000040/manifest.toml"), |_| 100);
+    flip(&place.path("out/checkpoints/step-0000000080/part-00000.bin"), |_| 30);
     let said = place.ends(2, &["resume", "out"]);
-    assert!(
-        said.contains("checkpoint step-0000000040: manifest.toml is damaged"),
-        "{said}"
-    );
-    assert!(
-        said.contains("checkpoint step-0000000080: part 0: its head is damaged"),
-        "{said}"
-    );
+    assert!(said.contains("checkpoint step-0000000040: manifest.toml is damaged"), "{said}");
+    assert!(said.contains("checkpoint step-0000000080: part 0: its head is damaged"), "{said}");
     Left::of(&place, "out").must_be(&before, "after a refusal");
 }
 
 #[test]
 fn what_cannot_go_on_is_refused_with_a_remedy() {
     let place = Place::new(&crowd());
-    place.well(&[
-        "run",
-        "case.toml",
-        "--quiet",
-        "--set",
-        "output.checkpoint_every.steps=40",
-    ]);
+    place.well(&["run", "case.toml", "--quiet", "--set", "output.checkpoint_every.steps=40"]);
     let before = Left::of(&place, "out");
     for (arguments, words) in [
-        (
-            &["resume", "nowhere"][..],
-            &["nowhere/checkpoints", "output.checkpoint_every"][..],
-        ),
-        (
-            &["resume", "out", "--set", "fluid.density=900"],
-            &["fluid.density=900", "only keys below"],
-        ),
-        (
-            &["resume", "out", "--set", "output.directory=b"],
-            &["its own directory"],
-        ),
-        (
-            &["resume", "out", "--set", "run.end.steps=79"],
-            &["has done 80 steps", "later end"],
-        ),
-        (
-            &["resume", "out", "--threads", "5000"],
-            &["too many", "--threads"],
-        ),
+        (&["resume", "nowhere"][..], &["nowhere/checkpoints", "output.checkpoint_every"][..]),
+        (&["resume", "out", "--set", "fluid.density=900"], &["fluid.density=900", "only keys below"]),
+        (&["resume", "out", "--set", "output.directory=b"], &["its own directory"]),
+        (&["resume", "out", "--set", "run.end.steps=79"], &["has done 80 steps", "later end"]),
+        (&["resume", "out", "--threads", "5000"], &["too many", "--threads"]),
         (&["resume", "out", "--max-walltime", "soon"], &["01:30:00"]),
     ] {
         let said = place.ends(2, arguments);
-        assert!(
-            words.iter().all(|word| said.contains(word)),
-            "{arguments:?}: {said}"
-        );
+        assert!(words.iter().all(|word| said.contains(word)), "{arguments:?}: {said}");
     }
     Left::of(&place, "out").must_be(&before, "after refusals");
     // A run that is at its end comes to it again.
@@ -433,13 +311,7 @@ fn what_cannot_go_on_is_refused_with_a_remedy() {
 #[test]
 fn a_fresh_run_replaces_the_one_before_only_when_it_is_told_to() {
     let place = Place::new(&crowd());
-    place.well(&[
-        "run",
-        "case.toml",
-        "--quiet",
-        "--set",
-        "output.checkpoint_every.steps=40",
-    ]);
+    place.well(&["run", "case.toml", "--quiet", "--set", "output.checkpoint_every.steps=40"]);
     place.write("out/checkpoints/notes", "mine");
     let before = Left::of(&place, "out");
     let said = place.ends(2, &["run", "case.toml"]);

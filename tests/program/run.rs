@@ -60,10 +60,8 @@ impl Run {
 
     /// Files of a folder of the output, in order.
     fn files(&self, folder: &str) -> Vec<PathBuf> {
-        let mut files: Vec<PathBuf> = std::fs::read_dir(self.out().join(folder))
-            .unwrap()
-            .map(|entry| entry.unwrap().path())
-            .collect();
+        let mut files: Vec<PathBuf> =
+            std::fs::read_dir(self.out().join(folder)).unwrap().map(|entry| entry.unwrap().path()).collect();
         files.sort();
         files
     }
@@ -74,10 +72,7 @@ impl Run {
         assert!(text.trim_end().ends_with("</VTKFile>"), "{text}");
         let all = |key: &str| -> Vec<String> {
             let marker = format!(" {key}=\"");
-            text.split(&marker)
-                .skip(1)
-                .map(|part| part.split('"').next().unwrap().to_owned())
-                .collect()
+            text.split(&marker).skip(1).map(|part| part.split('"').next().unwrap().to_owned()).collect()
         };
         let times: Vec<f64> = all("timestep").iter().map(|t| t.parse().unwrap()).collect();
         assert!(times.is_sorted(), "{times:?}");
@@ -94,10 +89,7 @@ impl Run {
         for path in self.collection("particles") {
             check_particles(&path);
         }
-        assert_eq!(
-            self.collection("contacts").len(),
-            self.collection("force_chains").len()
-        );
+        assert_eq!(self.collection("contacts").len(), self.collection("force_chains").len());
         for path in self.files("pictures") {
             check_picture(&path);
         }
@@ -143,9 +135,7 @@ fn check_fields(path: &Path) {
 }
 
 fn check_particles(path: &Path) {
-    let [piece] = &polygons(path)[..] else {
-        panic!("not one piece")
-    };
+    let [piece] = &polygons(path)[..] else { panic!("not one piece") };
     let mut ids = point_data(piece, "id");
     ids.dedup();
     assert_eq!(ids, (0..PARTICLES).map(|i| i as f64).collect::<Vec<_>>());
@@ -155,16 +145,11 @@ fn check_particles(path: &Path) {
 }
 
 fn check_picture(path: &Path) {
-    let mut reader = png::Decoder::new(BufReader::new(std::fs::File::open(path).unwrap()))
-        .read_info()
-        .unwrap();
+    let mut reader =
+        png::Decoder::new(BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut pixels).unwrap();
-    assert!(
-        pixels.iter().any(|&p| p != pixels[0]),
-        "{} is empty",
-        path.display()
-    );
+    assert!(pixels.iter().any(|&p| p != pixels[0]), "{} is empty", path.display());
 }
 
 #[test]
@@ -194,11 +179,7 @@ fn a_run_writes_everything_it_promises() {
         "volume_fraction",
         "mlups",
     ] {
-        assert!(
-            summary[key].as_f64().is_some_and(|x| x > 0.0),
-            "{key}: {}",
-            summary[key]
-        );
+        assert!(summary[key].as_f64().is_some_and(|x| x > 0.0), "{key}: {}", summary[key]);
     }
     let stages = summary["stages"].as_object().unwrap();
     for stage in ["map", "fluid", "halo", "loads", "dem"] {
@@ -211,11 +192,7 @@ fn a_run_writes_everything_it_promises() {
 
     // The mean is that of the series from the step on that the case names.
     let series = place.series();
-    let later: Vec<f64> = series
-        .iter()
-        .filter(|row| row[0] >= 20.0)
-        .map(|row| row[3])
-        .collect();
+    let later: Vec<f64> = series.iter().filter(|row| row[0] >= 20.0).map(|row| row[3]).collect();
     let mean = later.iter().sum::<f64>() / later.len() as f64;
     let written = summary["settling_velocity_over_stokes"].as_f64().unwrap();
     assert!((written / mean - 1.0).abs() < 1e-12, "{written} {mean}");
@@ -242,10 +219,7 @@ fn stopped_by(signal: i32, place: &Run) {
     let turbid = place.command(&endless);
     // Whoever runs the tests may have them ignore SIGHUP.
     let mut command = Command::new("env");
-    command
-        .arg("--default-signal=HUP")
-        .arg(turbid.get_program())
-        .args(turbid.get_args());
+    command.arg("--default-signal=HUP").arg(turbid.get_program()).args(turbid.get_args());
     command.current_dir(place.0.folder());
     let mut child = Guard::of(command);
     let series = place.out().join("series.csv");
@@ -266,11 +240,7 @@ fn a_run_that_is_told_to_stop_ends_cleanly_with_readable_files() {
         let last = summary["steps"].as_u64().unwrap();
         assert!(series.len() >= 20 && last < 100_000_000);
         assert_eq!(series.last().unwrap()[0] as u64, last);
-        for (folder, prefix) in [
-            ("fields", "fields"),
-            ("particles", "particles"),
-            ("pictures", "velocity"),
-        ] {
+        for (folder, prefix) in [("fields", "fields"), ("particles", "particles"), ("pictures", "velocity")] {
             let name = place.files(folder).pop().unwrap();
             let name = name.file_stem().unwrap().to_string_lossy().into_owned();
             assert_eq!(name, format!("{prefix}_{last:010}"));
@@ -298,14 +268,9 @@ fn diverges(arguments: &[&str]) -> String {
 
 /// The number after a word.
 fn number_after(said: &str, word: &str) -> f64 {
-    let rest = said
-        .split(word)
-        .nth(1)
-        .unwrap_or_else(|| panic!("no `{word}` in {said}"));
+    let rest = said.split(word).nth(1).unwrap_or_else(|| panic!("no `{word}` in {said}"));
     let number = rest.trim_start().split([':', ' ', ',']).next().unwrap();
-    number
-        .parse()
-        .unwrap_or_else(|_| panic!("no number after `{word}` in {said}"))
+    number.parse().unwrap_or_else(|_| panic!("no number after `{word}` in {said}"))
 }
 
 #[test]

@@ -54,15 +54,9 @@ fn cubes() -> String {
 /// Spheres and cubes that are thrown at walls, of which one moves; sub-steps.
 fn walls() -> String {
     let mut particles = String::new();
-    for (n, shape) in ["sphere = { diameter = 5e-4 }", "cube = { edge = 4e-4 }"]
-        .iter()
-        .enumerate()
-    {
-        write!(
-            particles,
-            "[[particles]]\nshape = {{ {shape} }}\ndensity = 2600.0\ncount = 30\nseed = {n}\n"
-        )
-        .unwrap();
+    for (n, shape) in ["sphere = { diameter = 5e-4 }", "cube = { edge = 4e-4 }"].iter().enumerate() {
+        write!(particles, "[[particles]]\nshape = {{ {shape} }}\ndensity = 2600.0\ncount = 30\nseed = {n}\n")
+            .unwrap();
     }
     case(
         "size = [2.4e-3, 2.5e-3, 2.7e-3]\nperiodic = [true, false, false]\nfaces = { \"y+\" = { velocity = [0.02, 0, 0] } }",
@@ -87,11 +81,7 @@ fn crossing() -> String {
     let particles = format!(
         "[[particles]]\nshape = {{ sphere = {{ diameter = 5e-4 }} }}\ndensity = 9000.0\nlist = [\n{positions}]"
     );
-    case(
-        "size = [4e-3, 4e-3, 4e-3]",
-        &particles,
-        "[driving]\ngravity = 0.0",
-    )
+    case("size = [4e-3, 4e-3, 4e-3]", &particles, "[driving]\ngravity = 0.0")
 }
 
 /// What a run leaves behind that must be the same: the hash of its state, and the rows of its series and paths.
@@ -99,23 +89,14 @@ fn outcome(place: &Place) -> [Vec<u8>; 3] {
     let summary = place.summary("out");
     assert_eq!(summary["steps"], 300);
     let [series, paths] = ["out/series.csv", "out/particle_series.csv"].map(|name| place.text(name));
-    [
-        summary["state_hash"].to_string().into_bytes(),
-        series.into_bytes(),
-        paths.into_bytes(),
-    ]
+    [summary["state_hash"].to_string().into_bytes(), series.into_bytes(), paths.into_bytes()]
 }
 
 /// Options of a run: precision and coupling.
 fn options(precision: &str, coupling: &str) -> Vec<String> {
-    let run = "run case.toml --overwrite --quiet --set"
-        .split(' ')
-        .map(str::to_owned);
-    let keys = [
-        format!("fluid.precision={precision}"),
-        "--set".to_owned(),
-        format!("lattice.coupling={coupling}"),
-    ];
+    let run = "run case.toml --overwrite --quiet --set".split(' ').map(str::to_owned);
+    let keys =
+        [format!("fluid.precision={precision}"), "--set".to_owned(), format!("lattice.coupling={coupling}")];
     run.chain(keys).collect()
 }
 
@@ -187,9 +168,7 @@ fn particles_that_cross_faces_edges_and_corners_have_the_same_bits_on_any_ranks(
     // Of the first 16 particles (plane z = 0): how many borders, half a box apart, each has crossed in all.
     let (first, last) = (&rows[..16], &rows[rows.len() - 16..]);
     let borders = |before: &[f64], after: &[f64]| {
-        (3..6)
-            .filter(|&a| (before[a] / 2e-3).floor() as i64 != (after[a] / 2e-3).floor() as i64)
-            .count()
+        (3..6).filter(|&a| (before[a] / 2e-3).floor() as i64 != (after[a] / 2e-3).floor() as i64).count()
     };
     let mut crossed = [0; 4];
     for (before, after) in first.iter().zip(last) {

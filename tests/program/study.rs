@@ -82,11 +82,7 @@ impl Folder {
     fn well(&self, arguments: &[&str]) -> String {
         let output = self.study(arguments);
         let complaint = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            output.status.success(),
-            "{arguments:?}: {}, {complaint}",
-            output.status
-        );
+        assert!(output.status.success(), "{arguments:?}: {}, {complaint}", output.status);
         String::from_utf8(output.stdout).unwrap()
     }
 
@@ -122,23 +118,14 @@ fn a_study_that_is_stopped_goes_on_and_ends_with_the_numbers_of_one_that_was_not
     child.ends_with(4);
     assert_eq!(place.result("parts").len(), 1);
     let list = place.well(&["study.toml", "--out", "parts", "--list"]);
-    assert!(
-        list.contains("phi0.2_seed1") && list.contains("part, up to step "),
-        "{list}"
-    );
-    assert!(
-        list.contains("1 of 4 runs done") && list.contains("measured"),
-        "{list}"
-    );
+    assert!(list.contains("phi0.2_seed1") && list.contains("part, up to step "), "{list}");
+    assert!(list.contains("1 of 4 runs done") && list.contains("measured"), "{list}");
 
     let said = place.well(&parts);
     assert!(said.contains("[1/3] phi0.2_seed1, from step "), "{said}");
     assert!(said.contains("4 of 4 runs done, 2 of 2 checks passed"), "{said}");
     assert_eq!(place.result("parts"), place.result("whole"));
-    assert!(
-        !place.path("parts/phi0.2_seed1/checkpoints").exists(),
-        "they are of no use any more"
-    );
+    assert!(!place.path("parts/phi0.2_seed1/checkpoints").exists(), "they are of no use any more");
     let [mut parts, mut whole] = ["parts", "whole"].map(|out| place.document(out));
     for document in [&mut parts, &mut whole] {
         assert_eq!(document["runs"]["done"], 4);
@@ -155,29 +142,16 @@ fn what_has_ended_is_not_repeated_and_a_longer_study_does_only_what_is_new() {
     let place = Folder::new(STUDY);
     let first = place.well(&["study.toml", "--out", "a", "--only", "phi0.1"]);
     assert!(first.contains("2 of 4 runs done"), "{first}");
-    let ended = || {
-        fs::metadata(place.path("a/phi0.1_seed1/summary.json"))
-            .unwrap()
-            .modified()
-            .unwrap()
-    };
+    let ended = || fs::metadata(place.path("a/phi0.1_seed1/summary.json")).unwrap().modified().unwrap();
     let before = ended();
     let second = place.well(&["study.toml", "--out", "a"]);
-    assert!(
-        second.contains("[2/2] phi0.2_seed2") && !second.contains("] phi0.1"),
-        "{second}"
-    );
+    assert!(second.contains("[2/2] phi0.2_seed2") && !second.contains("] phi0.1"), "{second}");
     assert_eq!(ended(), before);
     // Another study beside it takes what is the same.
-    let other = STUDY
-        .replace("case = ", "shares = [\"a\"]\ncase = ")
-        .replace("[0.1, 0.2]", "[0.2, 0.15]");
+    let other = STUDY.replace("case = ", "shares = [\"a\"]\ncase = ").replace("[0.1, 0.2]", "[0.2, 0.15]");
     fs::write(place.path("other.toml"), other).unwrap();
     let list = place.well(&["other.toml", "--out", "b", "--list"]);
-    assert!(
-        list.contains("2 of 4 runs done") && list.contains("done, in a/phi0.2_seed1"),
-        "{list}"
-    );
+    assert!(list.contains("2 of 4 runs done") && list.contains("done, in a/phi0.2_seed1"), "{list}");
 }
 
 #[test]
@@ -187,10 +161,7 @@ fn a_run_that_fails_is_told_of_and_the_others_are_done_all_the_same() {
     let place = Folder::new(
         &STUDY
             .replace("values = [0.1, 0.2]", &format!("values = [{light}, 0.2]"))
-            .replace(
-                "references = [{ law = \"richardson_zaki\" }]\n",
-                "only = { phi = 0.2 }\n",
-            )
+            .replace("references = [{ law = \"richardson_zaki\" }]\n", "only = { phi = 0.2 }\n")
             .replace("x = \"phi\"", "x = \"seed\""),
     );
     let output = place.study(&["study.toml", "--out", "out"]);
@@ -218,10 +189,8 @@ fn benchmarks_have_a_speed_and_the_shares_of_the_stages() {
         rows[0][column].parse().unwrap()
     };
     assert!(number("mlups") > 0.0 && number("memory_bytes") > 1e6);
-    let shares: f64 = ["map", "fluid", "loads", "dem", "halo"]
-        .iter()
-        .map(|stage| number(&format!("share_{stage}")))
-        .sum();
+    let shares: f64 =
+        ["map", "fluid", "loads", "dem", "halo"].iter().map(|stage| number(&format!("share_{stage}"))).sum();
     assert!((shares - 1.0).abs() < 1e-9, "{shares}");
     let again = place.well(&["study.toml", "--out", "out", "--list"]);
     assert!(again.contains("2 of 4 runs done"), "{again}");
@@ -245,10 +214,7 @@ fn the_studies_of_the_reference_are_sound() {
             continue;
         }
         let list = place.well(&[path.to_str().unwrap(), "--out", &name, "--list"]);
-        assert!(
-            list.contains("0 of ") && list.contains("nothing was measured"),
-            "{name}: {list}"
-        );
+        assert!(list.contains("0 of ") && list.contains("nothing was measured"), "{name}: {list}");
         found += 1;
     }
     assert!(found >= 7, "{found}");

@@ -54,9 +54,7 @@ struct Row {
 
 /// A random number in (0, 1) of a fixed sequence.
 fn random(seed: &mut u64) -> f64 {
-    *seed = seed
-        .wrapping_mul(6_364_136_223_846_793_005)
-        .wrapping_add(1_442_695_040_888_963_407);
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
@@ -64,9 +62,7 @@ fn random(seed: &mut u64) -> f64 {
 fn spheres(volume_fraction: f64) -> f64 {
     // `1 / K` is nearly a quadratic in the cube root between three neighbours.
     let x = volume_fraction.cbrt();
-    let at = SPHERES
-        .partition_point(|&(phi, _)| phi < volume_fraction)
-        .clamp(1, SPHERES.len() - 2);
+    let at = SPHERES.partition_point(|&(phi, _)| phi < volume_fraction).clamp(1, SPHERES.len() - 2);
     let near = &SPHERES[at - 1..=at + 1];
     let mut sum = 0.0;
     for (i, &(phi, k)) in near.iter().enumerate() {
@@ -103,16 +99,8 @@ fn measure(row: &Row) -> Outcome {
     let edge = (row.resolution * (PI / 6.0 / row.volume_fraction).cbrt()).round();
     let cells = edge as usize;
     let radius = 0.5 * edge * (6.0 * row.volume_fraction / PI).cbrt();
-    let domain = Domain {
-        periodic: [true; 3],
-        cells: [cells; 3],
-        dx: 1.0,
-    };
-    let units = Units {
-        dx: 1.0,
-        dt: 1.0,
-        density: 1.0,
-    };
+    let domain = Domain { periodic: [true; 3], cells: [cells; 3], dx: 1.0 };
+    let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
     let decomposition = Decomposition::new(domain, 1).expect("one block");
     let shape: Arc<dyn Shape> = if row.cube {
         Arc::new(Cuboid::new(Vec3::repeat(edge * row.volume_fraction.cbrt())).expect("a cube"))
@@ -122,11 +110,7 @@ fn measure(row: &Row) -> Outcome {
     let nu = (row.tau - 0.5) / 3.0;
     // A cube of this volume fraction in an array has a drag factor close to this (relative to the sphere of equal volume).
     let expected = if row.cube {
-        if (row.volume_fraction - 0.064).abs() < 1e-9 {
-            3.3203
-        } else {
-            1.13 * spheres(row.volume_fraction)
-        }
+        if (row.volume_fraction - 0.064).abs() < 1e-9 { 3.3203 } else { 1.13 * spheres(row.volume_fraction) }
     } else {
         spheres(row.volume_fraction)
     };
@@ -151,11 +135,7 @@ fn measure(row: &Row) -> Outcome {
         };
         particle.set_orientation(&Quat::new_normalize(q));
     }
-    let templates: Arc<[Template]> = Arc::new([Template {
-        shape: shape.clone(),
-        material: 0,
-        density: 1.0,
-    }]);
+    let templates: Arc<[Template]> = Arc::new([Template { shape: shape.clone(), material: 0, density: 1.0 }]);
     let params = FluidParams {
         relaxation_time: row.tau,
         collision: row.collision,
@@ -168,21 +148,12 @@ fn measure(row: &Row) -> Outcome {
     let coupled = CouplingParams {
         units,
         solids: row.solids,
-        fraction: if row.solids.is_saturated() {
-            Fraction::Volume(row.faces)
-        } else {
-            Fraction::Ramp(0.5)
-        },
+        fraction: if row.solids.is_saturated() { Fraction::Volume(row.faces) } else { Fraction::Ramp(0.5) },
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::FluidOnly,
     };
     let mut coupling = Coupling::new(coupled, &decomposition, 0, shape.circumradius());
-    let mut store = ParticleStore {
-        templates,
-        particles: vec![particle],
-        owned: 1,
-        owners: vec![0],
-    };
+    let mut store = ParticleStore { templates, particles: vec![particle], owned: 1, owners: vec![0] };
     let volume = edge.powi(3);
     let time_constant = volume / resistance;
     let interval = ((time_constant / 4.0).ceil() as u64).max(50);
@@ -219,12 +190,9 @@ fn measure(row: &Row) -> Outcome {
             let n = forces.len() as f64;
             let force = forces.iter().sum::<Vec3>() / n;
             // Against the trend over the interval.
-            let slope = forces
-                .iter()
-                .enumerate()
-                .map(|(i, f)| (i as f64 - 0.5 * (n - 1.0)) * f.z)
-                .sum::<f64>()
-                / (n * (n * n - 1.0) / 12.0);
+            let slope =
+                forces.iter().enumerate().map(|(i, f)| (i as f64 - 0.5 * (n - 1.0)) * f.z).sum::<f64>()
+                    / (n * (n * n - 1.0) / 12.0);
             let off: Vec<f64> = forces
                 .iter()
                 .enumerate()
@@ -275,9 +243,7 @@ fn main() {
     println!(
         "solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps"
     );
-    let keys = [
-        "solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re",
-    ];
+    let keys = ["solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re"];
     // One for all, and no column.
     let faces: f64 = lists["faces"].join(",").parse().expect("a number");
     let total: usize = keys.iter().map(|k| lists[*k].len()).product();

@@ -40,12 +40,7 @@ pub fn launched() -> Option<Launched> {
             "OMPI_COMM_WORLD_LOCAL_SIZE",
         ],
         ["PMI_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"],
-        [
-            "PMIX_RANK",
-            "SLURM_PROCID",
-            "SLURM_NTASKS",
-            "SLURM_NTASKS_PER_NODE",
-        ],
+        ["PMIX_RANK", "SLURM_PROCID", "SLURM_NTASKS", "SLURM_NTASKS_PER_NODE"],
     ];
     let number = |name: &str| std::env::var(name).ok()?.parse().ok();
     NAMES.iter().find_map(|[mark, rank, size, here]| {
@@ -183,9 +178,8 @@ impl Comm {
             Self::Solo => {}
             Self::Threads(comm) => {
                 for bytes in comm.all_gather(bytemuck::cast_slice(values).to_vec()) {
-                    for (value, theirs) in values
-                        .iter_mut()
-                        .zip(bytemuck::pod_collect_to_vec::<u8, f64>(&bytes))
+                    for (value, theirs) in
+                        values.iter_mut().zip(bytemuck::pod_collect_to_vec::<u8, f64>(&bytes))
                     {
                         *value = value.max(theirs);
                     }
@@ -242,9 +236,7 @@ impl Comm {
         let Some(counters) = self.counters() else {
             return Vec::new();
         };
-        counters
-            .exchange
-            .add(messages.len(), messages.iter().map(Vec::len).sum());
+        counters.exchange.add(messages.len(), messages.iter().map(Vec::len).sum());
         counters.exchange.time(|| match self {
             Self::Solo => Vec::new(),
             Self::Threads(comm) => comm.exchange(peers, messages),
@@ -278,10 +270,7 @@ fn buffers<T: Pod>(lengths: &[usize]) -> Result<Vec<Vec<T>>> {
 /// Numbers of messages and bytes that a start of a pattern sends to others.
 fn sent<T>(rank: usize, peers: &[usize], lengths: &[usize]) -> [usize; 2] {
     let others = || peers.iter().zip(lengths).filter(|(peer, _)| **peer != rank);
-    [
-        others().count(),
-        others().map(|(_, length)| length * size_of::<T>()).sum(),
-    ]
+    [others().count(), others().map(|(_, length)| length * size_of::<T>()).sum()]
 }
 
 /// Messages of the only rank to itself.
@@ -293,11 +282,7 @@ struct SoloHalo<T> {
 
 impl<T: Pod> SoloHalo<T> {
     fn new(lengths: &[usize]) -> Result<Self> {
-        Ok(Self {
-            outgoing: buffers(lengths)?,
-            incoming: buffers(lengths)?,
-            under_way: false,
-        })
+        Ok(Self { outgoing: buffers(lengths)?, incoming: buffers(lengths)?, under_way: false })
     }
 }
 
@@ -341,36 +326,21 @@ mod tests {
         comm.max(&mut most);
         assert_eq!(most.map(|x| x as i64), [n - 1, 0]);
         let all = comm.all_gather(vec![rank as u8; rank]);
-        assert!(
-            all.iter()
-                .enumerate()
-                .all(|(r, bytes)| *bytes == vec![r as u8; r])
-                && all.len() == size
-        );
+        assert!(all.iter().enumerate().all(|(r, bytes)| *bytes == vec![r as u8; r]) && all.len() == size);
         let gathered = comm.gather(vec![7, rank as u8]);
         assert_eq!(gathered.len(), if rank == 0 { size } else { 0 });
-        assert!(
-            gathered
-                .iter()
-                .enumerate()
-                .all(|(r, bytes)| *bytes == [7, r as u8])
-        );
+        assert!(gathered.iter().enumerate().all(|(r, bytes)| *bytes == [7, r as u8]));
         let peers: Vec<usize> = (0..size).filter(|&p| p != rank).collect();
         for round in 0..50_usize {
-            let messages = peers
-                .iter()
-                .map(|&p| vec![(rank * 16 + p) as u8; round % 3 * p])
-                .collect();
+            let messages = peers.iter().map(|&p| vec![(rank * 16 + p) as u8; round % 3 * p]).collect();
             for (&peer, got) in peers.iter().zip(comm.exchange(&peers, messages)) {
                 assert_eq!(got, vec![(peer * 16 + rank) as u8; round % 3 * rank]);
             }
         }
         let everybody: Vec<usize> = (0..size).collect();
         // The longest are too long for MPI to send before the receiver is ready.
-        let lengths: Vec<usize> = everybody
-            .iter()
-            .map(|&p| 3 + 40_000 * usize::from(p + rank == 1) + p + rank)
-            .collect();
+        let lengths: Vec<usize> =
+            everybody.iter().map(|&p| 3 + 40_000 * usize::from(p + rank == 1) + p + rank).collect();
         let (mut a, mut b) = (
             comm.halo::<f32>(&everybody, &lengths).unwrap(),
             comm.halo::<f64>(&everybody, &lengths).unwrap(),
@@ -400,14 +370,8 @@ mod tests {
             }
             assert_eq!(ranks, [n]);
             for &peer in &everybody {
-                assert_eq!(
-                    a.received(peer),
-                    vec![f32::from(round) + rank as f32; lengths[peer]]
-                );
-                assert_eq!(
-                    b.received(peer),
-                    vec![f64::from(round) - peer as f64; lengths[peer]]
-                );
+                assert_eq!(a.received(peer), vec![f32::from(round) + rank as f32; lengths[peer]]);
+                assert_eq!(b.received(peer), vec![f64::from(round) - peer as f64; lengths[peer]]);
             }
         }
         // A pattern that is given up on its way leaves others alone.
@@ -542,10 +506,7 @@ mod tests {
     #[test]
     fn a_panicking_mpi_rank_ends_the_job_with_its_own_words() {
         let (passed, said) = under_mpirun(3, "comm::tests::as_an_mpi_rank_that_panics");
-        assert!(
-            !passed && said.contains("the words of the rank that panics"),
-            "{said}"
-        );
+        assert!(!passed && said.contains("the words of the rank that panics"), "{said}");
     }
 
     #[test]

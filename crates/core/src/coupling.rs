@@ -152,12 +152,8 @@ impl Coupling {
     pub fn map(&mut self, particles: &ParticleStore) {
         let [_, ny, nz] = self.block.size();
         self.bodies.clear();
-        self.bodies.extend(
-            particles
-                .particles
-                .iter()
-                .map(|particle| lattice_body(particle, &self.params.units)),
-        );
+        self.bodies
+            .extend(particles.particles.iter().map(|particle| lattice_body(particle, &self.params.units)));
         if self.params.solids.is_saturated() {
             for (particle, body) in particles.owned().iter().zip(&mut self.bodies) {
                 let shape = &*particles.template(particle).shape;
@@ -189,29 +185,24 @@ impl Coupling {
         for i in order {
             let body = &self.bodies[i as usize];
             let mapper = self.mapper(particles, i as usize);
-            mapper.each_image(
-                &self.decomposition.domain,
-                self.block,
-                body.reference,
-                |offsets, base| {
-                    for z in offsets[2].clone() {
-                        for y in offsets[1].clone() {
-                            let Some((all, full)) = mapper.row(&offsets[0], y, z) else {
-                                continue;
-                            };
-                            let line = (y + base[1]) + ny as i64 * (z + base[2]);
-                            let segment = Segment {
-                                body: i,
-                                x: (all[0] + base[0]) as u32,
-                                count: (all[1] - all[0] + 1) as u32,
-                                offset: [all[0], y, z].map(|n| n as i32),
-                                full: full.map(|n| n as i32),
-                            };
-                            added.push((line as u32, segment));
-                        }
+            mapper.each_image(&self.decomposition.domain, self.block, body.reference, |offsets, base| {
+                for z in offsets[2].clone() {
+                    for y in offsets[1].clone() {
+                        let Some((all, full)) = mapper.row(&offsets[0], y, z) else {
+                            continue;
+                        };
+                        let line = (y + base[1]) + ny as i64 * (z + base[2]);
+                        let segment = Segment {
+                            body: i,
+                            x: (all[0] + base[0]) as u32,
+                            count: (all[1] - all[0] + 1) as u32,
+                            offset: [all[0], y, z].map(|n| n as i32),
+                            full: full.map(|n| n as i32),
+                        };
+                        added.push((line as u32, segment));
                     }
-                },
-            );
+                }
+            });
         }
         self.lines.sort(ny * nz, &added);
         self.added = added;
@@ -264,16 +255,11 @@ impl Coupling {
                 let old = before[at].1;
                 (old_of[new], new_of[old as usize]) = (old, new as u32);
                 let old = &self.swept_bodies[old as usize];
-                body.exchange
-                    .add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
+                body.exchange.add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
             }
         }
         // Partially saturated cells need no neighbours.
-        let lines = if self.params.solids.is_saturated() {
-            0
-        } else {
-            ny * nz
-        };
+        let lines = if self.params.solids.is_saturated() { 0 } else { ny * nz };
         for line in 0..lines {
             let (new, old) = (self.lines.line(line), self.swept_lines.line(line));
             let cell = |x: u32| [x as usize, line % ny, line / ny];
@@ -293,14 +279,11 @@ impl Coupling {
                     continue;
                 }
                 each_cell_outside(segment, &new.iter().filter(|s| s.body == is), |x| {
-                    let (old_body, body) = (
-                        &self.swept_bodies[segment.body as usize],
-                        &mut self.bodies[is as usize],
-                    );
+                    let (old_body, body) =
+                        (&self.swept_bodies[segment.body as usize], &mut self.bodies[is as usize]);
                     let n = offset_of(segment, x);
                     let departed = ExchangeSum::of_cell(fluid.departed(cell(x)), old_body.motion.at(n), n);
-                    body.exchange
-                        .add(&departed.shifted(shift_of_reference(old_body, body, domain)), 1);
+                    body.exchange.add(&departed.shifted(shift_of_reference(old_body, body, domain)), 1);
                 });
             }
         }
@@ -316,11 +299,7 @@ impl Coupling {
     /// The lattice holds no hydrostatic pressure, so the buoyancy is added here; so is the mean pressure gradient
     /// `-rho a` that drives the fluid, if it acts on the particles as well.
     pub fn loads(&mut self, particles: &ParticleStore, acceleration: Vec3, comm: &Comm) -> Vec<Load> {
-        assert_eq!(
-            particles.particles.len(),
-            self.bodies.len(),
-            "the particles that were mapped"
-        );
+        assert_eq!(particles.particles.len(), self.bodies.len(), "the particles that were mapped");
         if self.params.solids.is_saturated() && !self.begun {
             // There is no step before: the fluid inside the particles is taken to have been there.
             for body in &mut self.bodies {
@@ -329,24 +308,20 @@ impl Coupling {
         }
         self.collect(particles, comm);
         let units = &self.params.units;
-        let loads = particles
-            .owned()
-            .iter()
-            .zip(&self.bodies)
-            .map(|(particle, body)| {
-                let force = Vec3::from(body.exchange.force.map(from_fixed));
-                let moment = Vec3::from(body.exchange.moment.map(from_fixed));
-                let torque = moment - Vec3::from(body.motion.centre).cross(&force);
-                let displaced = units.density * particles.template(particle).shape.volume();
-                let gradient = match self.params.force_balance {
-                    ForceBalance::Mixture => acceleration,
-                    ForceBalance::FluidOnly => Vec3::zeros(),
-                };
-                Load {
-                    force: force * units.force() + displaced * (gradient - self.params.gravity),
-                    torque: torque * units.torque(),
-                }
-            });
+        let loads = particles.owned().iter().zip(&self.bodies).map(|(particle, body)| {
+            let force = Vec3::from(body.exchange.force.map(from_fixed));
+            let moment = Vec3::from(body.exchange.moment.map(from_fixed));
+            let torque = moment - Vec3::from(body.motion.centre).cross(&force);
+            let displaced = units.density * particles.template(particle).shape.volume();
+            let gradient = match self.params.force_balance {
+                ForceBalance::Mixture => acceleration,
+                ForceBalance::FluidOnly => Vec3::zeros(),
+            };
+            Load {
+                force: force * units.force() + displaced * (gradient - self.params.gravity),
+                torque: torque * units.torque(),
+            }
+        });
         let loads: Vec<Load> = loads.collect();
         self.note_swept(particles);
         self.swept_loads.clone_from(&loads);
@@ -375,9 +350,7 @@ impl Coupling {
         }
         let mut messages: Vec<Vec<u8>> = vec![Vec::new(); self.peers.len()];
         for i in particles.owned..particles.particles.len() {
-            let Body {
-                id, exchange: sum, ..
-            } = self.bodies[i];
+            let Body { id, exchange: sum, .. } = self.bodies[i];
             if sum == ExchangeSum::default() {
                 continue;
             }
@@ -390,10 +363,8 @@ impl Coupling {
         }
         for message in comm.exchange(&self.peers, messages) {
             for partial in bytemuck::pod_collect_to_vec::<u8, Partial>(&message) {
-                let i = particles
-                    .owned()
-                    .binary_search_by_key(&partial.id, |p| p.id)
-                    .expect("sent to the owner");
+                let i =
+                    particles.owned().binary_search_by_key(&partial.id, |p| p.id).expect("sent to the owner");
                 self.bodies[i].exchange.add(&partial.sum, 1);
             }
         }
@@ -410,15 +381,7 @@ fn mapper<'a>(
     shifts: &[f64],
 ) -> Mapper<'a> {
     let shape = &*particles.template(particle).shape;
-    Mapper::new(
-        shape,
-        particle,
-        motion,
-        faces,
-        params.units.dx,
-        params.fraction,
-        shift_in(shifts, particle),
-    )
+    Mapper::new(shape, particle, motion, faces, params.units.dx, params.fraction, shift_in(shifts, particle))
 }
 
 /// Distance by which the surface of a particle is moved in (cells); 0 where there are no volume fractions.
@@ -454,10 +417,7 @@ fn rigid_momentum(particle: &Particle, shape: &dyn Shape, motion: &RigidMotion, 
     let spin = turn.inverse_transform_vector(&Vec3::from(motion.angular));
     let angular = turn.transform_vector(&inertia.component_mul(&spin));
     let moment = angular + Vec3::from(motion.centre).cross(&momentum);
-    ExchangeSum {
-        force: momentum.map(to_fixed_wide).into(),
-        moment: moment.map(to_fixed_wide).into(),
-    }
+    ExchangeSum { force: momentum.map(to_fixed_wide).into(), moment: moment.map(to_fixed_wide).into() }
 }
 
 /// Shift of offsets when they are counted from the reference cell of `new` instead of that of `old`, across the
@@ -505,21 +465,14 @@ impl<T: Real> Solids<T> for MappedSolids<'_, T> {
         let segments = self.lines.line(z * self.rows + y);
         let Some(shares) = &self.shares else {
             for segment in segments {
-                let Body {
-                    motion,
-                    exchange,
-                    departed,
-                    ..
-                } = &mut self.bodies[segment.body as usize];
+                let Body { motion, exchange, departed, .. } = &mut self.bodies[segment.body as usize];
                 add_segment(segment, motion, row, exchange, departed);
             }
             return;
         };
         let mut windows = shares.iter();
         for segment in segments {
-            let Body {
-                exchange, departed, ..
-            } = &mut self.bodies[segment.body as usize];
+            let Body { exchange, departed, .. } = &mut self.bodies[segment.body as usize];
             add_shares(segment, &mut windows, row, exchange, departed);
         }
     }

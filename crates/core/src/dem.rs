@@ -171,11 +171,7 @@ pub struct LiggghtsOptions {
 
 impl Default for LiggghtsOptions {
     fn default() -> Self {
-        Self {
-            process: LiggghtsProcess::default(),
-            commands: Vec::new(),
-            timeout: 60.0,
-        }
+        Self { process: LiggghtsProcess::default(), commands: Vec::new(), timeout: 60.0 }
     }
 }
 

@@ -47,11 +47,7 @@ impl Domain {
             }
             let wrapped = x - length * (x / length).floor();
             // Rounding can give `length` itself for a tiny negative `x`.
-            if wrapped >= length || wrapped < 0.0 {
-                0.0
-            } else {
-                wrapped
-            }
+            if wrapped >= length || wrapped < 0.0 { 0.0 } else { wrapped }
         })
     }
 
@@ -73,11 +69,7 @@ impl Domain {
     /// The shorter of a distance (not negative) along axis `i` and its way round the back, where there is one.
     #[inline]
     pub fn shorter_way(&self, i: usize, distance: f64) -> f64 {
-        if self.periodic[i] {
-            distance.min(self.cells[i] as f64 * self.dx - distance)
-        } else {
-            distance
-        }
+        if self.periodic[i] { distance.min(self.cells[i] as f64 * self.dx - distance) } else { distance }
     }
 
     /// The cell that holds a wrapped position; the nearest one for a position beyond a wall.
@@ -118,23 +110,12 @@ impl Block {
 mod tests {
     use super::*;
 
-    const BOX: Domain = Domain {
-        periodic: [true; 3],
-        cells: [21, 34, 47],
-        dx: 0.5,
-    };
+    const BOX: Domain = Domain { periodic: [true; 3], cells: [21, 34, 47], dx: 0.5 };
 
     #[test]
     fn a_position_on_the_edge_of_the_box_has_exactly_one_image_inside() {
         let size = BOX.size();
-        for x in [
-            -1e-25,
-            0.0,
-            size.x,
-            f64::from_bits(size.x.to_bits() - 1),
-            -size.x,
-            3.0 * size.x,
-        ] {
+        for x in [-1e-25, 0.0, size.x, f64::from_bits(size.x.to_bits() - 1), -size.x, 3.0 * size.x] {
             let wrapped = BOX.wrap(Vec3::new(x, 0.0, 0.0)).x;
             assert!((0.0..size.x).contains(&wrapped), "{x} went to {wrapped}");
         }

@@ -111,11 +111,7 @@ pub enum Error {
 impl Error {
     /// Wraps an I/O error with the attempted operation and the path.
     pub fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
-        Self::Io {
-            action,
-            path: path.to_path_buf(),
-            source,
-        }
+        Self::Io { action, path: path.to_path_buf(), source }
     }
 
     /// Exit code of the process: 2 for input and files, 3 for divergence and for a failed engine, 4 for a run that

@@ -168,12 +168,7 @@ impl<T: Real> Fluid<T> {
         params: &FluidParams,
         boundary: &Boundary,
     ) -> Result<Self> {
-        let FluidParams {
-            relaxation_time: tau,
-            collision,
-            solids,
-            simd,
-        } = *params;
+        let FluidParams { relaxation_time: tau, collision, solids, simd } = *params;
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let order = RowOrder::new(decomposition, comm.rank());
@@ -198,9 +193,7 @@ impl<T: Real> Fluid<T> {
             solid_row: SolidRow::new(layout.chunks_per_row(), solids),
             halo,
             order,
-            measured: Measured {
-                momentum: std::array::from_fn(|_| vec![T::ZERO; row]),
-            },
+            measured: Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row]) },
             walls,
             relaxation_times: match collision {
                 Collision::Bgk => [tau; 2],
@@ -324,9 +317,7 @@ impl<T: Real> Fluid<T> {
     /// Populations of a cell of the block after streaming, minus their weights.
     pub fn populations(&self, [x, y, z]: [usize; 3]) -> [T; Q] {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
-        self.layout
-            .places(self.phase, cell)
-            .map(|place| self.populations[place])
+        self.layout.places(self.phase, cell).map(|place| self.populations[place])
     }
 }
 

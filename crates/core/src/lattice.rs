@@ -67,9 +67,7 @@ mod tests {
     #[test]
     fn weights_are_isotropic_to_fourth_order() {
         let moment = |axes: &[usize]| -> f64 {
-            (0..Q)
-                .map(|i| W[i] * axes.iter().map(|&a| C[i][a] as f64).product::<f64>())
-                .sum()
+            (0..Q).map(|i| W[i] * axes.iter().map(|&a| C[i][a] as f64).product::<f64>()).sum()
         };
         let delta = |a: usize, b: usize| f64::from(u8::from(a == b));
         assert!((moment(&[]) - 1.0).abs() < 1e-15);

@@ -40,11 +40,7 @@ pub fn to_fixed_wide(x: f64) -> i64 {
 #[inline(always)]
 pub fn sum_fixed<const N: usize>(xs: &[f64; N]) -> i64 {
     let offset = (FIXED_MAGIC.to_bits() as i64).wrapping_mul(N as i64);
-    xs.iter()
-        .fold(0_i64, |sum, x| {
-            sum.wrapping_add((x + FIXED_MAGIC).to_bits() as i64)
-        })
-        .wrapping_sub(offset)
+    xs.iter().fold(0_i64, |sum, x| sum.wrapping_add((x + FIXED_MAGIC).to_bits() as i64)).wrapping_sub(offset)
 }
 
 /// The number that a sum of [`to_fixed`] numbers stands for.
@@ -94,17 +90,9 @@ mod tests {
     #[test]
     fn wide_sums_survive_being_added_up_in_two_words() {
         // Ten million solid cells, more than one word holds, and negative sums.
-        let parts = [
-            i128::from(to_fixed(1.0)) * 7_000_000,
-            i128::from(to_fixed(-0.3)) * 10_000_001,
-            -1,
-            0,
-            12345,
-        ];
-        let words = parts
-            .map(split_wide)
-            .iter()
-            .fold([0, 0], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+        let parts =
+            [i128::from(to_fixed(1.0)) * 7_000_000, i128::from(to_fixed(-0.3)) * 10_000_001, -1, 0, 12345];
+        let words = parts.map(split_wide).iter().fold([0, 0], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
         assert_eq!(join_wide(words), parts.iter().sum::<i128>());
         assert!((from_fixed_wide(i128::from(to_fixed(0.3)) * 10_000_000) - 3e6).abs() < 1e-5);
     }

@@ -52,10 +52,7 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize, what: &str) -> Result<Vec<T>> {
 
 /// The error for an allocation of this many bytes that failed.
 pub fn refused(bytes: f64, what: &str) -> Error {
-    Error::Memory {
-        amount: in_bytes(bytes),
-        what: what.to_string(),
-    }
+    Error::Memory { amount: in_bytes(bytes), what: what.to_string() }
 }
 
 /// Bytes in words.

@@ -106,11 +106,7 @@ impl Particle {
     /// Orientation of the shape as the case gives it; `frame` leads from the axes of the body to those of the case.
     pub fn orientation_given(&self, frame: &Quat) -> Quat {
         // Without the product a shape that is given along its own axes keeps every bit.
-        if *frame == Quat::identity() {
-            self.orientation()
-        } else {
-            self.orientation() * frame.inverse()
-        }
+        if *frame == Quat::identity() { self.orientation() } else { self.orientation() * frame.inverse() }
     }
 
     /// Sets the orientation.
@@ -135,10 +131,7 @@ impl Particle {
         }
         let length = self.orientation().quaternion().norm();
         if (length - 1.0).abs() > UNIT {
-            return Some(format!(
-                "the orientation of particle {} has the length {length}",
-                self.id
-            ));
+            return Some(format!("the orientation of particle {} has the length {length}", self.id));
         }
         let outside = (0..3).any(|i| !(0.0..=size[i]).contains(&self.position[i]));
         outside.then(|| format!("the position of particle {} is not in the box", self.id))
@@ -146,14 +139,9 @@ impl Particle {
 
     /// Returns true if every number of the state is finite.
     pub fn is_finite(&self) -> bool {
-        [
-            self.position,
-            self.velocity,
-            self.angular_velocity,
-            self.angular_momentum,
-        ]
-        .iter()
-        .all(|v| v.iter().all(|x| x.is_finite()))
+        [self.position, self.velocity, self.angular_velocity, self.angular_momentum]
+            .iter()
+            .all(|v| v.iter().all(|x| x.is_finite()))
     }
 }
 

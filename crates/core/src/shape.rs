@@ -67,10 +67,7 @@ pub trait Shape: Send + Sync + Debug {
             let direction = orientation.inverse_transform_vector(&Vec3::ith(axis, sign));
             orientation.transform_vector(&self.support(direction))[axis]
         };
-        (
-            Vec3::from_fn(|axis, _| reach(axis, -1.0)),
-            Vec3::from_fn(|axis, _| reach(axis, 1.0)),
-        )
+        (Vec3::from_fn(|axis, _| reach(axis, -1.0)), Vec3::from_fn(|axis, _| reach(axis, 1.0)))
     }
 
     /// Interval in which the line `(x, y, z), x in R` is inside the body grown by `growth` (m, may be negative).

@@ -22,11 +22,7 @@ pub struct Units {
 impl Units {
     /// From the relaxation time: `dt = (tau - 1/2) / 3 * dx^2 / nu`, viscosity `nu` in m^2/s.
     pub fn from_relaxation_time(dx: f64, relaxation_time: f64, viscosity: f64, density: f64) -> Self {
-        Self {
-            dx,
-            dt: (relaxation_time - 0.5) / 3.0 * dx * dx / viscosity,
-            density,
-        }
+        Self { dx, dt: (relaxation_time - 0.5) / 3.0 * dx * dx / viscosity, density }
     }
 
     /// Relaxation time (time steps) that gives the kinematic viscosity `viscosity` (m^2/s).

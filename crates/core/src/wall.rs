@@ -46,9 +46,7 @@ impl Surface {
     pub fn distance(&self, at: Vec3) -> f64 {
         match self {
             Self::Plane { point, normal } => (at - point).dot(normal),
-            Self::Cylinder {
-                radius, pipe: true, ..
-            } => radius - self.radial(at).norm(),
+            Self::Cylinder { radius, pipe: true, .. } => radius - self.radial(at).norm(),
             Self::Cylinder { radius, .. } => self.radial(at).norm() - radius,
         }
     }
@@ -84,12 +82,7 @@ impl Surface {
     /// Exact at any time, up to rounding: nothing is added up from step to step.
     #[must_use]
     pub fn moved(&self, motion: &Motion, time: f64) -> Self {
-        if *motion
-            == (Motion {
-                pivot: motion.pivot,
-                ..Motion::default()
-            })
-        {
+        if *motion == (Motion { pivot: motion.pivot, ..Motion::default() }) {
             return *self;
         }
         let way = motion.velocity * time;
@@ -167,16 +160,8 @@ mod tests {
     #[test]
     fn distances_grow_along_the_normal_into_the_free_space() {
         let axis = Vec3::new(0.6, 0.0, 0.8);
-        let cylinder = |pipe| Surface::Cylinder {
-            point: Vec3::new(0.1, 0.2, 0.3),
-            axis,
-            radius: 1.5,
-            pipe,
-        };
-        let plane = Surface::Plane {
-            point: Vec3::new(1.0, 0.0, 0.0),
-            normal: axis,
-        };
+        let cylinder = |pipe| Surface::Cylinder { point: Vec3::new(0.1, 0.2, 0.3), axis, radius: 1.5, pipe };
+        let plane = Surface::Plane { point: Vec3::new(1.0, 0.0, 0.0), normal: axis };
         for surface in [plane, cylinder(true), cylinder(false)] {
             let at = Vec3::new(0.7, -0.4, 0.5);
             let normal = surface.normal(at);
@@ -192,15 +177,8 @@ mod tests {
     fn a_turning_wall_moves_with_its_angular_velocity_about_its_moving_pivot() {
         let wall = Wall {
             name: "disc".into(),
-            surface: Surface::Plane {
-                point: Vec3::zeros(),
-                normal: Vec3::z(),
-            },
-            motion: Motion {
-                velocity: Vec3::x(),
-                angular_velocity: 2.0 * Vec3::z(),
-                pivot: Vec3::zeros(),
-            },
+            surface: Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() },
+            motion: Motion { velocity: Vec3::x(), angular_velocity: 2.0 * Vec3::z(), pivot: Vec3::zeros() },
             material: 0,
         };
         let velocity = wall.velocity(Vec3::new(3.0, 1.0, 0.0), 2.0);
@@ -215,23 +193,10 @@ mod tests {
             angular_velocity: Vec3::new(0.5, 2.0, -1.0),
             pivot: Vec3::new(1.0, 0.5, -0.5),
         };
-        let plane = Surface::Plane {
-            point: Vec3::new(0.2, 0.1, 0.0),
-            normal: axis,
-        };
-        let pipe = Surface::Cylinder {
-            point: Vec3::new(0.2, 0.1, 0.0),
-            axis,
-            radius: 2.0,
-            pipe: true,
-        };
+        let plane = Surface::Plane { point: Vec3::new(0.2, 0.1, 0.0), normal: axis };
+        let pipe = Surface::Cylinder { point: Vec3::new(0.2, 0.1, 0.0), axis, radius: 2.0, pipe: true };
         for surface in [plane, pipe] {
-            let wall = Wall {
-                name: "moving".into(),
-                surface,
-                motion,
-                material: 0,
-            };
+            let wall = Wall { name: "moving".into(), surface, motion, material: 0 };
             // A point that moves with the wall, followed in small steps of second order.
             let mut dust = Vec3::new(-0.4, 0.7, 1.1);
             let distance = surface.distance(dust);
@@ -245,28 +210,16 @@ mod tests {
             let moved = wall.surface_at(3.0);
             assert!((moved.distance(dust) - distance).abs() < 1e-6);
             assert!((moved.normal(dust).norm() - 1.0).abs() < 1e-14);
-            assert!(
-                (moved.distance(dust) - surface.distance(dust)).abs() > 0.1,
-                "it did move"
-            );
+            assert!((moved.distance(dust) - surface.distance(dust)).abs() > 0.1, "it did move");
         }
     }
 
     #[test]
     fn a_wall_at_rest_keeps_its_bits_and_one_that_only_slides_its_normal() {
-        let surface = Surface::Plane {
-            point: Vec3::new(0.1, 0.2, 0.3),
-            normal: Vec3::new(0.6, 0.0, 0.8),
-        };
-        let still = Motion {
-            pivot: Vec3::x(),
-            ..Motion::default()
-        };
+        let surface = Surface::Plane { point: Vec3::new(0.1, 0.2, 0.3), normal: Vec3::new(0.6, 0.0, 0.8) };
+        let still = Motion { pivot: Vec3::x(), ..Motion::default() };
         assert_eq!(surface.moved(&still, 1e3), surface);
-        let sliding = Motion {
-            velocity: Vec3::new(0.8, 0.0, -0.6),
-            ..still
-        };
+        let sliding = Motion { velocity: Vec3::new(0.8, 0.0, -0.6), ..still };
         let moved = surface.moved(&sliding, 7.0);
         assert_eq!(moved.normal(Vec3::zeros()), surface.normal(Vec3::zeros()));
         assert!((moved.distance(Vec3::x()) - surface.distance(Vec3::x())).abs() < 1e-14);

@@ -33,12 +33,7 @@ impl Scale {
             let (line, at, align, number): ([Place; 2], Place, Align, (f32, f32)) = match side {
                 Side::Below => {
                     let number = (x, 0.5 * width(&tick.text, size) + 6.0);
-                    (
-                        [(x, b + 2.0), (x, b + 2.0 + length)],
-                        (x, b + 40.0),
-                        Align::Middle,
-                        number,
-                    )
+                    ([(x, b + 2.0), (x, b + 2.0 + length)], (x, b + 40.0), Align::Middle, number)
                 }
                 Side::Left => {
                     let line = [(l - 2.0, y), (l - 2.0 - length, y)];
@@ -69,18 +64,11 @@ mod tests {
         let numbers = |side, area, size| {
             let mut drawing = Drawing::default();
             scale.draw(&mut drawing, side, area, size);
-            drawing
-                .marks
-                .iter()
-                .filter(|mark| matches!(mark, Mark::Text(..)))
-                .count()
+            drawing.marks.iter().filter(|mark| matches!(mark, Mark::Text(..))).count()
         };
         for side in [Side::Below, Side::Left, Side::Right] {
             let [area, downwards] = [(0.0, 0.0, 800.0, 800.0), (0.0, 800.0, 800.0, 0.0)];
-            assert_eq!(
-                [numbers(side, area, 20.0), numbers(side, downwards, 20.0)],
-                [11; 2]
-            );
+            assert_eq!([numbers(side, area, 20.0), numbers(side, downwards, 20.0)], [11; 2]);
             assert!((3..9).contains(&numbers(side, (0.0, 0.0, 200.0, 100.0), 20.0)));
             assert_eq!(numbers(side, area, 0.0), 0);
         }

@@ -29,19 +29,9 @@ impl Bars {
         let left = MARGIN + names.min(0.4 * PAGE) + 20.0;
         let space = PAGE - left - numbers.min(0.4 * PAGE) - 16.0 - MARGIN;
         let length = |value: f64| if value.is_finite() { value.max(0.0) } else { 0.0 };
-        let longest = self
-            .rows
-            .iter()
-            .map(|row| length(row.1))
-            .fold(f64::MIN_POSITIVE, f64::max);
+        let longest = self.rows.iter().map(|row| length(row.1)).fold(f64::MIN_POSITIVE, f64::max);
         let mut drawing = Drawing::default();
-        drawing.text(
-            spans(&self.title),
-            TITLE,
-            (MARGIN, MARGIN + TITLE),
-            Align::Start,
-            INK,
-        );
+        drawing.text(spans(&self.title), TITLE, (MARGIN, MARGIN + TITLE), Align::Start, INK);
         let top = MARGIN + 1.9 * TITLE;
         let bottom = top + self.rows.len() as f32 * ROW.0;
         for (i, (name, value, text)) in self.rows.iter().enumerate() {
@@ -54,11 +44,7 @@ impl Bars {
             drawing.text(spans(text), TEXT, (right + 16.0, baseline), Align::Start, INK);
         }
         drawing.line(vec![(left, top), (left, bottom)], Pencil::new(INK, 2.0));
-        Figure {
-            size: (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil()),
-            title: self.title.clone(),
-            drawing,
-        }
+        Figure { size: (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil()), title: self.title.clone(), drawing }
     }
 }
 
@@ -69,10 +55,7 @@ mod tests {
     #[test]
     fn bars_are_as_long_as_their_values() {
         let row = |value: f64| (String::new(), value, String::new());
-        let bars = Bars {
-            title: String::new(),
-            rows: vec![row(1.0), row(4.0), row(f64::NAN)],
-        };
+        let bars = Bars { title: String::new(), rows: vec![row(1.0), row(4.0), row(f64::NAN)] };
         let image = bars.figure().image();
         let blue = |row: usize| {
             let y = (MARGIN + 1.9 * TITLE + (row as f32 + 0.5) * ROW.0) as u32;

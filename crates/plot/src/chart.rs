@@ -143,17 +143,8 @@ impl Chart {
     /// The chart of one panel, without a note.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
         let (title, note) = (title.into(), String::new());
-        let panel = Panel {
-            series,
-            ..Panel::default()
-        };
-        Self {
-            title,
-            x,
-            y,
-            panels: vec![panel],
-            note,
-        }
+        let panel = Panel { series, ..Panel::default() };
+        Self { title, x, y, panels: vec![panel], note }
     }
 
     /// Draws the chart.
@@ -167,11 +158,7 @@ impl Chart {
         for index in 0..layout.panels.len() {
             panel::draw(&mut drawing, self, &layout, index, &looks);
         }
-        Figure {
-            size: layout.size,
-            title: self.title.clone(),
-            drawing,
-        }
+        Figure { size: layout.size, title: self.title.clone(), drawing }
     }
 }
 

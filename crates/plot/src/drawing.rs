@@ -97,11 +97,7 @@ impl Pencil {
     }
 
     pub(crate) fn dashed(colour: Colour, width: f32, dashes: &'static [f32]) -> Self {
-        Self {
-            colour,
-            width,
-            dashes,
-        }
+        Self { colour, width, dashes }
     }
 
     /// Lengths of dashes and of the gaps behind them (pixels).

@@ -30,9 +30,7 @@ impl Image {
     pub fn new(width: u32, height: u32, colours: &[[u8; 3]]) -> Self {
         let size = IntSize::from_wh(width, height).expect("an image has an area");
         let bytes = colours.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
-        Self {
-            pixels: Pixmap::from_vec(bytes, size).expect("one colour per pixel"),
-        }
+        Self { pixels: Pixmap::from_vec(bytes, size).expect("one colour per pixel") }
     }
 
     /// Width (pixels).
@@ -102,13 +100,7 @@ impl Image {
                     let place = Transform::from_translate(-align.shift(width), 0.0)
                         .post_concat(Transform::from_rotate(degrees))
                         .post_translate(at.0, at.1);
-                    for Glyph {
-                        italic,
-                        id,
-                        at,
-                        scale,
-                    } in glyphs
-                    {
+                    for Glyph { italic, id, at, scale } in glyphs {
                         let own = Transform::from_scale(scale, scale).post_translate(at.0, at.1);
                         if let Some(path) = text::outline(italic, id) {
                             self.fill(&path, &paint(*colour, 1.0), own.post_concat(place));
@@ -117,8 +109,7 @@ impl Image {
                 }
                 Mark::Image(image, (x, y)) => {
                     let (pixels, paint) = (image.pixels.as_ref(), PixmapPaint::default());
-                    self.pixels
-                        .draw_pixmap(*x as i32, *y as i32, pixels, &paint, identity, None);
+                    self.pixels.draw_pixmap(*x as i32, *y as i32, pixels, &paint, identity, None);
                 }
             }
         }
@@ -140,13 +131,8 @@ impl Image {
             yppu: PIXELS_PER_METRE,
             unit: png::Unit::Meter,
         }));
-        let rgb: Vec<u8> = self
-            .pixels
-            .data()
-            .chunks_exact(4)
-            .flat_map(|pixel| &pixel[..3])
-            .copied()
-            .collect();
+        let rgb: Vec<u8> =
+            self.pixels.data().chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
         let mut writer = encoder.write_header().expect("memory takes any header");
         writer.write_image_data(&rgb).expect("three bytes per pixel");
         writer.finish().expect("memory takes any picture");

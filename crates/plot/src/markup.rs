@@ -88,9 +88,7 @@ fn styled(text: &str, symbols: bool) -> Vec<Span> {
 /// Length of the word at the beginning that is lowered or raised.
 fn script(text: &str) -> usize {
     let sign = usize::from(text.starts_with(['-', '+']));
-    let word = text[sign..]
-        .find(|c: char| !c.is_alphanumeric())
-        .unwrap_or(text.len() - sign);
+    let word = text[sign..].find(|c: char| !c.is_alphanumeric()).unwrap_or(text.len() - sign);
     if word == 0 { 0 } else { sign + word }
 }
 
@@ -135,11 +133,7 @@ mod tests {
     fn written(spans: &[Span]) -> String {
         let mut text = String::new();
         for span in spans {
-            let Span {
-                text: word,
-                italic,
-                rise,
-            } = span;
+            let Span { text: word, italic, rise } = span;
             let [open, close] = match *rise {
                 _ if *italic => ["<", ">"],
                 rise if rise < 0.0 => ["[", "]"],
@@ -154,10 +148,7 @@ mod tests {
     #[test]
     fn indices_exponents_and_symbols_are_set_as_such_and_words_are_not() {
         assert_eq!(written(&spans("force F / F_Hertz")), "force <F> / <F>[Hertz]");
-        assert_eq!(
-            written(&spans("height of a sphere, z^2 - 1")),
-            "height of a sphere, <z>{2} \u{2212} 1"
-        );
+        assert_eq!(written(&spans("height of a sphere, z^2 - 1")), "height of a sphere, <z>{2} \u{2212} 1");
         assert_eq!(written(&spans("at 1 m/s, e = 0.5")), "at 1 m/s, <e> = 0.5");
         assert_eq!(written(&spans("along / mu")), "along / <\u{b5}>");
         assert_eq!(written(&spans("hunt_crossley, T_0")), "hunt_crossley, <T>[0]");
@@ -171,14 +162,8 @@ mod tests {
 
     #[test]
     fn the_power_of_ten_of_the_numbers_stands_before_the_unit() {
-        assert_eq!(
-            written(&axis_name("time t (s)", -6)),
-            "time <t> (10{\u{2212}6} s)"
-        );
-        assert_eq!(
-            written(&axis_name("acceleration (m/s^2)", 0)),
-            "acceleration (m/s{2})"
-        );
+        assert_eq!(written(&axis_name("time t (s)", -6)), "time <t> (10{\u{2212}6} s)");
+        assert_eq!(written(&axis_name("acceleration (m/s^2)", 0)), "acceleration (m/s{2})");
         assert_eq!(written(&axis_name("time (us)", 0)), "time (\u{b5}s)");
         assert_eq!(written(&axis_name("d / R (-)", 0)), "<d> / <R>");
         assert_eq!(written(&axis_name("d / R (-)", -3)), "<d> / <R> (10{\u{2212}3})");

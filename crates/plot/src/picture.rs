@@ -53,16 +53,10 @@ impl Picture {
         let x = scale(self.x.1, (width_ / 110.0).max(2.0));
         let y = scale(self.y.1, (height / 110.0).max(2.0));
         let bar = scale(self.bar.1, (height / 60.0).clamp(2.0, 9.0));
-        let (left, right) = (
-            (NAME_SPACE + y.widest(NUMBER)).ceil(),
-            (BAR_SPACE + bar.widest(NUMBER)).ceil(),
-        );
+        let (left, right) = ((NAME_SPACE + y.widest(NUMBER)).ceil(), (BAR_SPACE + bar.widest(NUMBER)).ceil());
         let (title, caption) = (spans(&self.title), spans(&self.caption));
         let titles = (width(&title, TITLE) + width(&caption, TITLE) + 2.0 * TITLE).floor();
-        let size = (
-            left + right + width_.max(titles),
-            (TOP + height + BOTTOM).max(LOWEST),
-        );
+        let size = (left + right + width_.max(titles), (TOP + height + BOTTOM).max(LOWEST));
         let l = left + (0.5 * (size.0 - left - right - width_)).floor();
         let t = TOP + (0.5 * (size.1 - TOP - BOTTOM - height)).floor();
         let area @ (.., r, b) = (l, t, l + width_, t + height);
@@ -83,11 +77,7 @@ impl Picture {
         let beside = (l - 36.0 - y.widest(NUMBER), 0.5 * (t + b));
         drawing.text(up, LABEL, beside, Align::Upwards, INK);
         draw_bar(&mut drawing, &bar, axis_name(&self.bar.0, bar.exponent), area);
-        Figure {
-            size,
-            title: format!("{}: {}", self.title, self.caption),
-            drawing,
-        }
+        Figure { size, title: format!("{}: {}", self.title, self.caption), drawing }
     }
 
     /// Draws thick lines outside of the sides with walls.
@@ -141,11 +131,7 @@ mod tests {
         for (width, height) in [(500, 1000), (2200, 60), (62, 1000), (1000, 1000)] {
             let page = picture(width, height).figure().image();
             assert!(page.height() >= 900 && page.width() < 2600, "{width} {height}");
-            let red = |y: u32| {
-                (0..page.width())
-                    .filter(|&x| page.colour(x, y) == [200, 0, 0])
-                    .count()
-            };
+            let red = |y: u32| (0..page.width()).filter(|&x| page.colour(x, y) == [200, 0, 0]).count();
             let rows: Vec<u32> = (0..page.height()).filter(|&y| red(y) == width as usize).collect();
             assert_eq!(rows.len(), height as usize);
         }
@@ -155,17 +141,8 @@ mod tests {
     fn walls_are_grey_lines_beside_the_image_and_the_svg_holds_it() {
         let (closed, figure) = ([true, true], picture(500, 800).figure());
         let open = figure.image();
-        let walls = Picture {
-            closed,
-            ..picture(500, 800)
-        }
-        .figure()
-        .image();
-        let y = |image: &Image| {
-            (0..image.height())
-                .filter(|&y| image.colour(900, y) == WALL)
-                .count()
-        };
+        let walls = Picture { closed, ..picture(500, 800) }.figure().image();
+        let y = |image: &Image| (0..image.height()).filter(|&y| image.colour(900, y) == WALL).count();
         assert!(y(&open) < y(&walls));
         let svg = String::from_utf8(figure.encode(crate::Format::Svg)).unwrap();
         assert_eq!(svg.matches("data:image/png;base64,").count(), 2);

@@ -116,10 +116,7 @@ mod tests {
     use super::*;
 
     fn triangle(near: f64) -> [Corner; 3] {
-        [(2.0, 2.0), (2.0, 18.0), (18.0, 2.0)].map(|(x, y)| Corner {
-            at: [x, y, near],
-            light: 1.0,
-        })
+        [(2.0, 2.0), (2.0, 18.0), (18.0, 2.0)].map(|(x, y)| Corner { at: [x, y, near], light: 1.0 })
     }
 
     #[test]

@@ -38,9 +38,7 @@ impl Scale {
     /// The axis for these values, all of them finite and positive if it is logarithmic, with at most `steps` steps between ticks; a
     /// tight one ends at the outermost values.
     pub(crate) fn new(values: &[f64], logarithmic: bool, tight: bool, steps: f64) -> Self {
-        let values = values
-            .iter()
-            .map(|value| if logarithmic { value.log10() } else { *value });
+        let values = values.iter().map(|value| if logarithmic { value.log10() } else { *value });
         let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
             Some(ends.map_or((value, value), |(lo, hi)| (lo.min(value), hi.max(value))))
         });
@@ -54,26 +52,14 @@ impl Scale {
             (range, exponent, numbers)
         };
         let (lo, hi) = range;
-        let ticks = numbers.into_iter().map(|(at, text)| Tick {
-            part: ((at - lo) / (hi - lo)) as f32,
-            text,
-        });
-        Self {
-            range,
-            logarithmic,
-            exponent,
-            ticks: ticks.collect(),
-        }
+        let ticks = numbers.into_iter().map(|(at, text)| Tick { part: ((at - lo) / (hi - lo)) as f32, text });
+        Self { range, logarithmic, exponent, ticks: ticks.collect() }
     }
 
     /// Replaces the ticks by ones with numbers at these values, all of them positive if the axis is logarithmic.
     pub(crate) fn set_ticks(&mut self, values: &[f64]) {
-        let tick = |value: &f64| {
-            Some(Tick {
-                part: self.part(*value)?,
-                text: vec![roman(value.to_string())],
-            })
-        };
+        let tick =
+            |value: &f64| Some(Tick { part: self.part(*value)?, text: vec![roman(value.to_string())] });
         self.ticks = values.iter().filter_map(tick).collect();
     }
 
@@ -140,11 +126,7 @@ fn logarithmic_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> 
         let step = (decades / (steps + 1.0)).ceil() as i32;
         for power in lo.floor() as i32..=hi.ceil() as i32 {
             let major = power.rem_euclid(step) == 0;
-            let text = if major {
-                power_of_ten(power).into()
-            } else {
-                Vec::new()
-            };
+            let text = if major { power_of_ten(power).into() } else { Vec::new() };
             ticks.push((f64::from(power), text));
             let minor = (2..10).filter(|_| step == 1);
             ticks.extend(minor.map(|digit| (f64::from(power) + f64::from(digit).log10(), Vec::new())));
@@ -169,11 +151,8 @@ fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> {
         (true, _) => [vec![roman(format!("{digit}\u{d7}"))], power_of_ten(power).into()].concat(),
     };
     // A linear step suits what spans much less than a decade.
-    let digits: &[&[u8]] = if far || hi - lo > 0.8 {
-        &[&[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]]
-    } else {
-        &[]
-    };
+    let digits: &[&[u8]] =
+        if far || hi - lo > 0.8 { &[&[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]] } else { &[] };
     for digits in digits {
         let decades = lo.floor() as i32..=hi.floor() as i32;
         let all = decades.flat_map(|power| digits.iter().map(move |&digit| (digit, power)));
@@ -187,9 +166,7 @@ fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> {
     }
     let numbers = round_numbers(10_f64.powf(lo), 10_f64.powf(hi), steps);
     let positive = numbers.into_iter().filter(|(value, _)| *value > 0.0);
-    positive
-        .map(|(value, text)| (value.log10(), vec![roman(text)]))
-        .collect()
+    positive.map(|(value, text)| (value.log10(), vec![roman(text)])).collect()
 }
 
 /// Distance between round numbers, at most `count` steps over `lo..=hi`: 1, 2 or 5 times a power of ten.
@@ -213,23 +190,14 @@ fn round_numbers(lo: f64, hi: f64, count: f64) -> Vec<(f64, String)> {
             None => text,
         }
     };
-    let (first, last) = (
-        (lo / step - slack).ceil() as i64,
-        (hi / step + slack).floor() as i64,
-    );
-    (first..=last)
-        .map(|i| i as f64 * step)
-        .map(|value| (value, number(value)))
-        .collect()
+    let (first, last) = ((lo / step - slack).ceil() as i64, (hi / step + slack).floor() as i64);
+    (first..=last).map(|i| i as f64 * step).map(|value| (value, number(value))).collect()
 }
 
 /// `lo..=hi` grown to the next round numbers outside.
 pub(crate) fn rounded(lo: f64, hi: f64, count: f64) -> (f64, f64) {
     let step = round_step(lo, hi, count);
-    (
-        (lo / step + 1e-6).floor() * step,
-        (hi / step - 1e-6).ceil() * step,
-    )
+    ((lo / step + 1e-6).floor() * step, (hi / step - 1e-6).ceil() * step)
 }
 
 #[cfg(test)]
@@ -238,9 +206,7 @@ mod tests {
 
     fn texts(axis: &Scale) -> Vec<String> {
         let major = axis.ticks.iter().filter(|tick| tick.is_major());
-        major
-            .map(|tick| tick.text.iter().map(|span| &*span.text).collect())
-            .collect()
+        major.map(|tick| tick.text.iter().map(|span| &*span.text).collect()).collect()
     }
 
     fn linear(values: &[f64], tight: bool) -> Scale {
@@ -254,21 +220,11 @@ mod tests {
     #[test]
     fn numbers_are_round_and_have_just_enough_decimals() {
         let labels = |lo, hi| -> Vec<String> {
-            round_numbers(lo, hi, 6.0)
-                .into_iter()
-                .map(|(_, text)| text)
-                .collect()
+            round_numbers(lo, hi, 6.0).into_iter().map(|(_, text)| text).collect()
         };
         assert_eq!(labels(0.0, 1.0), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(0.0, 150.0), ["0", "50", "100", "150"]);
-        let signed = [
-            "\u{2212}0.03",
-            "\u{2212}0.02",
-            "\u{2212}0.01",
-            "0.00",
-            "0.01",
-            "0.02",
-        ];
+        let signed = ["\u{2212}0.03", "\u{2212}0.02", "\u{2212}0.01", "0.00", "0.01", "0.02"];
         assert_eq!(labels(-0.03, 0.02), signed);
     }
 
@@ -304,17 +260,9 @@ mod tests {
         let axis = logarithmic(&[0.5, 0.95], true);
         assert_eq!(texts(&axis)[0], "0.5");
         assert!(texts(&axis).len() >= 4);
-        assert_eq!(
-            texts(&logarithmic(&[0.003, 0.08], true)),
-            ["0.005", "0.01", "0.02", "0.05"]
-        );
+        assert_eq!(texts(&logarithmic(&[0.003, 0.08], true)), ["0.005", "0.01", "0.02", "0.05"]);
         let tiny = logarithmic(&[2.5e-16, 8.8e-15], true);
-        let numbers = [
-            "5\u{d7}10\u{2212}16",
-            "10\u{2212}15",
-            "2\u{d7}10\u{2212}15",
-            "5\u{d7}10\u{2212}15",
-        ];
+        let numbers = ["5\u{d7}10\u{2212}16", "10\u{2212}15", "2\u{d7}10\u{2212}15", "5\u{d7}10\u{2212}15"];
         assert_eq!(texts(&tiny), numbers);
     }
 

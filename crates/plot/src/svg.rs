@@ -54,11 +54,7 @@ fn element(page: &mut String, mark: &Mark, known: &mut BTreeSet<(bool, u16)>) {
                 _ => format!("translate({:.2} {y:.2})", x - shift),
             };
             known.extend(glyphs.iter().map(|glyph| (glyph.italic, glyph.id)));
-            format!(
-                "<g fill=\"{}\" transform=\"{place}\">{}</g>",
-                hex(*colour),
-                text(&glyphs)
-            )
+            format!("<g fill=\"{}\" transform=\"{place}\">{}</g>", hex(*colour), text(&glyphs))
         }
         Mark::Image(image, (x, y)) => {
             let (width, height, data) = (image.width(), image.height(), base64(&image.png()));
@@ -73,11 +69,7 @@ fn element(page: &mut String, mark: &Mark, known: &mut BTreeSet<(bool, u16)>) {
 
 /// An attribute behind a blank, nothing where it has its usual value.
 fn attribute(name: &str, value: &str, usual: bool) -> String {
-    if usual {
-        String::new()
-    } else {
-        format!(" {name}=\"{value}\"")
-    }
+    if usual { String::new() } else { format!(" {name}=\"{value}\"") }
 }
 
 /// Glyphs of one size and rise share a group, in which they count in units of the font.
@@ -85,9 +77,7 @@ fn text(glyphs: &[Glyph]) -> String {
     let key = |glyph: &Glyph| (glyph.scale.to_bits(), glyph.at.1.to_bits());
     let groups = glyphs.chunk_by(|a, b| key(a) == key(b)).map(|group| {
         let (y, scale) = (group[0].at.1, group[0].scale);
-        let seen = group
-            .iter()
-            .filter(|glyph| outline(glyph.italic, glyph.id).is_some());
+        let seen = group.iter().filter(|glyph| outline(glyph.italic, glyph.id).is_some());
         let uses = seen.map(|glyph| {
             let (name, x) = (name(glyph.italic, glyph.id), glyph.at.0 / scale);
             format!("<use xlink:href=\"#{name}\" x=\"{x:.0}\"/>")
@@ -150,13 +140,8 @@ mod tests {
     #[test]
     fn bytes_become_base64_with_its_padding() {
         // RFC 4648, section 10.
-        for (bytes, text) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-        ] {
+        for (bytes, text) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg==")]
+        {
             assert_eq!(base64(bytes.as_bytes()), text);
         }
     }

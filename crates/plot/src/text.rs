@@ -67,12 +67,7 @@ pub(crate) fn glyphs(spans: &[Span], size: f32) -> (Vec<Glyph>, f32) {
             if let Some(previous) = previous {
                 x += scale * f32::from(kerning(face, previous, glyph));
             }
-            glyphs.push(Glyph {
-                italic: span.italic,
-                id: glyph.0,
-                at: (x, -span.rise * size),
-                scale,
-            });
+            glyphs.push(Glyph { italic: span.italic, id: glyph.0, at: (x, -span.rise * size), scale });
             x += scale * f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
             previous = Some(glyph);
         }
@@ -111,13 +106,8 @@ fn face(italic: bool) -> &'static Face<'static> {
 
 fn kerning(face: &Face, left: GlyphId, right: GlyphId) -> i16 {
     let tables = face.tables().kern.map(|table| table.subtables);
-    let mut tables = tables
-        .into_iter()
-        .flatten()
-        .filter(|t| t.horizontal && !t.variable);
-    tables
-        .find_map(|table| table.glyphs_kerning(left, right))
-        .unwrap_or(0)
+    let mut tables = tables.into_iter().flatten().filter(|t| t.horizontal && !t.variable);
+    tables.find_map(|table| table.glyphs_kerning(left, right)).unwrap_or(0)
 }
 
 /// Collects an outline of the font, whose y points up.

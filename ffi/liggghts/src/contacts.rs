@@ -15,19 +15,12 @@ const DEEPEST: f64 = 0.25;
 impl Liggghts {
     /// A sphere of contact by its index, for the measurement of overlaps.
     fn body(&self, master: &Master, index: usize) -> Body<'_> {
-        Body {
-            contour: &self.contours[master.templates[index]],
-            orientation: Quat::identity(),
-        }
+        Body { contour: &self.contours[master.templates[index]], orientation: Quat::identity() }
     }
 
     /// Walls where they stand now: those that LIGGGHTS has move along themselves only.
     fn surfaces(&self) -> impl Iterator<Item = &Surface> {
-        let walls: &[Wall] = if self.params.contact.is_some() {
-            &self.params.walls
-        } else {
-            &[]
-        };
+        let walls: &[Wall] = if self.params.contact.is_some() { &self.params.walls } else { &[] };
         walls.iter().map(|wall| &wall.surface)
     }
 
@@ -78,10 +71,7 @@ impl Liggghts {
             }
         }
         pairs.sort_unstable();
-        let begun = pairs
-            .iter()
-            .filter(|pair| master.pairs.binary_search(pair).is_err())
-            .count();
+        let begun = pairs.iter().filter(|pair| master.pairs.binary_search(pair).is_err()).count();
         master.summary = ContactSummary {
             count: pairs.len(),
             max_depth: deepest,
@@ -99,12 +89,7 @@ impl Liggghts {
         let position = *master.positions.get(first)?;
         let body = self.body(master, first);
         let (second, overlap) = if touch.is_wall == 1 {
-            let surface = self
-                .params
-                .walls
-                .get(touch.second as usize)?
-                .surface
-                .seen_from(position);
+            let surface = self.params.walls.get(touch.second as usize)?.surface.seen_from(position);
             let wall = ContactState::of_wall(touch.second as usize);
             (wall, measure_wall(Geometry::Exact, &body, &surface)?)
         } else {

@@ -23,14 +23,8 @@ const MODEL: &str = "model hertz tangential history";
 
 /// The commands for a box, with the smallest radius of contact (m).
 pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> Result<Plan, String> {
-    let axes = domain
-        .periodic
-        .map(|periodic| if periodic { "p" } else { "f" })
-        .join(" ");
-    let materials = params
-        .contact
-        .as_ref()
-        .map_or(1, |contact| contact.materials.len());
+    let axes = domain.periodic.map(|periodic| if periodic { "p" } else { "f" }).join(" ");
+    let materials = params.contact.as_ref().map_or(1, |contact| contact.materials.len());
     let size = domain.size();
     let before = vec![
         "units si".to_owned(),
@@ -44,27 +38,17 @@ pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         "soft_particles yes".to_owned(),
     ];
     let space = vec![
-        format!(
-            "region box block 0 {:e} 0 {:e} 0 {:e} units box",
-            size.x, size.y, size.z
-        ),
+        format!("region box block 0 {:e} 0 {:e} 0 {:e} units box", size.x, size.y, size.z),
         format!("create_box {materials} box"),
     ];
-    let mut after = vec![
-        format!("neighbor {:e} bin", SKIN * smallest),
-        "neigh_modify delay 0".to_owned(),
-    ];
+    let mut after = vec![format!("neighbor {:e} bin", SKIN * smallest), "neigh_modify delay 0".to_owned()];
     after.extend(properties(params));
     after.push(format!("pair_style gran {MODEL}"));
     after.push("pair_coeff * *".to_owned());
     if params.contact.is_none() {
         after.push("neigh_modify exclude group all all".to_owned());
     }
-    let walls: &[Wall] = if params.contact.is_some() {
-        &params.walls
-    } else {
-        &[]
-    };
+    let walls: &[Wall] = if params.contact.is_some() { &params.walls } else { &[] };
     let mut last = Vec::new();
     for (index, wall) in walls.iter().enumerate() {
         let primitive = primitive(wall)?;
@@ -84,9 +68,7 @@ pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         ]
         .map(str::to_owned),
     );
-    last.push(format!(
-        "compute {PAIRS} all pair/gran/local pos id force force_normal force_tangential"
-    ));
+    last.push(format!("compute {PAIRS} all pair/gran/local pos id force force_normal force_tangential"));
     Ok(Plan {
         before,
         space,
@@ -104,10 +86,7 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
         Some(contact) => (contact.materials.clone(), contact.pairs.clone()),
         // Never used, but LIGGGHTS asks for them.
         None => (
-            vec![turbid_core::contact::Material {
-                youngs_modulus: 1e7,
-                poisson_ratio: 0.25,
-            }],
+            vec![turbid_core::contact::Material { youngs_modulus: 1e7, poisson_ratio: 0.25 }],
             vec![PairParams {
                 restitution: 1.0,
                 friction_static: 0.0,
@@ -117,9 +96,7 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
         ),
     };
     let list = |values: Vec<f64>| -> String {
-        values
-            .iter()
-            .fold(String::new(), |list, value| list + &format!(" {value:e}"))
+        values.iter().fold(String::new(), |list, value| list + &format!(" {value:e}"))
     };
     let n = materials.len();
     let young = list(materials.iter().map(|m| m.youngs_modulus).collect());
@@ -138,11 +115,7 @@ fn properties(params: &LiggghtsParams) -> Vec<String> {
 
 /// LIGGGHTS's one coefficient of friction (-): a static one of zero switches friction off.
 pub(crate) fn friction(pair: &PairParams) -> f64 {
-    if pair.friction_static > 0.0 {
-        pair.friction_kinetic
-    } else {
-        0.0
-    }
+    if pair.friction_static > 0.0 { pair.friction_kinetic } else { 0.0 }
 }
 
 /// A wall in LIGGGHTS's words, or why it has none for it.
@@ -167,12 +140,7 @@ pub(crate) fn primitive(wall: &Wall) -> Result<String, String> {
             }
             Ok(text)
         }
-        Surface::Cylinder {
-            point,
-            axis: direction,
-            radius,
-            ..
-        } => {
+        Surface::Cylinder { point, axis: direction, radius, .. } => {
             let Some(axis) = axis_of(direction) else {
                 return cannot("LIGGGHTS's primitive cylinders stand along x, y or z");
             };
@@ -184,10 +152,7 @@ pub(crate) fn primitive(wall: &Wall) -> Result<String, String> {
                 1 => [0, 2],
                 _ => [0, 1],
             };
-            Ok(format!(
-                "{}cylinder {radius:e} {:e} {:e}",
-                NAMES[axis], point[a], point[b]
-            ))
+            Ok(format!("{}cylinder {radius:e} {:e} {:e}", NAMES[axis], point[a], point[b]))
         }
     }
 }

@@ -50,11 +50,11 @@ impl Instance {
         match std::mem::replace(&mut *shelf, Shelf::Taken) {
             Shelf::Ready(instance) => Ok(instance),
             Shelf::Empty => Self::start(),
-            Shelf::Taken => Err(
-                "this process has one LIGGGHTS, and it is in use, or an error has broken it; \
+            Shelf::Taken => {
+                Err("this process has one LIGGGHTS, and it is in use, or an error has broken it; \
                                  process = \"worker\" has no such limit"
-                    .to_owned(),
-            ),
+                    .to_owned())
+            }
         }
     }
 
@@ -62,11 +62,7 @@ impl Instance {
         let mut instance = ptr::null_mut();
         // SAFETY: the path is a C string, and `instance` is where the pointer goes.
         let failed = unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) };
-        if failed == 0 {
-            Ok(Self(instance))
-        } else {
-            Err(error())
-        }
+        if failed == 0 { Ok(Self(instance)) } else { Err(error()) }
     }
 
     /// Back onto the shelf, empty; an instance that cannot be cleared stays where it is.
@@ -120,13 +116,7 @@ impl Instance {
         let (mut rows, mut columns, mut values) = (0, 0, ptr::null());
         // SAFETY: the instance is alive, the name a C string, and the three places are there to be set.
         let failed = unsafe {
-            ffi::lgg_local_compute(
-                self.0,
-                name.as_ptr(),
-                &raw mut rows,
-                &raw mut columns,
-                &raw mut values,
-            )
+            ffi::lgg_local_compute(self.0, name.as_ptr(), &raw mut rows, &raw mut columns, &raw mut values)
         };
         if failed != 0 {
             return Err(error());
@@ -136,20 +126,14 @@ impl Instance {
         }
         // SAFETY: the shim has copied that many rows, and keeps them until it is asked again.
         let values = unsafe { std::slice::from_raw_parts(values, (rows * columns) as usize) };
-        Ok(values
-            .chunks_exact(columns as usize)
-            .map(<[f64]>::to_vec)
-            .collect())
+        Ok(values.chunks_exact(columns as usize).map(<[f64]>::to_vec).collect())
     }
 }
 
 /// The reason of the last failure, in LIGGGHTS's words.
 fn error() -> String {
     // SAFETY: the shim returns a C string that lives until the next failure in this thread.
-    unsafe { CStr::from_ptr(ffi::lgg_error()) }
-        .to_string_lossy()
-        .trim()
-        .to_owned()
+    unsafe { CStr::from_ptr(ffi::lgg_error()) }.to_string_lossy().trim().to_owned()
 }
 
 /// Three numbers of atom `k`.

@@ -149,9 +149,8 @@ impl Liggghts {
             )));
         }
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let contours: Vec<Contour> = (templates.iter())
-            .map(|t| Contour::new(t.shape.clone(), enlargement))
-            .collect();
+        let contours: Vec<Contour> =
+            (templates.iter()).map(|t| Contour::new(t.shape.clone(), enlargement)).collect();
         let reach: Vec<f64> = contours.iter().map(Contour::reach).collect();
         let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
         let rank = comm.rank();
@@ -185,11 +184,7 @@ impl Liggghts {
         }
         let templates = self.population.store.templates.clone();
         self.population = Population::new(&self.near, self.rank, templates, all.iter().copied());
-        let outcome = if self.rank == 0 {
-            self.launch(&all, saved)
-        } else {
-            Ok(())
-        };
+        let outcome = if self.rank == 0 { self.launch(&all, saved) } else { Ok(()) };
         // The others learn whether it has worked.
         self.failed = comm.any(outcome.is_err());
         match outcome {
@@ -203,23 +198,16 @@ impl Liggghts {
         // The instance of this process, if there is one, must be free before it is taken again.
         self.master = None;
         let domain = self.near.decomposition().domain;
-        let radii: Vec<f64> = (all.iter())
-            .map(|p| self.contours[p.template as usize].reach())
-            .collect();
+        let radii: Vec<f64> = (all.iter()).map(|p| self.contours[p.template as usize].reach()).collect();
         if let Some(particle) = all.iter().find(|particle| !particle.is_finite()) {
-            return Err(Error::Input(format!(
-                "the state of particle {} is not finite",
-                particle.id
-            )));
+            return Err(Error::Input(format!("the state of particle {} is not finite", particle.id)));
         }
         let process = if all.is_empty() {
             None
         } else {
             let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
             let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
-            let atoms = (all.iter().zip(&radii))
-                .map(|(p, &radius)| self.atom(p, radius))
-                .collect();
+            let atoms = (all.iter().zip(&radii)).map(|(p, &radius)| self.atom(p, radius)).collect();
             let mut process = match self.params.options.process {
                 LiggghtsProcess::Own => Process::Own(Session::new()),
                 LiggghtsProcess::Worker => Process::Worker(Worker::start(&self.params).map_err(refused)?),
@@ -271,10 +259,7 @@ impl Liggghts {
         for (particle, load) in self.population.store.owned().iter().zip(loads) {
             let index = self.index(particle.id) as u64;
             let weight = self.params.gravity * self.inertias[particle.template as usize].mass;
-            let push = Push {
-                force: (load.force + weight).into(),
-                torque: load.torque.into(),
-            };
+            let push = Push { force: (load.force + weight).into(), torque: load.torque.into() };
             message.extend_from_slice(&index.to_le_bytes());
             message.extend_from_slice(bytemuck::bytes_of(&push));
         }
@@ -283,18 +268,13 @@ impl Liggghts {
 
     /// Place of a particle among all.
     fn index(&self, id: u64) -> usize {
-        self.ids
-            .binary_search(&id)
-            .expect("the ids are those of all particles")
+        self.ids.binary_search(&id).expect("the ids are those of all particles")
     }
 
     /// Has LIGGGHTS make a step under the loads of all ranks; on rank 0.
     fn drive(&mut self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<State>> {
         let mut loads = vec![Push::default(); self.ids.len()];
-        for entry in messages
-            .iter()
-            .flat_map(|m| m.chunks_exact(8 + size_of::<Push>()))
-        {
+        for entry in messages.iter().flat_map(|m| m.chunks_exact(8 + size_of::<Push>())) {
             let (index, push) = entry.split_at(8);
             let index = u64::from_le_bytes(index.try_into().expect("eight bytes"));
             loads[index as usize] = bytemuck::pod_read_unaligned(push);
@@ -309,11 +289,7 @@ impl Liggghts {
         let Some(process) = self.process() else {
             return Ok(Vec::new());
         };
-        let request = Request::Advance {
-            step: dt / f64::from(substeps),
-            substeps,
-            loads,
-        };
+        let request = Request::Advance { step: dt / f64::from(substeps), substeps, loads };
         match process.borrow_mut().ask(request) {
             Reply::States(states) if states.len() == self.ids.len() => Ok(states),
             Reply::Failed(text) => Err(self.failure(text)),
@@ -328,11 +304,7 @@ impl Liggghts {
     }
 
     fn failure(&self, what: String) -> Error {
-        Error::Engine {
-            engine: NAME,
-            step: self.step,
-            what,
-        }
+        Error::Engine { engine: NAME, step: self.step, what }
     }
 
     /// Takes over the states of the owned particles.
@@ -346,10 +318,7 @@ impl Liggghts {
             let state = &states[index];
             let position = domain.wrap(state.position.into());
             if let Some(face) = face_passed(&domain, position) {
-                let after = Particle {
-                    position: position.into(),
-                    ..*particle
-                };
+                let after = Particle { position: position.into(), ..*particle };
                 let walls = &self.params.walls;
                 failure = failure.and(Err(outside(self.step, particle, &after, face, walls)));
                 continue;
@@ -416,9 +385,7 @@ impl DemEngine for Liggghts {
             }
         }
         if comm.size() > 1 {
-            let bytes = comm
-                .all_gather(bytemuck::cast_slice(&states).to_vec())
-                .swap_remove(0);
+            let bytes = comm.all_gather(bytemuck::cast_slice(&states).to_vec()).swap_remove(0);
             states = bytemuck::pod_collect_to_vec(&bytes);
         }
         if states.len() == self.ids.len() {
@@ -431,9 +398,7 @@ impl DemEngine for Liggghts {
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.master
-            .as_ref()
-            .map_or_else(ContactSummary::default, |master| master.summary)
+        self.master.as_ref().map_or_else(ContactSummary::default, |master| master.summary)
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
@@ -451,9 +416,8 @@ impl DemEngine for Liggghts {
             }
             _ => return Vec::new(),
         };
-        let mut states: Vec<ContactState> = (touches.iter())
-            .filter_map(|touch| self.contact_state(master, touch))
-            .collect();
+        let mut states: Vec<ContactState> =
+            (touches.iter()).filter_map(|touch| self.contact_state(master, touch)).collect();
         states.sort_by_key(|state| (state.first, state.second));
         states
     }
@@ -504,10 +468,7 @@ impl DemEngine for Liggghts {
             saved.particles.into_iter().zip(saved.loads),
         );
         let states: Vec<State> = (self.master.iter().flat_map(|master| &master.positions))
-            .map(|position| State {
-                position: (*position).into(),
-                ..State::default()
-            })
+            .map(|position| State { position: (*position).into(), ..State::default() })
             .collect();
         // Whatever there is to complain of was there when it was saved.
         let _ = self.count(&states);

@@ -98,11 +98,7 @@ pub(crate) enum Request {
     /// Go on with these spheres where [`Save`](Self::Save) ended.
     Resume(Plan, Vec<Atom>, Vec<u8>),
     /// Advance by `step` (s), `substeps` times, under constant loads; answered by [`Reply::States`].
-    Advance {
-        step: f64,
-        substeps: u32,
-        loads: Vec<Push>,
-    },
+    Advance { step: f64, substeps: u32, loads: Vec<Push> },
     /// The forces of all contacts; answered by [`Reply::Touches`].
     Touches,
     /// All that is needed to go on; answered by [`Reply::Saved`].
@@ -143,20 +139,14 @@ enum ReplyHead {
 impl Request {
     pub(super) fn write(&self, to: &mut impl Write) -> io::Result<()> {
         match self {
-            Self::Open(plan, atoms) => write_message(
-                to,
-                &RequestHead::Open(plan.clone()),
-                &[bytemuck::cast_slice(atoms)],
-            ),
+            Self::Open(plan, atoms) => {
+                write_message(to, &RequestHead::Open(plan.clone()), &[bytemuck::cast_slice(atoms)])
+            }
             Self::Resume(plan, atoms, saved) => {
                 let head = RequestHead::Resume(plan.clone(), saved.len());
                 write_message(to, &head, &[bytemuck::cast_slice(atoms), saved])
             }
-            Self::Advance {
-                step,
-                substeps,
-                loads,
-            } => {
+            Self::Advance { step, substeps, loads } => {
                 let head = RequestHead::Advance(step.to_bits(), *substeps);
                 write_message(to, &head, &[bytemuck::cast_slice(loads)])
             }
@@ -174,11 +164,9 @@ impl Request {
                 let saved = bytes.split_off(at);
                 Self::Resume(plan, values(&bytes)?, saved)
             }
-            RequestHead::Advance(step, substeps) => Self::Advance {
-                step: f64::from_bits(step),
-                substeps,
-                loads: values(&bytes)?,
-            },
+            RequestHead::Advance(step, substeps) => {
+                Self::Advance { step: f64::from_bits(step), substeps, loads: values(&bytes)? }
+            }
             RequestHead::Touches => Self::Touches,
             RequestHead::Save => Self::Save,
         })
@@ -265,11 +253,7 @@ fn read_part(from: &mut impl Read) -> io::Result<Vec<u8>> {
     // Room is made as bytes come: a spoilt length must not ask for more memory than there is.
     let mut bytes = Vec::with_capacity(length.min(ROOM) as usize);
     from.by_ref().take(length).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 == length {
-        Ok(bytes)
-    } else {
-        Err(io::ErrorKind::UnexpectedEof.into())
-    }
+    if bytes.len() as u64 == length { Ok(bytes) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
 #[cfg(test)]
@@ -294,18 +278,11 @@ mod tests {
             material: 7,
             ..Atom::zeroed()
         };
-        let push = Push {
-            force: [f64::from_bits(1), 2.0, -3.0],
-            torque: [0.1, 0.2, 0.3],
-        };
+        let push = Push { force: [f64::from_bits(1), 2.0, -3.0], torque: [0.1, 0.2, 0.3] };
         let requests = [
             Request::Open(plan(), vec![atom; 3]),
             Request::Resume(plan(), vec![atom; 2], vec![1, 2, 3]),
-            Request::Advance {
-                step: 0.1 + 0.2,
-                substeps: 5,
-                loads: vec![push; 4],
-            },
+            Request::Advance { step: 0.1 + 0.2, substeps: 5, loads: vec![push; 4] },
             Request::Touches,
             Request::Save,
         ];
@@ -338,9 +315,7 @@ mod tests {
     #[test]
     fn a_message_that_is_cut_or_spoilt_is_an_error_and_not_a_panic() {
         let mut wire = Vec::new();
-        Request::Resume(plan(), vec![Atom::zeroed()], vec![5; 9])
-            .write(&mut wire)
-            .unwrap();
+        Request::Resume(plan(), vec![Atom::zeroed()], vec![5; 9]).write(&mut wire).unwrap();
         for length in 0..wire.len() {
             assert!(Request::read(&mut &wire[..length]).is_err());
         }

@@ -29,12 +29,8 @@ impl Session {
 
     pub(super) fn resume(&mut self, plan: &Plan, atoms: Vec<Atom>, saved: &[u8]) -> Outcome<()> {
         let count = atoms.len();
-        let Saved {
-            restart,
-            step,
-            loads,
-            states,
-        } = Saved::of(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
+        let Saved { restart, step, loads, states } =
+            Saved::of(saved, count).ok_or("what LIGGGHTS saved is not whole, or of another case")?;
         self.begin(plan, atoms)?;
         let instance = self.instance()?;
         let mut file = passing()?;
@@ -100,10 +96,6 @@ impl<'a> Saved<'a> {
 
 /// A file that LIGGGHTS and turbid hand each other. It has no name, so that nobody else finds it, and ends with its handle.
 fn passing() -> Outcome<File> {
-    tempfile::tempfile().map_err(|e| {
-        format!(
-            "cannot make a file in {}: {e}; set TMPDIR",
-            std::env::temp_dir().display()
-        )
-    })
+    tempfile::tempfile()
+        .map_err(|e| format!("cannot make a file in {}: {e}; set TMPDIR", std::env::temp_dir().display()))
 }

@@ -74,11 +74,9 @@ impl Session {
         let outcome = match request {
             Request::Open(plan, atoms) => self.open(&plan, atoms).map(|()| Reply::Done),
             Request::Resume(plan, atoms, saved) => self.resume(&plan, atoms, &saved).map(|()| Reply::Done),
-            Request::Advance {
-                step,
-                substeps,
-                loads,
-            } => self.advance(step, substeps, &loads).map(Reply::States),
+            Request::Advance { step, substeps, loads } => {
+                self.advance(step, substeps, &loads).map(Reply::States)
+            }
             Request::Touches => self.touches().map(Reply::Touches),
             Request::Save => self.save().map(Reply::Saved),
         };
@@ -86,9 +84,7 @@ impl Session {
     }
 
     pub(super) fn instance(&self) -> Outcome<&Instance> {
-        self.instance
-            .as_ref()
-            .ok_or_else(|| "LIGGGHTS has not been set up".to_owned())
+        self.instance.as_ref().ok_or_else(|| "LIGGGHTS has not been set up".to_owned())
     }
 
     fn open(&mut self, plan: &Plan, atoms: Vec<Atom>) -> Outcome<()> {
@@ -96,10 +92,7 @@ impl Session {
         let instance = self.instance()?;
         instance.commands(plan.space.iter().chain(&plan.after))?;
         // At random, to be put in their places; the seed has no meaning.
-        instance.command(&format!(
-            "create_atoms 1 random {} 49979687 NULL",
-            self.atoms.len()
-        ))?;
+        instance.command(&format!("create_atoms 1 random {} 49979687 NULL", self.atoms.len()))?;
         self.write_atoms()?;
         self.finish(plan, false)
     }
@@ -147,11 +140,7 @@ impl Session {
     fn write_atoms(&self) -> Outcome<()> {
         let arrays = self.instance()?.atoms()?;
         if arrays.local as usize != self.atoms.len() {
-            return Err(format!(
-                "LIGGGHTS made {} particles instead of {}",
-                arrays.local,
-                self.atoms.len()
-            ));
+            return Err(format!("LIGGGHTS made {} particles instead of {}", arrays.local, self.atoms.len()));
         }
         for (k, index) in self.indices()?.into_iter().enumerate() {
             let atom = &self.atoms[index];
@@ -178,9 +167,7 @@ impl Session {
         for k in 0..arrays.local as usize {
             // SAFETY: the array has `local` entries.
             let index = unsafe { *arrays.id.add(k) } as usize - 1;
-            *there
-                .get_mut(index)
-                .ok_or("LIGGGHTS has a particle that it was not given")? = true;
+            *there.get_mut(index).ok_or("LIGGGHTS has a particle that it was not given")? = true;
             indices.push(index);
         }
         match there.iter().position(|there| !there) {
@@ -188,11 +175,7 @@ impl Session {
             Some(lost) => {
                 let [x, y, z] = self.last[lost];
                 let others = there.iter().filter(|there| !**there).count() - 1;
-                let more = if others > 0 {
-                    format!(" and {others} more")
-                } else {
-                    String::new()
-                };
+                let more = if others > 0 { format!(" and {others} more") } else { String::new() };
                 Err(format!(
                     "LIGGGHTS has lost particle {}, last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m{more}: it has left the box, or \
                      moved too far in one step",
@@ -268,9 +251,7 @@ impl Session {
         for (k, &index) in indices.iter().enumerate() {
             let ratio = self.atoms[index].inertia_ratio;
             // SAFETY: the array has one vector for each of the `local` atoms.
-            unsafe { vector(arrays.torque, k) }
-                .iter_mut()
-                .for_each(|t| *t *= ratio);
+            unsafe { vector(arrays.torque, k) }.iter_mut().for_each(|t| *t *= ratio);
         }
         Ok(())
     }
@@ -300,14 +281,8 @@ impl Session {
         for (k, &index) in indices.iter().enumerate() {
             // SAFETY: the arrays have one vector for each of the `local` atoms.
             let [x, v, w, f, t] = unsafe {
-                [
-                    arrays.position,
-                    arrays.velocity,
-                    arrays.angular_velocity,
-                    arrays.force,
-                    arrays.torque,
-                ]
-                .map(|base| *vector(base, k))
+                [arrays.position, arrays.velocity, arrays.angular_velocity, arrays.force, arrays.torque]
+                    .map(|base| *vector(base, k))
             };
             let load = &self.loads[index];
             states[index] = State {
@@ -335,13 +310,8 @@ impl Session {
             let twist = push * atom.inertia_ratio / (SPHERE * atom.radius * atom.radius);
             // SAFETY: the arrays have one vector for each of the `local` atoms, and nothing else uses them now.
             let [v, w, f, t] = unsafe {
-                [
-                    arrays.velocity,
-                    arrays.angular_velocity,
-                    arrays.force,
-                    arrays.torque,
-                ]
-                .map(|base| vector(base, k))
+                [arrays.velocity, arrays.angular_velocity, arrays.force, arrays.torque]
+                    .map(|base| vector(base, k))
             };
             full.push((*v, *w));
             for i in 0..3 {

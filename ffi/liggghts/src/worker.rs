@@ -205,11 +205,7 @@ impl Line {
                 self.limit = self.limit.min(self.waited + GRACE);
             }
             if self.waited >= self.limit {
-                let why = if self.told {
-                    "and the run is to stop"
-                } else {
-                    "(see `dem.liggghts.timeout`)"
-                };
+                let why = if self.told { "and the run is to stop" } else { "(see `dem.liggghts.timeout`)" };
                 let text = format!("has not answered for {:.1} s {why}", self.waited.as_secs_f64());
                 return Err(io::Error::new(io::ErrorKind::TimedOut, text));
             }
@@ -238,12 +234,7 @@ pub(crate) fn open_log(path: &Path) -> Result<File, String> {
     let failed = |e: io::Error| format!("cannot write {}: {e}", path.display());
     let mut options = OpenOptions::new();
     let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK;
-    let log = options
-        .create(true)
-        .append(true)
-        .custom_flags(flags)
-        .open(path)
-        .map_err(failed)?;
+    let log = options.create(true).append(true).custom_flags(flags).open(path).map_err(failed)?;
     if log.metadata().map_err(failed)?.is_file() {
         Ok(log)
     } else {
@@ -288,11 +279,7 @@ fn length(file: &Path) -> u64 {
 fn last_lines(log: &Path, after: u64) -> Vec<String> {
     let bytes = std::fs::read(log).unwrap_or_default();
     let text = String::from_utf8_lossy(bytes.get(after as usize..).unwrap_or_default());
-    let lines: Vec<&str> = text
-        .lines()
-        .map(str::trim_end)
-        .filter(|line| !line.is_empty())
-        .collect();
+    let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
     let from = lines.len().saturating_sub(QUOTED);
     lines[from..].iter().map(|line| (*line).to_owned()).collect()
 }

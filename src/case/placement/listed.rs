@@ -82,13 +82,7 @@ impl Placer<'_> {
             named.is_some_and(|other| other.value == file.value)
         };
         let Some(kind) = placement.kind else {
-            return match self
-                .case
-                .particles
-                .iter()
-                .filter(|section| reads(section))
-                .count()
-            {
+            return match self.case.particles.iter().filter(|section| reads(section)).count() {
                 1 => Ok(false),
                 count => {
                     let title =
@@ -98,19 +92,14 @@ impl Placer<'_> {
                 }
             };
         };
-        let section = usize::try_from(kind.value)
-            .ok()
-            .and_then(|i| self.case.particles.get(i));
+        let section = usize::try_from(kind.value).ok().and_then(|i| self.case.particles.get(i));
         if section.is_some_and(reads) {
             return Ok(kind.value != index as u64);
         }
         let (line, column, kind) = (placement.line, kind.column, kind.value);
         let why = match section {
             Some(_) => format!("`particles.{kind}` does not read this file"),
-            None => format!(
-                "the case has {} [[particles]] sections",
-                self.case.particles.len()
-            ),
+            None => format!("the case has {} [[particles]] sections", self.case.particles.len()),
         };
         let title = format!("{name}:{line}:{column}: `kind` is {kind}, but {why}");
         let remedy = "a line of kind n belongs to the n-th [[particles]] section, counted from 0: give each the same `file`";

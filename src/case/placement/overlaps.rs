@@ -74,11 +74,7 @@ impl Placer<'_> {
                 found.push(Found { pair, what });
             }
         }
-        let Some(&Found {
-            pair: (first, second),
-            ..
-        }) = found.first()
-        else {
+        let Some(&Found { pair: (first, second), .. }) = found.first() else {
             return Ok(());
         };
         let mut list = String::new();
@@ -94,16 +90,8 @@ impl Placer<'_> {
         let title = format!("{count} {pairs} of particles overlap at the start");
         let spans = [&placed[first].span, &placed[second].span];
         let places = [(spans[0], "one of them"), (spans[1], "the other")];
-        let places = if spans[0] == spans[1] {
-            &[(spans[0], "from here")][..]
-        } else {
-            &places[..]
-        };
-        Err(self.source.error_at(
-            places,
-            &title,
-            &format!("move them apart or take smaller ones:{list}"),
-        ))
+        let places = if spans[0] == spans[1] { &[(spans[0], "from here")][..] } else { &places[..] };
+        Err(self.source.error_at(places, &title, &format!("move them apart or take smaller ones:{list}")))
     }
 
     /// Refuses particles that overlap a wall.
@@ -128,11 +116,8 @@ impl Placer<'_> {
                 if count <= NAMED {
                     let name = name(p);
                     let wall = &wall.wall.name;
-                    write!(
-                        list,
-                        "\nparticle {name}: {depth:.6e} m deep in the wall \"{wall}\""
-                    )
-                    .expect("a string can always grow");
+                    write!(list, "\nparticle {name}: {depth:.6e} m deep in the wall \"{wall}\"")
+                        .expect("a string can always grow");
                 }
             }
         }
@@ -142,32 +127,21 @@ impl Placer<'_> {
         if count > NAMED {
             write!(list, "\nand {} more", count - NAMED).expect("a string can always grow");
         }
-        let particles = if count == 1 {
-            "particle overlaps"
-        } else {
-            "particles overlap"
-        };
+        let particles = if count == 1 { "particle overlaps" } else { "particles overlap" };
         let title = format!("{count} {particles} a wall at the start");
         let remedy = format!("move them into the free space:{list}");
-        Err(self
-            .source
-            .error(&placed[first].span, &title, "from here", &remedy))
+        Err(self.source.error(&placed[first].span, &title, "from here", &remedy))
     }
 
     /// The shapes as they are, for each template.
     fn contours(&self) -> Vec<Contour> {
         let templates = &self.kinds.templates;
-        (templates.iter())
-            .map(|template| Contour::new(template.shape.clone(), 0.0))
-            .collect()
+        (templates.iter()).map(|template| Contour::new(template.shape.clone(), 0.0)).collect()
     }
 }
 
 fn body<'a>(contours: &'a [Contour], particle: &Particle) -> Body<'a> {
-    Body {
-        contour: &contours[particle.template as usize],
-        orientation: particle.orientation(),
-    }
+    Body { contour: &contours[particle.template as usize], orientation: particle.orientation() }
 }
 
 fn name(placed: &Placed) -> String {
@@ -179,11 +153,7 @@ fn name(placed: &Placed) -> String {
 }
 
 fn through_faces(nearest: Vec3, direct: Vec3) -> &'static str {
-    if nearest == direct {
-        ""
-    } else {
-        ", through the periodic faces"
-    }
+    if nearest == direct { "" } else { ", through the periodic faces" }
 }
 
 /// How deep a body is in a wall (m), if it is.

@@ -21,11 +21,8 @@ impl Placer<'_> {
     pub(super) fn count(&self, index: usize, kind: &ParticleSection) -> Result<usize> {
         let templates = &self.kinds.templates[self.kinds.sections[index].templates()];
         let shares = &self.kinds.sections[index].shares;
-        let volume: f64 = templates
-            .iter()
-            .zip(shares)
-            .map(|(template, share)| share * template.shape.volume())
-            .sum();
+        let volume: f64 =
+            templates.iter().zip(shares).map(|(template, share)| share * template.shape.volume()).sum();
         let limit = packing::MAX_VOLUME_FRACTION;
         if let Some(fraction) = &kind.volume_fraction {
             return Ok(packing::count_for_volume_fraction(self.free_volume, fraction.value, volume) as usize);
@@ -94,10 +91,7 @@ impl Placer<'_> {
         self.pack_with(first, random, particles, 0.0)?;
         let kind = &self.case.particles[index];
         let gap = 2.0
-            * self.kinds.sections[index]
-                .templates()
-                .map(|t| self.radius(t))
-                .fold(0.0, f64::max)
+            * self.kinds.sections[index].templates().map(|t| self.radius(t)).fold(0.0, f64::max)
             * packing::DEFAULT_GAP;
         warnings.push(self.begins_in_contact(index, &kind.span, gap, clear));
         Ok(())
@@ -106,9 +100,7 @@ impl Placer<'_> {
     /// Radius (m) of the sphere of the same volume.
     fn radius(&self, template: usize) -> f64 {
         let shape = &self.kinds.templates[template].shape;
-        shape
-            .as_sphere()
-            .unwrap_or_else(|| 0.5 * shape.equivalent_diameter())
+        shape.as_sphere().unwrap_or_else(|| 0.5 * shape.equivalent_diameter())
     }
 
     fn begins_in_contact(&self, index: usize, span: &Range<usize>, gap: f64, clear: f64) -> String {
@@ -155,14 +147,9 @@ impl Placer<'_> {
                 .wrapping_mul(0x9E37_79B9_7F4A_7C15)
                 .wrapping_add(kind.seed.as_ref().map_or(1, |s| s.value));
         }
-        let ball = |template: usize| Ball {
-            radius: self.radius(template),
-            half_gap: 0.5 * gaps[template],
-        };
-        let fixed: Vec<(Vec3, Ball)> = particles
-            .iter()
-            .map(|p| (p.position(), ball(p.template as usize)))
-            .collect();
+        let ball = |template: usize| Ball { radius: self.radius(template), half_gap: 0.5 * gaps[template] };
+        let fixed: Vec<(Vec3, Ball)> =
+            particles.iter().map(|p| (p.position(), ball(p.template as usize))).collect();
         let balls: Vec<Ball> = drawn.iter().map(|&template| ball(template)).collect();
         let cube = |length: f64| length * length * length;
         let fraction = |grow: f64| {
@@ -192,11 +179,7 @@ impl Placer<'_> {
             .chain(fresh.map(|((&position, &orientation), &template)| Pose {
                 contour: template,
                 position,
-                orientation: if is_sphere(template) {
-                    Quat::identity()
-                } else {
-                    orientation
-                },
+                orientation: if is_sphere(template) { Quat::identity() } else { orientation },
             }))
             .collect();
         let contours: Vec<Contour> = templates

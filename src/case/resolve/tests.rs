@@ -36,14 +36,9 @@ fn close(a: f64, b: f64) {
 #[test]
 fn all_ways_to_give_the_viscosity_and_the_time_step_agree() {
     let one = setup(&[]);
+    close(one.expect_fluid().viscosity, (9.80665 * 2.3 * 1.5e-3_f64.powi(3) / 1000.0).sqrt());
     close(
-        one.expect_fluid().viscosity,
-        (9.80665 * 2.3 * 1.5e-3_f64.powi(3) / 1000.0).sqrt(),
-    );
-    close(
-        setup(&["fluid.galileo=31.622776601683793"])
-            .expect_fluid()
-            .viscosity,
+        setup(&["fluid.galileo=31.622776601683793"]).expect_fluid().viscosity,
         one.expect_fluid().viscosity,
     );
     let two = setup(&[
@@ -62,11 +57,7 @@ fn the_box_in_metres_is_that_in_diameters_and_any_rounding_is_said() {
     assert_eq!((metres.domain, metres.provenance.warnings.len()), (one.domain, 0));
     let rounded = setup(&["domain.size=[6.05e-3, 7.5e-3, 9e-3]"]);
     assert_eq!(rounded.domain, one.domain);
-    assert!(
-        rounded.provenance.warnings[0].contains("32 x 40 x 48"),
-        "{}",
-        rounded.provenance.warnings[0]
-    );
+    assert!(rounded.provenance.warnings[0].contains("32 x 40 x 48"), "{}", rounded.provenance.warnings[0]);
 }
 
 #[test]
@@ -84,10 +75,7 @@ fn lengths_of_time_become_steps() {
         "run.average_from.steps=0",
     ]);
     assert_eq!((two.plan.end_step, two.plan.average_from_step), (1000, 0));
-    assert_eq!(
-        (two.plan.output.series_every, two.plan.output.fields_every),
-        (7, 0)
-    );
+    assert_eq!((two.plan.output.series_every, two.plan.output.fields_every), (7, 0));
     assert_eq!(two.plan.output.directory, Path::new("out/case"));
 }
 
@@ -121,9 +109,7 @@ fn kinds_of_particles_share_the_box_without_overlap_and_have_numbers_of_their_ow
     let spinning = &setup.particles[1];
     close(spinning.angular_momentum[0], 2.0 * setup.templates[0].inertia().x);
     assert_eq!(spinning.velocity(), Vec3::new(0.0, 0.0, -0.1));
-    let offset = setup
-        .domain
-        .nearest_image(spinning.position() - Vec3::new(3e-3, 3e-3, 0.0));
+    let offset = setup.domain.nearest_image(spinning.position() - Vec3::new(3e-3, 3e-3, 0.0));
     assert!(offset.norm() < 1e-12, "the upper face is the lower one");
 }
 
@@ -149,10 +135,7 @@ fn the_native_engine_moves_the_particles_unless_the_case_asks_for_liggghts_in_a_
     ]);
     let options = LiggghtsOptions {
         process: LiggghtsProcess::Own,
-        commands: vec![
-            "group a type 1".to_string(),
-            "fix slow a viscous 1e-6".to_string(),
-        ],
+        commands: vec!["group a type 1".to_string(), "fix slow a viscous 1e-6".to_string()],
         timeout: 60.0,
     };
     assert_eq!(full.engine, EngineChoice::Liggghts(options));
@@ -189,10 +172,7 @@ fn every_shape_has_the_volume_that_its_equivalent_diameter_asks_for() {
         let size = "domain.size.diameters=[5, 5, 6]";
         let setup = setup(&[&option, "particles.0.count=2", size]);
         close(setup.diameter, 1.2e-3);
-        close(
-            setup.templates[0].shape.volume(),
-            std::f64::consts::PI / 6.0 * 1.2e-3_f64.powi(3),
-        );
+        close(setup.templates[0].shape.volume(), std::f64::consts::PI / 6.0 * 1.2e-3_f64.powi(3));
         assert_eq!(setup.domain.cells, [40, 40, 48], "{shape}");
     }
 }
@@ -200,41 +180,20 @@ fn every_shape_has_the_volume_that_its_equivalent_diameter_asks_for() {
 #[test]
 fn lengths_of_shapes_are_from_end_to_end() {
     for (shape, half) in [
-        (
-            "cuboid = { edges = [1e-3, 1.2e-3, 1.4e-3] }",
-            [0.5e-3, 0.6e-3, 0.7e-3],
-        ),
-        (
-            "ellipsoid = { axes = [1e-3, 1.2e-3, 1.4e-3] }",
-            [0.5e-3, 0.6e-3, 0.7e-3],
-        ),
-        (
-            "cylinder = { diameter = 1e-3, length = 1.4e-3 }",
-            [0.5e-3, 0.5e-3, 0.7e-3],
-        ),
-        (
-            "capsule = { diameter = 1e-3, length = 1.4e-3 }",
-            [0.5e-3, 0.5e-3, 0.7e-3],
-        ),
+        ("cuboid = { edges = [1e-3, 1.2e-3, 1.4e-3] }", [0.5e-3, 0.6e-3, 0.7e-3]),
+        ("ellipsoid = { axes = [1e-3, 1.2e-3, 1.4e-3] }", [0.5e-3, 0.6e-3, 0.7e-3]),
+        ("cylinder = { diameter = 1e-3, length = 1.4e-3 }", [0.5e-3, 0.5e-3, 0.7e-3]),
+        ("capsule = { diameter = 1e-3, length = 1.4e-3 }", [0.5e-3, 0.5e-3, 0.7e-3]),
     ] {
         let setup = setup(&[&format!("{SHAPE}={{ {shape} }}"), "particles.0.count=1"]);
         let (low, high) = setup.templates[0].shape.bounds(&Quat::identity());
-        assert!(
-            (high - Vec3::from(half)).norm() < 1e-9 && (low + high).norm() < 1e-9,
-            "{shape}"
-        );
+        assert!((high - Vec3::from(half)).norm() < 1e-9 && (low + high).norm() < 1e-9, "{shape}");
     }
 }
 
 #[test]
 fn a_polyhedron_is_turned_as_it_was_drawn_wherever_its_principal_axes_are() {
-    let vertices = [
-        [0.0, 0.0, 0.0],
-        [2.0, 0.0, 0.0],
-        [0.3, 1.0, 0.0],
-        [0.2, 0.1, 0.7],
-        [1.0, 0.9, 0.6],
-    ];
+    let vertices = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.2, 0.1, 0.7], [1.0, 0.9, 0.6]];
     let list = "[{ position = [3e-3, 3e-3, 3e-3], orientation = { axis = [0, 0, 2], angle = 90 } }]";
     let setup = setup(&[
         &format!("{SHAPE}={{ polyhedron = {{ vertices = {vertices:?}, equivalent_diameter = 1.5e-3 }} }}"),
@@ -242,9 +201,8 @@ fn a_polyhedron_is_turned_as_it_was_drawn_wherever_its_principal_axes_are() {
         "domain.size.diameters=[6, 6, 6]",
     ]);
     let (shape, particle) = (&setup.templates[0].shape, &setup.particles[0]);
-    let corners: Vec<Vec3> = (shape.as_polyhedron().unwrap().vertices.iter())
-        .map(|v| particle.orientation() * v)
-        .collect();
+    let corners: Vec<Vec3> =
+        (shape.as_polyhedron().unwrap().vertices.iter()).map(|v| particle.orientation() * v).collect();
     // Differences of the drawn corners, by a quarter turn about z, each found among those of the body.
     let drawn: Vec<Vec3> = vertices.iter().map(|v| Vec3::new(-v[1], v[0], v[2])).collect();
     let spread = |points: &[Vec3]| {
@@ -254,10 +212,7 @@ fn a_polyhedron_is_turned_as_it_was_drawn_wherever_its_principal_axes_are() {
     };
     let (here, there) = (spread(&corners), spread(&drawn));
     for corner in &there {
-        let nearest = here
-            .iter()
-            .map(|p| (p - corner).norm())
-            .fold(f64::INFINITY, f64::min);
+        let nearest = here.iter().map(|p| (p - corner).norm()).fold(f64::INFINITY, f64::min);
         assert!(nearest < 1e-9, "{nearest}");
     }
 }
@@ -287,11 +242,7 @@ fn sizes_have_their_shares_of_the_particles_and_the_volume_fraction_holds_for_al
     close(setup.templates[1].shape.circumradius(), 0.375e-3);
     close(setup.diameter, 1.5e-3);
     let spread = super::tests::setup(&["particles.0.sizes={ uniform = [0.5, 1], steps = 4 }"]);
-    let radii: Vec<f64> = spread
-        .templates
-        .iter()
-        .map(|t| t.shape.circumradius() / 0.75e-3)
-        .collect();
+    let radii: Vec<f64> = spread.templates.iter().map(|t| t.shape.circumradius() / 0.75e-3).collect();
     for (radius, factor) in radii.iter().zip([0.5625, 0.6875, 0.8125, 0.9375]) {
         close(*radius, factor);
     }
@@ -311,19 +262,14 @@ fn closed_faces_are_walls_that_bear_the_weight_and_particles_stay_between_them()
         "particles.0.volume_fraction=0.25",
     ]);
     let size = setup.domain.size();
-    let [low, high] = &setup.walls[..] else {
-        panic!("{:?}", setup.walls)
-    };
+    let [low, high] = &setup.walls[..] else { panic!("{:?}", setup.walls) };
     assert_eq!((low.name.as_str(), high.name.as_str()), ("z-", "z+"));
     assert_eq!(low.motion.pivot, Vec3::new(0.5 * size.x, 0.5 * size.y, 0.0));
     assert_eq!(high.motion.velocity, Vec3::new(1e-3, 2e-3, 0.0));
     assert!((high.surface.distance(Vec3::zeros()) - size.z).abs() < 1e-15);
     let contact = setup.contact.as_ref().unwrap();
     close(contact.materials[high.material].youngs_modulus, 2e6);
-    close(
-        contact.materials[high.material].poisson_ratio,
-        contact.materials[0].poisson_ratio,
-    );
+    close(contact.materials[high.material].poisson_ratio, contact.materials[0].poisson_ratio);
     close(contact.pair(high.material, 0).restitution, 0.5);
     close(contact.pair(0, 0).restitution, 0.926);
     close(contact.pair(high.material, high.material).restitution, 0.926);
@@ -362,9 +308,8 @@ fn bodies_of_all_kinds_share_a_closed_box_without_overlap() {
         "lattice.cells_per_diameter=9",
     ]);
     assert!(setup.volume_fraction > 0.3);
-    let contours: Vec<Contour> = (setup.templates.iter())
-        .map(|t| Contour::new(t.shape.clone(), 0.0))
-        .collect();
+    let contours: Vec<Contour> =
+        (setup.templates.iter()).map(|t| Contour::new(t.shape.clone(), 0.0)).collect();
     let body = |p: &crate::particle::Particle| Body {
         contour: &contours[p.template as usize],
         orientation: p.orientation(),
@@ -450,40 +395,20 @@ fn random_particles_do_not_begin_in_contact_on_any_grid() {
         let dense = setup(&[&cells, "particles.0.volume_fraction=0.3"]);
         let grown = 2.0 * dense.contact.as_ref().unwrap().enlargement;
         assert!(dense.particles.len() > 60);
-        assert!(
-            smallest_gap(&dense) > grown,
-            "{} of {grown}",
-            smallest_gap(&dense)
-        );
-        assert!(
-            dense.provenance.warnings.is_empty(),
-            "{:?}",
-            dense.provenance.warnings
-        );
+        assert!(smallest_gap(&dense) > grown, "{} of {grown}", smallest_gap(&dense));
+        assert!(dense.provenance.warnings.is_empty(), "{:?}", dense.provenance.warnings);
     }
 }
 
 #[test]
 fn random_particles_that_begin_in_contact_are_said() {
     let asked = setup(&["particles.0.minimum_gap=1e-5"]);
-    assert!(
-        asked.provenance.warnings[0].contains("begin in contact"),
-        "{:?}",
-        asked.provenance.warnings
-    );
+    assert!(asked.provenance.warnings[0].contains("begin in contact"), "{:?}", asked.provenance.warnings);
     // There is no room for gaps of a third of a diameter at this volume fraction.
     let crowded = setup(&["particles.0.volume_fraction=0.3", "contact.enlargement=1.5"]);
     let grown = 2.0 * crowded.contact.as_ref().unwrap().enlargement;
     assert!(smallest_gap(&crowded) < grown);
-    assert!(
-        crowded.provenance.warnings[0].contains("begin in contact"),
-        "{:?}",
-        crowded.provenance.warnings
-    );
+    assert!(crowded.provenance.warnings[0].contains("begin in contact"), "{:?}", crowded.provenance.warnings);
     let none = setup(&["particles.0.minimum_gap=1e-5", "contact.enabled=false"]);
-    assert!(
-        none.provenance.warnings.is_empty(),
-        "{:?}",
-        none.provenance.warnings
-    );
+    assert!(none.provenance.warnings.is_empty(), "{:?}", none.provenance.warnings);
 }

@@ -29,12 +29,7 @@ fn strings(options: &[&str]) -> Vec<String> {
 
 /// A saved setup with options, as one that goes on has it.
 fn go_on(setup: &Setup, options: &[&str]) -> crate::Result<Setup> {
-    from_saved(
-        &setup.provenance.name,
-        &setup.provenance.text,
-        &setup.provenance.files,
-        &strings(options),
-    )
+    from_saved(&setup.provenance.name, &setup.provenance.text, &setup.provenance.files, &strings(options))
 }
 
 fn new(options: &[&str]) -> Setup {
@@ -48,49 +43,26 @@ fn a_saved_case_needs_no_file_on_disk() {
     let stones = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/stone.stl");
     std::fs::create_dir(folder.path().join("data")).unwrap();
     std::fs::copy(stones, folder.path().join("data/stone.stl")).unwrap();
-    std::fs::write(
-        folder.path().join("places.csv"),
-        "x,y,z\n3e-3,3e-3,3e-3\n7e-3,7e-3,7e-3\n",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("places.csv"), "x,y,z\n3e-3,3e-3,3e-3\n7e-3,7e-3,7e-3\n").unwrap();
     let mesh = "particles.0.shape={ mesh = { file = \"data/stone.stl\", equivalent_diameter = 1.5e-3 } }";
     std::fs::write(&path, TEXT).unwrap();
     let before = load(&path, &strings(&[mesh, "particles.0.file=places.csv"])).unwrap();
-    let names: Vec<&str> = before
-        .provenance
-        .files
-        .iter()
-        .map(|(name, _)| &name[..])
-        .collect();
+    let names: Vec<&str> = before.provenance.files.iter().map(|(name, _)| &name[..]).collect();
     assert_eq!(names, ["data/stone.stl", "places.csv"]);
     drop(folder);
     let after = go_on(&before, &[]).unwrap();
     assert_eq!(after.particles, before.particles);
-    assert_eq!(
-        after.templates[0].shape.volume().to_bits(),
-        before.templates[0].shape.volume().to_bits()
-    );
+    assert_eq!(after.templates[0].shape.volume().to_bits(), before.templates[0].shape.volume().to_bits());
     assert_eq!(
         (&after.provenance.text, &after.provenance.files),
         (&before.provenance.text, &before.provenance.files)
     );
-    assert_eq!(
-        (after.plan.end_step, after.plan.output),
-        (before.plan.end_step, before.plan.output.clone())
-    );
+    assert_eq!((after.plan.end_step, after.plan.output), (before.plan.end_step, before.plan.output.clone()));
 
-    let lost = from_saved(
-        &before.provenance.name,
-        &before.provenance.text,
-        &before.provenance.files[..1],
-        &[],
-    )
-    .unwrap_err();
-    assert!(
-        lost.to_string()
-            .contains("places.csv: it was not saved with the case"),
-        "{lost}"
-    );
+    let lost =
+        from_saved(&before.provenance.name, &before.provenance.text, &before.provenance.files[..1], &[])
+            .unwrap_err();
+    assert!(lost.to_string().contains("places.csv: it was not saved with the case"), "{lost}");
 }
 
 #[test]
@@ -105,11 +77,7 @@ fn a_longer_run_keeps_the_spacing_of_all_rows_and_frames_however_often_it_goes_o
         // The text alone says so, too.
         let again = go_on(&setup, &[]).unwrap();
         assert_eq!(
-            (
-                again.plan.end_step,
-                &again.plan.output,
-                again.plan.average_from_step
-            ),
+            (again.plan.end_step, &again.plan.output, again.plan.average_from_step),
             (end, &plan, from)
         );
     }
@@ -133,15 +101,9 @@ fn what_an_option_names_is_as_it_says() {
     let saved = CheckpointSpacing::Steps(500);
     assert_eq!((plan.series_every, plan.checkpoint_every), (40, saved));
     assert_eq!((longer.plan.average_from_step, longer.plan.threads), (0, 3));
-    assert_eq!(
-        (plan.particles_every, plan.contacts_every, plan.picture_every),
-        (0, 0, 50)
-    );
+    assert_eq!((plan.particles_every, plan.contacts_every, plan.picture_every), (0, 0, 50));
     // Contacts come with the particles, as they do in a new case.
-    let plan = go_on(&setup, &["output.particles_every.steps=70"])
-        .unwrap()
-        .plan
-        .output;
+    let plan = go_on(&setup, &["output.particles_every.steps=70"]).unwrap().plan.output;
     assert_eq!((plan.particles_every, plan.contacts_every), (70, 70));
 }
 
@@ -156,19 +118,12 @@ fn the_particles_are_where_they_were() {
 #[test]
 fn a_change_of_anything_but_length_and_output_is_refused_with_the_reason() {
     let setup = new(&[]);
-    for option in [
-        "fluid.archimedes=500",
-        "particles.0.count=4",
-        "run={ end = { steps = 5 } }",
-        "nonsense",
-    ] {
+    for option in ["fluid.archimedes=500", "particles.0.count=4", "run={ end = { steps = 5 } }", "nonsense"] {
         let said = go_on(&setup, &[option]).unwrap_err().to_string();
         assert!(said.contains(&format!("`--set {option}`")), "{said}");
         assert!(said.contains("only keys below `run.` and `output.`"), "{said}");
     }
-    let said = go_on(&setup, &["output.directory=elsewhere"])
-        .unwrap_err()
-        .to_string();
+    let said = go_on(&setup, &["output.directory=elsewhere"]).unwrap_err().to_string();
     assert!(said.contains("goes on in its own directory"), "{said}");
     let said = go_on(&setup, &["run.ende.steps=5"]).unwrap_err().to_string();
     assert!(said.contains("did you mean `end`"), "{said}");
@@ -177,10 +132,7 @@ fn a_change_of_anything_but_length_and_output_is_refused_with_the_reason() {
 #[test]
 fn an_end_before_the_averages_begin_is_refused() {
     let said = go_on(&new(&[]), &["run.end.steps=1500"]).unwrap_err().to_string();
-    assert!(
-        said.contains("`run.average_from` is step 2000, but the run ends at step 1500"),
-        "{said}"
-    );
+    assert!(said.contains("`run.average_from` is step 2000, but the run ends at step 1500"), "{said}");
 }
 
 #[test]

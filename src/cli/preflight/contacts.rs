@@ -56,11 +56,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
             rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
         }
         let impact = hertz.impact_depth(terminal);
-        rows.push(row(
-            "overlap, impact",
-            depth(impact),
-            &format!("{}, at u*, dry", cells(impact)),
-        ));
+        rows.push(row("overlap, impact", depth(impact), &format!("{}, at u*, dry", cells(impact))));
     }
     let resting = hertz.static_depth(submerged_weight(setup));
     let remark = format!("{}, one {weight}", cells(resting));

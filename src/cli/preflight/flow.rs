@@ -7,10 +7,7 @@ use crate::fluid::{Collision, SolidCollision};
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
     let lattice = velocity / setup.units().velocity();
-    format!(
-        "on the lattice {lattice:.5}, Mach {:.4}",
-        3.0_f64.sqrt() * lattice
-    )
+    format!("on the lattice {lattice:.5}, Mach {:.4}", 3.0_f64.sqrt() * lattice)
 }
 
 /// Gaps whose forces the lattice does not resolve.
@@ -20,34 +17,21 @@ fn gap_row(setup: &Setup) -> Option<Row> {
     }
     let touch = setup.contact.as_ref().map_or(String::new(), |contact| {
         let gap = 2.0 * contact.enlargement;
-        format!(
-            "; surfaces touch at {gap:.3e} m, {:.2} cells",
-            gap / setup.domain.dx
-        )
+        format!("; surfaces touch at {gap:.3e} m, {:.2} cells", gap / setup.domain.dx)
     });
     let remark = format!(
         "one cell: no lubrication model, forces in narrower gaps are too weak (README, Scope){touch}"
     );
-    Some(row(
-        "unresolved gaps",
-        format!("{:.3e} m", setup.domain.dx),
-        &remark,
-    ))
+    Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), &remark))
 }
 
 /// The flow that a body acceleration drives, and the controller of the net flux.
 fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let mut rows = Vec::new();
     if let Some(flow) = setup.driven_flow() {
-        let bound = if flow.between_walls {
-            "between its walls"
-        } else {
-            "at the end of the run, were it free"
-        };
-        let remark = format!(
-            "by body_acceleration, at most, {bound}; {}",
-            on_lattice(setup, flow.speed)
-        );
+        let bound =
+            if flow.between_walls { "between its walls" } else { "at the end of the run, were it free" };
+        let remark = format!("by body_acceleration, at most, {bound}; {}", on_lattice(setup, flow.speed));
         rows.push(row("driven flow", format!("{:.6e} m/s", flow.speed), &remark));
         let reynolds = flow.speed * flow.length / fluid.viscosity;
         let remark = format!("over {:.4e} m", flow.length);
@@ -72,10 +56,7 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
 fn coupling_row(fluid: &FluidSetup) -> Row {
     let operator = match fluid.solids {
         SolidCollision::ExactDifference => {
-            let note = format!(
-                "exact difference, ramp of {} cells",
-                2.0 * fluid.fraction.half_layer()
-            );
+            let note = format!("exact difference, ramp of {} cells", 2.0 * fluid.fraction.half_layer());
             return row("coupling", "paper".into(), &note);
         }
         SolidCollision::Sc1 => "sc1",
@@ -95,23 +76,11 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     };
     let mut rows = vec![
         row("density ratio", format!("{:.5}", scales.density_ratio), ""),
-        row(
-            "diameter",
-            format!("{:.6e} m", setup.diameter),
-            "of the sphere of equal volume",
-        ),
-        row(
-            "cells per diameter",
-            format!("{:.3}", setup.diameter / setup.domain.dx),
-            "",
-        ),
+        row("diameter", format!("{:.6e} m", setup.diameter), "of the sphere of equal volume"),
+        row("cells per diameter", format!("{:.3}", setup.diameter / setup.domain.dx), ""),
         row("cell", format!("{:.6e} m", setup.domain.dx), ""),
         row("time step", format!("{:.6e} s", setup.time_step), ""),
-        row(
-            "relaxation time",
-            format!("{:.5}", fluid.relaxation_time),
-            &format!("time steps; {collision}"),
-        ),
+        row("relaxation time", format!("{:.5}", fluid.relaxation_time), &format!("time steps; {collision}")),
         coupling_row(fluid),
         row("viscosity", format!("{:.6e} m^2/s", fluid.viscosity), "kinematic"),
     ];
@@ -128,27 +97,15 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let stokes_times = setup.plan.end_step as f64 / per_stokes_time;
     rows.extend([
         row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
-        row(
-            "u_Stokes",
-            format!("{:.6e} m/s", scales.stokes_velocity),
-            &on_lattice(scales.stokes_velocity),
-        ),
-        row(
-            "u* (one sphere)",
-            format!("{star:.6e} m/s"),
-            &format!("Schiller-Naumann; {}", on_lattice(star)),
-        ),
+        row("u_Stokes", format!("{:.6e} m/s", scales.stokes_velocity), &on_lattice(scales.stokes_velocity)),
+        row("u* (one sphere)", format!("{star:.6e} m/s"), &format!("Schiller-Naumann; {}", on_lattice(star))),
         row("Re at u*", format!("{:.4}", scales.schiller_naumann_reynolds), ""),
         row(
             "steps per t*",
             format!("{per_stokes_time:.2}"),
             &format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time),
         ),
-        row(
-            "steps",
-            setup.plan.end_step.to_string(),
-            &format!("{stokes_times:.2} t*, {averages}"),
-        ),
+        row("steps", setup.plan.end_step.to_string(), &format!("{stokes_times:.2} t*, {averages}")),
     ]);
     rows
 }

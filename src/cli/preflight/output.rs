@@ -68,10 +68,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut setup = from_text(CASE, "case", &[]).unwrap();
         setup.plan.output.directory = folder.path().to_path_buf();
-        let options = RunOptions {
-            quiet: true,
-            ..RunOptions::default()
-        };
+        let options = RunOptions { quiet: true, ..RunOptions::default() };
         run(&setup, &options).unwrap();
         for files in file_estimates(&setup) {
             let (name, range) = match files.name {
@@ -86,24 +83,12 @@ mod tests {
             };
             let there = on_disk(&folder.path().join(name));
             let ratio = files.total() / there;
-            assert!(
-                range.contains(&ratio),
-                "{}: {} foreseen, {there} written",
-                files.name,
-                files.total()
-            );
+            assert!(range.contains(&ratio), "{}: {} foreseen, {there} written", files.name, files.total());
         }
         let tables = ["series.csv", "particle_series.csv"].map(|name| folder.path().join(name));
         let there: u64 = tables.iter().map(|path| path.metadata().unwrap().len()).sum();
-        let foreseen = file_estimates(&setup)
-            .iter()
-            .find(|files| files.name == "tables")
-            .unwrap()
-            .total();
+        let foreseen = file_estimates(&setup).iter().find(|files| files.name == "tables").unwrap().total();
         let ratio = foreseen / there as f64;
-        assert!(
-            (0.5..2.0).contains(&ratio),
-            "{foreseen} foreseen, {there} written"
-        );
+        assert!((0.5..2.0).contains(&ratio), "{foreseen} foreseen, {there} written");
     }
 }

@@ -12,18 +12,10 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
     let [x, y, z] = forecast.grid;
     let count = forecast.ranks.len();
     let mut lines = vec![format!("{count} ranks, blocks {x} x {y} x {z}, per time step")];
-    lines.push(if count > SHOWN {
-        extremes(&forecast.ranks)
-    } else {
-        each(&forecast.ranks)
-    });
+    lines.push(if count > SHOWN { extremes(&forecast.ranks) } else { each(&forecast.ranks) });
     let percent = |part: f64| format!("{:.1} %", 100.0 * part);
     lines.push(columns(&[
-        vec![
-            "  balance".into(),
-            percent(forecast.balance()),
-            "mean over largest work".into(),
-        ],
+        vec!["  balance".into(), percent(forecast.balance()), "mean over largest work".into()],
         vec![
             "  efficiency".into(),
             percent(forecast.efficiency()),
@@ -57,13 +49,7 @@ fn each(ranks: &[RankForecast]) -> String {
     for (rank, forecast) in ranks.iter().enumerate() {
         let [x, y, z] = forecast.size;
         let to: Vec<String> = (forecast.sends.iter())
-            .map(|(peer, to)| {
-                format!(
-                    "{peer}: {} + {}",
-                    in_kilobytes(to.halo),
-                    in_kilobytes(to.particles)
-                )
-            })
+            .map(|(peer, to)| format!("{peer}: {} + {}", in_kilobytes(to.halo), in_kilobytes(to.particles)))
             .collect();
         rows.push(vec![
             format!("  {rank}"),
@@ -97,24 +83,14 @@ fn extremes(ranks: &[RankForecast]) -> String {
         ("bytes sent", |rank| rank.bytes() as f64, whole),
         ("most bytes to one", most_to_one, whole),
     ];
-    let mut rows = vec![
-        ["  quantity", "least", "mean", "most", "at rank"]
-            .map(String::from)
-            .to_vec(),
-    ];
+    let mut rows = vec![["  quantity", "least", "mean", "most", "at rank"].map(String::from).to_vec()];
     for (name, of, words) in quantities {
         let values: Vec<f64> = ranks.iter().map(of).collect();
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let most = values.iter().copied().fold(0.0, f64::max);
         let worst = values.iter().position(|&value| value >= most).unwrap_or(0);
-        rows.push(vec![
-            format!("  {name}"),
-            words(least),
-            words(mean),
-            words(most),
-            worst.to_string(),
-        ]);
+        rows.push(vec![format!("  {name}"), words(least), words(mean), words(most), worst.to_string()]);
     }
     columns(&rows)
 }
@@ -139,11 +115,7 @@ fn in_milliseconds(seconds: f64) -> String {
 /// Columns, the first and the last to the left, the others to the right.
 fn columns(rows: &[Vec<String>]) -> String {
     let last = rows.iter().map(Vec::len).max().unwrap_or(1) - 1;
-    let width = |column: usize| {
-        (rows.iter().map(|row| row[column].chars().count()))
-            .max()
-            .unwrap_or(0)
-    };
+    let width = |column: usize| (rows.iter().map(|row| row[column].chars().count())).max().unwrap_or(0);
     let widths: Vec<usize> = (0..=last).map(width).collect();
     let line = |row: &Vec<String>| {
         let cell = |(column, text): (usize, &String)| {

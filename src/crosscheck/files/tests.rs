@@ -14,10 +14,7 @@ fn a_case_leaves_its_plots_and_trajectories() {
     let sphere = (Vec3::new(-1.0, 0.0, 3.0), Vec3::x(), Vec3::zeros(), 0.5);
     let moment = |time| Moment {
         time,
-        spheres: [
-            vec![sphere, (Vec3::zeros(), Vec3::x(), Vec3::zeros(), 0.25)],
-            vec![sphere],
-        ],
+        spheres: [vec![sphere, (Vec3::zeros(), Vec3::x(), Vec3::zeros(), 0.25)], vec![sphere]],
     };
     let curve = |name: &str| (name.to_string(), vec![[0.0, 0.0], [1.0, 1.0]]);
     let overlay = Overlay {
@@ -56,9 +53,6 @@ fn the_list_names_every_case_with_what_it_shows() {
     let text = crate::crosscheck::list();
     assert_eq!(text.lines().count(), CASES.len());
     for (line, case) in text.lines().zip(CASES) {
-        assert!(
-            line.trim_start().starts_with(case.id) && line.ends_with(case.title),
-            "{line}"
-        );
+        assert!(line.trim_start().starts_with(case.id) && line.ends_with(case.title), "{line}");
     }
 }

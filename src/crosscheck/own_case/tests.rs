@@ -96,10 +96,7 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
     assert!(velocity.unwrap().touching && velocity.unwrap().step < apart.step && spin.is_none());
     assert!(found.largest[0].value > apart.value);
     let text = parting(&hertz, &found);
-    assert!(
-        text.contains(&format!("particle {} then is at", apart.id)),
-        "{text}"
-    );
+    assert!(text.contains(&format!("particle {} then is at", apart.id)), "{text}");
 }
 
 #[test]

@@ -41,9 +41,7 @@ impl Mixture {
             mass,
             density: count as f64 / volume,
         });
-        Self {
-            species: species.collect(),
-        }
+        Self { species: species.collect() }
     }
 
     /// Sum of the densities times a power of the diameter.
@@ -62,10 +60,7 @@ impl Mixture {
 
     /// Collisions per volume and time (1/(m^3 s)) at a temperature (J).
     fn collisions(&self, temperature: f64) -> f64 {
-        let pairs = self
-            .species
-            .iter()
-            .flat_map(|a| self.species.iter().map(move |b| (a, b)));
+        let pairs = self.species.iter().flat_map(|a| self.species.iter().map(move |b| (a, b)));
         let rate = |(a, b): (&Species, &Species)| {
             let mass = a.mass * b.mass / (a.mass + b.mass);
             let reach = a.radius + b.radius;

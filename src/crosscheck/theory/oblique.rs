@@ -39,10 +39,7 @@ pub(in super::super) fn slide(pair: [Sliding; 2], hertz: &Hertz, friction: f64) 
         let offset = vector(&state, 1) - vector(&state, 0);
         let normal = offset.normalize();
         let depth = depth_at(&state).max(0.0);
-        let levers = [
-            normal * (pair[0].radius - 0.5 * depth),
-            -normal * (pair[1].radius - 0.5 * depth),
-        ];
+        let levers = [normal * (pair[0].radius - 0.5 * depth), -normal * (pair[1].radius - 0.5 * depth)];
         let surface = |i: usize| velocities[i] + vector(&state, 4 + i).cross(&levers[i]);
         let relative = surface(0) - surface(1);
         let sliding = relative - normal * relative.dot(&normal);
@@ -60,14 +57,8 @@ pub(in super::super) fn slide(pair: [Sliding; 2], hertz: &Hertz, friction: f64) 
         ];
         std::array::from_fn(|i| rates[i / 3][i % 3])
     };
-    let start = [
-        pair[0].position,
-        pair[1].position,
-        pair[0].velocity,
-        pair[1].velocity,
-        pair[0].spin,
-        pair[1].spin,
-    ];
+    let start =
+        [pair[0].position, pair[1].position, pair[0].velocity, pair[1].velocity, pair[0].spin, pair[1].spin];
     let mut state: [f64; 18] = std::array::from_fn(|i| start[i / 3][i % 3]);
     let normal = (pair[1].position - pair[0].position).normalize();
     let approach = (pair[0].velocity - pair[1].velocity).dot(&normal);
@@ -97,10 +88,7 @@ mod tests {
     fn glass(velocity: Vec3) -> ([Sliding; 2], Hertz) {
         let radius: f64 = 0.5e-3;
         let mass = 2500.0 * 4.0 / 3.0 * PI * radius.powi(3);
-        let material = Material {
-            youngs_modulus: 7e10,
-            poisson_ratio: 0.22,
-        };
+        let material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
         let at = |x: f64, velocity| Sliding {
             radius,
             mass,
@@ -117,18 +105,8 @@ mod tests {
         // Without and with friction, and slowly, at which the spheres are nearly rigid.
         let table = [
             (1.0, 0.0, [0.0015072, 1.0015026, 0.9984928, -0.0015026, 0.0], 1e-6),
-            (
-                1.0,
-                0.1,
-                [0.0012365, 0.9015742, 0.9987635, 0.0984258, -498.894],
-                1e-6,
-            ),
-            (
-                0.01,
-                0.1,
-                [0.0000003, 0.0090004, 0.0099997, 0.0009996, -4.9997],
-                6e-8,
-            ),
+            (1.0, 0.1, [0.0012365, 0.9015742, 0.9987635, 0.0984258, -498.894], 1e-6),
+            (0.01, 0.1, [0.0000003, 0.0090004, 0.0099997, 0.0009996, -4.9997], 6e-8),
         ];
         for (speed, friction, expected, tolerance) in table {
             let (pair, hertz) = glass(Vec3::new(speed, speed, 0.0));
@@ -137,11 +115,7 @@ mod tests {
             for (found, expected) in found.iter().zip(&expected) {
                 assert!((found - expected).abs() < tolerance, "{found} {expected}");
             }
-            assert!(
-                (a.spin.z - expected[4]).abs() < 2e-5 * expected[4].abs() + 1e-9,
-                "{}",
-                a.spin.z
-            );
+            assert!((a.spin.z - expected[4]).abs() < 2e-5 * expected[4].abs() + 1e-9, "{}", a.spin.z);
             assert!((a.spin - b.spin).norm() < 1e-9 * a.spin.norm() + 1e-12);
         }
     }

@@ -34,11 +34,7 @@ impl Own {
 /// Removes files, and folders that are empty then. A symbolic link is removed itself.
 pub(super) fn remove(all: Vec<Own>) -> io::Result<()> {
     for own in all {
-        let removed = if own.folder {
-            fs::remove_dir(&own.path)
-        } else {
-            fs::remove_file(&own.path)
-        };
+        let removed = if own.folder { fs::remove_dir(&own.path) } else { fs::remove_file(&own.path) };
         match removed {
             Err(error) if own.folder && error.kind() == io::ErrorKind::DirectoryNotEmpty => {}
             removed => removed?,
@@ -62,18 +58,11 @@ pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
     let mut there = Vec::new();
     for name in names.iter().map(AsRef::as_ref) {
         let of = directory.join(name);
-        for (path, partial) in [
-            (of.clone(), false),
-            (directory.join(format!("{name}{PARTIAL_SUFFIX}")), true),
-        ] {
+        for (path, partial) in
+            [(of.clone(), false), (directory.join(format!("{name}{PARTIAL_SUFFIX}")), true)]
+        {
             if fs::symlink_metadata(&path).is_ok_and(|file| !file.is_dir()) {
-                there.push(Own {
-                    path,
-                    of: of.clone(),
-                    step: 0,
-                    partial,
-                    folder: false,
-                });
+                there.push(Own { path, of: of.clone(), step: 0, partial, folder: false });
             }
         }
     }
@@ -84,11 +73,7 @@ pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
 pub(super) fn frames(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>> {
     let mut there = Vec::new();
     for kind in numbered(more) {
-        let Numbered {
-            folder,
-            prefix,
-            extension,
-        } = kind;
+        let Numbered { folder, prefix, extension } = kind;
         let folder = directory.join(folder);
         if !folder.is_dir() {
             continue;
@@ -115,11 +100,7 @@ pub(super) fn frames(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>
                 _ if kind.is_file() => {}
                 // A folder of pieces, or a link to one, which nothing must be written through.
                 _ => {
-                    let pieces = if kind.is_dir() {
-                        entries(&path)?
-                    } else {
-                        Vec::new()
-                    };
+                    let pieces = if kind.is_dir() { entries(&path)? } else { Vec::new() };
                     for (piece, of, partial, kind) in pieces {
                         if !kind.is_dir() && pieces::is_piece(&of, &name, extension) {
                             add(piece, &name, partial, kind);

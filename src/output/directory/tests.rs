@@ -45,12 +45,7 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, "x").unwrap();
     }
-    for name in [
-        "step-0000000100",
-        "step-0000000200.partial",
-        "step-0000000100.replaced",
-        "mine",
-    ] {
+    for name in ["step-0000000100", "step-0000000200.partial", "step-0000000100.replaced", "mine"] {
         fs::create_dir_all(files.checkpoints().join(name)).unwrap();
     }
     create(&directory).unwrap();
@@ -63,16 +58,10 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
     for path in foreign {
         assert!(path.exists(), "{} is not ours", path.display());
     }
-    assert!(
-        !directory.join("fields/fields_0000000005").exists(),
-        "an empty folder"
-    );
+    assert!(!directory.join("fields/fields_0000000005").exists(), "an empty folder");
     let left = fs::read_dir(&directory).unwrap().count();
     assert_eq!(left, 9, "seven folders, two foreign files, no probe");
-    let left: Vec<_> = fs::read_dir(files.checkpoints())
-        .unwrap()
-        .map(|e| e.unwrap().file_name())
-        .collect();
+    let left: Vec<_> = fs::read_dir(files.checkpoints()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["mine"]);
 }
 
@@ -125,11 +114,7 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
         assert!(path.exists(), "{} is needed", path.display());
     }
     for path in goes {
-        assert!(
-            !path.exists(),
-            "{} is of a course that was given up",
-            path.display()
-        );
+        assert!(!path.exists(), "{} is of a course that was given up", path.display());
     }
     assert!(!directory.join("fields/fields_0000000006").exists());
 }
@@ -140,10 +125,7 @@ fn a_directory_that_a_run_writes_to_is_refused_until_that_ends() {
     let held = lock(root.path()).unwrap();
     assert!(held.is_some());
     let refused = lock(root.path()).unwrap_err().to_string();
-    assert!(
-        refused.contains("another run") && refused.contains("--out"),
-        "{refused}"
-    );
+    assert!(refused.contains("another run") && refused.contains("--out"), "{refused}");
     drop(held);
     assert!(lock(root.path()).unwrap().is_some());
 }
@@ -157,10 +139,7 @@ fn a_place_where_nothing_can_be_written_is_named_with_a_remedy() {
         let error = create(&directory).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         let text = error.to_string();
-        assert!(
-            text.contains(&directory.display().to_string()) && text.contains("--out"),
-            "{text}"
-        );
+        assert!(text.contains(&directory.display().to_string()) && text.contains("--out"), "{text}");
     }
     assert_eq!(fs::read(&file).unwrap(), b"x");
     fs::write(root.path().join(checkpoint::FOLDER), "x").unwrap();
@@ -185,14 +164,8 @@ fn results_of_an_earlier_run_are_refused_by_name_and_foreign_files_are_not() {
     let refused = || refuse_results(directory, &[]).unwrap_err().to_string();
     put(files.particles(7));
     let said = refused();
-    assert!(
-        said.contains("earlier run: particles/particles_0000000007.vtp\n"),
-        "{said}"
-    );
-    assert!(
-        said.contains("--overwrite") && said.contains("--out") && !said.contains("resume"),
-        "{said}"
-    );
+    assert!(said.contains("earlier run: particles/particles_0000000007.vtp\n"), "{said}");
+    assert!(said.contains("--overwrite") && said.contains("--out") && !said.contains("resume"), "{said}");
     put(files.series());
     assert!(refused().contains("earlier run: series.csv, another file\n"));
     put(pieces::piece(&files.fields(5), 0));
@@ -211,31 +184,18 @@ fn links_of_the_names_of_a_run_are_refused_and_nothing_is_removed_or_written_thr
     let files = OutputFiles::new(&directory);
     let mine = other.join("fields_0000000001.vti");
     fs::write(&mine, "mine").unwrap();
-    for name in [
-        "fields",
-        "checkpoints",
-        "summary.json",
-        "series.csv.tmp",
-        "liggghts.log",
-    ] {
+    for name in ["fields", "checkpoints", "summary.json", "series.csv.tmp", "liggghts.log"] {
         let link = directory.join(name);
         std::os::unix::fs::symlink(&other, &link).unwrap();
         let said = create(&directory).unwrap_err().to_string();
-        assert!(
-            said.contains(&link.display().to_string()) && said.contains("symbolic link"),
-            "{said}"
-        );
+        assert!(said.contains(&link.display().to_string()) && said.contains("symbolic link"), "{said}");
         fs::remove_file(link).unwrap();
     }
     create(&directory).unwrap();
     // Links below the folders go themselves.
     fs::create_dir(directory.join("fields")).unwrap();
     let frame = files.fields(1);
-    let links = [
-        frame.clone(),
-        frame.with_extension("vti.tmp"),
-        frame.with_extension(""),
-    ];
+    let links = [frame.clone(), frame.with_extension("vti.tmp"), frame.with_extension("")];
     for (link, to) in links.iter().zip([&mine, &mine, &other]) {
         std::os::unix::fs::symlink(to, link).unwrap();
     }
@@ -259,11 +219,7 @@ fn what_a_run_reads_is_neither_removed_nor_written_over() {
         fs::write(&path, "x").unwrap();
         path
     };
-    let harmless = [
-        file("case.toml"),
-        file("fields/stone.stl"),
-        directory.join("missing"),
-    ];
+    let harmless = [file("case.toml"), file("fields/stone.stl"), directory.join("missing")];
     let read = [
         file("series.csv"),
         file("fields/fields_0000000001.vti"),
@@ -275,10 +231,7 @@ fn what_a_run_reads_is_neither_removed_nor_written_over() {
     for input in read.iter().chain([&link]) {
         let inputs = [harmless[0].clone(), input.clone()];
         let said = refuse_inputs(directory, &[], &inputs).unwrap_err().to_string();
-        assert!(
-            said.starts_with(&input.display().to_string()) && said.contains("--out"),
-            "{said}"
-        );
+        assert!(said.starts_with(&input.display().to_string()) && said.contains("--out"), "{said}");
         let said = refuse_input(input, &inputs).unwrap_err().to_string();
         assert!(said.contains("which was read"), "{said}");
     }

@@ -30,9 +30,7 @@ pub(super) fn cut(
     if let Some(radius) = shape.as_sphere() {
         let radius = (radius * radius - height * height).sqrt();
         let angles = (0..POINTS).map(|i| TAU * f64::from(i) / f64::from(POINTS));
-        return angles
-            .map(|t| (a + radius * t.cos(), b + radius * t.sin()))
-            .collect();
+        return angles.map(|t| (a + radius * t.cos(), b + radius * t.sin())).collect();
     }
     let [origin, across, up] = [origin, across, up].map(|v| orientation.inverse() * v);
     let normal = across.cross(&up);
@@ -44,11 +42,7 @@ pub(super) fn cut(
     let heights: Vec<f64> = mesh.points.iter().map(height).collect();
     let mut points = Vec::new();
     for &[i, j, k] in &mesh.triangles {
-        for (i, j) in [
-            (i as usize, j as usize),
-            (j as usize, k as usize),
-            (k as usize, i as usize),
-        ] {
+        for (i, j) in [(i as usize, j as usize), (j as usize, k as usize), (k as usize, i as usize)] {
             // Each edge belongs to two triangles and runs upwards in one of them.
             if heights[i] < 0.0 && heights[j] > 0.0 {
                 let part = heights[i] / (heights[i] - heights[j]);
@@ -70,14 +64,7 @@ mod tests {
     use crate::shape::{Cuboid, Cylinder, Sphere, Superellipsoid};
 
     fn outline(shape: &dyn Shape, turn: &Quat, origin: Vec3, across: Vec3) -> Vec<(f64, f64)> {
-        cut(
-            shape,
-            &&shape.surface_mesh(REFINEMENT),
-            turn,
-            origin,
-            across,
-            Vec3::z(),
-        )
+        cut(shape, &&shape.surface_mesh(REFINEMENT), turn, origin, across, Vec3::z())
     }
 
     fn area(outline: &[(f64, f64)]) -> f64 {
@@ -112,12 +99,7 @@ mod tests {
         let wedge = 2.0 * (2.0_f64.sqrt() - 1.3) * 2.0;
         assert!((area_at(&turn, 1.3) / wedge - 1.0).abs() < 1e-12);
         // Through edges and corners.
-        let diagonal = outline(
-            &cube,
-            &Quat::identity(),
-            Vec3::zeros(),
-            Vec3::new(1.0, 1.0, 0.0).normalize(),
-        );
+        let diagonal = outline(&cube, &Quat::identity(), Vec3::zeros(), Vec3::new(1.0, 1.0, 0.0).normalize());
         assert!((area(&diagonal) / (4.0 * 2.0_f64.sqrt()) - 1.0).abs() < 1e-12);
     }
 
@@ -127,10 +109,7 @@ mod tests {
             Box::new(Superellipsoid::new(Vec3::new(1.0, 0.8, 0.6), [0.5, 0.5]).unwrap()),
             Box::new(Cylinder::new(0.7, 1.6).unwrap()),
         ];
-        for (shape, turn) in bodies
-            .iter()
-            .flat_map(|shape| [0.0, 0.4].map(|turn| (shape, turn)))
-        {
+        for (shape, turn) in bodies.iter().flat_map(|shape| [0.0, 0.4].map(|turn| (shape, turn))) {
             let turn = Quat::from_euler_angles(turn, 0.5, 1.1);
             let origin = Vec3::new(0.1, 0.2, -0.2);
             let outline = outline(&**shape, &turn, origin, Vec3::x());

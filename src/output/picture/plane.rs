@@ -45,11 +45,7 @@ impl Plane {
             return default;
         };
         // Seen along gravity, the later of the other axes points up.
-        let up = if default.up == normal {
-            2 - usize::from(normal == 2)
-        } else {
-            default.up
-        };
+        let up = if default.up == normal { 2 - usize::from(normal == 2) } else { default.up };
         let mut plane = Self::across(domain, gravity, up, normal);
         if let Some(position) = position {
             plane.place = position / domain.dx;
@@ -107,10 +103,7 @@ impl Plane {
 
     /// The cells at the plane: one layer, or the two that it lies between.
     pub fn cells(&self) -> Block {
-        let mut cells = Block {
-            lo: [0; 3],
-            hi: self.domain.cells,
-        };
+        let mut cells = Block { lo: [0; 3], hi: self.domain.cells };
         let (first, second, _) = self.layers();
         (cells.lo[self.normal], cells.hi[self.normal]) = (first, second + 1);
         cells
@@ -123,17 +116,9 @@ impl Plane {
     /// If `velocity` has another length.
     pub fn add(&self, velocity: &mut [[f32; 3]], cell: [usize; 3], u: [f32; 3]) {
         let n = self.domain.cells;
-        assert_eq!(
-            velocity.len(),
-            self.values(),
-            "one velocity per place of the plane"
-        );
+        assert_eq!(velocity.len(), self.values(), "one velocity per place of the plane");
         let (first, _, part) = self.layers();
-        let weight = if cell[self.normal] == first {
-            1.0 - part
-        } else {
-            part
-        } as f32;
+        let weight = if cell[self.normal] == first { 1.0 - part } else { part } as f32;
         let at = &mut velocity[cell[self.across] + n[self.across] * cell[self.up]];
         for (sum, u) in at.iter_mut().zip(u) {
             *sum += weight * u;
@@ -192,11 +177,7 @@ impl Plane {
 mod tests {
     use super::*;
 
-    const BOX: Domain = Domain {
-        periodic: [true; 3],
-        cells: [20, 11, 40],
-        dx: 0.1,
-    };
+    const BOX: Domain = Domain { periodic: [true; 3], cells: [20, 11, 40], dx: 0.1 };
 
     #[test]
     fn gravity_along_another_axis_turns_the_plane() {
@@ -211,28 +192,19 @@ mod tests {
     fn between_a_closed_face_and_the_cell_beside_it_the_velocity_is_that_of_the_cell() {
         let velocity: Vec<[f32; 3]> = (0..800).map(|place| [(place / 20) as f32, 0.0, 0.0]).collect();
         for (closed, expected) in [(true, [39.0, 0.0]), (false, [29.25, 9.75])] {
-            let domain = Domain {
-                periodic: [true, true, !closed],
-                ..BOX
-            };
+            let domain = Domain { periodic: [true, true, !closed], ..BOX };
             let plane = Plane::new(&domain, Vec3::zeros());
             // Two pixels per cell.
             let speeds = plane.speeds(&velocity, (1, 80));
             let got = [speeds[0], speeds[79]];
-            assert!(
-                got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4),
-                "{got:?}"
-            );
+            assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{got:?}");
         }
     }
 
     #[test]
     fn the_velocity_of_the_plane_is_the_mean_of_the_layers_beside_it() {
         for (layers, expected) in [(11, 5.0), (12, 5.5)] {
-            let domain = Domain {
-                cells: [20, layers, 40],
-                ..BOX
-            };
+            let domain = Domain { cells: [20, layers, 40], ..BOX };
             let plane = Plane::new(&domain, Vec3::zeros());
             let (Block { lo, hi }, mut velocity) = (plane.cells(), vec![[0.0; 3]; plane.values()]);
             for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
@@ -249,26 +221,13 @@ mod tests {
     fn a_plane_may_be_across_any_axis_and_anywhere_in_the_box() {
         for (normal, axes) in [(0, (1, 2)), (1, (0, 2)), (2, (0, 1))] {
             // Gravity along z does not lie in the last one.
-            let plane = Plane::of(
-                &BOX,
-                -Vec3::z(),
-                Some(Cut {
-                    normal,
-                    position: None,
-                }),
-            );
+            let plane = Plane::of(&BOX, -Vec3::z(), Some(Cut { normal, position: None }));
             assert_eq!((plane.across, plane.up, plane.normal), (axes.0, axes.1, normal));
         }
-        for (position, layers, expected) in [
-            (0.55, 5..6, 5.0),
-            (0.575, 5..7, 5.25),
-            (0.0, 0..1, 0.0),
-            (1.1, 10..11, 10.0),
-        ] {
-            let cut = Cut {
-                normal: 1,
-                position: Some(position),
-            };
+        for (position, layers, expected) in
+            [(0.55, 5..6, 5.0), (0.575, 5..7, 5.25), (0.0, 0..1, 0.0), (1.1, 10..11, 10.0)]
+        {
+            let cut = Cut { normal: 1, position: Some(position) };
             let plane = Plane::of(&BOX, -Vec3::z(), Some(cut));
             let Block { lo, hi } = plane.cells();
             assert_eq!(lo[1]..hi[1], layers, "{position}");
@@ -288,10 +247,7 @@ mod tests {
         for (y, radius, cut) in [(0.25, 0.31, true), (0.25, 0.29, false), (1.35, 0.31, true)] {
             assert_eq!(plane.cuts(Vec3::new(0.1, y, 9.0), radius), cut, "{y} {radius}");
         }
-        let closed = Domain {
-            periodic: [true, false, true],
-            ..BOX
-        };
+        let closed = Domain { periodic: [true, false, true], ..BOX };
         let plane = Plane::new(&closed, Vec3::zeros());
         assert!(!plane.cuts(Vec3::new(0.1, 1.35, 9.0), 0.31));
     }

@@ -37,11 +37,7 @@ pub fn write_settling(path: &Path, plot: &SettlingPlot) -> Result<()> {
 /// # Panics
 /// If there are not as many velocities as times.
 pub fn settling_chart(plot: &SettlingPlot) -> Chart {
-    assert_eq!(
-        plot.t_star.len(),
-        plot.velocity.len(),
-        "one velocity for each time"
-    );
+    assert_eq!(plot.t_star.len(), plot.velocity.len(), "one velocity for each time");
     let end = plot.t_star.iter().copied().fold(0.0, f64::max);
     let level = |name: &str, estimate: Estimate, between, dashed, colour| Mark::Level {
         label: format!("{name}\n{}", with_error(estimate)),
@@ -54,10 +50,7 @@ pub fn settling_chart(plot: &SettlingPlot) -> Chart {
     let mut marks = Vec::new();
     marks.extend(plot.mean.map(|(between, _)| Mark::Interval(between)));
     for (&(name, mean), colour) in plot.references.iter().zip(REFERENCES.into_iter().cycle()) {
-        let exact = Estimate {
-            mean,
-            standard_error: None,
-        };
+        let exact = Estimate { mean, standard_error: None };
         marks.push(level(name, exact, None, true, colour));
     }
     if let Some((between, estimate)) = plot.mean {

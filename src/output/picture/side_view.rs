@@ -61,18 +61,15 @@ fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
     let seen = |surface: Surface| match surface {
         Surface::Plane { normal, .. } => across(normal).then_some(surface),
         Surface::Cylinder { axis, .. } if axis.cross(&towards).norm() < ALONG => Some(surface),
-        Surface::Cylinder {
-            point,
-            axis,
-            radius,
-            pipe,
-        } => (pipe && across(axis)).then(|| Surface::Cylinder {
-            // The widest part is seen, that beside the axis.
-            point: point + towards * (plane.point(0.0, 0.0) - point).dot(&towards),
-            axis,
-            radius,
-            pipe,
-        }),
+        Surface::Cylinder { point, axis, radius, pipe } => {
+            (pipe && across(axis)).then(|| Surface::Cylinder {
+                // The widest part is seen, that beside the axis.
+                point: point + towards * (plane.point(0.0, 0.0) - point).dot(&towards),
+                axis,
+                radius,
+                pipe,
+            })
+        }
     };
     let walls = scene.walls.iter().map(|wall| wall.surface_at(scene.clock.time));
     walls.filter_map(seen).collect()
@@ -105,10 +102,7 @@ impl Body {
             let normal = |corner: &Vec3| shape.gradient(corner.lerp(&middle, INSIDE));
             (corners.map(|corner| (corner, normal(&corner))), 0)
         };
-        Self {
-            triangles: mesh.triangles.iter().map(one).collect(),
-            pieces: 1,
-        }
+        Self { triangles: mesh.triangles.iter().map(one).collect(), pieces: 1 }
     }
 
     /// Draws the body of a particle at one of its images, with pieces from number `first` on; returns the next free number.
@@ -121,10 +115,7 @@ impl Body {
                 let at = centre + orientation * arm;
                 let light = (orientation * normal).dot(&sun).max(0.0);
                 let [x, y, z] = [at[plane.across], plane.down(at[plane.up]), at.dot(&towards)];
-                Corner {
-                    at: [x * scale, y * scale, z * scale],
-                    light: SHADE + (1.0 - SHADE) * light,
-                }
+                Corner { at: [x * scale, y * scale, z * scale], light: SHADE + (1.0 - SHADE) * light }
             };
             raster.triangle(corners.map(corner), colour, first + piece);
         }
@@ -143,30 +134,19 @@ mod tests {
 
     #[test]
     fn the_nearer_particle_is_seen_in_the_colour_of_its_speed() {
-        let templates = [Template {
-            shape: Arc::new(Sphere { radius: 0.3 }),
-            density: 1.0,
-            material: 0,
-        }];
+        let templates = [Template { shape: Arc::new(Sphere { radius: 0.3 }), density: 1.0, material: 0 }];
         let moving = |y, speed| {
             let mut particle = Particle::at(0, 0, Vec3::new(0.5, y, 0.5));
             particle.velocity = [0.0, 0.0, speed];
             particle
         };
-        let open = Domain {
-            periodic: [false; 3],
-            cells: [10; 3],
-            dx: 0.1,
-        };
+        let open = Domain { periodic: [false; 3], cells: [10; 3], dx: 0.1 };
         // Seen along y with x to the right and z upwards: small y is near.
         for (near, far) in [(1.0, 0.0), (0.0, 1.0)] {
             let particles = [moving(0.9, far), moving(0.2, near)];
             let (image, _) = draw(&Scene {
                 case: "",
-                clock: Clock {
-                    time: 0.0,
-                    stokes_time: None,
-                },
+                clock: Clock { time: 0.0, stokes_time: None },
                 plane: Plane::new(&open, -Vec3::z()),
                 templates: &templates,
                 particles: &particles,

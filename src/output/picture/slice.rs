@@ -37,15 +37,10 @@ fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> (Image, SpeedRange) {
     let speeds = scene.plane.speeds(velocity, pixels);
     let largest = || f64::from(speeds.iter().copied().fold(0.0, f32::max));
     let range = SpeedRange::up_to(scene.largest_speed.unwrap_or_else(largest));
-    let colours: Vec<[u8; 3]> = speeds
-        .iter()
-        .map(|&speed| range.colour(f64::from(speed)))
-        .collect();
+    let colours: Vec<[u8; 3]> = speeds.iter().map(|&speed| range.colour(f64::from(speed))).collect();
     let mut image = Image::new(pixels.0, pixels.1, &colours);
     draw_particles(&mut image, scene, scale);
-    let walls: Vec<Surface> = (scene.walls.iter())
-        .map(|wall| wall.surface_at(scene.clock.time))
-        .collect();
+    let walls: Vec<Surface> = (scene.walls.iter()).map(|wall| wall.surface_at(scene.clock.time)).collect();
     draw_walls(&mut image, &scene.plane, scale, &walls);
     (image, range)
 }
@@ -105,30 +100,17 @@ mod tests {
     use crate::wall::{Motion, Wall};
     use std::sync::Arc;
 
-    const CLOCK: Clock = Clock {
-        time: 12.3,
-        stokes_time: Some(1.0),
-    };
+    const CLOCK: Clock = Clock { time: 12.3, stokes_time: Some(1.0) };
 
-    const BOX: Domain = Domain {
-        periodic: [true; 3],
-        cells: [20, 11, 40],
-        dx: 0.1,
-    };
+    const BOX: Domain = Domain { periodic: [true; 3], cells: [20, 11, 40], dx: 0.1 };
 
     /// Speed grows with z from 0 at the bottom to 1 at the top.
     fn velocity() -> Vec<[f32; 3]> {
-        (0..800)
-            .map(|place| [(place / 20) as f32 / 39.0, 0.0, 0.0])
-            .collect()
+        (0..800).map(|place| [(place / 20) as f32 / 39.0, 0.0, 0.0]).collect()
     }
 
     fn templates() -> [Template; 1] {
-        [Template {
-            shape: Arc::new(Sphere { radius: 0.3 }),
-            material: 0,
-            density: 1.0,
-        }]
+        [Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]
     }
 
     fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Image {
@@ -194,10 +176,7 @@ mod tests {
             motion: Motion::default(),
             material: 0,
         };
-        let (with, without) = (
-            draw_with(Vec3::zeros(), &[], &[wall]),
-            draw_with(Vec3::zeros(), &[], &[]),
-        );
+        let (with, without) = (draw_with(Vec3::zeros(), &[], &[wall]), draw_with(Vec3::zeros(), &[], &[]));
         for x in [0.1, 0.24, 1.76, 1.9] {
             assert_eq!(colour_at(&with, x, 2.0), WALL);
         }
@@ -209,11 +188,7 @@ mod tests {
     #[test]
     fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures() {
         for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
-            let domain = Domain {
-                periodic: [true; 3],
-                cells,
-                dx: 1e-3,
-            };
+            let domain = Domain { periodic: [true; 3], cells, dx: 1e-3 };
             let scene = Scene {
                 case: "rest",
                 clock: CLOCK,

@@ -63,9 +63,8 @@ pub fn settled(series: &[f64]) -> Option<Settled> {
     }
     // The odd ones are left out at the early end, which is the more likely to be transient.
     let odd = series.len() % BLOCK;
-    let blocks: Vec<f64> = (series[odd..].chunks_exact(BLOCK))
-        .map(|block| block.iter().sum::<f64>() / BLOCK as f64)
-        .collect();
+    let blocks: Vec<f64> =
+        (series[odd..].chunks_exact(BLOCK)).map(|block| block.iter().sum::<f64>() / BLOCK as f64).collect();
     let errors = marginal_errors(&blocks);
     let least = |range: std::ops::Range<usize>| range.min_by(|&a, &b| errors[a].total_cmp(&errors[b]));
     let half = blocks.len() / 2;
@@ -105,17 +104,14 @@ fn marginal_errors(blocks: &[f64]) -> Vec<f64> {
 fn drifts(series: &[f64], mean: f64) -> bool {
     let n = series.len() as f64;
     let middle = 0.5 * (n - 1.0);
-    let moment: f64 = (series.iter().enumerate())
-        .map(|(i, x)| (i as f64 - middle) * (x - mean))
-        .sum();
+    let moment: f64 = (series.iter().enumerate()).map(|(i, x)| (i as f64 - middle) * (x - mean)).sum();
     let slope = 12.0 * moment / (n * (n * n - 1.0));
     let change = (slope * n).abs();
     if change <= DRIFT * mean.abs() {
         return false;
     }
-    let left: Vec<f64> = (series.iter().enumerate())
-        .map(|(i, x)| x - mean - slope * (i as f64 - middle))
-        .collect();
+    let left: Vec<f64> =
+        (series.iter().enumerate()).map(|(i, x)| x - mean - slope * (i as f64 - middle)).collect();
     blocking_error(&left).is_none_or(|error| change > SIGMAS * 12.0_f64.sqrt() * error)
 }
 

@@ -11,11 +11,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 fn cube(edge: usize) -> Domain {
-    Domain {
-        periodic: [true; 3],
-        cells: [edge; 3],
-        dx: 1.0,
-    }
+    Domain { periodic: [true; 3], cells: [edge; 3], dx: 1.0 }
 }
 
 /// Bodies of the volume of a sphere of diameter 1, packed and turned at random, not yet mixed; they keep a gap.
@@ -28,10 +24,7 @@ fn packed(
     seed: u64,
 ) -> (Vec<Contour>, Vec<Pose>) {
     let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
-    let ball = Ball {
-        radius: 0.5,
-        half_gap: 0.5 * gap,
-    };
+    let ball = Ball { radius: 0.5, half_gap: 0.5 * gap };
     let positions = pack(domain, walls, &[], &vec![ball; count], seed).unwrap();
     let sphere = shape.as_sphere().is_some();
     let poses = positions.into_iter().zip(random_orientations(count, seed));
@@ -120,9 +113,7 @@ fn the_density_varies_over_the_box_as_the_compressibility_says() {
             [1.0, 0.0, 1.0],
         ] {
             let phase = |p: &Pose| 2.0 * PI / edge as f64 * Vec3::from(wave).dot(&p.position);
-            let (c, s) = poses
-                .iter()
-                .fold((0.0, 0.0), |(c, s), p| (c + phase(p).cos(), s + phase(p).sin()));
+            let (c, s) = poses.iter().fold((0.0, 0.0), |(c, s), p| (c + phase(p).cos(), s + phase(p).sin()));
             sum += (c * c + s * s) / poses.len() as f64;
             waves += 1.0;
         }
@@ -132,10 +123,7 @@ fn the_density_varies_over_the_box_as_the_compressibility_says() {
     let measured = sum / waves;
     println!("structure factor {measured:.3} for {expected:.3}");
     // 48 exponentially distributed numbers: 15 % by chance.
-    assert!(
-        (measured / expected - 1.0).abs() < 0.5,
-        "{measured} for {expected}"
-    );
+    assert!((measured / expected - 1.0).abs() < 0.5, "{measured} for {expected}");
 }
 
 #[test]
@@ -184,23 +172,15 @@ fn two_slabs_lie_as_if_thrown_until_they_do_not_overlap() {
         let [thrown, mixed] = [parts[0][i], parts[1][i]];
         // Four standard deviations of the difference.
         let chance = 4.0 * (2.0 * thrown * (1.0 - thrown) / THROWS as f64).sqrt();
-        assert!(
-            thrown > 0.03 && (mixed - thrown).abs() < chance,
-            "{mixed} for {thrown} +- {chance}"
-        );
+        assert!(thrown > 0.03 && (mixed - thrown).abs() < chance, "{mixed} for {thrown} +- {chance}");
     }
 }
 
 #[test]
 fn bodies_keep_their_gap_and_stay_between_walls() {
-    let domain = Domain {
-        periodic: [true, true, false],
-        ..cube(7)
-    };
-    let walls = [(0.0, 1.0), (7.0, -1.0)].map(|(z, up)| Surface::Plane {
-        point: Vec3::new(0.0, 0.0, z),
-        normal: Vec3::new(0.0, 0.0, up),
-    });
+    let domain = Domain { periodic: [true, true, false], ..cube(7) };
+    let walls = [(0.0, 1.0), (7.0, -1.0)]
+        .map(|(z, up)| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::new(0.0, 0.0, up) });
     let ellipsoid = Arc::new(Ellipsoid::new(Vec3::new(0.8, 0.4, 0.390_625)).unwrap());
     let shapes: [Arc<dyn Shape>; 4] = [ball(), cuboid([1.0; 3]), cuboid([3.0, 2.0, 1.0]), ellipsoid];
     for shape in shapes {

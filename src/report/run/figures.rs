@@ -19,74 +19,33 @@ type Endings = &'static [(&'static str, &'static str)];
 
 const ALONE: Endings = &[("", "")];
 const VECTOR: Endings = &[("_x", "x"), ("_y", "y"), ("_z", "z")];
-const TENSOR: Endings = &[
-    ("_xx", "xx"),
-    ("_yy", "yy"),
-    ("_zz", "zz"),
-    ("_xy", "xy"),
-    ("_xz", "xz"),
-    ("_yz", "yz"),
-];
-const ENERGIES: Endings = &[
-    ("_fluid", "fluid"),
-    ("_translation", "particles, translation"),
-    ("_rotation", "particles, rotation"),
-];
+const TENSOR: Endings =
+    &[("_xx", "xx"), ("_yy", "yy"), ("_zz", "zz"), ("_xy", "xy"), ("_xz", "xz"), ("_yz", "yz")];
+const ENERGIES: Endings =
+    &[("_fluid", "fluid"), ("_translation", "particles, translation"), ("_rotation", "particles, rotation")];
 const SPEEDS: Endings = &[("max_particle_speed", "largest"), ("mean_particle_speed", "mean")];
 
 /// Figures of columns that have one unit: name, title, and the columns.
 const GROUPS: [(&str, &str, &str, Endings); 11] = [
     (LOGARITHMIC, "Kinetic energy", "kinetic_energy", ENERGIES),
     ("contacts", "Contacts", "contacts", ALONE),
-    (
-        "overlap",
-        "Largest overlap over the diameter",
-        "max_overlap",
-        ALONE,
-    ),
+    ("overlap", "Largest overlap over the diameter", "max_overlap", ALONE),
     ("particle_speed", "Speed of the particles", "", SPEEDS),
-    (
-        "particle_velocity",
-        "Mean velocity of the particles",
-        "mean_particle_velocity",
-        VECTOR,
-    ),
+    ("particle_velocity", "Mean velocity of the particles", "mean_particle_velocity", VECTOR),
     ("net_flux", "Mean velocity of the mixture", "net_flux", VECTOR),
     ("momentum", "Momentum", "momentum", VECTOR),
-    (
-        "wall_force",
-        "Force of the particles on the walls",
-        "wall_force",
-        VECTOR,
-    ),
-    (
-        "gravitational_energy",
-        "Gravitational energy",
-        "gravitational_energy",
-        ALONE,
-    ),
-    (
-        "contact_stress",
-        "Stress of the particles by contacts",
-        "contact_stress",
-        TENSOR,
-    ),
-    (
-        "hydrodynamic_stress",
-        "Stress of the particles by the fluid",
-        "hydrodynamic_stress",
-        TENSOR,
-    ),
+    ("wall_force", "Force of the particles on the walls", "wall_force", VECTOR),
+    ("gravitational_energy", "Gravitational energy", "gravitational_energy", ALONE),
+    ("contact_stress", "Stress of the particles by contacts", "contact_stress", TENSOR),
+    ("hydrodynamic_stress", "Stress of the particles by the fluid", "hydrodynamic_stress", TENSOR),
 ];
 
 /// The figure whose vertical axis is logarithmic.
 const LOGARITHMIC: &str = "kinetic_energy";
 
 /// Vectors of each wall: the beginning of the names of their columns, and a title.
-const OF_WALLS: [(&str, &str); 2] = [
-    ("fluid_force", "Force of the fluid on wall"),
-    ("shear_stress", "Shear stress on wall"),
-];
+const OF_WALLS: [(&str, &str); 2] =
+    [("fluid_force", "Force of the fluid on wall"), ("shear_stress", "Shear stress on wall")];
 
 /// Name and title of a figure, and its columns with their labels.
 type Group<'a> = (String, String, Vec<(&'a SeriesColumn, &'a str)>);
@@ -105,10 +64,7 @@ pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -
         .collect();
     for (what, title) in OF_WALLS {
         for column in &series.columns {
-            let wall = column
-                .name
-                .strip_prefix(what)
-                .and_then(|rest| rest.strip_prefix('_'));
+            let wall = column.name.strip_prefix(what).and_then(|rest| rest.strip_prefix('_'));
             if let Some(wall) = wall.and_then(|rest| rest.strip_suffix("_x")) {
                 let name = format!("{what}_{wall}");
                 let columns = columns(&name, VECTOR);
@@ -149,17 +105,13 @@ fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Opti
     // Only where a settling velocity can be steady is there a mean, and something to compare it with.
     let steady = summary.filter(|summary| summary.settling_velocity_over_stokes.is_some());
     let mean = steady.and_then(|summary| {
-        let estimate = Estimate {
-            mean: summary.settling_velocity_over_stokes?,
-            standard_error: summary.standard_error,
-        };
+        let estimate =
+            Estimate { mean: summary.settling_velocity_over_stokes?, standard_error: summary.standard_error };
         Some((summary.averaged_over?, estimate))
     });
     let settled = steady.and_then(|summary| {
-        let estimate = Estimate {
-            mean: summary.settled_mean?,
-            standard_error: summary.settled_standard_error,
-        };
+        let estimate =
+            Estimate { mean: summary.settled_mean?, standard_error: summary.settled_standard_error };
         Some((summary.transient_end?, estimate))
     });
     let references = steady.map(|summary| settling_references(&summary.scales, summary.volume_fraction));
@@ -201,11 +153,7 @@ fn over_time(
     let unit = columns.first().map_or("-", |(column, _)| column.unit.as_str());
     // The first moments of a start from rest would take most of a logarithmic axis.
     let all = columns.iter().flat_map(|(column, _)| &column.values);
-    let least = if logarithmic {
-        SHOWN * all.copied().fold(0.0, f64::max)
-    } else {
-        f64::NEG_INFINITY
-    };
+    let least = if logarithmic { SHOWN * all.copied().fold(0.0, f64::max) } else { f64::NEG_INFINITY };
     let shown = |y: f64| if y >= least { y } else { f64::NAN };
     let lines = columns.iter().map(|(column, label)| {
         let points = times.iter().zip(&column.values);
@@ -217,12 +165,7 @@ fn over_time(
         Axis::new(format!("{} ({unit})", decapitalised(&title)), logarithmic),
         lines.collect(),
     );
-    Block::Figure {
-        name: name.to_string(),
-        title,
-        figure: Box::new(chart.figure()),
-        note: String::new(),
-    }
+    Block::Figure { name: name.to_string(), title, figure: Box::new(chart.figure()), note: String::new() }
 }
 
 fn decapitalised(text: &str) -> String {

@@ -42,12 +42,7 @@ pub fn calibrate(threads: usize) -> Result<Calibration> {
     let mut measured_over_estimated = |precision: &str| {
         let mut setup = case::from_text(CASE, "calibration", &[format!("fluid.precision={precision:?}")])?;
         setup.plan.threads = threads;
-        let options = BenchOptions {
-            steps: 30,
-            warm_up: 30,
-            no_contact: false,
-            fluid_only: false,
-        };
+        let options = BenchOptions { steps: 30, warm_up: 30, no_contact: false, fluid_only: false };
         let report = bench(&setup, &options)?;
         ranks = report.ranks;
         let seconds = report.cells as f64 / (1e6 * report.mlups);

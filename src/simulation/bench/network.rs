@@ -85,11 +85,7 @@ mod tests {
     fn messages_and_reductions_take_some_time_on_3_ranks_and_none_on_one() {
         assert!(Network::measure(&Comm::Solo).is_none());
         for network in on_threads(3, |comm| Network::measure(&comm).unwrap()) {
-            let Network {
-                seconds_per_message,
-                seconds_per_byte,
-                seconds_per_reduction,
-            } = network;
+            let Network { seconds_per_message, seconds_per_byte, seconds_per_reduction } = network;
             assert!(seconds_per_message > 1e-8 && seconds_per_reduction > 1e-8);
             // On a busy machine a long message may be no slower than a short one.
             assert!((0.0..1e-6).contains(&seconds_per_byte), "{network:?}");

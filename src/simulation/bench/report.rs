@@ -128,11 +128,7 @@ impl Spread {
     pub(super) fn of(values: &[f64]) -> Self {
         let count = values.len().max(1) as f64;
         let fold = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick).unwrap_or(0.0);
-        Self {
-            min: fold(f64::min),
-            mean: values.iter().sum::<f64>() / count,
-            max: fold(f64::max),
-        }
+        Self { min: fold(f64::min), mean: values.iter().sum::<f64>() / count, max: fold(f64::max) }
     }
 }
 
@@ -172,11 +168,7 @@ mod tests {
     #[test]
     fn a_spread_has_the_least_the_mean_and_the_most() {
         let spread = Spread::of(&[3.0, 1.0, 5.0]);
-        let expected = Spread {
-            min: 1.0,
-            mean: 3.0,
-            max: 5.0,
-        };
+        let expected = Spread { min: 1.0, mean: 3.0, max: 5.0 };
         assert_eq!(spread, expected);
     }
 }

@@ -35,10 +35,7 @@ impl RankOutput {
         touches: &[ContactState],
         time: f64,
     ) -> Result<Option<Self>> {
-        let block = Block {
-            lo: [0; 3],
-            hi: decomposition.domain.cells,
-        };
+        let block = Block { lo: [0; 3], hi: decomposition.domain.cells };
         let mut output = Self::empty(None, block, simulation.step, time);
         let needed = |need| needs.contains(&need);
         if needed(Need::Fields) {

@@ -33,9 +33,7 @@ pub(super) fn contacts(simulation: &Simulation, own: &[ContactState]) -> Vec<Con
 pub(super) fn contact(state: &ContactState) -> Contact {
     Contact {
         first: state.first,
-        second: state
-            .wall()
-            .map_or(Partner::Particle(state.second), Partner::Wall),
+        second: state.wall().map_or(Partner::Particle(state.second), Partner::Wall),
         point: state.point.into(),
         normal: state.normal.into(),
         force: state.force.into(),
@@ -71,16 +69,13 @@ pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Par
 /// Those of the `own` values of all ranks whose ids are `missing` here, which are in ascending order. Collective.
 fn ask<V: Pod>(comm: &Comm, missing: &[u64], own: &[V], id: impl Fn(&V) -> u64) -> Vec<V> {
     let asked = comm.all_gather(bytemuck::cast_slice(missing).to_vec());
-    let mut asked: Vec<u64> = (asked.iter())
-        .flat_map(|ids| bytemuck::pod_collect_to_vec::<u8, u64>(ids))
-        .collect();
+    let mut asked: Vec<u64> =
+        (asked.iter()).flat_map(|ids| bytemuck::pod_collect_to_vec::<u8, u64>(ids)).collect();
     asked.sort_unstable();
     let wanted = |ids: &[u64], value: &V| ids.binary_search(&id(value)).is_ok();
     let answers: Vec<V> = own.iter().filter(|v| wanted(&asked, v)).copied().collect();
     let answers = comm.all_gather(bytemuck::cast_slice(&answers).to_vec());
-    let found = answers
-        .iter()
-        .flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, V>(bytes));
+    let found = answers.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, V>(bytes));
     found.filter(|value| wanted(missing, value)).collect()
 }
 
@@ -105,11 +100,7 @@ pub(super) fn loads(
         return Some(vec![[Vec3::zeros(); 2]; particles.len()]);
     }
     let own: Vec<Loaded> = (coupling.last_loads())
-        .map(|(id, load)| Loaded {
-            id,
-            force: load.force.into(),
-            torque: load.torque.into(),
-        })
+        .map(|(id, load)| Loaded { id, force: load.force.into(), torque: load.torque.into() })
         .collect();
     let mut known = if everywhere {
         // Particles may have come from another rank in that step.
@@ -221,9 +212,7 @@ fn each_cell<V>(
     mut visit: impl FnMut(V),
 ) {
     let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
-    let Simulation {
-        units, system, dem, ..
-    } = simulation;
+    let Simulation { units, system, dem, .. } = simulation;
     let Some(FluidSystem { fluid, coupling, .. }) = system else {
         return;
     };
@@ -245,8 +234,5 @@ fn each_value<V: Pod>(cells: Block, bytes: &[u8], mut visit: impl FnMut([usize; 
 /// The cells that two boxes have in common.
 fn common(a: Block, b: Block) -> Block {
     let lo = std::array::from_fn(|i| a.lo[i].max(b.lo[i]));
-    Block {
-        lo,
-        hi: std::array::from_fn(|i| a.hi[i].min(b.hi[i]).max(lo[i])),
-    }
+    Block { lo, hi: std::array::from_fn(|i| a.hi[i].min(b.hi[i]).max(lo[i])) }
 }

@@ -21,9 +21,7 @@ pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
         })
         .sum();
     let speed = stokes_velocity(setup);
-    (speed > 0.0 && speed.is_finite())
-        .then(|| weight.try_normalize(0.0))
-        .flatten()
+    (speed > 0.0 && speed.is_finite()).then(|| weight.try_normalize(0.0)).flatten()
 }
 
 /// Whether a settling velocity can become steady: the box has no end in its direction.
@@ -65,17 +63,14 @@ pub(super) fn row(
     let summary = simulation.dem.contacts();
     let mean = measured.mean;
     let fastest = own.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
-    let Reduced {
-        sums,
-        counts: [particles, contacts],
-        most: [max_particle_speed, depth, max_lattice_speed],
-    } = reduce(
-        &simulation.comm,
-        ON_WALLS + 3 * setup.walls.len(),
-        &terms,
-        [own.len(), summary.count],
-        [fastest, summary.max_depth, mean.max_lattice_speed],
-    );
+    let Reduced { sums, counts: [particles, contacts], most: [max_particle_speed, depth, max_lattice_speed] } =
+        reduce(
+            &simulation.comm,
+            ON_WALLS + 3 * setup.walls.len(),
+            &terms,
+            [own.len(), summary.count],
+            [fastest, summary.max_depth, mean.max_lattice_speed],
+        );
     let by_fluid = simulation.wall_loads();
     if simulation.comm.rank() > 0 {
         return None;
@@ -84,9 +79,8 @@ pub(super) fn row(
     let time = simulation.step as f64 * setup.time_step;
     let count = particles.max(1) as f64;
     let mean_velocity = vector(VELOCITY) / count;
-    let over_stokes = settling_direction(setup).map_or(0.0, |down| {
-        (mean_velocity - mean.velocity).dot(&down) / stokes_velocity(setup)
-    });
+    let over_stokes = settling_direction(setup)
+        .map_or(0.0, |down| (mean_velocity - mean.velocity).dot(&down) / stokes_velocity(setup));
     let fluid_mass = setup.fluid_density() * simulation.fluid_volume();
     let volume = match setup.fluid {
         Some(_) => simulation.fluid_volume(),
@@ -116,11 +110,7 @@ pub(super) fn row(
         walls: walls
             .flat_map(|(n, (wall, load))| {
                 // Before the first step there was none to measure in.
-                let fluid = if simulation.step > 0 {
-                    load.force
-                } else {
-                    Vec3::zeros()
-                };
+                let fluid = if simulation.step > 0 { load.force } else { Vec3::zeros() };
                 let stress = shear_stress(setup, wall, fluid + vector(ON_WALLS + 3 * n));
                 [Some(fluid), stress].into_iter().flatten()
             })
@@ -228,9 +218,8 @@ fn reduce<const C: usize, const M: usize>(
     }
     largest.extend(most);
     comm.max(&mut largest);
-    let mut sums: Vec<ReproducibleSum> = (largest[..columns].iter())
-        .map(|&x| ReproducibleSum::new(x))
-        .collect();
+    let mut sums: Vec<ReproducibleSum> =
+        (largest[..columns].iter()).map(|&x| ReproducibleSum::new(x)).collect();
     for &(column, x) in terms {
         sums[column].add(x);
     }
@@ -240,9 +229,7 @@ fn reduce<const C: usize, const M: usize>(
     comm.sum(&mut words);
     let total = |i: usize| join_wide([words[2 * i], words[2 * i + 1]]);
     Reduced {
-        sums: (sums.iter().enumerate())
-            .map(|(i, sum)| sum.value(total(i)))
-            .collect(),
+        sums: (sums.iter().enumerate()).map(|(i, sum)| sum.value(total(i))).collect(),
         counts: std::array::from_fn(|i| words[2 * columns + i]),
         most: std::array::from_fn(|i| largest[columns + i]),
     }
@@ -275,11 +262,7 @@ mod tests {
         let alone = reduced(1, 0);
         assert_eq!(alone.counts, [97]);
         let plain = terms.iter().map(|term| term[0].1).sum::<f64>();
-        assert!(
-            (alone.sums[0] / plain - 1.0).abs() < 1e-14,
-            "{} {plain}",
-            alone.sums[0]
-        );
+        assert!((alone.sums[0] / plain - 1.0).abs() < 1e-14, "{} {plain}", alone.sums[0]);
         for (ranks, turn) in [(2, 0), (2, 1), (3, 2), (5, 1)] {
             assert_eq!(reduced(ranks, turn), alone);
         }
@@ -291,9 +274,6 @@ mod tests {
             let term = if comm.rank() == 1 { f64::NAN } else { 1.0 };
             reduce(&comm, 2, &[(0, term), (1, 2.0)], [], []).sums
         });
-        assert!(
-            sums.iter()
-                .all(|sums| sums[0].is_nan() && (sums[1] - 6.0).abs() < 1e-15)
-        );
+        assert!(sums.iter().all(|sums| sums[0].is_nan() && (sums[1] - 6.0).abs() < 1e-15));
     }
 }

@@ -99,11 +99,7 @@ fn reference_scales(setup: &Setup) -> ReferenceScales {
 }
 
 fn shapes(setup: &Setup) -> Vec<ShapeSummary> {
-    let count = |index: usize| {
-        (setup.particles.iter())
-            .filter(|p| p.template as usize == index)
-            .count()
-    };
+    let count = |index: usize| (setup.particles.iter()).filter(|p| p.template as usize == index).count();
     (setup.templates.iter().enumerate())
         .map(|(index, template)| ShapeSummary {
             kind: template.shape.kind().to_owned(),

@@ -64,55 +64,39 @@ fn leave(simulation: &Simulation, block: Block) -> Left {
         simulation.save_plane(z, &mut plane);
         plane
     });
-    Left {
-        block,
-        planes: planes.collect(),
-        state: simulation.save().unwrap(),
-    }
+    Left { block, planes: planes.collect(), state: simulation.save().unwrap() }
 }
 
 fn take_up(simulation: &mut Simulation, step: u64, left: &[&Left]) -> Result<()> {
     let saved_bytes = simulation.saved_bytes();
     let engines: Vec<_> = left.iter().map(|left| left.state.engine.clone()).collect();
     let couplings: Vec<_> = left.iter().map(|left| left.state.coupling.clone()).collect();
-    simulation.restore(
-        step,
-        left[0].state.driving,
-        &engines,
-        &couplings,
-        |mine, visit| {
-            for left in left {
-                let saved = left.block;
-                let lo: [usize; 3] = std::array::from_fn(|a| mine.lo[a].max(saved.lo[a]));
-                let hi: [usize; 3] = std::array::from_fn(|a| mine.hi[a].min(saved.hi[a]));
-                if (0..3).any(|a| lo[a] >= hi[a]) {
-                    continue;
-                }
-                let size = saved_bytes;
-                for z in lo[2]..hi[2] {
-                    for y in lo[1]..hi[1] {
-                        let row = (y - saved.lo[1]) * saved.size()[0];
-                        let at = |x: usize| (row + x - saved.lo[0]) * size;
-                        let bytes = &left.planes[z - saved.lo[2]][at(lo[0])..at(hi[0])];
-                        let cells = Block {
-                            lo: [lo[0], y, z],
-                            hi: [hi[0], y + 1, z + 1],
-                        };
-                        visit(cells, bytes).map_err(Error::Input)?;
-                    }
+    simulation.restore(step, left[0].state.driving, &engines, &couplings, |mine, visit| {
+        for left in left {
+            let saved = left.block;
+            let lo: [usize; 3] = std::array::from_fn(|a| mine.lo[a].max(saved.lo[a]));
+            let hi: [usize; 3] = std::array::from_fn(|a| mine.hi[a].min(saved.hi[a]));
+            if (0..3).any(|a| lo[a] >= hi[a]) {
+                continue;
+            }
+            let size = saved_bytes;
+            for z in lo[2]..hi[2] {
+                for y in lo[1]..hi[1] {
+                    let row = (y - saved.lo[1]) * saved.size()[0];
+                    let at = |x: usize| (row + x - saved.lo[0]) * size;
+                    let bytes = &left.planes[z - saved.lo[2]][at(lo[0])..at(hi[0])];
+                    let cells = Block { lo: [lo[0], y, z], hi: [hi[0], y + 1, z + 1] };
+                    visit(cells, bytes).map_err(Error::Input)?;
                 }
             }
-            Ok(())
-        },
-    )
+        }
+        Ok(())
+    })
 }
 
 /// Forces and torques of the fluid on all particles, the same on all ranks.
 fn loads(simulation: &Simulation) -> Vec<u8> {
-    let own = simulation
-        .system
-        .iter()
-        .flat_map(|system| system.coupling.last_loads());
+    let own = simulation.system.iter().flat_map(|system| system.coupling.last_loads());
     let own: Vec<[u64; 7]> = own
         .map(|(id, load)| {
             let [x, y, z]: [f64; 3] = load.force.into();
@@ -138,12 +122,7 @@ fn goes_on(setup: &Setup, before: u64, after: u64, on: &[usize]) {
         let left = leave(&simulation, block);
         let now = (simulation.state_hash(), loads(&simulation));
         advance(&mut simulation, after);
-        (
-            left,
-            now,
-            simulation.state_hash(),
-            (simulation.mean_flow().velocity, simulation.control_record()),
-        )
+        (left, now, simulation.state_hash(), (simulation.mean_flow().velocity, simulation.control_record()))
     });
     let left: Vec<&Left> = runs.iter().map(|run| &run.0).collect();
     for &ranks in on {
@@ -158,15 +137,8 @@ fn goes_on(setup: &Setup, before: u64, after: u64, on: &[usize]) {
                 "at step {before} on {ranks} ranks"
             );
             advance(&mut simulation, after);
-            assert_eq!(
-                simulation.state_hash(),
-                runs[0].2,
-                "after step {before} on {ranks} ranks"
-            );
-            assert_eq!(
-                (simulation.mean_flow().velocity, simulation.control_record()),
-                runs[0].3
-            );
+            assert_eq!(simulation.state_hash(), runs[0].2, "after step {before} on {ranks} ranks");
+            assert_eq!((simulation.mean_flow().velocity, simulation.control_record()), runs[0].3);
         });
     }
 }
@@ -181,10 +153,8 @@ fn a_suspension_between_walls_goes_on_to_the_bit_on_any_ranks() {
 
 #[test]
 fn partially_saturated_cells_go_on_to_the_bit_on_any_ranks() {
-    let setup = setup(&CASE.replace(
-        "relaxation_time = 0.55",
-        "relaxation_time = 0.55\ncoupling = \"saturated\"",
-    ));
+    let setup =
+        setup(&CASE.replace("relaxation_time = 0.55", "relaxation_time = 0.55\ncoupling = \"saturated\""));
     for before in [0, 1, 13] {
         goes_on(&setup, before, 30, &[1, 2, 4]);
     }
@@ -192,9 +162,7 @@ fn partially_saturated_cells_go_on_to_the_bit_on_any_ranks() {
 
 #[test]
 fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
-    let periodic = CASE
-        .replace("periodic = [true, true, false]", "")
-        .replace("faces =", "#");
+    let periodic = CASE.replace("periodic = [true, true, false]", "").replace("faces =", "#");
     let mut setup = setup(&periodic);
     setup.plan.precision = Precision::F64;
     assert_eq!(setup.expect_fluid().zero_net_flux, [true; 3]);
@@ -246,10 +214,7 @@ fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them
         spoil(&mut left);
         let error = take_up(&mut simulation, 3, &[&left]).unwrap_err();
         let text = error.to_string();
-        assert!(
-            words.iter().all(|word| text.contains(word)),
-            "{words:?} in {text}"
-        );
+        assert!(words.iter().all(|word| text.contains(word)), "{words:?} in {text}");
         assert_eq!(error.exit_code(), 2);
     };
     // Where the first particle of the coupling has its numbers.
@@ -257,24 +222,12 @@ fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them
         move |left: &mut Left| left.state.coupling[at..at + 8].copy_from_slice(&x.to_ne_bytes())
     };
     let part = "part 1 of the coupling: ";
-    refused(
-        &number(16, f64::NAN),
-        &[part, "position of particle 0 is not finite"],
-    );
-    refused(
-        &number(32, 1e3),
-        &[part, "position of particle 0 is not in the box"],
-    );
+    refused(&number(16, f64::NAN), &[part, "position of particle 0 is not finite"]);
+    refused(&number(32, 1e3), &[part, "position of particle 0 is not in the box"]);
     refused(&number(40, 0.1), &[part, "orientation of particle 0"]);
-    refused(
-        &number(72, 1e300),
-        &[part, "velocity or angular velocity of particle 0"],
-    );
+    refused(&number(72, 1e300), &[part, "velocity or angular velocity of particle 0"]);
     refused(&number(8, 99.0), &[part, "which is none"]);
-    refused(
-        &|left| left.state.coupling.extend_from_within(..),
-        &[part, "particle 0 is in it twice"],
-    );
+    refused(&|left| left.state.coupling.extend_from_within(..), &[part, "particle 0 is in it twice"]);
     for population in [f32::NAN, f32::INFINITY, 600.0] {
         refused(
             &|left| left.planes[2][4..8].copy_from_slice(&population.to_ne_bytes()),
@@ -282,9 +235,6 @@ fn numbers_that_no_run_has_are_refused_with_the_part_and_the_field_that_has_them
         );
     }
     refused(&|left| left.state.driving.0.velocity.x = 1e9, &["mean velocity"]);
-    refused(
-        &|left| left.state.driving.0.kinetic_energy = f64::NAN,
-        &["energy"],
-    );
+    refused(&|left| left.state.driving.0.kinetic_energy = f64::NAN, &["energy"]);
     take_up(&mut simulation, 3, &[&sound]).unwrap();
 }

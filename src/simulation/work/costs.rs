@@ -85,11 +85,7 @@ impl Form {
     pub(super) fn contact(self, other: Self, model: &ContactModel) -> f64 {
         let samples = match model.geometry {
             Geometry::Exact if self != Self::Other && other != Self::Other => {
-                return if self == Self::Sphere && other == Self::Sphere {
-                    0.17e-6
-                } else {
-                    1e-6
-                };
+                return if self == Self::Sphere && other == Self::Sphere { 0.17e-6 } else { 1e-6 };
             }
             Geometry::Exact => sampled::DEFAULT_SAMPLES,
             Geometry::Sampled { samples } => samples,

@@ -37,9 +37,7 @@ pub struct TimeEstimate {
 pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
     let cut = decompose(setup)?;
     let calibration = file().and_then(|path| Calibration::read(&path));
-    let factor = calibration
-        .as_ref()
-        .map_or(1.0, |found| found.factor(setup.plan.precision));
+    let factor = calibration.as_ref().map_or(1.0, |found| found.factor(setup.plan.precision));
     let ranks = cut.ranks();
     // Threads that have to take turns; of processes nobody knows where they are.
     let turns = match comm::launched() {
@@ -71,14 +69,7 @@ pub struct Calibration {
 impl Calibration {
     /// Of this machine, from measured over estimated times in single and double precision.
     pub(in crate::simulation) fn new(threads: usize, [single, double]: [f64; 2]) -> Self {
-        Self {
-            format: FORMAT,
-            processor: processor(),
-            cores: cores(),
-            threads,
-            single,
-            double,
-        }
+        Self { format: FORMAT, processor: processor(), cores: cores(), threads, single, double }
     }
 
     fn factor(&self, precision: Precision) -> f64 {
@@ -151,18 +142,9 @@ mod tests {
         assert_eq!(read(&here.to_json()), Some(here.clone()));
         assert_eq!(read(&here.to_json()[..40]), None);
         for other in [
-            Calibration {
-                format: FORMAT + 1,
-                ..here.clone()
-            },
-            Calibration {
-                processor: "another one".to_owned(),
-                ..here.clone()
-            },
-            Calibration {
-                double: -1.0,
-                ..here.clone()
-            },
+            Calibration { format: FORMAT + 1, ..here.clone() },
+            Calibration { processor: "another one".to_owned(), ..here.clone() },
+            Calibration { double: -1.0, ..here.clone() },
         ] {
             assert_eq!(read(&other.to_json()), None, "{other:?}");
         }

@@ -89,14 +89,9 @@ pub struct Forecast {
 impl Forecast {
     /// Mean over largest work.
     pub fn balance(&self) -> f64 {
-        let (sum, most) = (self.ranks.iter()).fold((0.0, 0.0_f64), |(sum, most), rank| {
-            (sum + rank.work, most.max(rank.work))
-        });
-        if most > 0.0 {
-            sum / self.ranks.len() as f64 / most
-        } else {
-            1.0
-        }
+        let (sum, most) = (self.ranks.iter())
+            .fold((0.0, 0.0_f64), |(sum, most), rank| (sum + rank.work, most.max(rank.work)));
+        if most > 0.0 { sum / self.ranks.len() as f64 / most } else { 1.0 }
     }
 
     /// Time of a step (s): of the slowest rank, with messages and reductions.
@@ -108,11 +103,7 @@ impl Forecast {
     /// Parallel efficiency with messages.
     pub fn efficiency(&self) -> f64 {
         let longest = self.seconds_per_step();
-        if longest > 0.0 {
-            self.alone / (self.ranks.len() as f64 * longest)
-        } else {
-            1.0
-        }
+        if longest > 0.0 { self.alone / (self.ranks.len() as f64 * longest) } else { 1.0 }
     }
 }
 
@@ -120,11 +111,7 @@ impl Work<'_> {
     /// What every rank has to do.
     pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
         let whole = Decomposition::solo(cut.domain);
-        Forecast {
-            grid: cut.grid,
-            ranks: self.by_rank(cut),
-            alone: self.by_rank(&whole)[0].work,
-        }
+        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone: self.by_rank(&whole)[0].work }
     }
 
     fn by_rank(&self, cut: &Decomposition) -> Vec<RankForecast> {
@@ -174,10 +161,7 @@ impl Work<'_> {
     fn of_fluid(&self, cut: &Decomposition, rank: usize) -> RankForecast {
         let block = cut.block(rank);
         let size = block.size();
-        let mut forecast = RankForecast {
-            size,
-            ..RankForecast::default()
-        };
+        let mut forecast = RankForecast { size, ..RankForecast::default() };
         if !self.has_fluid() {
             return forecast;
         }
@@ -207,9 +191,8 @@ impl Work<'_> {
     fn add_peers(&self, cut: &Decomposition, ranks: &mut [RankForecast]) {
         let radii = self.radii();
         let native = self.setup.engine == EngineChoice::Native;
-        let largest = (self.setup.templates.iter())
-            .map(|template| template.shape.circumradius())
-            .fold(0.0, f64::max);
+        let largest =
+            (self.setup.templates.iter()).map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         for (rank, forecast) in ranks.iter_mut().enumerate() {
             if native {
                 for peer in Neighbourhood::new(cut.clone(), rank, &radii).peers {
@@ -234,9 +217,7 @@ impl Work<'_> {
         let mut count = 0;
         for z in 0..points[2] {
             for y in 0..points[1] {
-                count += (0..points[0])
-                    .filter(|&x| self.is_swept([at(0, x), at(1, y), at(2, z)]))
-                    .count();
+                count += (0..points[0]).filter(|&x| self.is_swept([at(0, x), at(1, y), at(2, z)])).count();
             }
         }
         count as f64 / points.iter().product::<usize>() as f64
@@ -258,10 +239,7 @@ fn shares(cut: &Decomposition, [xs, ys, zs]: [BTreeMap<usize, f64>; 3]) -> Vec<(
     let mut shares = Vec::new();
     for (&z, of_z) in &zs {
         for (&y, of_y) in &ys {
-            shares.extend(
-                xs.iter()
-                    .map(|(&x, of_x)| (cut.rank_of([x, y, z]), of_x * of_y * of_z)),
-            );
+            shares.extend(xs.iter().map(|(&x, of_x)| (cut.rank_of([x, y, z]), of_x * of_y * of_z)));
         }
     }
     shares
@@ -272,12 +250,7 @@ fn shares(cut: &Decomposition, [xs, ys, zs]: [BTreeMap<usize, f64>; 3]) -> Vec<(
 fn numbers_across(d: [isize; 3], size: [usize; 3]) -> usize {
     C.iter()
         .filter(|c| (0..3).all(|a| d[a] == 0 || c[a] == d[a]))
-        .map(|c| {
-            (0..3)
-                .filter(|&a| d[a] == 0)
-                .map(|a| size[a] - c[a].unsigned_abs())
-                .product::<usize>()
-        })
+        .map(|c| (0..3).filter(|&a| d[a] == 0).map(|a| size[a] - c[a].unsigned_abs()).product::<usize>())
         .sum()
 }
 

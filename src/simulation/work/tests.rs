@@ -81,11 +81,7 @@ fn a_sphere_is_spread_over_the_cells_that_it_covers() {
             }
         }
     }
-    assert!(
-        (body.covered / covered - 1.0).abs() < 0.05,
-        "{} {covered}",
-        body.covered
-    );
+    assert!((body.covered / covered - 1.0).abs() < 0.05, "{} {covered}", body.covered);
     for axis in 0..3 {
         let mut shares = vec![0.0; domain.cells[axis]];
         for (layer, share) in body.spread(domain, axis) {
@@ -157,9 +153,7 @@ fn near_pairs_and_bodies_near_walls_are_contacts_and_costs_follow_the_shapes() {
     let cost = |a: Form, b| a.contact(b, model);
     assert!(cost(Form::Sphere, Form::Sphere) < cost(Form::Sphere, Form::Flat));
     assert!(cost(Form::Flat, Form::Flat) < cost(Form::Sphere, Form::Other));
-    let sampled = ContactModel {
-        geometry: crate::contact::Geometry::Sampled { samples: 16 },
-        ..model.clone()
-    };
+    let sampled =
+        ContactModel { geometry: crate::contact::Geometry::Sampled { samples: 16 }, ..model.clone() };
     assert!(Form::Sphere.contact(Form::Sphere, &sampled) > 100.0 * cost(Form::Sphere, Form::Sphere));
 }

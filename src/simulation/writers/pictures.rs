@@ -30,11 +30,7 @@ pub(super) struct Pictures<'a> {
 
 impl<'a> Pictures<'a> {
     pub(super) fn new(setup: &'a Setup) -> Self {
-        Self {
-            setup,
-            plane: plane(setup),
-            range: setup.plan.output.picture_range,
-        }
+        Self { setup, plane: plane(setup), range: setup.plan.output.picture_range }
     }
 }
 
@@ -68,10 +64,7 @@ impl Writer for Pictures<'_> {
         self.range = self.range.or_else(|| range(setup, output));
         let scene = Scene {
             case: &setup.provenance.name,
-            clock: Clock {
-                time: output.time,
-                stokes_time: setup.stokes_time(),
-            },
+            clock: Clock { time: output.time, stokes_time: setup.stokes_time() },
             plane: self.plane,
             templates: &setup.templates,
             particles: &output.selected,
@@ -132,16 +125,10 @@ fn expected(setup: &Setup) -> f64 {
         let settling = fluid.scales.schiller_naumann_velocity;
         (settling, fluid.body_acceleration.norm() * time)
     } else {
-        let drop: f64 = (setup.gravity.iter().zip(&size))
-            .map(|(g, length)| g.abs() * length)
-            .sum();
+        let drop: f64 = (setup.gravity.iter().zip(&size)).map(|(g, length)| g.abs() * length).sum();
         (0.0, (2.0 * drop).sqrt())
     };
-    walls
-        .chain(particles)
-        .chain([settling, driven])
-        .filter(|speed| speed.is_finite())
-        .fold(0.0, f64::max)
+    walls.chain(particles).chain([settling, driven]).filter(|speed| speed.is_finite()).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -187,24 +174,15 @@ mod tests {
         assert!((0.05..0.2).contains(&settling), "u* of a millimetre: {settling}");
         assert_eq!(first(7.0, &[]), Some(settling));
         assert_eq!(first(7.0, &["output.picture_range=0.5"]), Some(0.5));
-        assert_eq!(
-            first(7.0, &["particles.0.density=1000"]),
-            Some(1e-3),
-            "how it starts"
-        );
-        let wall = [
-            "domain.periodic=[true, true, false]",
-            "domain.faces={ \"z+\" = { velocity = [0.4, 0, 0] } }",
-        ];
+        assert_eq!(first(7.0, &["particles.0.density=1000"]), Some(1e-3), "how it starts");
+        let wall =
+            ["domain.periodic=[true, true, false]", "domain.faces={ \"z+\" = { velocity = [0.4, 0, 0] } }"];
         assert_eq!(first(0.0, &wall), Some(0.4));
     }
 
     #[test]
     fn where_nothing_is_expected_the_first_picture_that_shows_motion_decides() {
-        let still = [
-            "particles.0.density=1000",
-            "particles.0.list=[[1e-3, 1e-3, 1e-3]]",
-        ];
+        let still = ["particles.0.density=1000", "particles.0.list=[[1e-3, 1e-3, 1e-3]]"];
         assert_eq!((first(0.0, &still), first(0.25, &still)), (None, Some(0.25)));
     }
 }

@@ -194,11 +194,7 @@ impl Writer for Series<'_> {
         let paths = self.setup.particles.len().min(PATHS);
         let numbers = series::COLUMNS.len() + paths * particle_series::COLUMNS.len();
         let rows = FileEstimate::of(self, end_step, "tables", NUMBER * numbers as f64, "");
-        self.writes().then(|| FileEstimate {
-            count: 1,
-            bytes: rows.total(),
-            ..rows
-        })
+        self.writes().then(|| FileEstimate { count: 1, bytes: rows.total(), ..rows })
     }
 }
 
@@ -208,8 +204,7 @@ impl Samples {
         self.t_star.push(row.t_star);
         self.settling.push(row.settling_velocity);
         self.max_mach = self.max_mach.max(row.max_mach);
-        self.viscosity
-            .extend(plates.map(|plates| plates.relative_viscosity(row)));
+        self.viscosity.extend(plates.map(|plates| plates.relative_viscosity(row)));
     }
 }
 

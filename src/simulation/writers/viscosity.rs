@@ -19,13 +19,8 @@ impl Plates {
         let [first, second] = &setup.walls[..] else {
             return None;
         };
-        let (
-            Surface::Plane { point: a, normal: up },
-            Surface::Plane {
-                point: b,
-                normal: down,
-            },
-        ) = (first.surface, second.surface)
+        let (Surface::Plane { point: a, normal: up }, Surface::Plane { point: b, normal: down }) =
+            (first.surface, second.surface)
         else {
             return None;
         };
@@ -35,10 +30,8 @@ impl Plates {
         let gap = (b - a).dot(&up);
         let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
         let fluid = setup.fluid.as_ref()?;
-        (parallel && !turns(first) && !turns(second)).then(|| Self {
-            along,
-            plain: fluid.density * fluid.viscosity * passes.norm() / gap,
-        })
+        (parallel && !turns(first) && !turns(second))
+            .then(|| Self { along, plain: fluid.density * fluid.viscosity * passes.norm() / gap })
     }
 
     /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out.

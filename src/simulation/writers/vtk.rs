@@ -28,10 +28,7 @@ pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
         Vtk::boxed(setup, plan.contacts_every, ContactFiles),
         Vtk::boxed(setup, plan.contacts_every, ForceChainFiles),
     ];
-    writers.push(Box::new(Walls {
-        setup,
-        written: false,
-    }));
+    writers.push(Box::new(Walls { setup, written: false }));
     writers
 }
 
@@ -129,9 +126,7 @@ impl<F: Format> Writer for Vtk<'_, F> {
 /// The state of the writer of this name.
 pub(super) fn parsed<T: for<'de> Deserialize<'de>>(name: &str, state: &WriterState) -> Result<T> {
     T::deserialize(state).map_err(|error| {
-        Error::Input(format!(
-            "the state of the writer of {name} in the common state: {error}"
-        ))
+        Error::Input(format!("the state of the writer of {name} in the common state: {error}"))
     })
 }
 

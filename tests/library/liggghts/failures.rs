@@ -15,9 +15,7 @@ use turbid::wall::{Motion, Surface};
 /// What LIGGGHTS says to a case that it does not take.
 fn refusal(params: LiggghtsParams) -> String {
     match engine(params, &three()) {
-        Ok(lgg) => advanced(lgg, 1, 1e-6)
-            .err()
-            .map_or_else(String::new, |e| e.to_string()),
+        Ok(lgg) => advanced(lgg, 1, 1e-6).err().map_or_else(String::new, |e| e.to_string()),
         Err(error) => {
             assert_eq!(error.exit_code(), 2, "{error}");
             error.to_string()
@@ -31,18 +29,12 @@ fn what_liggghts_refuses_comes_back_in_its_own_words_with_the_command() {
         (&["fix extra nobody viscous 1"][..], "Could not find fix group ID"),
         (&["group some region nowhere"], "Group region ID does not exist"),
         (&["fix a all viscous 1 scale 2 1"], "Illegal fix viscous command"),
-        (
-            &["fix a all viscous 1", "fix a all drag 0 0 0 1 1"],
-            "Replacing a fix, but new style",
-        ),
+        (&["fix a all viscous 1", "fix a all drag 0 0 0 1 1"], "Replacing a fix, but new style"),
         (&["region r sphere 0 0 0 -1"], "Illegal region sphere command"),
         (&["neigh_modify one 1000 page 1000"], "page size"),
     ] {
         let text = refusal(with_commands(commands));
-        assert!(
-            text.contains("LIGGGHTS") && text.contains(words),
-            "{commands:?}: {text}"
-        );
+        assert!(text.contains("LIGGGHTS") && text.contains(words), "{commands:?}: {text}");
     }
     let text = refusal(params(Some(contact(1e7, 0.05, 0.3))));
     assert!(text.contains("0.05 < coefficientRestitution <= 1"), "{text}");
@@ -56,16 +48,9 @@ fn a_crash_of_liggghts_is_an_error_with_its_signal_and_the_end_of_its_log() {
     let program = folder.path().join("crashes.sh");
     std::fs::write(&program, "#!/bin/sh\necho the last words\nkill -SEGV $$\n").unwrap();
     std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).unwrap();
-    let crashing = LiggghtsParams {
-        log: Some(log.clone()),
-        program: Some(program),
-        ..params(None)
-    };
+    let crashing = LiggghtsParams { log: Some(log.clone()), program: Some(program), ..params(None) };
     let text = refusal(crashing);
-    assert!(
-        text.contains("SIGSEGV") && text.contains("the last words"),
-        "{text}"
-    );
+    assert!(text.contains("SIGSEGV") && text.contains("the last words"), "{text}");
     let next = engine(params(Some(contact(1e7, 0.7, 0.3))), &three()).unwrap();
     advanced(next, 3, 1e-6).unwrap();
 }
@@ -89,11 +74,9 @@ fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
     let first = run().particles().owned().to_vec();
     let in_worker = advanced(engine(params(model.clone()), &three()).unwrap(), 600, 1e-6).unwrap();
     assert_eq!(first, in_worker.particles().owned(), "here and there");
-    for commands in [
-        &["print nonsense"][..],
-        &["fix extra nobody viscous 1"],
-        &["fix extra all viscous 1 scale 2 1"],
-    ] {
+    for commands in
+        [&["print nonsense"][..], &["fix extra nobody viscous 1"], &["fix extra all viscous 1 scale 2 1"]]
+    {
         let error = engine(own(with_commands(commands)), &three()).unwrap_err();
         assert!(error.to_string().contains("LIGGGHTS refuses"), "{error}");
         assert_eq!(run().particles().owned(), first, "after {commands:?}");
@@ -103,14 +86,8 @@ fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
     assert!(error.to_string().contains("in use"), "{error}");
     drop(holder);
     // The one after this is broken for good, and says so.
-    engine(
-        own(with_commands(&[
-            "fix a all viscous 1",
-            "fix a all viscous 1 scale 2 1",
-        ])),
-        &three(),
-    )
-    .unwrap_err();
+    engine(own(with_commands(&["fix a all viscous 1", "fix a all viscous 1 scale 2 1"])), &three())
+        .unwrap_err();
     let error = engine(own(with_commands(&[])), &three()).unwrap_err();
     assert!(error.to_string().contains("broken"), "{error}");
 }
@@ -133,15 +110,9 @@ fn loads_and_states_that_are_no_numbers_never_reach_liggghts() {
 fn a_particle_that_leaves_through_an_open_face_ends_the_run_at_once() {
     let (domain, _) = tank(Vec3::zeros());
     let cut = Decomposition::new(domain, 1).unwrap();
-    let all = [
-        moving(4, [8e-3, 8e-3, 1e-3], [0.0, 0.0, -1.0]),
-        moving(5, [8e-3, 8e-3, 8e-3], [0.0; 3]),
-    ];
+    let all = [moving(4, [8e-3, 8e-3, 1e-3], [0.0, 0.0, -1.0]), moving(5, [8e-3, 8e-3, 8e-3], [0.0; 3])];
     let mut lgg = Liggghts::new(params(None), cut, &Comm::Solo, templates(), &all).unwrap();
-    let native = NativeParams {
-        substeps: 1,
-        ..NativeParams::default()
-    };
+    let native = NativeParams { substeps: 1, ..NativeParams::default() };
     let cut = Decomposition::new(domain, 1).unwrap();
     let mut native = Native::new(native, cut, 0, templates(), &all).unwrap();
     let left = |engine: &mut dyn DemEngine| {
@@ -158,10 +129,7 @@ fn a_particle_that_leaves_through_an_open_face_ends_the_run_at_once() {
     let text = left(&mut lgg);
     let of_native = left(&mut native);
     assert_eq!(text.0, of_native.0, "at the step of the native engine");
-    assert!(
-        text.1.contains("particle 4") && of_native.1.contains("particle 4"),
-        "{text:?}"
-    );
+    assert!(text.1.contains("particle 4") && of_native.1.contains("particle 4"), "{text:?}");
 }
 
 #[test]
@@ -178,11 +146,7 @@ fn coinciding_centres_which_liggghts_passes_over_end_the_run() {
 
 #[test]
 fn a_box_too_large_for_its_particles_is_refused_with_liggghts_words() {
-    let domain = Domain {
-        cells: [8; 3],
-        dx: 1.0,
-        ..DOMAIN
-    };
+    let domain = Domain { cells: [8; 3], dx: 1.0, ..DOMAIN };
     let cut = Decomposition::new(domain, 1).unwrap();
     let params = params(Some(contact(1e7, 0.7, 0.3)));
     let error = Liggghts::new(params, cut, &Comm::Solo, templates(), &three()).unwrap_err();
@@ -191,47 +155,23 @@ fn a_box_too_large_for_its_particles_is_refused_with_liggghts_words() {
 
 #[test]
 fn shapes_and_walls_that_liggghts_has_not_are_unsupported() {
-    let cube = Template {
-        shape: Arc::new(Cuboid::new(Vec3::repeat(1e-3)).unwrap()),
-        density: 2500.0,
-        material: 0,
-    };
+    let cube =
+        Template { shape: Arc::new(Cuboid::new(Vec3::repeat(1e-3)).unwrap()), density: 2500.0, material: 0 };
     let cut = Decomposition::new(DOMAIN, 1).unwrap();
     let error = Liggghts::new(params(None), cut, &Comm::Solo, Arc::new([cube]), &[]).unwrap_err();
     assert!(error.to_string().contains("cuboid"), "{error}");
     let (_, mut walls) = tank(Vec3::new(0.0, 0.0, 0.1));
-    let error = engine(
-        LiggghtsParams {
-            walls: walls.clone(),
-            ..params(Some(contact(1e7, 0.7, 0.3)))
-        },
-        &three(),
-    )
-    .unwrap_err();
+    let error =
+        engine(LiggghtsParams { walls: walls.clone(), ..params(Some(contact(1e7, 0.7, 0.3))) }, &three())
+            .unwrap_err();
     assert!(error.to_string().contains("`z-`"), "{error}");
     walls[0].motion = Motion::default();
-    walls[0].surface = Surface::Plane {
-        point: Vec3::zeros(),
-        normal: Vec3::new(0.6, 0.0, 0.8),
-    };
-    let tilted = LiggghtsParams {
-        walls,
-        ..params(Some(contact(1e7, 0.7, 0.3)))
-    };
-    assert!(
-        engine(tilted, &three())
-            .unwrap_err()
-            .to_string()
-            .contains("across x, y or z")
-    );
+    walls[0].surface = Surface::Plane { point: Vec3::zeros(), normal: Vec3::new(0.6, 0.0, 0.8) };
+    let tilted = LiggghtsParams { walls, ..params(Some(contact(1e7, 0.7, 0.3))) };
+    assert!(engine(tilted, &three()).unwrap_err().to_string().contains("across x, y or z"));
 }
 
 #[test]
 fn no_particles_are_no_trouble() {
-    advanced(
-        engine(params(Some(contact(1e7, 0.7, 0.3))), &[]).unwrap(),
-        3,
-        1e-6,
-    )
-    .unwrap();
+    advanced(engine(params(Some(contact(1e7, 0.7, 0.3))), &[]).unwrap(), 3, 1e-6).unwrap();
 }

@@ -7,24 +7,12 @@ use crate::common::{Place, has};
 #[test]
 fn shapes_that_are_no_bodies_are_refused() {
     all_refused(&[
-        (
-            SPHERE,
-            "{ cube = {} }",
-            &["bad.toml:14:", "`edge`, `equivalent_diameter`", "none"],
-        ),
-        (
-            SPHERE,
-            "{ cube = { edge = 1e-3, equivalent_diameter = 1e-3 } }",
-            &["bad.toml:14:", "has 2"],
-        ),
+        (SPHERE, "{ cube = {} }", &["bad.toml:14:", "`edge`, `equivalent_diameter`", "none"]),
+        (SPHERE, "{ cube = { edge = 1e-3, equivalent_diameter = 1e-3 } }", &["bad.toml:14:", "has 2"]),
         (
             SPHERE,
             "{ cuboid = { edges = [1e-3, 0, 1e-3] } }",
-            &[
-                "bad.toml:14:37",
-                "`particles.0.shape.cuboid.edges` is 0",
-                "metres",
-            ],
+            &["bad.toml:14:37", "`particles.0.shape.cuboid.edges` is 0", "metres"],
         ),
         (
             SPHERE,
@@ -34,10 +22,7 @@ fn shapes_that_are_no_bodies_are_refused() {
         (
             SPHERE,
             "{ cuboid = { edges = [1, 1, 2], equivalent_diameter = -1 } }",
-            &[
-                "bad.toml:14:",
-                "`particles.0.shape.cuboid.equivalent_diameter` is -1",
-            ],
+            &["bad.toml:14:", "`particles.0.shape.cuboid.equivalent_diameter` is -1"],
         ),
         (
             SPHERE,
@@ -62,23 +47,14 @@ fn shapes_that_are_no_bodies_are_refused() {
         (
             SPHERE,
             "{ polyhedron = { vertices = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4], [0.1, 0.2, 0.3]] } }",
-            &[
-                "bad.toml:14:",
-                "point 4 at (0.1, 0.2, 0.3)",
-                "concave",
-                "hull = true",
-            ],
+            &["bad.toml:14:", "point 4 at (0.1, 0.2, 0.3)", "concave", "hull = true"],
         ),
         (
             SPHERE,
             "{ polyhedron = { vertices = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, nan]] } }",
             &["bad.toml:14:", "point 3", "finite"],
         ),
-        (
-            SPHERE,
-            "{ mesh = { file = \"none.stl\" } }",
-            &["bad.toml:14:", "none.stl", "cannot be read"],
-        ),
+        (SPHERE, "{ mesh = { file = \"none.stl\" } }", &["bad.toml:14:", "none.stl", "cannot be read"]),
         (
             SPHERE,
             "{ mesh = { file = \"none.stl\", unit = \"ell\" } }",
@@ -94,11 +70,7 @@ fn shapes_that_are_no_bodies_are_refused() {
             "{ cuboid = { edges = [3.2e-3, 1e-4, 1e-4] } }",
             &["14 |", "bad.toml:3:", "larger than half the box"],
         ),
-        (
-            "seed = 1",
-            "seed = 1\nsizes = []",
-            &["bad.toml:18:9", "`particles.0.sizes` is empty"],
-        ),
+        ("seed = 1", "seed = 1\nsizes = []", &["bad.toml:18:9", "`particles.0.sizes` is empty"]),
         (
             "seed = 1",
             "seed = 1\nsizes = { uniform = [1.2, 0.8] }",
@@ -109,11 +81,7 @@ fn shapes_that_are_no_bodies_are_refused() {
             "seed = 1\nsizes = [{ scale = 1, share = 0 }]",
             &["bad.toml:18:", "`particles.0.sizes.share` is 0"],
         ),
-        (
-            "seed = 1",
-            "seed = 1\nsizes = [{ scale = 3, share = 1 }]",
-            &["14 |", "larger than half the box"],
-        ),
+        ("seed = 1", "seed = 1\nsizes = [{ scale = 3, share = 1 }]", &["14 |", "larger than half the box"]),
         (
             "volume_fraction = 0.1\nseed = 1",
             "list = [[1e-3, 1e-3, 1e-3]]\nsizes = [{ scale = 1, share = 1 }]",
@@ -137,12 +105,7 @@ fn cube_facets() -> Vec<Facet> {
                 (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (a, b);
                 x
             };
-            let mut square = [
-                corner(0.0, 0.0),
-                corner(1.0, 0.0),
-                corner(1.0, 1.0),
-                corner(0.0, 1.0),
-            ];
+            let mut square = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
             if side < 0.5 {
                 square.reverse();
             }
@@ -181,11 +144,7 @@ fn mistakes_in_a_mesh_file_are_shown_with_the_facet() {
     not_a_number[5][1][2] = f64::NAN;
     let inverted: Vec<_> = good.iter().map(|&[a, b, c]| [a, c, b]).collect();
     let mut concave = good.clone();
-    for x in concave
-        .iter_mut()
-        .flatten()
-        .filter(|x| x.iter().sum::<f64>() > 2.5)
-    {
+    for x in concave.iter_mut().flatten().filter(|x| x.iter().sum::<f64>() > 2.5) {
         *x = [0.4, 0.4, 0.4];
     }
     let flat: Vec<_> = good.iter().map(|f| f.map(|[x, y, _]| [x, y, 0.0])).collect();
@@ -209,15 +168,7 @@ fn a_plate_thinner_than_four_cells_is_warned_of_with_the_number() {
     let place = Place::new(&changed(SPHERES, &[(SPHERE, plate), one]));
     let said = place.well(&["check", "case.toml"]);
     // The sphere is 8 cells; 0.2 of 8 (pi / 1.2)^(1/3).
-    has(
-        &said,
-        &[
-            "case.toml:14:",
-            "2.21 cells thick",
-            "below 4",
-            "cells_per_diameter = 14.5",
-        ],
-    );
+    has(&said, &["case.toml:14:", "2.21 cells thick", "below 4", "cells_per_diameter = 14.5"]);
 }
 
 #[test]
@@ -226,22 +177,12 @@ fn packed_bodies_come_back_where_and_as_they_were_turned() {
                  equivalent_diameter = 1e-3 } }";
     let place = Place::new(&changed(SPHERES, &[(SPHERE, stone), ("[4, 4, 4]", "[6, 6, 6]")]));
     place.well(&["pack", "case.toml", "--out", "a.txt"]);
-    let again = [
-        "pack",
-        "case.toml",
-        "--out",
-        "b.txt",
-        "--set",
-        "particles.0.file=a.txt",
-    ];
+    let again = ["pack", "case.toml", "--out", "b.txt", "--set", "particles.0.file=a.txt"];
     place.well(&again);
     let read = |name| -> Vec<Vec<f64>> {
         let text = place.text(name);
         let number = |field: &str| field.parse().unwrap();
-        text.lines()
-            .skip(1)
-            .map(|line| line.split(';').map(number).collect())
-            .collect()
+        text.lines().skip(1).map(|line| line.split(';').map(number).collect()).collect()
     };
     let (once, again) = (read("a.txt"), read("b.txt"));
     assert!(once.len() > 20 && once.len() == again.len());

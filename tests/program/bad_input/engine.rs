@@ -17,20 +17,12 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
             (
                 "\"liggghts\"",
                 "\"ligghts\"",
-                &[
-                    "bad.toml:20:10",
-                    "unknown choice `ligghts`",
-                    "did you mean `liggghts`",
-                ],
+                &["bad.toml:20:10", "unknown choice `ligghts`", "did you mean `liggghts`"],
             ),
             (
                 "engine = \"liggghts\"",
                 "liggghts = { process = \"own\" }",
-                &[
-                    "bad.toml:20:12",
-                    "`dem.engine` is \"native\"",
-                    "engine = \"liggghts\" in [dem]",
-                ],
+                &["bad.toml:20:12", "`dem.engine` is \"native\"", "engine = \"liggghts\" in [dem]"],
             ),
             (
                 "engine = \"liggghts\"",
@@ -40,31 +32,17 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
             (
                 "engine = \"liggghts\"",
                 "engine = \"liggghts\"\nliggghts.timeout = 0",
-                &[
-                    "bad.toml:21:20",
-                    "`dem.liggghts.timeout` is 0",
-                    "above 0 and at most 1000000",
-                ],
+                &["bad.toml:21:20", "`dem.liggghts.timeout` is 0", "above 0 and at most 1000000"],
             ),
             (
                 "{ sphere = { diameter = 1.5e-3 } }",
                 "{ cube = { edge = 1.5e-3 } }",
-                &[
-                    "bad.toml:14:9",
-                    "`particles.0.shape` is \"cube\"",
-                    "spheres only",
-                    "\"native\"",
-                    "20 |",
-                ],
+                &["bad.toml:14:9", "`particles.0.shape` is \"cube\"", "spheres only", "\"native\"", "20 |"],
             ),
             (
                 "[dem]",
                 "[contact]\nrestitution = 0.05\n[dem]",
-                &[
-                    "bad.toml:20:15",
-                    "`contact.restitution` is 0.05",
-                    "above 0.05 and at most 1 for LIGGGHTS",
-                ],
+                &["bad.toml:20:15", "`contact.restitution` is 0.05", "above 0.05 and at most 1 for LIGGGHTS"],
             ),
             (
                 "[dem]",
@@ -74,11 +52,7 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
             (
                 "[dem]",
                 "[contact]\npoisson_ratio = -0.1\n[dem]",
-                &[
-                    "bad.toml:20:17",
-                    "`contact.poisson_ratio` is -0.1",
-                    "from 0 to 0.5",
-                ],
+                &["bad.toml:20:17", "`contact.poisson_ratio` is -0.1", "from 0 to 0.5"],
             ),
             (
                 "[dem]",
@@ -88,11 +62,7 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
             (
                 "[dem]",
                 "[contact]\nlaw = \"overlap_energy\"\n[dem]",
-                &[
-                    "bad.toml:20:7",
-                    "`contact.law` is \"overlap_energy\"",
-                    "a law of its own",
-                ],
+                &["bad.toml:20:7", "`contact.law` is \"overlap_energy\"", "a law of its own"],
             ),
             (
                 "[dem]",
@@ -107,19 +77,13 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
 fn walls_that_the_second_engine_does_not_have_are_refused_by_name() {
     let closed = with_liggghts().replace("size = {", "periodic = [false, false, false]\nsize = {");
     let dry = closed
-        .replace(
-            "[fluid]\ndensity = 1000.0\narchimedes = 1000\n",
-            "[dry]\ntime_step = 1e-6\n",
-        )
+        .replace("[fluid]\ndensity = 1000.0\narchimedes = 1000\n", "[dry]\ntime_step = 1e-6\n")
         .replace("[lattice]\ncells_per_diameter = 8\nrelaxation_time = 0.55\n", "")
         .replace("diameters = [4, 4, 4]", "diameters = [8, 8, 8]");
     let wall = |text: &str| format!("[[walls]]\nname = \"plate\"\n{text}\n[dem]");
     let planes = "planes across x, y or z";
     let refuse = |case: &str, text: &str, what: &str| {
-        all_refused_of(
-            case,
-            &[("[dem]", &wall(text), &["the wall \"plate\"", what, planes])],
-        );
+        all_refused_of(case, &[("[dem]", &wall(text), &["the wall \"plate\"", what, planes])]);
     };
     refuse(
         &closed,
@@ -154,18 +118,9 @@ fn walls_that_the_second_engine_does_not_have_are_refused_by_name() {
     // Those that it has, and any of them where nothing touches.
     let place = Place::empty();
     for (case, text) in [
-        (
-            &closed,
-            "plane = { point = [0, 0, 1e-3], normal = [0, 0, 2] }\nvelocity = [0, -1e-3, 0]",
-        ),
-        (
-            &closed,
-            "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 0, -1], diameter = 1e-3 }",
-        ),
-        (
-            &closed,
-            "plane = { point = [1e-3, 0, 0], normal = [1, 0, 1] }\n[contact]\nenabled = false",
-        ),
+        (&closed, "plane = { point = [0, 0, 1e-3], normal = [0, 0, 2] }\nvelocity = [0, -1e-3, 0]"),
+        (&closed, "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 0, -1], diameter = 1e-3 }"),
+        (&closed, "plane = { point = [1e-3, 0, 0], normal = [1, 0, 1] }\n[contact]\nenabled = false"),
     ] {
         place.write("good.toml", case.replace("[dem]", &wall(text)));
         place.well(&["check", "good.toml"]);
@@ -181,10 +136,7 @@ fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reaso
     let table: &[(&str, &[&str])] = &[
         ("run 100", &["\"run ...\"", "`run.end`"]),
         ("  timestep 1e-9", &["\"timestep ...\"", "`contact.substeps`"]),
-        (
-            "clear",
-            &["\"clear ...\"", refused, "turbid passes on: group .. type,"],
-        ),
+        ("clear", &["\"clear ...\"", refused, "turbid passes on: group .. type,"]),
         ("quit", &["\"quit ...\"", refused]),
         ("atom_style sphere", &["\"atom_style ...\"", refused]),
         ("units cgs", &["\"units ...\"", refused]),
@@ -192,55 +144,28 @@ fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reaso
         ("newton on", &["\"newton ...\"", refused]),
         ("set group all diameter 1", &["\"set ...\"", "[[particles]]"]),
         ("unfix motion", &["\"unfix ...\"", refused]),
-        (
-            "neigh_modify every 100000 check no",
-            &["\"neigh_modify ...\"", "no contact is missed"],
-        ),
-        (
-            "neigh_modify exclude type 1 1",
-            &["\"neigh_modify ...\"", "without a word"],
-        ),
+        ("neigh_modify every 100000 check no", &["\"neigh_modify ...\"", "no contact is missed"]),
+        ("neigh_modify exclude type 1 1", &["\"neigh_modify ...\"", "without a word"]),
         ("neighbor 0 bin", &["\"neighbor ...\"", "no contact is missed"]),
         ("thermo_modify lost ignore", &["\"thermo_modify ...\"", files]),
         ("fix_modify motion energy yes", &["\"fix_modify ...\"", refused]),
-        (
-            "pair_style gran model hooke",
-            &["\"pair_style ...\"", "[contact]"],
-        ),
-        (
-            "fix f all freeze",
-            &["style \"freeze\"", "forces of contacts", "[[walls]]"],
-        ),
+        ("pair_style gran model hooke", &["\"pair_style ...\"", "[contact]"]),
+        ("fix f all freeze", &["style \"freeze\"", "forces of contacts", "[[walls]]"]),
         ("fix f all setforce 0 0 0", &["style \"setforce\"", "[[walls]]"]),
-        (
-            "fix again all nve/sphere",
-            &["style \"nve/sphere\"", "move them twice"],
-        ),
-        (
-            "fix g all gravity 9.81 vector 0 0 -1",
-            &["style \"gravity\"", "`driving.gravity`"],
-        ),
-        (
-            "fix more all insert/pack seed 1",
-            &["style \"insert/pack\"", "of the case"],
-        ),
+        ("fix again all nve/sphere", &["style \"nve/sphere\"", "move them twice"]),
+        ("fix g all gravity 9.81 vector 0 0 -1", &["style \"gravity\"", "`driving.gravity`"]),
+        ("fix more all insert/pack seed 1", &["style \"insert/pack\"", "of the case"]),
         // What reads and writes files.
         ("include more.in", &["\"include ...\"", files]),
         ("print stolen file /tmp/turbid-escaped", &["\"print ...\"", files]),
-        (
-            "dump d all custom 1 /tmp/turbid-escaped x",
-            &["\"dump ...\"", files],
-        ),
+        ("dump d all custom 1 /tmp/turbid-escaped x", &["\"dump ...\"", files]),
         ("write_restart x", &["\"write_restart ...\"", files]),
         ("write_data x", &["\"write_data ...\"", files]),
         ("info all out overwrite x", &["\"info ...\"", files]),
         ("log x", &["\"log ...\"", files]),
         ("variable v file /etc/passwd", &["\"variable ...\"", files]),
         ("fix p all print 1 text file x", &["style \"print\"", refused]),
-        (
-            "fix m all mesh/surface file x.stl type 1",
-            &["style \"mesh/surface\"", refused],
-        ),
+        ("fix m all mesh/surface file x.stl type 1", &["style \"mesh/surface\"", refused]),
         ("region t mesh/tet file x scale 1", &["\"region ...\"", refused]),
         // Words that LIGGGHTS takes apart in another way than they look.
         ("group \\\"x y\\\" type 1", &["the character '\"'", character]),
@@ -251,22 +176,10 @@ fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reaso
         ("group a type 1\\nrun 1", &["more than one line"]),
         ("group a\\ttype 1", &["a control character"]),
         // Those of the list in another form.
-        (
-            "fix one all viscous",
-            &["\"fix ...\", but not in the form", "incomplete", "viscous NUMBER"],
-        ),
-        (
-            "fix one all viscous 1 scale 0 1",
-            &["`scale` does not fit", "COUNT: a whole number"],
-        ),
-        (
-            "fix one all addforce v_x 0 0",
-            &["`v_x` does not fit", "addforce NUMBER NUMBER NUMBER"],
-        ),
-        (
-            "fix motion all viscous 1",
-            &["`motion` does not fit", "NEW: a name"],
-        ),
+        ("fix one all viscous", &["\"fix ...\", but not in the form", "incomplete", "viscous NUMBER"]),
+        ("fix one all viscous 1 scale 0 1", &["`scale` does not fit", "COUNT: a whole number"]),
+        ("fix one all addforce v_x 0 0", &["`v_x` does not fit", "addforce NUMBER NUMBER NUMBER"]),
+        ("fix motion all viscous 1", &["`motion` does not fit", "NEW: a name"]),
         ("group all type 1", &["`all` does not fit"]),
         ("", &["no command"]),
         ("# fix one all viscous 1e-6", &["no command"]),
@@ -274,11 +187,8 @@ fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reaso
     for (command, words) in table {
         let commands =
             format!("engine = \"liggghts\"\nliggghts.commands = [\"group a type 1\", \"{command}\"]");
-        let words: Vec<&str> = ["bad.toml:21:40", "`dem.liggghts.commands.1`"]
-            .iter()
-            .chain(*words)
-            .copied()
-            .collect();
+        let words: Vec<&str> =
+            ["bad.toml:21:40", "`dem.liggghts.commands.1`"].iter().chain(*words).copied().collect();
         all_refused_of(&with_liggghts(), &[("engine = \"liggghts\"", &commands, &words)]);
     }
 }
@@ -292,10 +202,7 @@ fn an_engine_of_an_option_is_a_bare_word_and_its_mistakes_are_shown_there() {
         &with("dem.engine=lammps"),
         &["option --set:1:12", "unknown choice `lammps`", "native, liggghts"],
     );
-    place.refused(
-        &with("dem.liggghts.process=own"),
-        &["option --set:1:", "`dem.engine` is \"native\""],
-    );
+    place.refused(&with("dem.liggghts.process=own"), &["option --set:1:", "`dem.engine` is \"native\""]);
 }
 
 /// How to get a program with LIGGGHTS.
@@ -329,25 +236,12 @@ fn the_cross_check_lists_its_cases_with_and_without_the_second_engine() {
 #[test]
 fn doctor_says_whether_this_program_has_the_second_engine_and_mpi() {
     let said = words(&Place::empty().output(&["doctor"]));
-    let line = said
-        .lines()
-        .find(|line| line.trim_start().starts_with("LIGGGHTS"))
-        .unwrap();
-    let (answer, remark) = if cfg!(feature = "liggghts") {
-        ("yes", "turbid crosscheck")
-    } else {
-        ("no", "--features liggghts")
-    };
+    let line = said.lines().find(|line| line.trim_start().starts_with("LIGGGHTS")).unwrap();
+    let (answer, remark) =
+        if cfg!(feature = "liggghts") { ("yes", "turbid crosscheck") } else { ("no", "--features liggghts") };
     assert!(line.contains(answer) && line.contains(remark), "{line}");
-    let line = said
-        .lines()
-        .find(|line| line.trim_start().starts_with("MPI"))
-        .unwrap();
-    let answer = if cfg!(feature = "mpi") {
-        "yes"
-    } else {
-        "--features mpi"
-    };
+    let line = said.lines().find(|line| line.trim_start().starts_with("MPI")).unwrap();
+    let answer = if cfg!(feature = "mpi") { "yes" } else { "--features mpi" };
     assert!(line.contains(answer), "{line}");
 }
 

@@ -36,11 +36,7 @@ fn with_table(file: &str) -> String {
 #[test]
 fn fifos_devices_and_folders_are_refused_wherever_a_file_is_read() {
     let place = place();
-    for (name, kind) in [
-        ("fifo", "a FIFO"),
-        ("device", "a device"),
-        ("folder", "a directory"),
-    ] {
+    for (name, kind) in [("fifo", "a FIFO"), ("device", "a device"), ("folder", "a directory")] {
         let words = [name, kind, "not a regular file"];
         for end in ["stl", "obj"] {
             let shape = format!("particles.0.shape={{ mesh = {{ file = \"{name}.{end}\" }} }}");
@@ -62,26 +58,17 @@ fn fifos_devices_and_folders_are_refused_wherever_a_file_is_read() {
 #[test]
 fn a_file_that_is_too_large_is_refused_unread_with_the_limit() {
     let place = place();
-    for (name, limit) in [
-        ("large.stl", "256 MiB"),
-        ("large.txt", "1024 MiB"),
-        ("large.toml", "16 MiB"),
-    ] {
+    for (name, limit) in [("large.stl", "256 MiB"), ("large.txt", "1024 MiB"), ("large.toml", "16 MiB")] {
         let file = std::fs::File::create(place.path(name)).unwrap();
         file.set_len(1 << 40).unwrap();
         let arguments = match name {
-            "large.stl" => vec![
-                "case.toml",
-                "--set",
-                "particles.0.shape={ mesh = { file = \"large.stl\" } }",
-            ],
+            "large.stl" => {
+                vec!["case.toml", "--set", "particles.0.shape={ mesh = { file = \"large.stl\" } }"]
+            }
             "large.txt" => vec!["case.toml", "--set", "particles.0.file=\"large.txt\""],
             _ => vec![name],
         };
-        place.refused(
-            &[&["check"], &arguments[..]].concat(),
-            &[name, "larger than", limit],
-        );
+        place.refused(&[&["check"], &arguments[..]].concat(), &[name, "larger than", limit]);
     }
 }
 

@@ -102,37 +102,22 @@ fn particles_that_overlap_each_other_or_a_wall_are_listed() {
         ),
         (
             SHAPE,
-            with(
-                cube,
-                "{ position = [1e-3, 1e-3, 1e-3], orientation = { axis = [0, 0, 0], angle = 45 } }",
-            ),
-            &[
-                "bad.toml:16:",
-                "`particles.0.list.0.orientation.axis` is [0, 0, 0]",
-            ],
+            with(cube, "{ position = [1e-3, 1e-3, 1e-3], orientation = { axis = [0, 0, 0], angle = 45 } }"),
+            &["bad.toml:16:", "`particles.0.list.0.orientation.axis` is [0, 0, 0]"],
         ),
         (
             SHAPE,
-            with(
-                cube,
-                "{ position = [1e-3, 1e-3, 1e-3], orientation = { axis = [0, 0, 1] } }",
-            ),
+            with(cube, "{ position = [1e-3, 1e-3, 1e-3], orientation = { axis = [0, 0, 1] } }"),
             &["bad.toml:16:", "has an axis, but no angle"],
         ),
         (
             SHAPE,
-            with(
-                cube,
-                "{ position = [1e-3, 1e-3, 1e-3], orientation = { quaternion = [0, 0, 0, 0] } }",
-            ),
+            with(cube, "{ position = [1e-3, 1e-3, 1e-3], orientation = { quaternion = [0, 0, 0, 0] } }"),
             &["bad.toml:16:", "quaternion", "not all zero"],
         ),
         (
             SHAPE,
-            with(
-                cube,
-                "{ position = [1e-3, 1e-3, 1e-3], orientation = { angle = 3 } }",
-            ),
+            with(cube, "{ position = [1e-3, 1e-3, 1e-3], orientation = { angle = 3 } }"),
             &["bad.toml:16:", "exactly one of `axis`, `quaternion`"],
         ),
     ];
@@ -191,11 +176,7 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
             "relaxation_time = 0.55\ncollision = \"trt\"\nmagic_parameter = 0",
             &["bad.toml:13:19", "`lattice.magic_parameter` is 0"],
         ),
-        (
-            "[run]",
-            "[output]\nseries_every = \"never\"\n[run]",
-            &["bad.toml:20:16", "\"never\"", "means"],
-        ),
+        ("[run]", "[output]\nseries_every = \"never\"\n[run]", &["bad.toml:20:16", "\"never\"", "means"]),
         (
             "[run]",
             "[output]\npicture_range = 0\n[run]",
@@ -204,11 +185,7 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
         (
             "[run]",
             "[output]\npicture_plane = { normal = \"y\", position = 1 }\n[run]",
-            &[
-                "bad.toml:20:44",
-                "`output.picture_plane.position` is 1",
-                "from 0 to 0.006",
-            ],
+            &["bad.toml:20:44", "`output.picture_plane.position` is 1", "from 0 to 0.006"],
         ),
         (
             "[run]",
@@ -218,29 +195,13 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
         (
             "[4, 4, 4]",
             "[4, 4, 2]",
-            &[
-                "bad.toml:3:8",
-                "two periodic images at once",
-                "contact enlargement included",
-            ],
+            &["bad.toml:3:8", "two periodic images at once", "contact enlargement included"],
         ),
-        (
-            "[run]",
-            "[dry]\ntime_step = 1e-5\n[run]",
-            &["[fluid]", "bad.toml:5:1", "dry run"],
-        ),
+        ("[run]", "[dry]\ntime_step = 1e-5\n[run]", &["[fluid]", "bad.toml:5:1", "dry run"]),
         (dry, "", &["section [fluid] is missing", "[dry]"]),
         (dry, "[dry]\n", &["`time_step`, `impact_speed`"]),
-        (
-            dry,
-            "[dry]\ntime_step = 0\n",
-            &["bad.toml:6:13", "`dry.time_step` is 0"],
-        ),
-        (
-            dry,
-            "[dry]\nimpact_speed = 0\n",
-            &["bad.toml:6:16", "`dry.impact_speed` is 0"],
-        ),
+        (dry, "[dry]\ntime_step = 0\n", &["bad.toml:6:13", "`dry.time_step` is 0"]),
+        (dry, "[dry]\nimpact_speed = 0\n", &["bad.toml:6:16", "`dry.impact_speed` is 0"]),
         (
             dry,
             "[contact]\nenlargement = 0.1\n[dry]\ntime_step = 1e-5\n",

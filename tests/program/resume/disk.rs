@@ -54,11 +54,7 @@ fn with_too_little_room(room: &str, options: &[&str], words_said: &[&str]) {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_is_full_at_a_checkpoint_keeps_the_one_before_which_goes_on_to_the_bit() {
-    let words = [
-        "the checkpoint of step 60 failed",
-        "No space left",
-        "the checkpoint of step 30 is intact",
-    ];
+    let words = ["the checkpoint of step 60 failed", "No space left", "the checkpoint of step 30 is intact"];
     // A checkpoint has 1.3 MB.
     with_too_little_room("2000k", &TABLES_ONLY, &words);
 }
@@ -76,9 +72,6 @@ fn a_folder_of_checkpoints_that_cannot_be_used_is_refused_before_anything_is_com
     std::fs::create_dir(place.path("out")).unwrap();
     place.write("out/checkpoints", "a file");
     let said = place.ends(2, &["run", "case.toml"]);
-    assert!(
-        said.contains("out/checkpoints") && said.contains("--out"),
-        "{said}"
-    );
+    assert!(said.contains("out/checkpoints") && said.contains("--out"), "{said}");
     assert!(!place.path("out/series.csv").exists());
 }

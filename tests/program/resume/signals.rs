@@ -36,12 +36,7 @@ fn goes_on_from(place: &Place, step: u64) {
 #[test]
 fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
     let place = Place::new(&crowd());
-    let arguments = [
-        &["run", "case.toml", "--threads", "2"],
-        &ENDLESS[..],
-        &TABLES_ONLY,
-    ]
-    .concat();
+    let arguments = [&["run", "case.toml", "--threads", "2"], &ENDLESS[..], &TABLES_ONLY].concat();
     let mut child = Guard::of(place.turbid(&arguments));
     wait_for_rows(&place, 20);
     child.send(libc::SIGTERM);
@@ -100,9 +95,7 @@ fn a_run_that_is_to_outlive_its_terminal_does() {
     let place = Place::new(&crowd());
     let mut command = Command::new("env");
     command.args(["--ignore-signal=HUP", PROGRAM, "run", "case.toml", "--quiet"]);
-    command
-        .args([&ENDLESS[..], &TABLES_ONLY].concat())
-        .current_dir(place.folder());
+    command.args([&ENDLESS[..], &TABLES_ONLY].concat()).current_dir(place.folder());
     let mut child = Guard::of(command);
     wait_for_rows(&place, 5);
     child.send(libc::SIGHUP);
@@ -115,31 +108,21 @@ fn a_run_that_is_to_outlive_its_terminal_does() {
 fn a_file_that_becomes_too_long_is_an_error_and_the_checkpoint_before_goes_on() {
     let place = Place::new(&crowd());
     let every = ["--set", "output.checkpoint_every.steps=20"];
-    let run = [
-        &["run", "case.toml", "--quiet", "--set", "run.end.steps=20"],
-        &every[..],
-        &TABLES_ONLY,
-    ]
-    .concat();
+    let run =
+        [&["run", "case.toml", "--quiet", "--set", "run.end.steps=20"], &every[..], &TABLES_ONLY].concat();
     place.well(&run);
     let whole = ["run", "case.toml", "--quiet", "--out", "whole"];
     place.well(&[&whole[..], &TABLES_ONLY].concat());
     // Some rows are in it, and a checkpoint is not.
     let output = Command::new("sh")
-        .args([
-            "-c",
-            "ulimit -f 200; exec \"$0\" resume out --quiet --set run.end.steps=80",
-        ])
+        .args(["-c", "ulimit -f 200; exec \"$0\" resume out --quiet --set run.end.steps=80"])
         .arg(PROGRAM)
         .current_dir(place.folder())
         .output()
         .unwrap();
     let said = words(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("the checkpoint of step 40 failed") && said.contains("too large"),
-        "{said}"
-    );
+    assert!(said.contains("the checkpoint of step 40 failed") && said.contains("too large"), "{said}");
     assert!(said.contains("the checkpoint of step 20 is intact"), "{said}");
     assert_eq!(checkpoints(&place, "out"), [20]);
     place.well(&["resume", "out", "--quiet", "--set", "run.end.steps=80"]);
@@ -150,11 +133,7 @@ fn a_file_that_becomes_too_long_is_an_error_and_the_checkpoint_before_goes_on() 
 fn checkpoints_by_the_clock_change_no_bit_and_are_written_every_ten_minutes_by_default() {
     let place = Place::new(&crowd());
     place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
-    assert_eq!(
-        checkpoints(&place, "whole"),
-        [0; 0],
-        "it does not take ten minutes"
-    );
+    assert_eq!(checkpoints(&place, "whole"), [0; 0], "it does not take ten minutes");
     // Due whenever the ranks talk to each other, every 8th step.
     let clock = ["--set", "output.checkpoint_every.wall_time=1e-6"];
     place.well(&[&["run", "case.toml", "--quiet", "--threads", "3"], &clock[..]].concat());
@@ -167,12 +146,7 @@ fn checkpoints_by_the_clock_change_no_bit_and_are_written_every_ten_minutes_by_d
 #[test]
 fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_goes_on() {
     let place = Place::new(&crowd());
-    let arguments = [
-        &["run", "case.toml", "--quiet", "--threads", "2"],
-        &ENDLESS[..],
-        &TABLES_ONLY,
-    ]
-    .concat();
+    let arguments = [&["run", "case.toml", "--quiet", "--threads", "2"], &ENDLESS[..], &TABLES_ONLY].concat();
     let child = Guard::of(place.turbid(&arguments));
     wait_for_rows(&place, 10);
     child.send(libc::SIGUSR1);
@@ -180,12 +154,8 @@ fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_goes_on() {
     let more = rows(&place.path("out/series.csv")) + 10;
     wait_for_rows(&place, more);
     child.send(libc::SIGUSR1);
-    let second = poll("another one", || {
-        checkpoints(&place, "out")
-            .last()
-            .copied()
-            .filter(|step| *step > first)
-    });
+    let second =
+        poll("another one", || checkpoints(&place, "out").last().copied().filter(|step| *step > first));
     child.send(libc::SIGKILL);
     drop(child);
     assert_eq!(checkpoints(&place, "out"), [first, second]);
@@ -213,12 +183,8 @@ fn the_processes_of_a_job_write_a_checkpoint_that_its_launcher_is_asked_for() {
 #[test]
 fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
     let place = Place::new(&crowd());
-    let arguments = [
-        &["run", "case.toml", "--quiet", "--max-walltime", "3s"],
-        &ENDLESS[..],
-        &TABLES_ONLY,
-    ]
-    .concat();
+    let arguments =
+        [&["run", "case.toml", "--quiet", "--max-walltime", "3s"], &ENDLESS[..], &TABLES_ONLY].concat();
     let start = Instant::now();
     place.ends(4, &arguments);
     let taken = start.elapsed().as_secs_f64();
@@ -231,13 +197,7 @@ fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
 /// Kills a run at a random moment, `times` times over; each must go on from its last checkpoint to the end of a whole run.
 fn killed(times: u64) {
     let place = Place::new(&crowd());
-    let options = [
-        "--quiet",
-        "--set",
-        "run.end.steps=200",
-        "--set",
-        "output.checkpoint_every.steps=10",
-    ];
+    let options = ["--quiet", "--set", "run.end.steps=200", "--set", "output.checkpoint_every.steps=10"];
     place.well(&[&["run", "case.toml", "--out", "whole"], &options[..3]].concat());
     let whole = Left::of(&place, "whole");
     let mut random = random();

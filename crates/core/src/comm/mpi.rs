@@ -80,20 +80,12 @@ fn count(length: usize) -> c_int {
 
 /// Address of the first byte. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
 fn start(bytes: &[u8]) -> *const c_void {
-    if bytes.is_empty() {
-        ptr::null()
-    } else {
-        bytes.as_ptr().cast()
-    }
+    if bytes.is_empty() { ptr::null() } else { bytes.as_ptr().cast() }
 }
 
 /// Address for received bytes, like [`start`].
 fn start_mut(bytes: &mut [u8]) -> *mut c_void {
-    if bytes.is_empty() {
-        ptr::null_mut()
-    } else {
-        bytes.as_mut_ptr().cast()
-    }
+    if bytes.is_empty() { ptr::null_mut() } else { bytes.as_mut_ptr().cast() }
 }
 
 impl MpiComm {
@@ -130,12 +122,7 @@ impl MpiComm {
     /// Another handle for collectives of the same ranks, for the same thread. Only one of both may make patterns.
     #[must_use]
     pub fn twin(&self) -> Self {
-        Self {
-            turn: self.turn.clone(),
-            plans: Cell::new(POST),
-            counters: self.counters.clone(),
-            ..*self
-        }
+        Self { turn: self.turn.clone(), plans: Cell::new(POST), counters: self.counters.clone(), ..*self }
     }
 
     #[expect(clippy::unused_self, reason = "who has a communicator knows that MPI runs")]
@@ -262,13 +249,7 @@ impl MpiComm {
     /// As [`all_gather`](Self::all_gather), for any amount: every rank in turn shows its bytes, piece by piece.
     fn all_gather_much(&self, bytes: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
         let mut all: Vec<Vec<u8>> = (lengths.iter().enumerate())
-            .map(|(rank, &length)| {
-                if rank == self.rank {
-                    bytes.to_vec()
-                } else {
-                    vec![0; length]
-                }
-            })
+            .map(|(rank, &length)| if rank == self.rank { bytes.to_vec() } else { vec![0; length] })
             .collect();
         for (rank, part) in all.iter_mut().enumerate() {
             for piece in part.chunks_mut(self.limit) {
@@ -347,11 +328,7 @@ impl MpiComm {
         unsafe {
             let mut status = std::mem::zeroed::<ffi::MPI_Status>();
             done(ffi::MPI_Probe(count(peer), POST, self.raw(), &raw mut status));
-            done(ffi::MPI_Get_count(
-                &raw const status,
-                ffi::RSMPI_UINT8_T,
-                &raw mut length,
-            ));
+            done(ffi::MPI_Get_count(&raw const status, ffi::RSMPI_UINT8_T, &raw mut length));
             let mut message = vec![0_u8; length as usize];
             done(ffi::MPI_Recv(
                 start_mut(&mut message),
@@ -380,10 +357,7 @@ fn initialise() {
     std::mem::forget(universe);
     // SAFETY: the function takes nothing and does not unwind.
     let registered = unsafe { libc::atexit(finalise) };
-    assert_eq!(
-        registered, 0,
-        "there is room for a function to be called at the exit"
-    );
+    assert_eq!(registered, 0, "there is room for a function to be called at the exit");
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |information| {
         before(information);
@@ -447,11 +421,7 @@ fn split(all: &[u8], lengths: &[usize]) -> Vec<Vec<u8>> {
 fn wait_all(requests: &mut [ffi::MPI_Request]) {
     // SAFETY: the requests are alive, and their statuses not needed.
     done(unsafe {
-        ffi::MPI_Waitall(
-            count(requests.len()),
-            requests.as_mut_ptr(),
-            ffi::RSMPI_STATUSES_IGNORE,
-        )
+        ffi::MPI_Waitall(count(requests.len()), requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE)
     });
 }
 
@@ -465,10 +435,7 @@ struct Shared<T> {
 impl<T> Shared<T> {
     fn new(buffer: Vec<T>) -> Self {
         let buffer = Box::leak(buffer.into_boxed_slice());
-        Self {
-            len: buffer.len(),
-            start: NonNull::from(buffer).cast(),
-        }
+        Self { len: buffer.len(), start: NonNull::from(buffer).cast() }
     }
 
     fn address(&self) -> *mut c_void {

@@ -179,12 +179,7 @@ impl ThreadComm {
         self.barrier();
         let mut all = Vec::new();
         if self.rank == 0 {
-            all = self
-                .shared
-                .slots
-                .iter()
-                .map(|slot| std::mem::take(&mut *lock(slot)))
-                .collect();
+            all = self.shared.slots.iter().map(|slot| std::mem::take(&mut *lock(slot))).collect();
         }
         self.barrier();
         all
@@ -193,9 +188,7 @@ impl ThreadComm {
     /// The mailbox of a plan for one direction; the first caller makes it.
     fn mailbox<T: Send + 'static>(&self, plan: usize, from: usize, to: usize) -> Arc<Mailbox<T>> {
         let mut boxes = lock(&self.shared.mailboxes);
-        let entry = boxes
-            .entry((plan, from, to))
-            .or_insert_with(|| Arc::new(Mailbox::<T>::new()));
+        let entry = boxes.entry((plan, from, to)).or_insert_with(|| Arc::new(Mailbox::<T>::new()));
         entry.clone().downcast().expect("all ranks make the same plans")
     }
 
@@ -206,10 +199,7 @@ impl ThreadComm {
             let mut of = |peer| {
                 post.entry(peer)
                     .or_insert_with(|| {
-                        [
-                            self.mailbox(PLAN, self.rank, peer),
-                            self.mailbox(PLAN, peer, self.rank),
-                        ]
+                        [self.mailbox(PLAN, self.rank, peer), self.mailbox(PLAN, peer, self.rank)]
                     })
                     .clone()
             };
@@ -218,10 +208,7 @@ impl ThreadComm {
         for ([out, _], message) in boxes.iter().zip(messages) {
             out.put(message, &self.shared);
         }
-        boxes
-            .iter()
-            .map(|[_, incoming]| incoming.take(&self.shared))
-            .collect()
+        boxes.iter().map(|[_, incoming]| incoming.take(&self.shared)).collect()
     }
 
     pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Result<Box<dyn Halo<T>>> {
@@ -370,17 +357,11 @@ fn start<R: Send>(
         }
     }
     let follows = |panic: &Box<dyn Any + Send>| {
-        panic
-            .downcast_ref::<String>()
-            .is_some_and(|text| text.contains(ANOTHER_RANK))
-            || panic
-                .downcast_ref::<&str>()
-                .is_some_and(|text| text.contains(ANOTHER_RANK))
+        panic.downcast_ref::<String>().is_some_and(|text| text.contains(ANOTHER_RANK))
+            || panic.downcast_ref::<&str>().is_some_and(|text| text.contains(ANOTHER_RANK))
     };
-    if let Some(first) = bad
-        .iter()
-        .position(|panic| !follows(panic))
-        .or(if bad.is_empty() { None } else { Some(0) })
+    if let Some(first) =
+        bad.iter().position(|panic| !follows(panic)).or(if bad.is_empty() { None } else { Some(0) })
     {
         resume_unwind(bad.swap_remove(first));
     }

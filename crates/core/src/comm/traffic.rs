@@ -43,16 +43,8 @@ macro_rules! by_fields {
         }
     };
 }
-by_fields!(Tally {
-    messages,
-    bytes,
-    seconds
-});
-by_fields!(Traffic {
-    halo,
-    exchange,
-    collective
-});
+by_fields!(Tally { messages, bytes, seconds });
+by_fields!(Traffic { halo, exchange, collective });
 
 /// Counts messages of one kind. Only one thread writes at a time, so the numbers are exact.
 #[derive(Debug, Default)]

@@ -59,11 +59,7 @@ impl Graph {
             .map(|n| {
                 let side = |axis: u32| n >> axis & 1;
                 // Counter-clockwise, seen from outside; every reflection turns the order round.
-                let order: [u32; 3] = if n.count_ones() % 2 == 1 {
-                    [0, 1, 2]
-                } else {
-                    [0, 2, 1]
-                };
+                let order: [u32; 3] = if n.count_ones() % 2 == 1 { [0, 1, 2] } else { [0, 2, 1] };
                 Corner {
                     position: Vec3::from_fn(|i, _| if side(i as u32) == 1 { hi[i] } else { lo[i] }),
                     // At the other end the edges along y and z have changed places.
@@ -184,14 +180,9 @@ impl Clipper {
         let moved = |half_edge: u32| 4 * place[(half_edge >> 2) as usize] + (half_edge & 3);
         let corners = self.live.iter().map(|&v| {
             let corner = self.corners[v as usize];
-            Corner {
-                twin: corner.twin.map(moved),
-                ..corner
-            }
+            Corner { twin: corner.twin.map(moved), ..corner }
         });
-        Graph {
-            corners: corners.collect(),
-        }
+        Graph { corners: corners.collect() }
     }
 
     /// Corners that are left (m).
@@ -373,11 +364,6 @@ impl Clipper {
             }
         }
         volume /= 6.0;
-        (volume > 0.0).then(|| Integrals {
-            volume,
-            centre: origin + first / (24.0 * volume),
-            area,
-            moment,
-        })
+        (volume > 0.0).then(|| Integrals { volume, centre: origin + first / (24.0 * volume), area, moment })
     }
 }

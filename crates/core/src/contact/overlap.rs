@@ -43,14 +43,8 @@ pub struct Contour {
 impl Contour {
     /// Prepares a shape, grown by `enlargement` (m).
     pub fn new(shape: Arc<dyn Shape>, enlargement: f64) -> Self {
-        let solid = shape
-            .as_polyhedron()
-            .map(|p| Arc::new(Solid::new(p, enlargement)));
-        Self {
-            shape,
-            enlargement,
-            solid,
-        }
+        let solid = shape.as_polyhedron().map(|p| Arc::new(Solid::new(p, enlargement)));
+        Self { shape, enlargement, solid }
     }
 
     /// Tables of the grown polyhedron, if it is one.
@@ -125,11 +119,7 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
     };
     // Coinciding bodies have no direction from one to the other: any will do.
     let least = COINCIDENT * first.contour.reach();
-    let offset = if offset.norm() < least {
-        Vec3::x() * least
-    } else {
-        offset
-    };
+    let offset = if offset.norm() < least { Vec3::x() * least } else { offset };
     sampled::overlap(first, second, offset, samples)
 }
 
@@ -158,10 +148,7 @@ pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
     let samples = match (geometry, wall) {
         (Geometry::Sampled { samples }, _) => samples,
         (Geometry::Exact, Surface::Plane { point, normal }) => {
-            let plane = Plane {
-                normal: *normal,
-                offset: normal.dot(point),
-            };
+            let plane = Plane { normal: *normal, offset: normal.dot(point) };
             match body.form() {
                 Form::Sphere(radius) => return sphere_plane::overlap(radius, &plane),
                 Form::Solid(solid) => return polyhedra::overlap_plane(solid, &body.rotation(), &plane),
@@ -205,19 +192,14 @@ mod tests {
         let mut random = random(3);
         let (mut touching, mut small) = (0, 0);
         for n in 0..6000 {
-            let [first, second] = [n % 5, n / 5 % 5].map(|i| Body {
-                contour: &contours[i],
-                orientation: random_turn(&mut random),
-            });
+            let [first, second] = [n % 5, n / 5 % 5]
+                .map(|i| Body { contour: &contours[i], orientation: random_turn(&mut random) });
             let reach = first.contour.reach() + second.contour.reach();
             let offset = random_direction(&mut random) * (0.4 + 0.6 * (n % 97) as f64 / 97.0) * reach;
             let touches = touch(&first, &second, offset);
             let overlap = measure(Geometry::Exact, &first, &second, offset);
             touching += u32::from(touches);
-            let wall = Surface::Plane {
-                point: offset,
-                normal: -offset.normalize(),
-            };
+            let wall = Surface::Plane { point: offset, normal: -offset.normalize() };
             let beside = measure_wall(Geometry::Exact, &first, &wall).is_some();
             if touch_wall(&first, &wall) != beside {
                 assert!(!beside, "{n}");
@@ -237,9 +219,8 @@ mod tests {
         let corners = Polyhedron::cuboid(Vec3::repeat(1.0)).vertices;
         // As a mesh file has them: the corners of all triangles.
         let surface = Cuboid::new(Vec3::repeat(1.0)).unwrap().surface_mesh(0);
-        let triangles: Vec<Vec3> = (surface.triangles.iter().flatten())
-            .map(|&corner| surface.points[corner as usize])
-            .collect();
+        let triangles: Vec<Vec3> =
+            (surface.triangles.iter().flatten()).map(|&corner| surface.points[corner as usize]).collect();
         let plain = Contour::new(Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()), 0.01);
         let others = [
             Polyhedron::from_corners(&corners, 1e-9).unwrap(),
@@ -247,18 +228,12 @@ mod tests {
         ]
         .map(|(shape, placement)| (Contour::new(Arc::new(shape), 0.01), placement));
         let mut random = random(1);
-        let wall = Surface::Plane {
-            point: Vec3::new(0.0, 0.0, -0.5),
-            normal: Vec3::new(0.36, 0.48, 0.8),
-        };
+        let wall = Surface::Plane { point: Vec3::new(0.0, 0.0, -0.5), normal: Vec3::new(0.36, 0.48, 0.8) };
         for _ in 0..100 {
             let turns = [random_turn(&mut random), random_turn(&mut random)];
             let offset = random_direction(&mut random);
             let both = |contour, more: Quat| {
-                let bodies = turns.map(|turn| Body {
-                    contour,
-                    orientation: turn * more,
-                });
+                let bodies = turns.map(|turn| Body { contour, orientation: turn * more });
                 [
                     measure(Geometry::Exact, &bodies[0], &bodies[1], offset),
                     measure_wall(Geometry::Exact, &bodies[0], &wall),
@@ -288,10 +263,7 @@ mod tests {
         let offset = Vec3::new(0.0, 2.1, 0.0);
         let with = |enlargement| {
             let contour = Contour::new(Arc::new(Sphere { radius: 1.0 }), enlargement);
-            let body = Body {
-                contour: &contour,
-                orientation: Quat::identity(),
-            };
+            let body = Body { contour: &contour, orientation: Quat::identity() };
             measure(Geometry::Exact, &body, &body, offset)
         };
         assert_eq!(with(0.0), None);
@@ -310,18 +282,11 @@ mod tests {
         for shape in shapes {
             let volume = shape.volume();
             let contour = Contour::new(shape, 0.0);
-            let body = Body {
-                contour: &contour,
-                orientation: Quat::from_euler_angles(0.3, -0.2, 0.5),
-            };
+            let body = Body { contour: &contour, orientation: Quat::from_euler_angles(0.3, -0.2, 0.5) };
             let overlap = measure(Geometry::Exact, &body, &body, Vec3::zeros());
             let kind = contour.shape.kind();
             let overlap = overlap.unwrap_or_else(|| panic!("{kind}: not seen"));
-            assert!(
-                (overlap.volume / volume - 1.0).abs() < 0.1,
-                "{kind}: {} of {volume}",
-                overlap.volume
-            );
+            assert!((overlap.volume / volume - 1.0).abs() < 0.1, "{kind}: {} of {volume}", overlap.volume);
         }
     }
 }

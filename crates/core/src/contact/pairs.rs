@@ -140,21 +140,14 @@ impl PairFinder {
         for cell in 1..self.starts.len() {
             self.starts[cell] += self.starts[cell - 1];
         }
-        let nothing = Entry {
-            position: Vec3::zeros(),
-            radius: 0.0,
-            index: 0,
-        };
+        let nothing = Entry { position: Vec3::zeros(), radius: 0.0, index: 0 };
         self.sorted.clear();
         self.sorted.resize(positions.len(), nothing);
         for (index, cell) in self.cell_of.iter().enumerate() {
             // One index ahead: after this loop `starts[cell]` is the start of the cell.
             let place = &mut self.starts[row(cell) + 1];
-            self.sorted[*place as usize] = Entry {
-                position: positions[index],
-                radius: radii[index],
-                index: index as u32,
-            };
+            self.sorted[*place as usize] =
+                Entry { position: positions[index], radius: radii[index], index: index as u32 };
             *place += 1;
         }
     }
@@ -174,16 +167,8 @@ impl Axis {
     /// The cell and its neighbours, each once.
     fn near(&self, cell: usize) -> [Option<usize>; 3] {
         let (n, wrap) = (self.cells, self.periodic && self.cells > 2);
-        let below = if cell > 0 {
-            Some(cell - 1)
-        } else {
-            wrap.then_some(n - 1)
-        };
-        let above = if cell + 1 < n {
-            Some(cell + 1)
-        } else {
-            wrap.then_some(0)
-        };
+        let below = if cell > 0 { Some(cell - 1) } else { wrap.then_some(n - 1) };
+        let above = if cell + 1 < n { Some(cell + 1) } else { wrap.then_some(0) };
         [below, Some(cell), above]
     }
 
@@ -268,11 +253,7 @@ mod tests {
     #[test]
     fn bodies_on_a_lattice_of_spacing_equal_to_the_reach_all_find_each_other() {
         // Rounding decides which cell holds a body that lies on an edge between cells; no pair may be lost.
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [7, 5, 3],
-            dx: 0.1,
-        };
+        let domain = Domain { periodic: [true; 3], cells: [7, 5, 3], dx: 0.1 };
         let mut positions = Vec::new();
         for n in 0..7 * 5 * 3 {
             let cell = Vec3::new(f64::from(n % 7), f64::from(n / 7 % 5), f64::from(n / 35));

@@ -87,10 +87,7 @@ pub(super) fn overlap_plane(body: &Solid, to_world: &Mat3, wall: &Plane) -> Opti
     if wall.offset.is_nan() || wall.offset <= -body.reach {
         return None;
     }
-    let plane = Plane {
-        normal: to_world.tr_mul(&wall.normal),
-        offset: wall.offset,
-    };
+    let plane = Plane { normal: to_world.tr_mul(&wall.normal), offset: wall.offset };
     if body.lowest(&plane.normal) >= plane.offset {
         return None;
     }

@@ -93,12 +93,7 @@ struct Chord {
     own: f64,
 }
 
-const MISSED: Chord = Chord {
-    enter: f64::NAN,
-    leave: f64::NAN,
-    gap: f64::NAN,
-    own: 0.0,
-};
+const MISSED: Chord = Chord { enter: f64::NAN, leave: f64::NAN, gap: f64::NAN, own: 0.0 };
 
 /// The chords of a line, the longer (or less apart) first. There is a second only where the outside of a pipe is met
 /// twice.
@@ -113,12 +108,7 @@ fn chords(sides: &[Side; 2], line: &Line, from: f64, to: f64, precision: f64) ->
         for b in two.into_iter().flatten() {
             let (enter, leave) = (a.0.max(b.0).max(from), a.1.min(b.1).min(to));
             let own = f64::from(u8::from(a.1 < b.1)) - f64::from(u8::from(a.0 > b.0));
-            let chord = Chord {
-                enter,
-                leave,
-                gap: leave - enter,
-                own,
-            };
+            let chord = Chord { enter, leave, gap: leave - enter, own };
             // NaN loses every comparison.
             if chords[0].gap >= chord.gap {
                 chords[1] = chord;
@@ -162,23 +152,12 @@ fn between(sides: &[Side; 2], normal: Vec3, samples: u32) -> Option<Overlap> {
     }
     let edges = frame.hi - frame.lo;
     let area = sums.area.norm();
-    let normal = if area > NOWHERE * edges.x * edges.y {
-        frame.point(sums.area / area)
-    } else {
-        normal
-    };
+    let normal = if area > NOWHERE * edges.x * edges.y { frame.point(sums.area / area) } else { normal };
     let t = &sums.levers;
-    let moment = Vec3::new(
-        t[(1, 2)] - t[(2, 1)],
-        t[(2, 0)] - t[(0, 2)],
-        t[(0, 1)] - t[(1, 0)],
-    );
+    let moment = Vec3::new(t[(1, 2)] - t[(2, 1)], t[(2, 0)] - t[(0, 2)], t[(0, 1)] - t[(1, 0)]);
     let point = frame.point(sums.first / sums.volume);
     let reach = edges.norm();
-    let through = Line {
-        from: point,
-        along: normal,
-    };
+    let through = Line { from: point, along: normal };
     let depth = chords(sides, &through, -reach, reach, precision)[0].gap;
     (depth > 0.0).then(|| Overlap {
         volume: sums.volume,
@@ -201,10 +180,7 @@ fn along_normal(sides: &[Side; 2], frame: &Frame, n: usize, precision: f64, foun
     for j in 0..n {
         for i in 0..n {
             let (u, v) = (middle(frame, 0, i, n), middle(frame, 1, j, n));
-            let line = Line {
-                from: frame.point(Vec3::new(u, v, 0.0)),
-                along: frame.axis(2),
-            };
+            let line = Line { from: frame.point(Vec3::new(u, v, 0.0)), along: frame.axis(2) };
             found.push(chords(sides, &line, frame.lo.z, frame.hi.z, precision));
         }
     }
@@ -258,10 +234,7 @@ fn add_across(sides: &[Side; 2], frame: &Frame, axis: usize, n: usize, precision
         for a in 0..n {
             let mut from = Vec3::zeros();
             (from[i], from[j]) = (middle(frame, i, a, n), middle(frame, j, b, n));
-            let line = Line {
-                from: frame.point(from),
-                along: frame.axis(axis),
-            };
+            let line = Line { from: frame.point(from), along: frame.axis(axis) };
             for chord in chords(sides, &line, frame.lo[axis], frame.hi[axis], precision) {
                 if chord.gap > 0.0 {
                     let own = section * chord.own;

@@ -51,10 +51,7 @@ impl Solid {
     /// If nothing lies behind all of its planes.
     pub(super) fn new(polyhedron: &Polyhedron, enlargement: f64) -> Self {
         let circumradius = polyhedron.vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
-        let planes = polyhedron.faces.iter().map(|face| Plane {
-            normal: face.normal,
-            offset: face.offset,
-        });
+        let planes = polyhedron.faces.iter().map(|face| Plane { normal: face.normal, offset: face.offset });
         Self::from_planes(planes.collect(), circumradius, enlargement)
     }
 
@@ -65,21 +62,14 @@ impl Solid {
         }
         let half = circumradius * 1.01 + SHARPEST * enlargement;
         let mut clipper = Clipper::default();
-        clipper.load(&Graph::cuboid(
-            Vec3::repeat(-half),
-            Vec3::repeat(half),
-            planes.len() as u32,
-        ));
+        clipper.load(&Graph::cuboid(Vec3::repeat(-half), Vec3::repeat(half), planes.len() as u32));
         for (number, plane) in planes.iter().enumerate() {
             let cut = clipper.cut(plane, number as u32, SAME * circumradius);
             assert!(cut != Cut::Emptied, "a polyhedron has an inside");
         }
         for side in 0..6 {
             let sign = if side % 2 == 0 { -1.0 } else { 1.0 };
-            planes.push(Plane {
-                normal: Vec3::ith(side / 2, sign),
-                offset: half,
-            });
+            planes.push(Plane { normal: Vec3::ith(side / 2, sign), offset: half });
         }
         let mut graph = clipper.graph();
         let planes = graph.renumber(&planes);
@@ -89,11 +79,7 @@ impl Solid {
             edges,
             starts,
             reach: graph.positions().map(|x| x.norm()).fold(0.0, f64::max),
-            inner: planes
-                .iter()
-                .map(|p| p.offset)
-                .fold(f64::INFINITY, f64::min)
-                .max(0.0),
+            inner: planes.iter().map(|p| p.offset).fold(f64::INFINITY, f64::min).max(0.0),
             planes,
             vertices,
             graph,
@@ -122,9 +108,7 @@ impl Solid {
     /// Lowest value of `direction . x` over the body (m).
     #[inline]
     pub(super) fn lowest(&self, direction: &Vec3) -> f64 {
-        self.vertices
-            .iter()
-            .fold(f64::INFINITY, |low, v| low.min(direction.dot(v)))
+        self.vertices.iter().fold(f64::INFINITY, |low, v| low.min(direction.dot(v)))
     }
 }
 
@@ -139,9 +123,8 @@ fn distinct(positions: impl Iterator<Item = Vec3>, tolerance: f64) -> Vec<Vec3> 
     };
     for position in positions {
         let near = (key(position.x - tolerance), 0)..=(key(position.x + tolerance), usize::MAX);
-        let is_new = by_x
-            .range(near)
-            .all(|&(_, n): &(i64, usize)| (vertices[n] - position).norm() > tolerance);
+        let is_new =
+            by_x.range(near).all(|&(_, n): &(i64, usize)| (vertices[n] - position).norm() > tolerance);
         if is_new {
             by_x.insert((key(position.x), vertices.len()));
             vertices.push(position);
@@ -159,10 +142,7 @@ fn edges_by_face(graph: &Graph, planes: &[Plane], tolerance: f64) -> (Vec<Edge>,
             let along = (to - from) / length;
             let normal = along.cross(&planes[face as usize].normal);
             of_face[face as usize].push(Edge {
-                across: Plane {
-                    normal,
-                    offset: normal.dot(&from),
-                },
+                across: Plane { normal, offset: normal.dot(&from) },
                 along,
                 ends: [along.dot(&from), along.dot(&to)],
             });

@@ -39,13 +39,7 @@ mod tests {
     use super::*;
 
     fn at(height: f64) -> Option<Overlap> {
-        overlap(
-            1.5,
-            &Plane {
-                normal: Vec3::z(),
-                offset: -height,
-            },
-        )
+        overlap(1.5, &Plane { normal: Vec3::z(), offset: -height })
     }
 
     #[test]

@@ -59,12 +59,7 @@ pub(super) fn overlap(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3)
 pub(super) fn overlap_reversed(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3) -> Option<Overlap> {
     let seen = overlap(radius, solid, to_world, -offset)?;
     let normal = -seen.normal;
-    Some(Overlap {
-        point: offset + seen.point,
-        normal,
-        moment: offset.cross(&normal) * seen.area,
-        ..seen
-    })
+    Some(Overlap { point: offset + seen.point, normal, moment: offset.cross(&normal) * seen.area, ..seen })
 }
 
 /// Integrals over the overlap, from the centre of the sphere.
@@ -78,11 +73,7 @@ struct Sums {
 fn sums(radius: f64, solid: &Solid, centre: Vec3) -> Option<Sums> {
     let centre = off_the_surface(radius, solid, centre)?;
     let (mut inside, mut met) = (true, false);
-    let mut sums = Sums {
-        volume: 0.0,
-        first: Vec3::zeros(),
-        area: Vec3::zeros(),
-    };
+    let mut sums = Sums { volume: 0.0, first: Vec3::zeros(), area: Vec3::zeros() };
     for (face, plane) in solid.planes.iter().enumerate() {
         let height = -plane.height(&centre);
         inside &= height > 0.0;
@@ -106,10 +97,7 @@ fn sums(radius: f64, solid: &Solid, centre: Vec3) -> Option<Sums> {
 
 /// The centre, moved inwards if it lies on the surface; `None` if the sphere lies beyond a face.
 fn off_the_surface(radius: f64, solid: &Solid, centre: Vec3) -> Option<Vec3> {
-    let highest = solid
-        .planes
-        .iter()
-        .fold(f64::NEG_INFINITY, |top, plane| top.max(plane.height(&centre)));
+    let highest = solid.planes.iter().fold(f64::NEG_INFINITY, |top, plane| top.max(plane.height(&centre)));
     let near = NUDGE * radius;
     if highest >= radius {
         None
@@ -155,9 +143,7 @@ impl Disc {
 
     /// Integrals over the part of the face in the disc; `None` if there is none.
     fn in_face(&self, edges: &[Edge], centre: Vec3) -> Option<Part> {
-        let nearest = edges
-            .iter()
-            .fold(f64::INFINITY, |near, edge| near.min(-edge.across.height(&centre)));
+        let nearest = edges.iter().fold(f64::INFINITY, |near, edge| near.min(-edge.across.height(&centre)));
         if nearest <= -self.rim {
             return None;
         }
@@ -216,9 +202,7 @@ fn turned(p: f64, from: f64, to: f64) -> f64 {
 /// Length in both bodies of the line along `normal` through `point`, from the centre of the sphere (m).
 fn thickness(radius: f64, solid: &Solid, centre: Vec3, point: Vec3, normal: Vec3) -> f64 {
     let middle = -point.dot(&normal);
-    let half = (radius * radius - (point + normal * middle).norm_squared())
-        .max(0.0)
-        .sqrt();
+    let half = (radius * radius - (point + normal * middle).norm_squared()).max(0.0).sqrt();
     let (mut ahead, mut behind) = (half + middle, half - middle);
     let place = centre + point;
     for plane in &solid.planes {

@@ -30,21 +30,13 @@ pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
     }
     let coincident = distance <= COINCIDENT * sum;
     let inverse = 1.0 / distance;
-    let normal = if coincident {
-        Vec3::x()
-    } else {
-        offset * (1.0 / distance)
-    };
+    let normal = if coincident { Vec3::x() } else { offset * (1.0 / distance) };
     if coincident || distance <= (radius_a - radius_b).abs() {
         let radius = radius_a.min(radius_b);
         return Some(Overlap {
             volume: 4.0 / 3.0 * PI * radius * radius * radius,
             depth: 2.0 * radius,
-            point: if radius_a < radius_b {
-                Vec3::zeros()
-            } else {
-                offset
-            },
+            point: if radius_a < radius_b { Vec3::zeros() } else { offset },
             normal,
             area: 0.0,
             moment: Vec3::zeros(),
@@ -99,10 +91,7 @@ mod tests {
             let lens = overlap(a, b, Vec3::new(distance, 0.0, 0.0)).unwrap();
             let (volume, moment) = sliced(a, b, distance);
             assert!((lens.volume / volume - 1.0).abs() < 1e-8, "{a} {b} {distance}");
-            assert!(
-                (lens.point.x - moment / volume).abs() < 1e-8,
-                "{a} {b} {distance}"
-            );
+            assert!((lens.point.x - moment / volume).abs() < 1e-8, "{a} {b} {distance}");
         }
     }
 
@@ -139,10 +128,7 @@ mod tests {
     #[test]
     fn the_order_of_the_spheres_only_turns_the_normal_round() {
         let offset = Vec3::new(0.3, -0.8, 0.5);
-        let (one, other) = (
-            overlap(0.7, 0.4, offset).unwrap(),
-            overlap(0.4, 0.7, -offset).unwrap(),
-        );
+        let (one, other) = (overlap(0.7, 0.4, offset).unwrap(), overlap(0.4, 0.7, -offset).unwrap());
         assert!((one.volume / other.volume - 1.0).abs() < 1e-14);
         assert!((one.normal + other.normal).norm() < 1e-15);
         assert!((one.point - (other.point + offset)).norm() < 1e-14);

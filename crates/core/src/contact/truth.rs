@@ -52,10 +52,7 @@ pub(super) fn random_solid(random: &mut ChaCha8Rng, cuts: u32, enlargement: f64)
         })
         .collect();
     for _ in 0..cuts {
-        planes.push(Plane {
-            normal: random_direction(random),
-            offset: random.random_range(0.4..0.65),
-        });
+        planes.push(Plane { normal: random_direction(random), offset: random.random_range(0.4..0.65) });
     }
     Solid::from_planes(planes, 1.1, enlargement)
 }
@@ -118,14 +115,7 @@ pub(super) fn lines(
         [1024.0, 256.0, 64.0, 16.0, 4.0, 1.0].iter().find_map(|part| {
             let half = Vec3::repeat(reach / part);
             let inside = *part > 1.0;
-            in_box(
-                first,
-                second,
-                frame,
-                [about - half, about + half],
-                [coarse, n],
-                inside,
-            )
+            in_box(first, second, frame, [about - half, about + half], [coarse, n], inside)
         })
     })
 }
@@ -213,11 +203,7 @@ fn in_box(
 
 /// Axes with the third along `normal`.
 pub(super) fn frame(normal: Vec3) -> Mat3 {
-    let other = if normal.x.abs() < 0.6 {
-        Vec3::x()
-    } else {
-        Vec3::y()
-    };
+    let other = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let u = normal.cross(&other).normalize();
     Mat3::from_columns(&[u, normal.cross(&u), normal])
 }

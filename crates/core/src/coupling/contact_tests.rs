@@ -22,27 +22,13 @@ fn turning(
     centres: &[Vec3],
     steps: usize,
 ) -> (Vec3, f64) {
-    let domain = Domain {
-        periodic: [true; 3],
-        cells: [32, 28, 20],
-        dx: 1.0,
-    };
+    let domain = Domain { periodic: [true; 3], cells: [32, 28, 20], dx: 1.0 };
     let decomposition = Decomposition::new(domain, 1).unwrap();
-    let params = FluidParams {
-        relaxation_time,
-        ..fluid_for(solids)
-    };
+    let params = FluidParams { relaxation_time, ..fluid_for(solids) };
     let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     fluid.set_equilibrium(|_| (1.0, [0.0; 3]));
-    let units = Units {
-        dx: 1.0,
-        dt: 1.0,
-        density: 1.0,
-    };
-    let params = CouplingParams {
-        units,
-        ..coupled(solids)
-    };
+    let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
+    let params = CouplingParams { units, ..coupled(solids) };
     let mut coupling = Coupling::new(params, &decomposition, 0, RADIUS);
     let sphere = |(id, centre): (usize, &Vec3)| {
         let mut sphere = Particle::at(id as u64, 0, *centre);
@@ -71,11 +57,7 @@ fn turning(
     for n in 0..domain.cells.iter().product() {
         let [nx, ny, _] = domain.cells;
         let (rho, _) = fluid.moments([n % nx, n / nx % ny, n / nx / ny]);
-        off = if rho.is_finite() {
-            off.max((rho - 1.0).abs())
-        } else {
-            f64::INFINITY
-        };
+        off = if rho.is_finite() { off.max((rho - 1.0).abs()) } else { f64::INFINITY };
     }
     let viscosity = (relaxation_time - 0.5) / 3.0;
     (force / (6.0 * PI * viscosity * RADIUS * speed), off)
@@ -85,13 +67,7 @@ fn turning(
 fn what_is_within_a_sphere_that_spins_on_the_spot_stays_as_it_is() {
     for solids in SATURATED {
         for relaxation_time in [0.53, 1.0] {
-            let (_, off) = turning(
-                solids,
-                relaxation_time,
-                0.05,
-                &[Vec3::new(12.3, 12.3, 10.2)],
-                3000,
-            );
+            let (_, off) = turning(solids, relaxation_time, 0.05, &[Vec3::new(12.3, 12.3, 10.2)], 3000);
             println!("{solids:?}, tau {relaxation_time}: densities within {off:.1e}");
             assert!(off < 0.03, "{solids:?}, tau {relaxation_time}: {off}");
         }
@@ -112,9 +88,6 @@ fn spheres_that_slide_along_each_other_are_not_welded_where_they_overlap() {
     let near = apart(0.02);
     for overlap in [0.01, 0.03, 0.06] {
         let friction = apart(-overlap);
-        assert!(
-            friction > 0.5 * near && friction < 2.5 * near,
-            "overlap {overlap}: {friction} for {near}"
-        );
+        assert!(friction > 0.5 * near && friction < 2.5 * near, "overlap {overlap}: {friction} for {near}");
     }
 }

@@ -97,17 +97,12 @@ impl Driving {
     pub fn new(params: DrivingParams) -> Self {
         // A sampled controller must stay well below its stability limit of 2 per interval.
         let limit = 0.25 / (CONTROL_INTERVAL as f64 * params.units.dt);
-        let params = DrivingParams {
-            control_rate: params.control_rate.map(|rate| rate.min(limit)),
-            ..params
-        };
+        let params =
+            DrivingParams { control_rate: params.control_rate.map(|rate| rate.min(limit)), ..params };
         let solid_fraction = params.particle_volume / params.volume;
         Self {
             params,
-            mean: MeanFlow {
-                solid_fraction,
-                ..MeanFlow::default()
-            },
+            mean: MeanFlow { solid_fraction, ..MeanFlow::default() },
             record: ControlRecord::default(),
         }
     }
@@ -166,11 +161,7 @@ mod tests {
 
     fn params(balance: ForceBalance) -> DrivingParams {
         DrivingParams {
-            units: Units {
-                dx: 1e-4,
-                dt: 1e-5,
-                density: 1000.0,
-            },
+            units: Units { dx: 1e-4, dt: 1e-5, density: 1000.0 },
             volume: 1e-6,
             periodic: [true; 3],
             submerged_weight: Vec3::new(0.0, 0.0, -2e-3),
@@ -235,10 +226,7 @@ mod tests {
             body_acceleration: Vec3::new(0.0, 0.0, 3.0),
             ..params(ForceBalance::Mixture)
         });
-        driving.observe(MeanFlow {
-            velocity: Vec3::new(0.1, 0.0, -0.2),
-            ..MeanFlow::default()
-        });
+        driving.observe(MeanFlow { velocity: Vec3::new(0.1, 0.0, -0.2), ..MeanFlow::default() });
         assert!((driving.acceleration() - Vec3::new(-5.0, 0.0, 3.0)).norm() < 1e-12);
     }
 }

@@ -32,11 +32,7 @@ impl FacePlane {
             Self {
                 normal,
                 offset: face.offset / dx - shift,
-                slope: if normal[0].abs() < ALONG {
-                    0.0
-                } else {
-                    1.0 / normal[0]
-                },
+                slope: if normal[0].abs() < ALONG { 0.0 } else { 1.0 / normal[0] },
                 reach: 0.5 * (normal[0].abs() + normal[1].abs() + normal[2].abs()),
             }
         }));
@@ -58,11 +54,7 @@ impl FacePlane {
     /// the body).
     #[inline(always)]
     pub(super) fn shares(planes: &[Self], x: &[f64; BLOCK], y: f64, z: f64) -> [f64; BLOCK] {
-        let shares = if planes.len() <= MANY {
-            together(planes, x, y, z)
-        } else {
-            None
-        };
+        let shares = if planes.len() <= MANY { together(planes, x, y, z) } else { None };
         // No closure: it would not be compiled for the instruction set of the sweep.
         match shares {
             Some(shares) => shares,
@@ -175,10 +167,7 @@ pub(super) fn between(
     z: f64,
     growth: f64,
 ) -> Option<(Interval, Option<Interval>)> {
-    let (mut outer, mut inner) = (
-        (f64::NEG_INFINITY, f64::INFINITY),
-        (f64::NEG_INFINITY, f64::INFINITY),
-    );
+    let (mut outer, mut inner) = ((f64::NEG_INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::INFINITY));
     let mut inside = true;
     for plane in planes {
         let rest = plane.rest(y, z);
@@ -226,10 +215,7 @@ mod tests {
                     };
                     let alone = one_by_one(&planes, &x, y, z);
                     assert_eq!(shares.map(f64::to_bits), alone.map(f64::to_bits));
-                    cut += shares
-                        .iter()
-                        .filter(|share| **share > 0.0 && **share < 1.0)
-                        .count();
+                    cut += shares.iter().filter(|share| **share > 0.0 && **share < 1.0).count();
                     for x in x {
                         let cuts = |plane: &&FacePlane| plane.height(x, plane.rest(y, z)).abs() < plane.reach;
                         meeting = meeting.max(planes.iter().filter(cuts).count());

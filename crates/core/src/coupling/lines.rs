@@ -91,31 +91,19 @@ mod tests {
     use super::*;
 
     fn segment(body: u32, x: u32, count: u32) -> Segment {
-        Segment {
-            body,
-            x,
-            count,
-            ..Segment::default()
-        }
+        Segment { body, x, count, ..Segment::default() }
     }
 
     #[test]
     fn segments_are_sorted_by_line_and_keep_their_order_within_it() {
         let mut lines = Lines::default();
         assert!(lines.line(1).is_empty());
-        let added = [
-            (2, segment(0, 0, 1)),
-            (0, segment(1, 0, 1)),
-            (2, segment(2, 0, 1)),
-            (1, segment(3, 0, 1)),
-        ];
+        let added =
+            [(2, segment(0, 0, 1)), (0, segment(1, 0, 1)), (2, segment(2, 0, 1)), (1, segment(3, 0, 1))];
         for _ in 0..2 {
             lines.sort(4, &added);
             let bodies = |line| lines.line(line).iter().map(|s| s.body).collect::<Vec<_>>();
-            assert_eq!(
-                [bodies(0), bodies(1), bodies(2), bodies(3)],
-                [vec![1], vec![3], vec![0, 2], vec![]]
-            );
+            assert_eq!([bodies(0), bodies(1), bodies(2), bodies(3)], [vec![1], vec![3], vec![0, 2], vec![]]);
             assert_eq!(lines.cells(), 4);
         }
     }

@@ -45,9 +45,7 @@ impl ExchangeSum {
         let (mut moved, f) = (*self, self.force);
         for a in 0..3 {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            let turn = shift[b]
-                .wrapping_mul(f[c])
-                .wrapping_sub(shift[c].wrapping_mul(f[b]));
+            let turn = shift[b].wrapping_mul(f[c]).wrapping_sub(shift[c].wrapping_mul(f[b]));
             moved.moment[a] = moved.moment[a].wrapping_add(turn);
         }
         moved
@@ -68,10 +66,7 @@ impl ExchangeSum {
             nz.wrapping_mul(fx).wrapping_sub(xz),
             xy.wrapping_sub(ny.wrapping_mul(fx)),
         ];
-        Self {
-            force: [fx, fy, fz],
-            moment,
-        }
+        Self { force: [fx, fy, fz], moment }
     }
 }
 
@@ -91,11 +86,8 @@ pub(super) fn add_segment<T: Real>(
     for done in (0..segment.count as usize).step_by(CHUNK) {
         let count = (segment.count as usize - done).min(CHUNK);
         // Offset in x of the first cell of the window.
-        let n = [
-            i64::from(segment.offset[0]) + done as i64,
-            segment.offset[1].into(),
-            segment.offset[2].into(),
-        ];
+        let n =
+            [i64::from(segment.offset[0]) + done as i64, segment.offset[1].into(), segment.offset[2].into()];
         // The integer offset first, the centre last: rounded alike wherever a window begins.
         let (n0, centre) = (T::from_f64(n[0] as f64), T::from_f64(motion.centre[0]));
         let mut u = [[T::ZERO; CHUNK]; 3];
@@ -122,11 +114,8 @@ pub(super) fn add_shares<'a, T: Real>(
 ) {
     for done in (0..segment.count as usize).step_by(CHUNK) {
         let count = (segment.count as usize - done).min(CHUNK);
-        let n = [
-            i64::from(segment.offset[0]) + done as i64,
-            segment.offset[1].into(),
-            segment.offset[2].into(),
-        ];
+        let n =
+            [i64::from(segment.offset[0]) + done as i64, segment.offset[1].into(), segment.offset[2].into()];
         let shares = windows.next().expect("one for each window");
         let [came, left] = row.exchanged(segment.x as usize + done);
         add_parts(came, shares, count, n, incoming);

@@ -45,10 +45,7 @@ impl Coupling {
     fn flaw(&self, store: &ParticleStore, particle: &Particle) -> Option<String> {
         let id = particle.id;
         let Some(template) = store.templates.get(particle.template as usize) else {
-            return Some(format!(
-                "particle {id} is of the kind {}, which is none",
-                particle.template
-            ));
+            return Some(format!("particle {id} is of the kind {}, which is none", particle.template));
         };
         let units = &self.params.units;
         let rim = particle.angular_velocity().norm() * template.shape.circumradius();
@@ -92,11 +89,7 @@ impl Coupling {
                     .entry(part.particle.id)
                     .and_modify(|all| {
                         all.departed.add(&part.departed, 1);
-                        for (sum, own) in all
-                            .load
-                            .as_flattened_mut()
-                            .iter_mut()
-                            .zip(part.load.as_flattened())
+                        for (sum, own) in all.load.as_flattened_mut().iter_mut().zip(part.load.as_flattened())
                         {
                             *sum += own;
                         }
@@ -104,11 +97,7 @@ impl Coupling {
                     .or_insert(part);
             }
         }
-        if let Some(flaw) = particles
-            .particles
-            .iter()
-            .find_map(|particle| self.flaw(particles, particle))
-        {
+        if let Some(flaw) = particles.particles.iter().find_map(|particle| self.flaw(particles, particle)) {
             return Err(flaw);
         }
         // Before the first sweep there are none.
@@ -133,12 +122,8 @@ impl Coupling {
             body.departed = swept[&particle.id].departed;
         }
         let loads = then.owned().iter().map(|particle| swept[&particle.id].load);
-        self.swept_loads = loads
-            .map(|[force, torque]| Load {
-                force: force.into(),
-                torque: torque.into(),
-            })
-            .collect();
+        self.swept_loads =
+            loads.map(|[force, torque]| Load { force: force.into(), torque: torque.into() }).collect();
         self.note_swept(&then);
         self.begun |= !swept.is_empty();
         Ok(())

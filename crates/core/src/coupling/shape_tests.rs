@@ -17,9 +17,8 @@ const RAMP: f64 = 0.5;
 /// One body of each kind, volumes as they come.
 fn shapes() -> Vec<Arc<dyn Shape>> {
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let points: Vec<Vec3> = (0..14)
-        .map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..1.0)).normalize())
-        .collect();
+    let points: Vec<Vec3> =
+        (0..14).map(|_| Vec3::from_fn(|_, _| random.random_range(-1.0..1.0)).normalize()).collect();
     vec![
         Arc::new(Sphere { radius: 0.7 }),
         Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()),
@@ -44,11 +43,7 @@ fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64
 
 /// The same with fractions of either kind.
 fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fraction: Fraction) -> Vec<f64> {
-    let units = Units {
-        dx: domain.dx,
-        dt: 1.0,
-        density: 1.0,
-    };
+    let units = Units { dx: domain.dx, dt: 1.0, density: 1.0 };
     let params = CouplingParams {
         units,
         solids: match fraction {
@@ -59,11 +54,7 @@ fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fractio
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::Mixture,
     };
-    let template = Template {
-        shape: shape.clone(),
-        density: 1.0,
-        material: 0,
-    };
+    let template = Template { shape: shape.clone(), density: 1.0, material: 0 };
     let store = ParticleStore {
         templates: Arc::new([template]),
         particles: vec![particle],
@@ -90,11 +81,7 @@ fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fractio
 fn room(shape: &dyn Shape) -> Domain {
     let dx = shape.equivalent_diameter() / RESOLUTION;
     let cells = (2.0 * shape.circumradius() / dx).ceil() as usize + 4;
-    Domain {
-        periodic: [true; 3],
-        cells: [cells; 3],
-        dx,
-    }
+    Domain { periodic: [true; 3], cells: [cells; 3], dx }
 }
 
 fn random_pose(domain: &Domain, random: &mut ChaCha8Rng) -> Particle {
@@ -117,11 +104,7 @@ fn every_cell_has_the_solid_fraction_of_its_distance() {
                 let cell = [n % nx, n / nx % ny, n / nx / ny].map(|n| (n as f64 + 0.5) * domain.dx);
                 let arm = particle.orientation().inverse() * (Vec3::from(cell) - particle.position());
                 let expected = cosine_ramp(shape.signed_distance(arm) / (RAMP * domain.dx));
-                assert!(
-                    (fraction - expected).abs() < 1e-9,
-                    "{}: {fraction} is not {expected}",
-                    shape.kind()
-                );
+                assert!((fraction - expected).abs() < 1e-9, "{}: {fraction} is not {expected}", shape.kind());
             }
         }
     }
@@ -137,11 +120,7 @@ fn the_mapped_volume_of_every_body_is_its_own_on_average_over_poses() {
             let fractions = mapped(&shape, domain, random_pose(&domain, &mut random));
             let ratio = fractions.iter().sum::<f64>() * domain.dx.powi(3) / shape.volume();
             sum += ratio;
-            worst = if (ratio - 1.0).abs() > worst.abs() {
-                ratio - 1.0
-            } else {
-                worst
-            };
+            worst = if (ratio - 1.0).abs() > worst.abs() { ratio - 1.0 } else { worst };
         }
         let mean = sum / 200.0 - 1.0;
         println!(
@@ -193,11 +172,7 @@ fn a_cube_has_the_shares_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
         let pose = random_pose(&domain, &mut random);
         let moved = mapped_as(&cube, domain, pose, Fraction::VOLUME);
         let exact = mapped_as(&larger, domain, pose, Fraction::Volume(0.0));
-        let off = moved
-            .iter()
-            .zip(&exact)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
+        let off = moved.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // At corners the combined fractions do not quite end where the body does, and cells beyond it are left out or
         // not.
         assert!(off < 1e-3, "{off}");
@@ -215,10 +190,7 @@ fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
             let pose = random_pose(&domain, &mut random);
             let fractions = mapped_as(&shape, domain, pose, Fraction::Volume(0.0));
             let turn = pose.orientation().inverse();
-            let cut = fractions
-                .iter()
-                .enumerate()
-                .filter(|(_, e)| **e > 0.0 && **e < 1.0);
+            let cut = fractions.iter().enumerate().filter(|(_, e)| **e > 0.0 && **e < 1.0);
             for (n, fraction) in cut.step_by(11) {
                 let cell = [n % nx, n / nx % ny, n / nx / ny];
                 let fine = 12_usize;

@@ -40,10 +40,8 @@ pub(super) fn cosine_ramp(s: f64) -> f64 {
     let x2 = x * x;
     // In pairs of pairs: shorter chains of dependent operations than term by term.
     let (x4, c) = (x2 * x2, &SINE);
-    let (low, high) = (
-        (c[0] + c[1] * x2) + (c[2] + c[3] * x2) * x4,
-        (c[4] + c[5] * x2) + (c[6] + c[7] * x2) * x4,
-    );
+    let (low, high) =
+        ((c[0] + c[1] * x2) + (c[2] + c[3] * x2) * x4, (c[4] + c[5] * x2) + (c[6] + c[7] * x2) * x4);
     0.5 * (1.0 - x * (low + high * (x4 * x4)))
 }
 
@@ -82,10 +80,7 @@ impl RigidMotion {
     pub(super) fn along_row(&self, ny: f64, nz: f64) -> ([f64; 3], [f64; 3]) {
         let (v, w) = (self.velocity, self.angular);
         let [ry, rz] = [ny - self.centre[1], nz - self.centre[2]];
-        (
-            [v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry],
-            [0.0, w[2], -w[1]],
-        )
+        ([v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry], [0.0, w[2], -w[1]])
     }
 
     /// Velocity in the cell at offset `n`.
@@ -280,9 +275,7 @@ impl<'a> Mapper<'a> {
             Geometry::Sphere(radius) => {
                 let interval = |growth: f64| {
                     let (y, z) = (y * self.dx, z * self.dx);
-                    Sphere { radius }
-                        .row_interval(&self.orientation, y, z, growth)
-                        .map(in_cells)
+                    Sphere { radius }.row_interval(&self.orientation, y, z, growth).map(in_cells)
                 };
                 (interval(0.5 * self.ramp)?, interval(-0.5 * self.ramp))
             }
@@ -290,9 +283,7 @@ impl<'a> Mapper<'a> {
             Geometry::Smooth => {
                 let interval = |growth: f64| {
                     let (y, z) = (y * self.dx, z * self.dx);
-                    self.shape
-                        .row_interval(&self.orientation, y, z, growth)
-                        .map(in_cells)
+                    self.shape.row_interval(&self.orientation, y, z, growth).map(in_cells)
                 };
                 (interval(0.5 * self.ramp)?, interval(-0.5 * self.ramp))
             }
@@ -333,10 +324,7 @@ impl<'a> Mapper<'a> {
             Geometry::Flat(_) => 3.0 * self.shift * self.dx,
             _ => 0.0,
         };
-        moved
-            + self
-                .shape
-                .signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
+        moved + self.shape.signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
     }
 
     /// Writes the solid fractions and velocities of a segment to the row that is being swept, and the fractions to
@@ -365,11 +353,7 @@ impl<'a> Mapper<'a> {
             for k in 0..CHUNK {
                 fraction[k] = rise[k] - fall[k];
             }
-            let surface = Surface {
-                start: full.start,
-                end: full.end,
-                count,
-            };
+            let surface = Surface { start: full.start, end: full.end, count };
             match (self.by_volume, self.geometry) {
                 (true, Geometry::Sphere(radius)) => {
                     self.sphere_shares(&mut fraction, surface, [n0, ry, rz], radius);

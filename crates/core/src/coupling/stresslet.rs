@@ -50,13 +50,7 @@ impl<T: Real> Solids<T> for Stresslet<'_, T> {
     }
 
     fn collect(&mut self, y: usize, z: usize, row: &SolidRow<T>) {
-        let MappedSolids {
-            lines,
-            bodies,
-            shares,
-            rows,
-            ..
-        } = &self.mapped;
+        let MappedSolids { lines, bodies, shares, rows, .. } = &self.mapped;
         let mut windows = shares.iter().flatten();
         for segment in lines.line(z * rows + y) {
             let centre = bodies[segment.body as usize].motion.centre;
@@ -107,18 +101,11 @@ mod tests {
 
     /// The sums after some steps, each of which gets beforehand what it will measure.
     fn measured<T: Real>(solids: SolidCollision, grid: [usize; 3]) -> [i128; 6] {
-        let domain = Domain {
-            periodic: [true, true, false],
-            cells: CELLS,
-            dx: UNITS.dx,
-        };
+        let domain = Domain { periodic: [true, true, false], cells: CELLS, dx: UNITS.dx };
         let decomposition = Decomposition::with_grid(domain, grid);
         let walls = LatticeWalls::new(&walls(&domain), &UNITS);
         let parts = on_threads(decomposition.ranks(), |comm| {
-            let boundary = Boundary {
-                motions: walls.motions(),
-                wall_of: &|cell| walls.wall_of(cell),
-            };
+            let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
             let store = store(&decomposition, comm.rank(), &three(), 0.6);
             let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
             let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);
@@ -144,19 +131,13 @@ mod tests {
     #[test]
     fn a_measurement_foretells_the_next_sweep_to_the_bit_and_is_the_same_on_any_blocks() {
         for solids in COUPLINGS {
-            let (single, double) = (
-                measured::<f32>(solids, [1, 1, 1]),
-                measured::<f64>(solids, [1, 1, 1]),
-            );
+            let (single, double) = (measured::<f32>(solids, [1, 1, 1]), measured::<f64>(solids, [1, 1, 1]));
             assert_eq!(measured::<f32>(solids, [2, 1, 2]), single, "{solids:?}");
             assert_eq!(measured::<f64>(solids, [3, 2, 2]), double, "{solids:?}");
             let [single, double] = [single, double].map(|sums| sums.map(from_fixed_wide));
             let largest = double.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             for (s, d) in single.into_iter().zip(double) {
-                assert!(
-                    largest > 0.1 && (s - d).abs() < 1e-4 * largest,
-                    "{single:?} {double:?}"
-                );
+                assert!(largest > 0.1 && (s - d).abs() < 1e-4 * largest, "{single:?} {double:?}");
             }
         }
     }
@@ -167,15 +148,8 @@ mod tests {
         // strain.
         let strain = [[1e-3, 2e-4, 3e-4], [2e-4, -5e-4, 4e-4], [3e-4, 4e-4, -5e-4]];
         let (centre, radius) = (Vec3::new(1.51, 1.18, 1.73), 0.7);
-        let decomposition = Decomposition::new(
-            Domain {
-                periodic: [true; 3],
-                cells: CELLS,
-                dx: UNITS.dx,
-            },
-            1,
-        )
-        .unwrap();
+        let decomposition =
+            Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, 1).unwrap();
         let particle = Particle::at(0, 0, centre);
         let store = store(&decomposition, 0, &[particle], radius);
         let params = fluid_for(SolidCollision::ExactDifference);
@@ -183,10 +157,7 @@ mod tests {
         let mut fluid = Fluid::<f64>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(|cell| {
             let r = Vec3::from(cell.map(|n| n as f64 + 0.5)) - centre / UNITS.dx;
-            (
-                1.0,
-                std::array::from_fn(|a| (0..3).map(|b| strain[a][b] * r[b]).sum()),
-            )
+            (1.0, std::array::from_fn(|a| (0..3).map(|b| strain[a][b] * r[b]).sum()))
         });
         let params = crate::coupling::CouplingParams {
             fraction: Fraction::VOLUME,
@@ -201,10 +172,7 @@ mod tests {
         // %.
         let cells = radius / UNITS.dx;
         let whole = 4.0 / 15.0 * std::f64::consts::PI * cells.powi(5);
-        for (sum, (a, b)) in sums
-            .into_iter()
-            .zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)])
-        {
+        for (sum, (a, b)) in sums.into_iter().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
             let exact = whole * strain[a][b];
             assert!((sum / exact - 1.0).abs() < 0.03, "{a}{b}: {sum} {exact}");
         }

@@ -34,11 +34,7 @@ impl Surface {
         let mut x = [0.0; BLOCK];
         for (k, x) in x.iter_mut().enumerate() {
             let lane = (first + k).min(self.cells() - 1);
-            let lane = if lane < self.start {
-                lane
-            } else {
-                lane + (self.end - self.start)
-            };
+            let lane = if lane < self.start { lane } else { lane + (self.end - self.start) };
             *x = (offset + lane as f64) - centre;
         }
         x
@@ -89,11 +85,7 @@ mod tests {
                     let mut fraction: [f64; CHUNK] = std::array::from_fn(|k| f64::from(u8::from(solid(k))));
                     surface.add(&shares, &mut fraction);
                     for (k, share) in fraction.into_iter().enumerate() {
-                        let expected = if cut(k) {
-                            0.75 + k as f64
-                        } else {
-                            f64::from(u8::from(solid(k)))
-                        };
+                        let expected = if cut(k) { 0.75 + k as f64 } else { f64::from(u8::from(solid(k))) };
                         assert_eq!(share.to_bits(), expected.to_bits(), "{surface:?} {k}");
                     }
                 }

@@ -11,20 +11,12 @@ use crate::shape::Sphere;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-pub(super) const UNITS: Units = Units {
-    dx: 0.125,
-    dt: 0.01,
-    density: 1000.0,
-};
+pub(super) const UNITS: Units = Units { dx: 0.125, dt: 0.01, density: 1000.0 };
 pub(super) const CELLS: [usize; 3] = [24, 20, 28];
 
 /// The paper's coupling, and partially saturated cells.
-pub(super) const COUPLINGS: [SolidCollision; 4] = [
-    SolidCollision::ExactDifference,
-    SolidCollision::Sc1,
-    SolidCollision::Sc2,
-    SolidCollision::Sc3,
-];
+pub(super) const COUPLINGS: [SolidCollision; 4] =
+    [SolidCollision::ExactDifference, SolidCollision::Sc1, SolidCollision::Sc2, SolidCollision::Sc3];
 
 pub(super) fn params() -> CouplingParams {
     coupled(SolidCollision::ExactDifference)
@@ -34,11 +26,7 @@ pub(super) fn coupled(solids: SolidCollision) -> CouplingParams {
     CouplingParams {
         units: UNITS,
         solids,
-        fraction: if solids.is_saturated() {
-            Fraction::VOLUME
-        } else {
-            Fraction::Ramp(0.5)
-        },
+        fraction: if solids.is_saturated() { Fraction::VOLUME } else { Fraction::Ramp(0.5) },
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::Mixture,
     }
@@ -56,11 +44,7 @@ pub(super) fn bgk(simd: Simd) -> FluidParams {
 /// Fluid for a coupling.
 pub(super) fn fluid_for(solids: SolidCollision) -> FluidParams {
     FluidParams {
-        collision: if solids.is_saturated() {
-            Collision::Trt { magic: 0.125 }
-        } else {
-            Collision::Bgk
-        },
+        collision: if solids.is_saturated() { Collision::Trt { magic: 0.125 } } else { Collision::Bgk },
         solids,
         ..bgk(Simd::best())
     }
@@ -73,21 +57,13 @@ pub(super) fn store(
     particles: &[Particle],
     radius: f64,
 ) -> ParticleStore {
-    let templates: Arc<[Template]> = Arc::new([Template {
-        shape: Arc::new(Sphere { radius }),
-        material: 0,
-        density: 2000.0,
-    }]);
+    let templates: Arc<[Template]> =
+        Arc::new([Template { shape: Arc::new(Sphere { radius }), material: 0, density: 2000.0 }]);
     let owner = |p: &Particle| decomposition.owner(p.position());
     let (mine, others): (Vec<Particle>, Vec<Particle>) = particles.iter().partition(|p| owner(p) == rank);
     let (owned, particles) = (mine.len(), [mine, others].concat());
     let owners = particles.iter().map(|p| owner(p) as u32).collect();
-    ParticleStore {
-        templates,
-        particles,
-        owned,
-        owners,
-    }
+    ParticleStore { templates, particles, owned, owners }
 }
 
 /// Loads on all particles (by id) after `steps` steps from a flow, particles held where they are.
@@ -99,15 +75,8 @@ fn loads_after<T: Real>(
     steps: usize,
     flow: impl Fn([usize; 3]) -> (f64, [f64; 3]) + Sync,
 ) -> Vec<Load> {
-    let decomposition = Decomposition::new(
-        Domain {
-            periodic: [true; 3],
-            cells: CELLS,
-            dx: UNITS.dx,
-        },
-        ranks,
-    )
-    .unwrap();
+    let decomposition =
+        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, ranks).unwrap();
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
         let mut fluid =
@@ -172,11 +141,7 @@ fn a_sphere_thrown_into_fluid_at_rest_feels_added_mass_and_history_but_not_the_f
     let speed = 1e-3;
     let mut sphere = Particle::at(0, 0, Vec3::new(1.43, 1.21, 1.7));
     sphere.velocity = [0.0, 0.0, speed * UNITS.velocity()];
-    let domain = Domain {
-        periodic: [true; 3],
-        cells: CELLS,
-        dx: UNITS.dx,
-    };
+    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     for solids in COUPLINGS {
         let store = store(&decomposition, 0, &[sphere], radius);
@@ -214,77 +179,41 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
     };
     let inside = Vec3::new(1.43, 1.21, 1.7);
     let load = |solids: SolidCollision, shift: [usize; 3], ranks: usize| {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: CELLS,
-            dx: UNITS.dx,
-        };
+        let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
         let moved = domain.wrap(inside + Vec3::from(shift.map(|n| n as f64 * UNITS.dx)));
         let mut sphere = Particle::at(0, 0, moved);
         (sphere.velocity, sphere.angular_velocity) = ([0.1, 0.05, -0.2], [0.3, -0.2, 0.1]);
         loads_after::<f64>(solids, &[sphere], 0.6, ranks, 6, shear(shift))[0]
     };
     let references = COUPLINGS.map(|solids| load(solids, [0, 0, 0], 1));
-    assert!(
-        references
-            .iter()
-            .all(|load| load.force.norm() > 0.01 * UNITS.force())
-    );
+    assert!(references.iter().all(|load| load.force.norm() > 0.01 * UNITS.force()));
     // The sphere, nine cells across, comes to lie on one, two and three faces of the box.
-    for shift in [
-        [12, 0, 0],
-        [0, 10, 0],
-        [0, 0, 14],
-        [12, 10, 0],
-        [12, 0, 14],
-        [0, 10, 14],
-        [12, 10, 14],
-    ] {
-        for (ranks, solids, reference) in [1, 2, 6, 8].into_iter().flat_map(|ranks| {
-            COUPLINGS
-                .into_iter()
-                .zip(references)
-                .map(move |(s, r)| (ranks, s, r))
-        }) {
+    for shift in [[12, 0, 0], [0, 10, 0], [0, 0, 14], [12, 10, 0], [12, 0, 14], [0, 10, 14], [12, 10, 14]] {
+        for (ranks, solids, reference) in [1, 2, 6, 8]
+            .into_iter()
+            .flat_map(|ranks| COUPLINGS.into_iter().zip(references).map(move |(s, r)| (ranks, s, r)))
+        {
             let moved = load(solids, shift, ranks);
-            let (force, torque) = (
-                (moved.force - reference.force).norm(),
-                (moved.torque - reference.torque).norm(),
-            );
+            let (force, torque) =
+                ((moved.force - reference.force).norm(), (moved.torque - reference.torque).norm());
             println!(
                 "{shift:?} on {ranks} ranks: force off by {:.1e}, torque by {:.1e}",
                 force / reference.force.norm(),
                 torque / reference.torque.norm()
             );
-            assert!(
-                force < 1e-10 * reference.force.norm(),
-                "{shift:?} on {ranks} ranks: {force:e}"
-            );
-            assert!(
-                torque < 1e-10 * reference.torque.norm(),
-                "{shift:?} on {ranks} ranks: {torque:e}"
-            );
+            assert!(force < 1e-10 * reference.force.norm(), "{shift:?} on {ranks} ranks: {force:e}");
+            assert!(torque < 1e-10 * reference.torque.norm(), "{shift:?} on {ranks} ranks: {torque:e}");
         }
     }
 }
 
 #[test]
 fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
-    let decomposition = Decomposition::new(
-        Domain {
-            periodic: [true; 3],
-            cells: CELLS,
-            dx: UNITS.dx,
-        },
-        1,
-    )
-    .unwrap();
+    let decomposition =
+        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, 1).unwrap();
     let spheres = [Vec3::new(0.01, 0.0, 3.4), Vec3::new(1.7, 1.2, 1.55)];
-    let particles: Vec<Particle> = spheres
-        .iter()
-        .enumerate()
-        .map(|(i, &x)| Particle::at(i as u64, 0, x))
-        .collect();
+    let particles: Vec<Particle> =
+        spheres.iter().enumerate().map(|(i, &x)| Particle::at(i as u64, 0, x)).collect();
     let store = store(&decomposition, 0, &particles, 0.6);
     let mut fluid =
         Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none()).unwrap();
@@ -303,11 +232,7 @@ fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle
         for segment in coupling.lines.line(line) {
             for x in segment.x..segment.end() {
                 let cell = [x as usize, line % CELLS[1], line / CELLS[1]];
-                let domain = Domain {
-                    periodic: [true; 3],
-                    cells: CELLS,
-                    dx: UNITS.dx,
-                };
+                let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
                 let centre = Vec3::from(cell.map(|c| (c as f64 + 0.5) * UNITS.dx));
                 let r = domain.nearest_image(centre - particle.position()) / UNITS.dx;
                 let u = (particle.velocity() / UNITS.velocity())
@@ -333,11 +258,7 @@ fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle
 /// Largest difference between loads and the sum over links, force and torque, over a run of a moving sphere across a
 /// corner of the box: half a cell in all, so that cells come and go.
 fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
-    let domain = Domain {
-        periodic: [true; 3],
-        cells: CELLS,
-        dx: UNITS.dx,
-    };
+    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none()).unwrap();
     let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
@@ -345,9 +266,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
     (sphere.velocity, sphere.angular_velocity) = ([0.5, 0.3, 0.4], angular_velocity);
     let mut largest = [0.0_f64; 2];
     for _ in 0..14 {
-        sphere.position = domain
-            .wrap(sphere.position() + sphere.velocity() * UNITS.dt)
-            .into();
+        sphere.position = domain.wrap(sphere.position() + sphere.velocity() * UNITS.dt).into();
         let store = store(&decomposition, 0, &[sphere], 0.6);
         coupling.map(&store);
         let (force, torque) = force_over_links(&fluid, &coupling, &sphere);
@@ -363,9 +282,8 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
 
 #[test]
 fn momentum_exchange_of_a_moving_sphere_agrees_with_the_sum_over_links() {
-    for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512]
-        .into_iter()
-        .filter(|simd| simd.is_available())
+    for simd in
+        [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512].into_iter().filter(|simd| simd.is_available())
     {
         let [force, torque] = difference_from_links(simd, [0.0; 3]);
         assert!(force < 1e-10 && torque < 1e-9, "{simd:?}: {force:e} {torque:e}");
@@ -379,28 +297,12 @@ fn momentum_exchange_of_a_moving_sphere_agrees_with_the_sum_over_links() {
 
 #[test]
 fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
-    let decomposition = Decomposition::new(
-        Domain {
-            periodic: [true; 3],
-            cells: CELLS,
-            dx: UNITS.dx,
-        },
-        1,
-    )
-    .unwrap();
-    let store = store(
-        &decomposition,
-        0,
-        &[Particle::at(0, 0, Vec3::new(1.0, 1.0, 1.0))],
-        0.5,
-    );
+    let decomposition =
+        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, 1).unwrap();
+    let store = store(&decomposition, 0, &[Particle::at(0, 0, Vec3::new(1.0, 1.0, 1.0))], 0.5);
     let (gravity, acceleration) = (Vec3::new(0.0, 0.0, -10.0), Vec3::new(0.0, 0.5, 3.0));
     for (force_balance, share) in [(ForceBalance::Mixture, 1.0), (ForceBalance::FluidOnly, 0.0)] {
-        let params = CouplingParams {
-            gravity,
-            force_balance,
-            ..params()
-        };
+        let params = CouplingParams { gravity, force_balance, ..params() };
         let mut coupling = Coupling::new(params, &decomposition, 0, 0.5);
         coupling.map(&store);
         let load = coupling.loads(&store, acceleration, &Comm::Solo)[0];
@@ -412,11 +314,7 @@ fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
 /// A sphere that a jolt sets off in a flow that turns and is driven: what is left over in the balance of momentum of
 /// particle and fluid over all steps (lattice units), and the force of the last step.
 fn left_over(solids: SolidCollision) -> [f64; 2] {
-    let domain = Domain {
-        periodic: [true; 3],
-        cells: CELLS,
-        dx: UNITS.dx,
-    };
+    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut fluid =
         Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none()).unwrap();

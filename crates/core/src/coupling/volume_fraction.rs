@@ -20,14 +20,7 @@ pub(super) const LEAST: f64 = 1e-4;
 /// Volume fraction of a cell behind a plane with normal `n`, the signed distance of its centre being `d` (cells).
 #[inline(always)]
 pub(super) fn behind_plane(d: f64, n: [f64; 3]) -> f64 {
-    behind(
-        d,
-        [
-            at_least(n[0], LEAST),
-            at_least(n[1], LEAST),
-            at_least(n[2], LEAST),
-        ],
-    )
+    behind(d, [at_least(n[0], LEAST), at_least(n[1], LEAST), at_least(n[2], LEAST)])
 }
 
 /// The size of a component of a normal, at least so large.
@@ -66,11 +59,7 @@ pub(super) fn curved(curvature: f64) -> f64 {
 #[inline(always)]
 pub(super) fn behind_both(v: f64, w: f64, c: f64) -> f64 {
     let both = v * w;
-    if c >= 0.0 {
-        both + c * (v.min(w) - both)
-    } else {
-        both - c * ((v + w - 1.0).max(0.0) - both)
-    }
+    if c >= 0.0 { both + c * (v.min(w) - both) } else { both - c * ((v + w - 1.0).max(0.0) - both) }
 }
 
 #[cfg(test)]
@@ -93,13 +82,9 @@ mod tests {
     #[test]
     fn the_share_of_a_cell_behind_a_plane_is_what_counting_points_says() {
         let root = 3.0_f64.sqrt().recip();
-        for n in [
-            [1.0, 0.0, 0.0],
-            [0.0, -0.6, 0.8],
-            [root, root, -root],
-            [0.28, 0.96, 0.0],
-            [0.48, -0.6, 0.64],
-        ] {
+        for n in
+            [[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [root, root, -root], [0.28, 0.96, 0.0], [0.48, -0.6, 0.64]]
+        {
             for k in -10..=10 {
                 let d = 0.09 * f64::from(k);
                 let (exact, counted) = (behind_plane(d, n), counted(d, n));

@@ -9,24 +9,15 @@ use crate::wall::{Motion, Surface, Wall};
 
 /// A box closed in z, with a rod along x in it.
 pub(super) fn walls(domain: &Domain) -> Vec<Wall> {
-    let wall = |name: &str, surface| Wall {
-        name: name.into(),
-        surface,
-        motion: Motion::default(),
-        material: 0,
-    };
+    let wall =
+        |name: &str, surface| Wall { name: name.into(), surface, motion: Motion::default(), material: 0 };
     let plane = |point, normal| Surface::Plane { point, normal };
     vec![
         wall("z-", plane(Vec3::zeros(), Vec3::z())),
         wall("z+", plane(domain.size(), -Vec3::z())),
         wall(
             "rod",
-            Surface::Cylinder {
-                point: Vec3::new(0.0, 1.2, 1.55),
-                axis: Vec3::x(),
-                radius: 0.4,
-                pipe: false,
-            },
+            Surface::Cylinder { point: Vec3::new(0.0, 1.2, 1.55), axis: Vec3::x(), radius: 0.4, pipe: false },
         ),
     ]
 }
@@ -49,18 +40,11 @@ fn run<T: Real>(
     acceleration: [f64; 3],
     density: f64,
 ) -> Outcome {
-    let domain = Domain {
-        periodic: [true, true, false],
-        cells: CELLS,
-        dx: UNITS.dx,
-    };
+    let domain = Domain { periodic: [true, true, false], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
-        let boundary = Boundary {
-            motions: walls.motions(),
-            wall_of: &|cell| walls.wall_of(cell),
-        };
+        let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let store = store(&decomposition, comm.rank(), particles, 0.6);
         let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         fluid.set_equilibrium(|_| (density, [0.0; 3]));
@@ -82,9 +66,7 @@ fn run<T: Real>(
                 .line(y + ny * z)
                 .iter()
                 .any(|segment| (segment.x..segment.end()).contains(&(x as u32)));
-            let in_wall = walls
-                .wall_of(std::array::from_fn(|a| (at[a] + block.lo[a]) as i64))
-                .is_some();
+            let in_wall = walls.wall_of(std::array::from_fn(|a| (at[a] + block.lo[a]) as i64)).is_some();
             if !covered && !in_wall {
                 free += fluid.moments(at).0;
             }
@@ -114,10 +96,7 @@ fn three() -> [Particle; 3] {
 
 #[test]
 fn spheres_at_rest_that_overlap_walls_feel_nothing_of_the_pressure() {
-    for (solids, density) in COUPLINGS
-        .into_iter()
-        .flat_map(|s| [1.0, 1.02].map(|rho| (s, rho)))
-    {
+    for (solids, density) in COUPLINGS.into_iter().flat_map(|s| [1.0, 1.02].map(|rho| (s, rho))) {
         let outcome = run::<f64>(solids, [1, 1, 1], &three(), 30, [0.0; 3], density);
         for load in outcome.loads {
             println!(
@@ -142,11 +121,7 @@ fn spheres_and_walls_together_take_up_all_momentum_that_is_fed_in() {
     let outcome = run::<f64>(COUPLINGS[0], [1, 1, 1], &three(), 4000, [a, 0.0, 0.0], 1.0);
     let spheres: Vec3 = outcome.loads.iter().map(|load| load.force).sum();
     let fed = a * outcome.free * UNITS.force();
-    println!(
-        "spheres {:?}, walls {:?}, fed in {fed}",
-        spheres / fed,
-        outcome.walls / fed
-    );
+    println!("spheres {:?}, walls {:?}, fed in {fed}", spheres / fed, outcome.walls / fed);
     assert!(spheres.x > 0.2 * fed && outcome.walls.x > 0.2 * fed);
     assert!((spheres.x + outcome.walls.x - fed).abs() < 1e-5 * fed);
     assert!((spheres.z + outcome.walls.z).abs() < 1e-5 * fed);

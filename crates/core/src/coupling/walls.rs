@@ -29,9 +29,7 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
                 Ok(())
             }
         }
-        Surface::Cylinder {
-            point, axis, radius, ..
-        } => {
+        Surface::Cylinder { point, axis, radius, .. } => {
             let off_axis = (wall.motion.pivot - point).cross(&axis).norm();
             if !along(&v, &axis) {
                 Err("moves across its axis")
@@ -76,9 +74,7 @@ impl LatticeWalls {
     /// The first wall that holds the centre of a cell.
     pub fn wall_of(&self, cell: [i64; 3]) -> Option<usize> {
         let centre = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.dx));
-        self.surfaces
-            .iter()
-            .position(|surface| surface.distance(centre) < 0.0)
+        self.surfaces.iter().position(|surface| surface.distance(centre) < 0.0)
     }
 
     /// Their motions.
@@ -96,19 +92,13 @@ mod tests {
         Wall {
             name: "wall".into(),
             surface,
-            motion: Motion {
-                velocity,
-                angular_velocity,
-                pivot,
-            },
+            motion: Motion { velocity, angular_velocity, pivot },
             material: 0,
         }
     }
 
-    const PLANE: Surface = Surface::Plane {
-        point: Vec3::new(0.0, 0.0, 0.5),
-        normal: Vec3::new(0.6, 0.0, 0.8),
-    };
+    const PLANE: Surface =
+        Surface::Plane { point: Vec3::new(0.0, 0.0, 0.5), normal: Vec3::new(0.6, 0.0, 0.8) };
     const ROD: Surface = Surface::Cylinder {
         point: Vec3::new(1.0, 2.0, 0.0),
         axis: Vec3::new(0.0, 0.0, 1.0),
@@ -131,10 +121,7 @@ mod tests {
         }
         let bad = [
             (wall(PLANE, x, o, o), "moves along its normal"),
-            (
-                wall(PLANE, o, along, o),
-                "turns about another axis than its normal",
-            ),
+            (wall(PLANE, o, along, o), "turns about another axis than its normal"),
             (wall(PLANE, y, across, o), "slides and turns at once"),
             (wall(ROD, x + z, o, o), "moves across its axis"),
             (wall(ROD, o, y, o), "turns about another axis than its own"),
@@ -147,17 +134,10 @@ mod tests {
 
     #[test]
     fn a_cell_belongs_to_the_first_wall_that_holds_its_centre_and_moves_like_it() {
-        let units = Units {
-            dx: 0.25,
-            dt: 0.01,
-            density: 1000.0,
-        };
+        let units = Units { dx: 0.25, dt: 0.01, density: 1000.0 };
         let turning = wall(ROD, Vec3::zeros(), 4.0 * Vec3::z(), Vec3::new(1.0, 2.0, 0.0));
         let walls = LatticeWalls::new(
-            &[
-                turning.clone(),
-                wall(PLANE, Vec3::y(), Vec3::zeros(), Vec3::zeros()),
-            ],
+            &[turning.clone(), wall(PLANE, Vec3::y(), Vec3::zeros(), Vec3::zeros())],
             &units,
         );
         assert_eq!(walls.wall_of([3, 7, 1]), Some(0));

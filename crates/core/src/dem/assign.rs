@@ -20,10 +20,7 @@ fn responsible(
     if a == b {
         return Some(a);
     }
-    [a.min(b), a.max(b)]
-        .into_iter()
-        .find(|&rank| knows_both(rank))
-        .or_else(lowest_that_knows_both)
+    [a.min(b), a.max(b)].into_iter().find(|&rank| knows_both(rank)).or_else(lowest_that_knows_both)
 }
 
 /// Block of a rank as a middle and half edges (m), for many questions.
@@ -37,10 +34,7 @@ impl Zone {
     fn of(decomposition: &Decomposition, rank: usize) -> Self {
         let place = decomposition.place(rank);
         let slabs: [[f64; 2]; 3] = std::array::from_fn(|i| slab(decomposition, i, place[i]));
-        Self {
-            middle: Vec3::from_fn(|i, _| slabs[i][0]),
-            half: Vec3::from_fn(|i, _| slabs[i][1]),
-        }
+        Self { middle: Vec3::from_fn(|i, _| slabs[i][0]), half: Vec3::from_fn(|i, _| slabs[i][1]) }
     }
 }
 
@@ -101,11 +95,7 @@ impl Neighbourhood {
 
     /// The rank that owns a particle at a wrapped position.
     pub fn owner(&self, position: Vec3) -> usize {
-        if self.ranks() == 1 {
-            0
-        } else {
-            self.decomposition.owner(position)
-        }
+        if self.ranks() == 1 { 0 } else { self.decomposition.owner(position) }
     }
 
     fn zone(&self, rank: usize) -> Zone {
@@ -168,13 +158,9 @@ impl Neighbourhood {
     pub fn responsible(&self, a: (usize, Vec3, u64), b: (usize, Vec3, u64)) -> Option<usize> {
         let knows_both = |rank| {
             let zone = self.zone(rank);
-            [a, b]
-                .iter()
-                .all(|&(_, position, template)| self.holds(&zone, position, template))
+            [a, b].iter().all(|&(_, position, template)| self.holds(&zone, position, template))
         };
-        responsible([a.0, b.0], knows_both, || {
-            self.lowest_that_knows([a, b].map(|(_, x, t)| (x, t)))
-        })
+        responsible([a.0, b.0], knows_both, || self.lowest_that_knows([a, b].map(|(_, x, t)| (x, t))))
     }
 
     /// The lowest rank that has both of two particles.
@@ -288,11 +274,7 @@ mod tests {
 
     #[test]
     fn an_owner_knows_both_bodies_of_every_pair_that_touches() {
-        let domain = Domain {
-            periodic: [true, true, false],
-            cells: [16, 12, 20],
-            dx: 0.5,
-        };
+        let domain = Domain { periodic: [true, true, false], cells: [16, 12, 20], dx: 0.5 };
         let radii = [0.95, 0.35];
         let cut = Decomposition::new(domain, 12).unwrap();
         let near = Neighbourhood::new(cut.clone(), 0, &radii);
@@ -310,18 +292,13 @@ mod tests {
 
     #[test]
     fn owners_know_their_particles_and_all_who_know_one_are_peers_of_its_owner() {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [16, 12, 20],
-            dx: 0.5,
-        };
+        let domain = Domain { periodic: [true; 3], cells: [16, 12, 20], dx: 0.5 };
         let uneven = Decomposition::with_cuts(domain, [vec![0, 4, 16], vec![0, 8, 12], vec![0, 4, 9, 20]]);
         let equal = [1, 2, 3, 4, 6, 8, 12].map(|ranks| Decomposition::new(domain, ranks).unwrap());
         for cut in equal.into_iter().chain([uneven]) {
             let ranks = cut.ranks();
-            let all: Vec<_> = (0..ranks)
-                .map(|rank| Neighbourhood::new(cut.clone(), rank, &[0.45, 0.35]))
-                .collect();
+            let all: Vec<_> =
+                (0..ranks).map(|rank| Neighbourhood::new(cut.clone(), rank, &[0.45, 0.35])).collect();
             for n in 0..500_u32 {
                 let part = |k: u32| f64::from(n * k % 499) / 499.0;
                 let at = Vec3::new(part(7), part(31), part(101)).component_mul(&domain.size());

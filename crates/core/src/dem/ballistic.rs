@@ -84,11 +84,8 @@ impl DemEngine for Ballistic {
     }
 
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let case = Case {
-            census: self.population.census(comm),
-            walls: 0,
-            domain: self.near.decomposition().domain,
-        };
+        let case =
+            Case { census: self.population.census(comm), walls: 0, domain: self.near.decomposition().domain };
         let ranks = (comm.rank(), comm.size());
         let saved = Saved::join(self.name(), parts, &case, ranks)?;
         let templates = self.population.store.templates.clone();
@@ -108,16 +105,9 @@ mod tests {
 
     #[test]
     fn a_particle_flies_straight_on_through_faces_and_ranks_and_its_load_is_remembered_on_4_ranks() {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [8, 8, 8],
-            dx: 1.0,
-        };
-        let templates: Arc<[Template]> = Arc::new([Template {
-            shape: Arc::new(Sphere { radius: 1.0 }),
-            material: 0,
-            density: 1.0,
-        }]);
+        let domain = Domain { periodic: [true; 3], cells: [8, 8, 8], dx: 1.0 };
+        let templates: Arc<[Template]> =
+            Arc::new([Template { shape: Arc::new(Sphere { radius: 1.0 }), material: 0, density: 1.0 }]);
         let mut flying = Particle::at(0, 0, Vec3::new(7.5, 1.0, 2.0));
         flying.velocity = [0.5, -0.25, 1.0];
         let all = [flying, Particle::at(1, 0, Vec3::repeat(4.0))];
@@ -149,16 +139,9 @@ mod tests {
 
     #[test]
     fn what_was_saved_on_2_ranks_goes_on_on_1_and_3_ranks_with_its_loads() {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [12, 8, 8],
-            dx: 1.0,
-        };
-        let templates: Arc<[Template]> = Arc::new([Template {
-            shape: Arc::new(Sphere { radius: 1.0 }),
-            material: 0,
-            density: 1.0,
-        }]);
+        let domain = Domain { periodic: [true; 3], cells: [12, 8, 8], dx: 1.0 };
+        let templates: Arc<[Template]> =
+            Arc::new([Template { shape: Arc::new(Sphere { radius: 1.0 }), material: 0, density: 1.0 }]);
         let all: Vec<Particle> = (0..9_u64)
             .map(|id| {
                 let mut particle = Particle::at(id, 0, Vec3::new(1.3, 0.7, 0.9) * id as f64);
@@ -173,10 +156,7 @@ mod tests {
         };
         let advance = |engine: &mut Ballistic, comm: &Comm| {
             for _ in 0..10 {
-                let pull = |p: &Particle| Load {
-                    force: p.position(),
-                    torque: Vec3::zeros(),
-                };
+                let pull = |p: &Particle| Load { force: p.position(), torque: Vec3::zeros() };
                 let loads: Vec<Load> = engine.particles().owned().iter().map(pull).collect();
                 engine.advance(comm, &loads, 0.5).unwrap();
             }
@@ -204,15 +184,9 @@ mod tests {
             on_threads(ranks, |comm| {
                 let mut engine = engine(&comm);
                 engine.restore(&comm, parts).unwrap();
-                assert!(
-                    state(&engine, &comm).iter().all(|p| middle.contains(p)),
-                    "{ranks} ranks"
-                );
+                assert!(state(&engine, &comm).iter().all(|p| middle.contains(p)), "{ranks} ranks");
                 advance(&mut engine, &comm);
-                assert!(
-                    state(&engine, &comm).iter().all(|p| end.contains(p)),
-                    "{ranks} ranks"
-                );
+                assert!(state(&engine, &comm).iter().all(|p| end.contains(p)), "{ranks} ranks");
             });
         }
     }

@@ -79,18 +79,12 @@ const REASONS: [(&str, &str); 9] = [
         "turbid sets the lists of neighbours so that no contact is missed; with others, particles would pass through each \
          other without a word",
     ),
-    (
-        "pair_style pair_coeff",
-        "the law of contact and its coefficients are those of [contact]",
-    ),
+    ("pair_style pair_coeff", "the law of contact and its coefficients are those of [contact]"),
     (
         "fix:nve fix:nvt fix:npt fix:rigid fix:poems fix:multisphere fix:move",
         "the particles are moved by turbid's own fix already; a second one would move them twice",
     ),
-    (
-        "fix:gravity",
-        "gravity is that of `driving.gravity`; LIGGGHTS has it already",
-    ),
+    ("fix:gravity", "gravity is that of `driving.gravity`; LIGGGHTS has it already"),
     (
         "fix:insert fix:pour fix:deposit fix:remove fix:evaporate fix:adapt fix:deform",
         "number and sizes of particles and the box are those of the case",
@@ -132,10 +126,7 @@ pub fn accept(command: &str) -> Result<String, Refusal> {
         return refuse(
             format!("has the character {other:?}, which no command that turbid passes on has"),
             "refused".into(),
-            format!(
-                "write out names and numbers, without quotes and variables; {}",
-                known()
-            ),
+            format!("write out names and numbers, without quotes and variables; {}", known()),
         );
     }
     let words: Vec<&str> = code.split_ascii_whitespace().collect();
@@ -150,13 +141,10 @@ pub fn accept(command: &str) -> Result<String, Refusal> {
         let Err(at) = fit(form, &words) else {
             return Ok(words.join(" "));
         };
-        let label = words
-            .get(at)
-            .map_or("incomplete".into(), |word| format!("`{word}` does not fit"));
+        let label = words.get(at).map_or("incomplete".into(), |word| format!("`{word}` does not fit"));
         let classes = CLASSES.iter().filter(|(class, _)| form.contains(class));
-        let classes = classes.fold(String::new(), |list, (class, meaning)| {
-            list + "; " + class + ": " + meaning
-        });
+        let classes =
+            classes.fold(String::new(), |list, (class, meaning)| list + "; " + class + ": " + meaning);
         let title = format!("is \"{name} ...\", but not in the form that turbid passes on");
         return refuse(title, label, format!("write \"{form}\"{classes}"));
     }
@@ -168,10 +156,8 @@ pub fn accept(command: &str) -> Result<String, Refusal> {
         };
         entries.split(' ').any(applies)
     });
-    let what = style.map_or_else(
-        || format!("\"{name} ...\""),
-        |style| format!("a fix of the style \"{style}\""),
-    );
+    let what =
+        style.map_or_else(|| format!("\"{name} ...\""), |style| format!("a fix of the style \"{style}\""));
     refuse(
         format!("is {what}, which turbid does not pass on"),
         "refused".into(),
@@ -276,47 +262,17 @@ mod tests {
             ("group both union few low all", "group both union few low all"),
             ("group rest subtract all few", "group rest subtract all few"),
             ("group some intersect few low", "group some intersect few low"),
-            (
-                "region a block 0 INF EDGE 1e-3 -.5 1.",
-                "region a block 0 INF EDGE 1e-3 -.5 1.",
-            ),
-            (
-                "region b sphere 0 0 0 1 units box side out",
-                "region b sphere 0 0 0 1 units box side out",
-            ),
-            (
-                "region c cylinder z 0 0 1 INF INF",
-                "region c cylinder z 0 0 1 INF INF",
-            ),
-            (
-                "region d plane 0 0 0 0 0 1 side in",
-                "region d plane 0 0 0 0 0 1 side in",
-            ),
-            (
-                "  fix v all viscous 1e-6  # drag 'x' $y ",
-                "fix v all viscous 1e-6",
-            ),
-            (
-                "fix v all viscous 1 scale 2 3 scale 1 .5",
-                "fix v all viscous 1 scale 2 3 scale 1 .5",
-            ),
-            (
-                "fix d few drag 0 NULL 1e-3 1e-9 0",
-                "fix d few drag 0 NULL 1e-3 1e-9 0",
-            ),
-            (
-                "fix f low addforce 0 0 -1E-9 region a",
-                "fix f low addforce 0 0 -1E-9 region a",
-            ),
-            (
-                "fix t few spring tether 1 0 0 NULL 0",
-                "fix t few spring tether 1 0 0 NULL 0",
-            ),
+            ("region a block 0 INF EDGE 1e-3 -.5 1.", "region a block 0 INF EDGE 1e-3 -.5 1."),
+            ("region b sphere 0 0 0 1 units box side out", "region b sphere 0 0 0 1 units box side out"),
+            ("region c cylinder z 0 0 1 INF INF", "region c cylinder z 0 0 1 INF INF"),
+            ("region d plane 0 0 0 0 0 1 side in", "region d plane 0 0 0 0 0 1 side in"),
+            ("  fix v all viscous 1e-6  # drag 'x' $y ", "fix v all viscous 1e-6"),
+            ("fix v all viscous 1 scale 2 3 scale 1 .5", "fix v all viscous 1 scale 2 3 scale 1 .5"),
+            ("fix d few drag 0 NULL 1e-3 1e-9 0", "fix d few drag 0 NULL 1e-3 1e-9 0"),
+            ("fix f low addforce 0 0 -1E-9 region a", "fix f low addforce 0 0 -1E-9 region a"),
+            ("fix t few spring tether 1 0 0 NULL 0", "fix t few spring tether 1 0 0 NULL 0"),
             ("fix s few spring/self 1e-3 xy", "fix s few spring/self 1e-3 xy"),
-            (
-                "neigh_modify one 5000 page 200000",
-                "neigh_modify one 5000 page 200000",
-            ),
+            ("neigh_modify one 5000 page 200000", "neigh_modify one 5000 page 200000"),
         ] {
             assert_eq!(accept(command).as_deref(), Ok(sent));
         }
@@ -406,10 +362,7 @@ mod tests {
     fn a_refusal_says_where_a_known_command_does_not_fit_and_what_is_known_otherwise() {
         let refusal = accept("fix v all viscous 1e-6 scale x 2").unwrap_err();
         assert!(refusal.label.contains("`scale`"), "{refusal:?}");
-        assert!(
-            refusal.remedy.contains("scale COUNT NUMBER]\"; NEW: a name"),
-            "{refusal:?}"
-        );
+        assert!(refusal.remedy.contains("scale COUNT NUMBER]\"; NEW: a name"), "{refusal:?}");
         let refusal = accept("fix v all").unwrap_err();
         assert!(refusal.remedy.contains("fix .. viscous") && refusal.remedy.contains("neigh_modify .. one"));
         let refusal = accept("fix h all setforce 0 0 0").unwrap_err();

@@ -32,10 +32,7 @@ struct Parcel {
 
 impl Parcel {
     fn load(&self) -> Load {
-        Load {
-            force: self.force.into(),
-            torque: self.torque.into(),
-        }
+        Load { force: self.force.into(), torque: self.torque.into() }
     }
 }
 
@@ -59,12 +56,7 @@ impl Population {
         all: impl IntoIterator<Item = (Particle, Load)>,
     ) -> Self {
         let mut population = Self {
-            store: ParticleStore {
-                templates,
-                particles: Vec::new(),
-                owned: 0,
-                owners: Vec::new(),
-            },
+            store: ParticleStore { templates, particles: Vec::new(), owned: 0, owners: Vec::new() },
             loads: Vec::new(),
             ghost_loads: Vec::new(),
             rank,
@@ -98,11 +90,7 @@ impl Population {
         for (particle, load) in self.store.owned().iter().zip(&self.loads) {
             let (position, template) = (particle.position(), particle.template);
             let owner = near.owner(position);
-            let parcel = Parcel {
-                particle: *particle,
-                force: load.force.into(),
-                torque: load.torque.into(),
-            };
+            let parcel = Parcel { particle: *particle, force: load.force.into(), torque: load.torque.into() };
             let bytes = bytemuck::bytes_of(&parcel);
             for (link, message) in messages.iter_mut().enumerate() {
                 if near.peers[link] == owner || near.peer_knows(link, position, template) {
@@ -114,8 +102,7 @@ impl Population {
             }
         }
         for message in comm.exchange(&near.peers, messages) {
-            self.incoming
-                .extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
+            self.incoming.extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
         }
         self.sort_in(near);
     }
@@ -144,13 +131,7 @@ impl Population {
             })
             .collect();
         order.sort_unstable();
-        let Self {
-            store,
-            loads,
-            ghost_loads,
-            incoming,
-            ..
-        } = self;
+        let Self { store, loads, ghost_loads, incoming, .. } = self;
         store.particles.clear();
         store.owners.clear();
         loads.clear();
@@ -192,16 +173,9 @@ mod tests {
 
     #[test]
     fn every_rank_knows_what_it_must_and_loads_travel_with_their_particles_on_1_to_8_ranks() {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [16, 16, 16],
-            dx: 0.25,
-        };
-        let templates: Arc<[Template]> = Arc::new([Template {
-            shape: Arc::new(Sphere { radius: 0.3 }),
-            material: 0,
-            density: 1.0,
-        }]);
+        let domain = Domain { periodic: [true; 3], cells: [16, 16, 16], dx: 0.25 };
+        let templates: Arc<[Template]> =
+            Arc::new([Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]);
         let all: Vec<Particle> = (0..60_u32)
             .map(|n| {
                 let part = |k: u32| f64::from(n * k % 61) / 61.0 * 4.0;
@@ -243,9 +217,7 @@ mod tests {
                         .owned()
                         .iter()
                         .map(|p| {
-                            (0..ranks)
-                                .filter(|&r| r == rank || near.knows(r, p.position(), 0))
-                                .count() as i64
+                            (0..ranks).filter(|&r| r == rank || near.knows(r, p.position(), 0)).count() as i64
                         })
                         .sum()];
                     comm.sum(&mut due);
@@ -275,17 +247,10 @@ mod tests {
 
     #[test]
     fn a_particle_that_arrives_on_a_face_edge_or_corner_of_blocks_or_box_has_one_owner_on_12_ranks() {
-        let templates: Arc<[Template]> = Arc::new([Template {
-            shape: Arc::new(Sphere { radius: 0.3 }),
-            material: 0,
-            density: 1.0,
-        }]);
+        let templates: Arc<[Template]> =
+            Arc::new([Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]);
         for periodic in [[true; 3], [false; 3], [true, false, true]] {
-            let domain = Domain {
-                periodic,
-                cells: [16, 17, 18],
-                dx: 0.1,
-            };
+            let domain = Domain { periodic, cells: [16, 17, 18], dx: 0.1 };
             let equal = Decomposition::with_grid(domain, [2, 2, 3]);
             let uneven =
                 Decomposition::with_cuts(domain, [vec![0, 5, 16], vec![0, 13, 17], vec![0, 4, 9, 18]]);

@@ -41,10 +41,7 @@ impl History {
     /// With these records, in any order.
     pub fn new(mut records: Vec<Record>) -> Self {
         records.sort_unstable_by_key(Record::key);
-        Self {
-            current: records,
-            ..Self::default()
-        }
+        Self { current: records, ..Self::default() }
     }
 
     /// The records, ascending by `(first, second)`.
@@ -54,17 +51,10 @@ impl History {
 
     /// The record of a pair, if the contact existed. Pairs must be requested in ascending order.
     pub fn recall(&mut self, first: u64, second: u64) -> Option<Record> {
-        while self
-            .current
-            .get(self.cursor)
-            .is_some_and(|r| r.key() < (first, second))
-        {
+        while self.current.get(self.cursor).is_some_and(|r| r.key() < (first, second)) {
             self.cursor += 1;
         }
-        self.current
-            .get(self.cursor)
-            .filter(|r| r.key() == (first, second))
-            .copied()
+        self.current.get(self.cursor).filter(|r| r.key() == (first, second)).copied()
     }
 
     /// Remembers a contact for the next sub-step. Contacts must come in ascending order.
@@ -118,8 +108,7 @@ impl History {
         });
         let before = self.current.len();
         for message in comm.exchange(peers, messages) {
-            self.current
-                .extend(bytemuck::pod_collect_to_vec::<u8, Record>(&message));
+            self.current.extend(bytemuck::pod_collect_to_vec::<u8, Record>(&message));
         }
         if self.current.len() > before {
             self.current.sort_unstable_by_key(Record::key);
@@ -133,12 +122,7 @@ mod tests {
     use crate::comm::on_threads;
 
     fn record(first: u64, second: u64) -> Record {
-        Record {
-            first,
-            second,
-            damping: first as f64,
-            age: second,
-        }
+        Record { first, second, damping: first as f64, age: second }
     }
 
     #[test]

@@ -34,10 +34,7 @@ pub struct Inertia {
 impl Inertia {
     /// Inertia of a template.
     pub fn of(template: &Template) -> Self {
-        Self {
-            mass: template.mass(),
-            moments: template.inertia(),
-        }
+        Self { mass: template.mass(), moments: template.inertia() }
     }
 
     fn is_isotropic(&self) -> bool {
@@ -84,20 +81,14 @@ impl Inertia {
 pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &Load, dt: f64) {
     let half = 0.5 * dt;
 
-    let (undone, force) = (
-        load.force + Vec3::from(particle.contact_force),
-        load.force + contact.force,
-    );
+    let (undone, force) = (load.force + Vec3::from(particle.contact_force), load.force + contact.force);
     let before = particle.velocity() - undone * (half / inertia.mass);
     let between = before + force * (dt / inertia.mass);
     particle.position = (particle.position() + between * dt).into();
     particle.velocity = (between + force * (half / inertia.mass)).into();
     particle.contact_force = contact.force.into();
 
-    let (undone, torque) = (
-        load.torque + Vec3::from(particle.contact_torque),
-        load.torque + contact.torque,
-    );
+    let (undone, torque) = (load.torque + Vec3::from(particle.contact_torque), load.torque + contact.torque);
     let orientation = particle.orientation();
     let before = Vec3::from(particle.angular_momentum) - undone * half;
     let between = before + torque * dt;

@@ -108,9 +108,8 @@ impl Native {
     ) -> Result<Self> {
         assert!(params.substeps > 0);
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let contours: Vec<Contour> = (templates.iter())
-            .map(|t| Contour::new(t.shape.clone(), enlargement))
-            .collect();
+        let contours: Vec<Contour> =
+            (templates.iter()).map(|t| Contour::new(t.shape.clone(), enlargement)).collect();
         let bounds: Vec<f64> = contours.iter().map(Contour::reach).collect();
         if params.contact.is_some() {
             check_images(&decomposition, all, &bounds)?;
@@ -154,9 +153,8 @@ impl Native {
     /// `records` are (at least) the histories of the contacts that this rank evaluates, `begun` is the number of
     /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
-        let mine = records
-            .iter()
-            .filter(|r| responsible_for(r, &self.near, &self.population) == Some(self.rank));
+        let mine =
+            records.iter().filter(|r| responsible_for(r, &self.near, &self.population) == Some(self.rank));
         self.ledger.history = History::new(mine.copied().collect());
         self.ledger.summary.begun = begun;
         self.substep = substep;
@@ -188,9 +186,7 @@ impl Native {
         let moved = self.integrate(dt);
         self.population.refresh(&self.near, comm);
         let (near, population) = (&self.near, &self.population);
-        self.ledger.history.hand_over(comm, &near.peers, |record| {
-            responsible_for(record, near, population)
-        });
+        self.ledger.history.hand_over(comm, &near.peers, |record| responsible_for(record, near, population));
         self.substep += 1;
         evaluated.and(moved)
     }

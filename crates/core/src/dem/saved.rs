@@ -83,9 +83,8 @@ impl Saved {
             begun: self.begun,
             own: self.own.len() as u64,
         };
-        let loads: Vec<[[f64; 3]; 2]> = (self.loads.iter())
-            .map(|load| [load.force.into(), load.torque.into()])
-            .collect();
+        let loads: Vec<[[f64; 3]; 2]> =
+            (self.loads.iter()).map(|load| [load.force.into(), load.torque.into()]).collect();
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&self.particles));
         bytes.extend_from_slice(bytemuck::cast_slice(&loads));
@@ -133,10 +132,7 @@ impl Saved {
                 begun: header.begun,
                 particles,
                 loads: (loads.into_iter())
-                    .map(|[force, torque]| Load {
-                        force: force.into(),
-                        torque: torque.into(),
-                    })
+                    .map(|[force, torque]| Load { force: force.into(), torque: torque.into() })
                     .collect(),
                 records,
                 states,
@@ -154,9 +150,7 @@ impl Saved {
     /// [`Error::Input`], the same on every rank, if the parts are damaged, incomplete, or of another engine, version or case.
     pub fn join(engine: &str, parts: &[Vec<u8>], case: &Case, (rank, size): (usize, usize)) -> Result<Self> {
         let refuse = |what: String| {
-            Error::Input(format!(
-                "the saved state of the {engine} engine cannot be used: {what}"
-            ))
+            Error::Input(format!("the saved state of the {engine} engine cannot be used: {what}"))
         };
         let of = |n: usize| format!("part {} of {}", n + 1, parts.len());
         let parts = (parts.iter().enumerate())
@@ -173,8 +167,7 @@ impl Saved {
                     part.substep
                 )));
             }
-            case.is_sound(&part)
-                .map_err(|what| refuse(format!("{}: {what}", of(n))))?;
+            case.is_sound(&part).map_err(|what| refuse(format!("{}: {what}", of(n))))?;
             all.substep = part.substep;
             all.particles.extend(part.particles);
             all.loads.extend(part.loads);
@@ -221,10 +214,7 @@ impl Case {
         let mut keys: Vec<(u64, u64)> = records.map(Record::key).collect();
         keys.sort_unstable();
         if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(format!(
-                "the contact of {} with {} is in it twice",
-                twice[0].0, twice[0].1
-            ));
+            return Err(format!("the contact of {} with {} is in it twice", twice[0].0, twice[0].1));
         }
         Ok(())
     }
@@ -254,13 +244,7 @@ impl Case {
                 ));
             }
         }
-        for Record {
-            first,
-            second,
-            damping,
-            age,
-        } in &part.records
-        {
+        for Record { first, second, damping, age } in &part.records {
             if !damping.is_finite() || *age > MOST || first >= second {
                 return Err(format!(
                     "the order, the damping or the age of the contact of {first} with {second} is that of none"
@@ -271,9 +255,7 @@ impl Case {
             let vectors = [state.point, state.normal, state.force].map(Vec3::from);
             if !finite(&vectors) || !finite(&[Vec3::new(state.depth, state.volume, 0.0)]) {
                 let (first, second) = (state.first, state.second);
-                return Err(format!(
-                    "the contact of {first} with {second} has a number that is not finite"
-                ));
+                return Err(format!("the contact of {first} with {second} has a number that is not finite"));
             }
         }
         if part.substep.max(part.begun) > MOST {
@@ -287,39 +269,18 @@ impl Case {
 mod tests {
     use super::*;
 
-    const BOX: Domain = Domain {
-        periodic: [true, true, false],
-        cells: [8, 8, 8],
-        dx: 0.5,
-    };
+    const BOX: Domain = Domain { periodic: [true, true, false], cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
-        Case {
-            census: vec![[3, 0], [5, 1], [9, 0]],
-            walls: 2,
-            domain: BOX,
-        }
+        Case { census: vec![[3, 0], [5, 1], [9, 0]], walls: 2, domain: BOX }
     }
 
     /// Two ranks' states of three particles, with a contact of two of them and one with a wall.
     fn two() -> [Saved; 2] {
         let particle = |id, template| Particle::at(id, template, Vec3::repeat(0.25 * id as f64));
-        let load = Load {
-            force: Vec3::new(1.0, 2.0, 3.0),
-            torque: Vec3::new(4.0, 5.0, 6.0),
-        };
-        let record = |first, second| Record {
-            first,
-            second,
-            damping: 0.5,
-            age: 7,
-        };
-        let state = |first, second| ContactState {
-            first,
-            second,
-            depth: 1e-3,
-            ..ContactState::zeroed()
-        };
+        let load = Load { force: Vec3::new(1.0, 2.0, 3.0), torque: Vec3::new(4.0, 5.0, 6.0) };
+        let record = |first, second| Record { first, second, damping: 0.5, age: 7 };
+        let state = |first, second| ContactState { first, second, depth: 1e-3, ..ContactState::zeroed() };
         [
             Saved {
                 substep: 40,
@@ -366,24 +327,14 @@ mod tests {
         let alone = Saved::join("native", &written, &case(), (0, 1)).unwrap();
         assert_eq!((alone.substep, alone.begun), (40, 5));
         assert_eq!(alone.particles.len(), 3);
-        assert_eq!(
-            (alone.particles[2], alone.loads[2]),
-            (parts[1].particles[0], parts[1].loads[0])
-        );
+        assert_eq!((alone.particles[2], alone.loads[2]), (parts[1].particles[0], parts[1].loads[0]));
         assert_eq!(alone.records, [parts[0].records[0], parts[1].records[0]]);
-        assert_eq!(
-            alone.states,
-            [parts[1].states[0], parts[0].states[0]],
-            "ascending"
-        );
+        assert_eq!(alone.states, [parts[1].states[0], parts[0].states[0]], "ascending");
         for rank in 0..3 {
             let share = Saved::join("native", &written, &case(), (rank, 3)).unwrap();
             let (begun, states) = (parts.get(rank)).map_or((0, &[][..]), |part| (part.begun, &part.states));
             assert_eq!((share.begun, &share.states[..]), (begun, states));
-            assert_eq!(
-                (share.particles, share.records),
-                (alone.particles.clone(), alone.records.clone())
-            );
+            assert_eq!((share.particles, share.records), (alone.particles.clone(), alone.records.clone()));
         }
     }
 
@@ -411,10 +362,7 @@ mod tests {
             part[32..40].copy_from_slice(&count.to_ne_bytes());
             let checksum = xxh3_64(&part[UNCHECKED..]);
             part[8..16].copy_from_slice(&checksum.to_ne_bytes());
-            assert!(
-                objection(&[part]).contains("not those its head counts"),
-                "{count}"
-            );
+            assert!(objection(&[part]).contains("not those its head counts"), "{count}");
         }
     }
 
@@ -422,11 +370,7 @@ mod tests {
     fn another_engine_version_or_case_and_missing_or_doubled_parts_are_named() {
         let whole = bytes(&two());
         let foreign = two().map(|part| part.write("ballistic")).to_vec();
-        assert!(
-            objection(&foreign).contains("is of the engine `ballistic`"),
-            "{}",
-            objection(&foreign)
-        );
+        assert!(objection(&foreign).contains("is of the engine `ballistic`"), "{}", objection(&foreign));
         let mut later = whole.clone();
         later[1][7] = 9;
         assert!(objection(&later).contains("part 2 of 2 is of version 9, not 1"));

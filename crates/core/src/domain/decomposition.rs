@@ -50,11 +50,7 @@ impl Decomposition {
             }
             work + weights.face * 2.0 * surface(grid, domain.edges(grid))
         })?;
-        Some(Self {
-            cuts: std::array::from_fn(|axis| weights.cut(axis, grid[axis]).0),
-            domain,
-            grid,
-        })
+        Some(Self { cuts: std::array::from_fn(|axis| weights.cut(axis, grid[axis]).0), domain, grid })
     }
 
     /// The whole box as one block, for one rank.
@@ -64,11 +60,7 @@ impl Decomposition {
 
     /// Blocks of (nearly) equal size in a grid of the caller's choice.
     pub fn with_grid(domain: Domain, grid: [usize; 3]) -> Self {
-        Self {
-            cuts: std::array::from_fn(|axis| equal_cuts(domain.cells[axis], grid[axis])),
-            domain,
-            grid,
-        }
+        Self { cuts: std::array::from_fn(|axis| equal_cuts(domain.cells[axis], grid[axis])), domain, grid }
     }
 
     /// Blocks between cuts of the caller's choice, as in [`cuts`](Self::cuts).
@@ -83,20 +75,13 @@ impl Decomposition {
                 domain.cells[axis]
             );
         }
-        Self {
-            grid: std::array::from_fn(|axis| cuts[axis].len() - 1),
-            domain,
-            cuts,
-        }
+        Self { grid: std::array::from_fn(|axis| cuts[axis].len() - 1), domain, cuts }
     }
 
     /// The largest number of ranks up to `wanted` that [`new`](Self::new) accepts.
     pub fn max_ranks(domain: Domain, wanted: usize) -> usize {
         let most = domain.cells.iter().map(|n| n / MIN_BLOCK).product();
-        (1..=wanted.min(most))
-            .rev()
-            .find(|&ranks| best_grid(&domain, ranks, |_| 0.0).is_some())
-            .unwrap_or(1)
+        (1..=wanted.min(most)).rev().find(|&ranks| best_grid(&domain, ranks, |_| 0.0).is_some()).unwrap_or(1)
     }
 
     /// Number of ranks.
@@ -106,18 +91,12 @@ impl Decomposition {
 
     /// Grid index of a rank; x runs fastest.
     pub fn place(&self, rank: usize) -> [usize; 3] {
-        [
-            rank % self.grid[0],
-            rank / self.grid[0] % self.grid[1],
-            rank / self.grid[0] / self.grid[1],
-        ]
+        [rank % self.grid[0], rank / self.grid[0] % self.grid[1], rank / self.grid[0] / self.grid[1]]
     }
 
     /// Rank at a grid index, taken periodically.
     pub fn rank_at(&self, place: [isize; 3]) -> usize {
-        self.rank_of(std::array::from_fn(|i| {
-            place[i].rem_euclid(self.grid[i] as isize) as usize
-        }))
+        self.rank_of(std::array::from_fn(|i| place[i].rem_euclid(self.grid[i] as isize) as usize))
     }
 
     /// Rank at a grid index.
@@ -142,9 +121,7 @@ impl Decomposition {
     /// The rank whose block holds a wrapped position. Beyond a closed face it is the rank at that face.
     pub fn owner(&self, position: Vec3) -> usize {
         let cell = self.domain.cell_of(position);
-        self.rank_of(std::array::from_fn(|i| {
-            self.cuts[i].partition_point(|&cut| cut <= cell[i]) - 1
-        }))
+        self.rank_of(std::array::from_fn(|i| self.cuts[i].partition_point(|&cut| cut <= cell[i]) - 1))
     }
 
     /// Returns true if some periodic image of a wrapped position lies within `reach` (m) of the rank's block.
@@ -186,9 +163,7 @@ impl Decomposition {
             let outer = cuts[first] + cells - cuts[second + 1];
             if periodic { inner.min(outer) } else { inner }
         };
-        around(p, self.grid[axis], periodic, |q| {
-            gap(q) as f64 * self.domain.dx <= reach
-        })
+        around(p, self.grid[axis], periodic, |q| gap(q) as f64 * self.domain.dx <= reach)
     }
 }
 

@@ -113,11 +113,8 @@ fn even_out(sums: &[f64], parts: usize) -> Vec<usize> {
         .map(|p| {
             let wanted = sums[cells] * p as f64 / parts as f64;
             let above = sums.partition_point(|&sum| sum < wanted).min(cells);
-            let nearest = if above > 0 && wanted - sums[above - 1] <= sums[above] - wanted {
-                above - 1
-            } else {
-                above
-            };
+            let nearest =
+                if above > 0 && wanted - sums[above - 1] <= sums[above] - wanted { above - 1 } else { above };
             nearest.clamp(MIN_BLOCK * p, cells - MIN_BLOCK * (parts - p))
         })
         .collect();
@@ -186,11 +183,7 @@ mod tests {
 
     #[test]
     fn even_work_and_no_work_at_all_are_cut_into_equal_slabs() {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [41, 34, 47],
-            dx: 1.0,
-        };
+        let domain = Domain { periodic: [true; 3], cells: [41, 34, 47], dx: 1.0 };
         for cell in [0.0, 1.0] {
             let weights = Weights::even(&domain, cell);
             for (axis, cells) in domain.cells.into_iter().enumerate() {
@@ -203,11 +196,7 @@ mod tests {
 
     #[test]
     fn slabs_that_differ_by_chance_stay_equal_and_a_heap_does_not() {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [40; 3],
-            dx: 1.0,
-        };
+        let domain = Domain { periodic: [true; 3], cells: [40; 3], dx: 1.0 };
         let mut weights = Weights::even(&domain, 1.0 / 1600.0);
         // Eight bodies of the work of two layers, five in one half and three in the other.
         weights.chance = 8.0 * 4.0;

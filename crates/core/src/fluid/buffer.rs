@@ -38,10 +38,7 @@ impl<T: Pod> Buffer<T> {
         }
         // SAFETY: the range was just allocated with this size.
         unsafe { start.as_ptr().write_bytes(0, layout.size()) };
-        Ok(Self {
-            start: start.cast(),
-            len,
-        })
+        Ok(Self { start: start.cast(), len })
     }
 
     /// The start of the memory, from which every slice of it derives.
@@ -89,10 +86,7 @@ mod tests {
     #[test]
     fn more_populations_than_an_address_space_holds_are_an_error_with_their_amount() {
         for len in [1 << 57, (1 << 60) - 1, 1 << 61, usize::MAX] {
-            let text = Buffer::<f64>::zeroed(len, "the populations")
-                .err()
-                .unwrap()
-                .to_string();
+            let text = Buffer::<f64>::zeroed(len, "the populations").err().unwrap().to_string();
             assert!(text.contains(" GB for the populations; take"), "{text}");
         }
     }

@@ -27,10 +27,8 @@ pub trait Real: Number + Pod + Send + Sync {
 
 /// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what
 /// one needs of registers is not at the expense of the other.
-type AskSolids<T, S> = (
-    unsafe fn(&mut S, usize, usize, &mut SolidRow<T>),
-    unsafe fn(&mut S, usize, usize, &SolidRow<T>),
-);
+type AskSolids<T, S> =
+    (unsafe fn(&mut S, usize, usize, &mut SolidRow<T>), unsafe fn(&mut S, usize, usize, &SolidRow<T>));
 
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
 ///

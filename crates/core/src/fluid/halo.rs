@@ -73,9 +73,7 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
     let place = decomposition.place(rank);
     let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
     let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
-    (0..3)
-        .all(|a| decomposition.domain.periodic[a] || inside(a))
-        .then(|| decomposition.rank_at(to))
+    (0..3).all(|a| decomposition.domain.periodic[a] || inside(a)).then(|| decomposition.rank_at(to))
 }
 
 /// Messages that go together.
@@ -89,15 +87,9 @@ impl<T: Pod + Send> Pattern<T> {
     /// Collective.
     fn new(messages: Vec<(usize, Message)>, comm: &Comm) -> Result<Self> {
         let (peers, messages): (Vec<usize>, Vec<Message>) = messages.into_iter().unzip();
-        let lengths: Vec<usize> = messages
-            .iter()
-            .map(|m| m.fill_from.iter().map(|run| run.count).sum())
-            .collect();
-        Ok(Self {
-            messages,
-            halo: comm.halo(&peers, &lengths)?,
-            under_way: false,
-        })
+        let lengths: Vec<usize> =
+            messages.iter().map(|m| m.fill_from.iter().map(|run| run.count).sum()).collect();
+        Ok(Self { messages, halo: comm.halo(&peers, &lengths)?, under_way: false })
     }
 
     /// Packs and sends, unless that has been done since the last [`finish`](Self::finish).
@@ -165,14 +157,8 @@ impl<T: Pod + Send> FluidHalo<T> {
         let rank = comm.rank();
         let mut messages = Message::all(layout, decomposition, rank);
         let own = messages.remove(&rank).unwrap_or_default();
-        let (late, early) = messages
-            .into_iter()
-            .partition(|(peer, _)| is_late(decomposition, rank, *peer));
-        Ok(Self {
-            own,
-            early: Pattern::new(early, comm)?,
-            late: Pattern::new(late, comm)?,
-        })
+        let (late, early) = messages.into_iter().partition(|(peer, _)| is_late(decomposition, rank, *peer));
+        Ok(Self { own, early: Pattern::new(early, comm)?, late: Pattern::new(late, comm)? })
     }
 
     /// Sends the populations of the rows that are swept first, which is everything for some neighbours.
@@ -213,9 +199,7 @@ impl<T: Pod + Send> FluidHalo<T> {
 
 /// Returns true if the message to a peer has to wait for the ends of all rows.
 fn is_late(decomposition: &Decomposition, rank: usize, peer: usize) -> bool {
-    [[1, 0, 0], [-1, 0, 0]]
-        .into_iter()
-        .any(|d| neighbour(decomposition, rank, d) == Some(peer))
+    [[1, 0, 0], [-1, 0, 0]].into_iter().any(|d| neighbour(decomposition, rank, d) == Some(peer))
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -248,11 +232,7 @@ fn runs(layout: &Layout, d: [isize; 3], side: Side) -> Vec<Run> {
             let at = |x: isize, y: isize| j * layout.stride + layout.cell(x, y, z);
             if d[0] == 0 {
                 for y in ys.clone() {
-                    runs.push(Run {
-                        start: at(xs.start, y),
-                        distance: 1,
-                        count: xs.clone().count(),
-                    });
+                    runs.push(Run { start: at(xs.start, y), distance: 1, count: xs.clone().count() });
                 }
             } else {
                 runs.push(Run {
@@ -275,22 +255,14 @@ mod tests {
     use std::collections::{HashMap, HashSet};
 
     fn cut(cells: [usize; 3], periodic: [bool; 3], grid: [usize; 3]) -> Decomposition {
-        let domain = Domain {
-            cells,
-            periodic,
-            dx: 1.0,
-        };
+        let domain = Domain { cells, periodic, dx: 1.0 };
         Decomposition::with_grid(domain, grid)
     }
 
     /// Slots of a list of runs, in order.
     fn places(runs: &[Run]) -> Vec<usize> {
         let each = |run: &Run| {
-            let Run {
-                start,
-                distance,
-                count,
-            } = *run;
+            let Run { start, distance, count } = *run;
             (0..count).map(move |k| start + k * distance)
         };
         runs.iter().flat_map(each).collect()
@@ -298,16 +270,7 @@ mod tests {
 
     #[test]
     fn messages_are_packed_from_what_the_rows_swept_first_wrote_and_unpacked_where_no_cell_writes() {
-        let grids = [
-            [1, 1, 1],
-            [1, 1, 2],
-            [1, 2, 1],
-            [2, 1, 1],
-            [1, 3, 2],
-            [2, 2, 2],
-            [3, 1, 2],
-            [2, 3, 3],
-        ];
+        let grids = [[1, 1, 1], [1, 1, 2], [1, 2, 1], [2, 1, 1], [1, 3, 2], [2, 2, 2], [3, 1, 2], [2, 3, 3]];
         let (mut early, mut late, mut own) = (0, 0, 0);
         for (grid, periodic) in grids
             .into_iter()

@@ -35,16 +35,9 @@ pub(crate) fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> (R, [R; 3], R, [R; 
     let deviation = ((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17);
     let rho = R::splat(T::ONE) + deviation;
     let over_rho = rho.recip();
-    let momentum = [
-        d1 + ((d7 + d9) + (d11 + d13)),
-        d3 + ((d7 - d9) + (d15 + d17)),
-        d5 + ((d11 - d13) + (d15 - d17)),
-    ];
-    let u = [
-        momentum[0] * over_rho,
-        momentum[1] * over_rho,
-        momentum[2] * over_rho,
-    ];
+    let momentum =
+        [d1 + ((d7 + d9) + (d11 + d13)), d3 + ((d7 - d9) + (d15 + d17)), d5 + ((d11 - d13) + (d15 - d17))];
+    let u = [momentum[0] * over_rho, momentum[1] * over_rho, momentum[2] * over_rho];
     (deviation, momentum, rho, u)
 }
 
@@ -79,11 +72,7 @@ fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
     let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     let mut base = (R::splat(T::ONE) - k) * deviation - c(1.5) * rho * (square(target) - k * square(u));
     let (mut quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
-    let mut odd = [
-        target[0] - k_odd * u[0],
-        target[1] - k_odd * u[1],
-        target[2] - k_odd * u[2],
-    ];
+    let mut odd = [target[0] - k_odd * u[0], target[1] - k_odd * u[1], target[2] - k_odd * u[2]];
     if let Some(solid) = reflected {
         let b = solid.weight;
         let (open, half_b) = (R::splat(T::ONE) - b, c(0.5) * b);
@@ -133,13 +122,7 @@ fn saturate<T: Number, R: Lanes<T>, const TRT: bool>(
     solid: &Saturation<R>,
     row: &Row<T>,
 ) {
-    let Saturation {
-        weight: b,
-        deviation,
-        rho,
-        u,
-        velocity: v,
-    } = *solid;
+    let Saturation { weight: b, deviation, rho, u, velocity: v } = *solid;
     let c = |x: f64| R::splat(T::from_f64(x));
     let mut pulled = *before;
     if row.solids == SolidCollision::Sc2 {
@@ -253,13 +236,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
             if is_solid {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
                 let covered = unsafe { Covered::<R>::load(solids, x) };
-                let Covered {
-                    open,
-                    solid,
-                    weight,
-                    velocity,
-                    ..
-                } = covered;
+                let Covered { open, solid, weight, velocity, .. } = covered;
                 // SAFETY: as above, and the arrays hold a chunk more.
                 let put = |values: &mut [T], r: R| unsafe { r.store(values.as_mut_ptr().add(x)) };
                 if row.solids == SolidCollision::ExactDifference {
@@ -285,13 +262,7 @@ pub(crate) unsafe fn sweep_row<T: Number, R: Lanes<T>, const TRT: bool, const ME
                         put(&mut solids.incoming[axis], weight * (force + inside));
                         put(&mut solids.outgoing[axis], weight * inside);
                     }
-                    saturation = Some(Saturation {
-                        weight: b,
-                        deviation,
-                        rho,
-                        u,
-                        velocity,
-                    });
+                    saturation = Some(Saturation { weight: b, deviation, rho, u, velocity });
                 }
             }
             if MEASURE {

@@ -21,9 +21,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, S: Solids<T>>(
     let ([nx, ny, nz], lo, layout) = (fluid.layout.size, fluid.block.lo, &fluid.layout);
     let row = row_of(fluid, [0.0; 3]);
     let mut solid = SolidRow::new(row.chunks, fluid.solids);
-    let mut measured = Measured {
-        momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]),
-    };
+    let mut measured = Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]) };
     let mut held: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
     let (mut flow, mut all_held) = (Flow::default(), [0; 6]);
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {

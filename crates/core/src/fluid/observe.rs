@@ -70,11 +70,7 @@ impl<T: Real> Fluid<T> {
                     let change = (1.0 - solid_fraction) * acceleration[a] + pull * (solid_velocity[a] - u[a]);
                     u[a] + 0.5 * change
                 });
-                visit(CellState {
-                    density_deviation: rho - 1.0,
-                    velocity,
-                    solid_fraction,
-                });
+                visit(CellState { density_deviation: rho - 1.0, velocity, solid_fraction });
             }
         }
     }

@@ -31,15 +31,9 @@ impl RowOrder {
         let (grid, periodic) = (decomposition.grid, decomposition.domain.periodic);
         let beyond = |a: usize| {
             let more = grid[a] > 1;
-            [
-                more && (periodic[a] || place[a] > 0),
-                more && (periodic[a] || place[a] + 1 < grid[a]),
-            ]
+            [more && (periodic[a] || place[a] > 0), more && (periodic[a] || place[a] + 1 < grid[a])]
         };
-        Self {
-            size: [ny, nz],
-            neighbour: [beyond(1), beyond(2)],
-        }
+        Self { size: [ny, nz], neighbour: [beyond(1), beyond(2)] }
     }
 
     /// Plane by plane.
@@ -86,11 +80,7 @@ mod tests {
     use crate::domain::Domain;
 
     fn order(periodic: [bool; 3], ranks: usize, rank: usize) -> (RowOrder, [usize; 2]) {
-        let domain = Domain {
-            cells: [16, 24, 40],
-            periodic,
-            dx: 1.0,
-        };
+        let domain = Domain { cells: [16, 24, 40], periodic, dx: 1.0 };
         let cut = Decomposition::new(domain, ranks).unwrap();
         let [_, ny, nz] = cut.block(rank).size();
         (RowOrder::new(&cut, rank), [ny, nz])

@@ -24,11 +24,7 @@ impl<T: Real> Fluid<T> {
             let cell = self.layout.cell(x as isize, y as isize, z as isize);
             let in_wall = self.walls.of([x, y, z]).is_some();
             for (i, left) in left.iter_mut().enumerate() {
-                *left = if in_wall {
-                    T::ZERO
-                } else {
-                    self.populations[self.left(cell, i)]
-                };
+                *left = if in_wall { T::ZERO } else { self.populations[self.left(cell, i)] };
             }
             out.extend_from_slice(bytemuck::cast_slice(&left));
         }
@@ -82,16 +78,9 @@ impl<T: Real> Fluid<T> {
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             self.walls.bounce_row(Phase::Away, &mut self.populations, y, z);
             if self.wrap_x {
-                wrap_row_x(
-                    &self.layout,
-                    Phase::Home,
-                    &mut self.populations,
-                    y as isize,
-                    z as isize,
-                );
+                wrap_row_x(&self.layout, Phase::Home, &mut self.populations, y as isize, z as isize);
             } else if self.walls.at_row_ends() {
-                self.walls
-                    .bounce_row_ends(&self.layout, Phase::Away, &mut self.populations, y, z);
+                self.walls.bounce_row_ends(&self.layout, Phase::Away, &mut self.populations, y, z);
             }
         }
         self.exchange();
@@ -115,16 +104,9 @@ mod tests {
 
     /// A box with a moving wall at one face, one at rest at the other, and one that turns inside.
     fn boxed(periodic: [bool; 3]) -> (Domain, Vec<WallMotion>) {
-        let domain = Domain {
-            periodic,
-            cells: [13, 10, 11],
-            dx: 1.0,
-        };
-        let motion = |velocity, angular_velocity| WallMotion {
-            velocity,
-            angular_velocity,
-            pivot: [6.0, 5.0, 5.0],
-        };
+        let domain = Domain { periodic, cells: [13, 10, 11], dx: 1.0 };
+        let motion =
+            |velocity, angular_velocity| WallMotion { velocity, angular_velocity, pivot: [6.0, 5.0, 5.0] };
         let motions = vec![
             motion([0.01, -0.02, 0.0], [0.0; 3]),
             motion([0.0; 3], [0.0; 3]),
@@ -150,10 +132,7 @@ mod tests {
 
     fn fluid(domain: &Domain, motions: &[WallMotion], ranks: usize, comm: &Comm) -> Fluid<f32> {
         let cut = Decomposition::new(*domain, ranks).unwrap();
-        let boundary = Boundary {
-            motions,
-            wall_of: &|cell| wall_of(domain, cell),
-        };
+        let boundary = Boundary { motions, wall_of: &|cell| wall_of(domain, cell) };
         Fluid::new(&cut, comm, &PARAMS, &boundary).unwrap()
     }
 

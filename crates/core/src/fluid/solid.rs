@@ -179,17 +179,12 @@ impl<T: Number> SolidRow<T> {
     pub fn cell(&self, x: usize) -> (f64, [f64; 3]) {
         let sum: f64 = self.fraction_sum[x].into();
         let velocity = |sums: &Vec<T>| if sum > 0.0 { sums[x].into() / sum } else { 0.0 };
-        (
-            1.0 - self.permeability[x].into(),
-            std::array::from_fn(|a| velocity(&self.velocity_sum[a])),
-        )
+        (1.0 - self.permeability[x].into(), std::array::from_fn(|a| velocity(&self.velocity_sum[a])))
     }
 
     /// Sum of the solid fractions of all cells, as a fixed-point number.
     pub(crate) fn fraction_total(&self) -> i64 {
-        self.permeability
-            .iter()
-            .fold(0, |sum, &b| sum.wrapping_add(to_fixed(1.0 - b.into())))
+        self.permeability.iter().fold(0, |sum, &b| sum.wrapping_add(to_fixed(1.0 - b.into())))
     }
 }
 

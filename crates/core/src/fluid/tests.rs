@@ -10,12 +10,7 @@ const BOTH: [Collision; 2] = [Collision::Bgk, Collision::Trt { magic: 0.1875 }];
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
 fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
-    FluidParams {
-        relaxation_time,
-        collision: Collision::Bgk,
-        solids: SolidCollision::ExactDifference,
-        simd,
-    }
+    FluidParams { relaxation_time, collision: Collision::Bgk, solids: SolidCollision::ExactDifference, simd }
 }
 
 fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
@@ -23,15 +18,7 @@ fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T
 }
 
 fn solo_with<T: Real>(cells: [usize; 3], params: &FluidParams) -> Fluid<T> {
-    let decomposition = Decomposition::new(
-        Domain {
-            periodic: [true; 3],
-            cells,
-            dx: 1.0,
-        },
-        1,
-    )
-    .unwrap();
+    let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, &Boundary::none()).unwrap()
 }
 
@@ -43,19 +30,13 @@ fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
 /// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of
 /// viscosity.
 fn viscosity_error<T: Real>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
-    let params = FluidParams {
-        collision,
-        ..bgk(relaxation_time, Simd::best())
-    };
+    let params = FluidParams { collision, ..bgk(relaxation_time, Simd::best()) };
     let mut fluid = solo_with::<T>([8, length, 4], &params);
     let k = TAU / length as f64;
     let wave = |y: usize| (k * (y as f64 + 0.5)).sin();
     fluid.set_equilibrium(|[_, y, _]| (1.0, [0.02 * wave(y), 0.0, 0.0]));
     let amplitude = |fluid: &Fluid<T>| -> f64 {
-        2.0 / length as f64
-            * (0..length)
-                .map(|y| wave(y) * fluid.moments([3, y, 2]).1[0])
-                .sum::<f64>()
+        2.0 / length as f64 * (0..length).map(|y| wave(y) * fluid.moments([3, y, 2]).1[0]).sum::<f64>()
     };
     let viscosity = (relaxation_time - 0.5) / 3.0;
     let steps = (1.0 / (viscosity * k * k)) as usize;
@@ -73,29 +54,20 @@ fn viscosity_error<T: Real>(relaxation_time: f64, collision: Collision, length: 
 
 #[test]
 fn a_shear_wave_decays_with_the_viscosity_of_the_relaxation_time() {
-    for (tau, collision) in [0.53, 0.55, 0.65, 0.8, 1.0]
-        .into_iter()
-        .flat_map(|tau| BOTH.map(|collision| (tau, collision)))
+    for (tau, collision) in
+        [0.53, 0.55, 0.65, 0.8, 1.0].into_iter().flat_map(|tau| BOTH.map(|collision| (tau, collision)))
     {
-        let (single, double) = (
-            viscosity_error::<f32>(tau, collision, 32),
-            viscosity_error::<f64>(tau, collision, 32),
-        );
+        let (single, double) =
+            (viscosity_error::<f32>(tau, collision, 32), viscosity_error::<f64>(tau, collision, 32));
         println!("tau {tau}, {collision:?}: viscosity error {single:.2e} (f32), {double:.2e} (f64)");
-        assert!(
-            single.abs() < 5e-3 && double.abs() < 5e-3,
-            "tau {tau}: {single}, {double}"
-        );
+        assert!(single.abs() < 5e-3 && double.abs() < 5e-3, "tau {tau}: {single}, {double}");
     }
 }
 
 /// Error of the velocity of a Taylor-Green vortex at the time of half decay, relative to its amplitude.
 fn taylor_green_error(length: usize, collision: Collision) -> f64 {
     let (tau, speed) = (0.8, 0.02 * 32.0 / length as f64);
-    let params = FluidParams {
-        collision,
-        ..bgk(tau, Simd::best())
-    };
+    let params = FluidParams { collision, ..bgk(tau, Simd::best()) };
     let mut fluid = solo_with::<f64>([length, length, 4], &params);
     let (k, viscosity) = (TAU / length as f64, (tau - 0.5) / 3.0);
     let flow = |x: usize, y: usize, time: f64| {
@@ -128,10 +100,7 @@ fn a_taylor_green_vortex_converges_with_second_order() {
         let errors = [16, 32, 64].map(|length| taylor_green_error(length, collision));
         let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
         println!("{collision:?}: Taylor-Green errors {errors:?}, orders {orders:?}");
-        assert!(
-            orders.iter().all(|order| (1.8..2.2).contains(order)),
-            "{orders:?} from {errors:?}"
-        );
+        assert!(orders.iter().all(|order| (1.8..2.2).contains(order)), "{orders:?} from {errors:?}");
     }
 }
 
@@ -140,10 +109,7 @@ fn two_equal_relaxation_times_are_one() {
     let (cells, tau): (_, f64) = ([13, 6, 5], 0.56);
     let magic = (tau - 0.5) * (tau - 0.5);
     let [one, two] = [Collision::Bgk, Collision::Trt { magic }].map(|collision| {
-        let params = FluidParams {
-            collision,
-            ..bgk(tau, Simd::best())
-        };
+        let params = FluidParams { collision, ..bgk(tau, Simd::best()) };
         let mut fluid = solo_with::<f64>(cells, &params);
         fluid.set_equilibrium(disturbed);
         for _ in 0..11 {
@@ -166,10 +132,7 @@ fn a_uniform_body_force_accelerates_a_periodic_fluid_exactly() {
         for cell in [[0, 0, 0], [8, 4, 5], [4, 2, 3]] {
             let (rho, u) = fluid.moments(cell);
             let worst = (0..3).map(|i| (u[i] - 100.0 * a[i]).abs()).fold(0.0, f64::max);
-            println!(
-                "{simd:?}, {cell:?}: density off by {:.1e}, velocity by {worst:.1e}",
-                (rho - 1.0).abs()
-            );
+            println!("{simd:?}, {cell:?}: density off by {:.1e}, velocity by {worst:.1e}", (rho - 1.0).abs());
             assert!((rho - 1.0).abs() < 1e-14);
             assert!((0..3).all(|i| (u[i] - 100.0 * a[i]).abs() < 1e-15), "{u:?}");
         }
@@ -179,10 +142,7 @@ fn a_uniform_body_force_accelerates_a_periodic_fluid_exactly() {
 /// A flow without symmetry, in lattice units.
 fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
     let wave = |a: usize, b: usize| (0.7 * a as f64 + 1.3 * b as f64).sin();
-    (
-        1.0 + 0.01 * wave(x, z),
-        [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)],
-    )
+    (1.0 + 0.01 * wave(x, z), [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
 }
 
 /// Two overlapping cubes of solid near a corner of the box, given cell by cell.
@@ -197,11 +157,7 @@ impl<T: Real> Solids<T> for Cubes {
         for body in 0..2_usize {
             for n in 0..216 {
                 let [i, j, k] = [n % 6, n / 6 % 6, n / 36];
-                let at = [
-                    (i + nx - 3 + body) % nx,
-                    (j + ny - 2) % ny,
-                    (k + 1 + 2 * body) % nz,
-                ];
+                let at = [(i + nx - 3 + body) % nx, (j + ny - 2) % ny, (k + 1 + 2 * body) % nz];
                 let x = (self.block.lo[0]..self.block.hi[0]).contains(&at[0]);
                 if x && at[1] == self.block.lo[1] + y && at[2] == self.block.lo[2] + z {
                     let x = at[0] - self.block.lo[0];
@@ -217,12 +173,8 @@ impl<T: Real> Solids<T> for Cubes {
     fn collect(&mut self, _: usize, _: usize, _: &SolidRow<T>) {}
 }
 
-const SOLIDS: [SolidCollision; 4] = [
-    SolidCollision::ExactDifference,
-    SolidCollision::Sc1,
-    SolidCollision::Sc2,
-    SolidCollision::Sc3,
-];
+const SOLIDS: [SolidCollision; 4] =
+    [SolidCollision::ExactDifference, SolidCollision::Sc1, SolidCollision::Sc2, SolidCollision::Sc3];
 
 fn hash_after<T: Real>(
     cells: [usize; 3],
@@ -231,32 +183,17 @@ fn hash_after<T: Real>(
     steps: usize,
     solids: SolidCollision,
 ) -> u64 {
-    let decomposition = Decomposition::new(
-        Domain {
-            periodic: [true; 3],
-            cells,
-            dx: 1.0,
-        },
-        ranks,
-    )
-    .unwrap();
+    let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, ranks).unwrap();
     on_threads(ranks, |comm| {
         let params = FluidParams {
             solids,
-            collision: if solids.is_saturated() {
-                Collision::Trt { magic: 0.125 }
-            } else {
-                Collision::Bgk
-            },
+            collision: if solids.is_saturated() { Collision::Trt { magic: 0.125 } } else { Collision::Bgk },
             ..bgk(0.56, simd)
         };
         let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(disturbed);
         for _ in 0..steps {
-            let mut cubes = Cubes {
-                cells,
-                block: fluid.block(),
-            };
+            let mut cubes = Cubes { cells, block: fluid.block() };
             fluid.sweep([1e-5, 0.0, -2e-5], &mut cubes, false);
             fluid.exchange();
         }
@@ -271,11 +208,7 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     let cells = [19, 14, 17];
     let all = SOLIDS.into_iter().zip([20, 21, 20, 21]).chain([(SOLIDS[0], 21)]);
     // Miri is a thousand times slower, and wants each access once.
-    let (cases, most) = if cfg!(miri) {
-        (vec![(SOLIDS[0], 2)], 2)
-    } else {
-        (all.collect(), 12)
-    };
+    let (cases, most) = if cfg!(miri) { (vec![(SOLIDS[0], 2)], 2) } else { (all.collect(), 12) };
     for (solids, steps) in cases {
         let (single, double) = (
             hash_after::<f32>(cells, 1, Simd::Scalar, steps, solids),
@@ -355,11 +288,7 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
         .collect();
     let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
     for (solids, collision) in SOLIDS.iter().flat_map(|&s| BOTH.map(|collision| (s, collision))) {
-        let params = FluidParams {
-            collision,
-            solids,
-            ..bgk(0.6, Simd::best())
-        };
+        let params = FluidParams { collision, solids, ..bgk(0.6, Simd::best()) };
         let mut fluid = solo_with::<f64>(cells, &params);
         fluid.set_equilibrium(disturbed);
         let mut plain: Vec<[f64; Q]> = all
@@ -370,10 +299,7 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
             })
             .collect();
         for _ in 0..7 {
-            let mut cubes = Cubes {
-                cells,
-                block: fluid.block(),
-            };
+            let mut cubes = Cubes { cells, block: fluid.block() };
             let mut next = plain.clone();
             for &c in &all {
                 let mut row = SolidRow::<f64>::new(cells[0].div_ceil(CHUNK), solids);
@@ -431,10 +357,8 @@ fn an_operator_gives_a_solid_cell_the_momentum_that_the_particle_is_told() {
 
 #[test]
 fn a_measuring_sweep_sees_the_momentum_before_the_collision_and_changes_nothing() {
-    let (mut fluid, mut twin) = (
-        solo::<f32>([13, 6, 5], 0.6, Simd::best()),
-        solo::<f32>([13, 6, 5], 0.6, Simd::best()),
-    );
+    let (mut fluid, mut twin) =
+        (solo::<f32>([13, 6, 5], 0.6, Simd::best()), solo::<f32>([13, 6, 5], 0.6, Simd::best()));
     for f in [&mut fluid, &mut twin] {
         f.set_equilibrium(disturbed);
     }
@@ -457,21 +381,8 @@ fn a_measuring_sweep_sees_the_momentum_before_the_collision_and_changes_nothing(
 fn a_cell_that_is_too_fast_or_not_a_number_is_found() {
     for bad in [0.45, f64::NAN] {
         let mut fluid = solo::<f32>([13, 6, 5], 0.6, Simd::best());
-        fluid.set_equilibrium(|c| {
-            (
-                1.0,
-                if c == [12, 3, 4] {
-                    [0.0, bad, 0.0]
-                } else {
-                    [0.0; 3]
-                },
-            )
-        });
-        let (cell, _) = fluid
-            .sweep([0.0; 3], &mut NoSolids, true)
-            .unwrap()
-            .fault
-            .expect("a fault");
+        fluid.set_equilibrium(|c| (1.0, if c == [12, 3, 4] { [0.0, bad, 0.0] } else { [0.0; 3] }));
+        let (cell, _) = fluid.sweep([0.0; 3], &mut NoSolids, true).unwrap().fault.expect("a fault");
         assert_eq!(cell, [12, 3, 4]);
     }
 }
@@ -479,16 +390,8 @@ fn a_cell_that_is_too_fast_or_not_a_number_is_found() {
 #[test]
 fn the_fault_that_is_told_is_the_first_in_the_box_though_rows_next_to_others_are_swept_first_on_4_ranks() {
     // Along y and along z the later cell lies in a row that is swept first.
-    for (first, later) in [
-        ([3, 2, 2], [3, 5, 2]),
-        ([3, 2, 2], [1, 2, 7]),
-        ([9, 3, 1], [1, 5, 3]),
-    ] {
-        let domain = Domain {
-            periodic: [true; 3],
-            cells: [13, 12, 16],
-            dx: 1.0,
-        };
+    for (first, later) in [([3, 2, 2], [3, 5, 2]), ([3, 2, 2], [1, 2, 7]), ([9, 3, 1], [1, 5, 3])] {
+        let domain = Domain { periodic: [true; 3], cells: [13, 12, 16], dx: 1.0 };
         let grid = [1, 2, 2];
         let decomposition = Decomposition::with_grid(domain, grid);
         let faults = on_threads(4, |comm| {
@@ -528,10 +431,7 @@ fn what_departed_from_a_cell_is_what_its_neighbours_received() {
                 sum[3] += g;
             }
             let departed = fluid.departed(cell);
-            assert!(
-                (0..4).all(|a| (departed[a] - sum[a]).abs() < 1e-15),
-                "{cell:?}: {departed:?} {sum:?}"
-            );
+            assert!((0..4).all(|a| (departed[a] - sum[a]).abs() < 1e-15), "{cell:?}: {departed:?} {sum:?}");
         }
     }
 }

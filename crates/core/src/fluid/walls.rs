@@ -38,18 +38,13 @@ pub struct WallMotion {
 
 impl WallMotion {
     fn moves(&self) -> bool {
-        self.velocity
-            .iter()
-            .chain(&self.angular_velocity)
-            .any(|&v| v != 0.0)
+        self.velocity.iter().chain(&self.angular_velocity).any(|&v| v != 0.0)
     }
 
     /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
     pub fn at(&self, place: [f64; 3]) -> [f64; 3] {
-        let (w, r): (_, [f64; 3]) = (
-            self.angular_velocity,
-            std::array::from_fn(|a| place[a] - self.pivot[a]),
-        );
+        let (w, r): (_, [f64; 3]) =
+            (self.angular_velocity, std::array::from_fn(|a| place[a] - self.pivot[a]));
         std::array::from_fn(|a| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
             self.velocity[a] + (w[b] * r[c] - w[c] * r[b])
@@ -69,10 +64,7 @@ pub struct Boundary<'a> {
 impl Boundary<'_> {
     /// No walls: for a box that is periodic in all directions.
     pub const fn none() -> Self {
-        Boundary {
-            motions: &[],
-            wall_of: &|_| None,
-        }
+        Boundary { motions: &[], wall_of: &|_| None }
     }
 }
 
@@ -240,10 +232,8 @@ impl<T: Real> Walls<T> {
             return Ok(walls);
         }
         let map = Map::new(domain, block, boundary)?;
-        let closed = [
-            !domain.periodic[0] && block.lo[0] == 0,
-            !domain.periodic[0] && block.hi[0] == domain.cells[0],
-        ];
+        let closed =
+            [!domain.periodic[0] && block.lo[0] == 0, !domain.periodic[0] && block.hi[0] == domain.cells[0]];
         walls.find_ends(&map, closed);
         walls.find_runs(layout, &map, closed);
         walls.find_cells(&map);
@@ -252,20 +242,12 @@ impl<T: Real> Walls<T> {
 
     fn find_ends(&mut self, map: &Map, closed: [bool; 2]) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
-        for (last, ghost, _) in [(0, -1, closed[0]), (nx - 1, nx, closed[1])]
-            .into_iter()
-            .filter(|end| end.2)
+        for (last, ghost, _) in [(0, -1, closed[0]), (nx - 1, nx, closed[1])].into_iter().filter(|end| end.2)
         {
             let inwards = (1..Q).filter(|&i| C[i][0] == last - ghost);
             let mut directions = [0; 5];
             directions.iter_mut().zip(inwards).for_each(|(to, i)| *to = i);
-            let mut ends = RowEnds {
-                directions,
-                last,
-                ghost,
-                corrections: Vec::new(),
-                walls: Vec::new(),
-            };
+            let mut ends = RowEnds { directions, last, ghost, corrections: Vec::new(), walls: Vec::new() };
             for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
                 let in_fluid = map.at(last, y, z) == NO_WALL;
                 for i in directions {
@@ -292,9 +274,7 @@ impl<T: Real> Walls<T> {
                 let beyond = other.is_none();
                 // The later of the two rows.
                 let own = [y as usize, z as usize];
-                let later = other
-                    .filter(|&other| self.order.is_before(own, other))
-                    .unwrap_or(own);
+                let later = other.filter(|&other| self.order.is_before(own, other)).unwrap_or(own);
                 let completed = later[1] * ny as usize + later[0];
                 // The others are done at the ends of rows.
                 let first = isize::from(closed[0] && cx > 0);
@@ -351,16 +331,11 @@ impl<T: Real> Walls<T> {
     fn find_cells(&mut self, map: &Map) {
         let [nx, ny, nz] = self.size;
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            let walls: Vec<u16> = (0..nx)
-                .map(|x| map.at(x as isize, y as isize, z as isize))
-                .collect();
+            let walls: Vec<u16> = (0..nx).map(|x| map.at(x as isize, y as isize, z as isize)).collect();
             self.rows.push(WallRow::new(&walls).map(Box::new));
         }
         let rows = self.rows.iter().flatten();
-        let wall_cells: usize = rows
-            .flat_map(|row| &row.cells)
-            .map(|cells| cells.end - cells.start)
-            .sum();
+        let wall_cells: usize = rows.flat_map(|row| &row.cells).map(|cells| cells.end - cells.start).sum();
         self.fluid_cells -= wall_cells;
         if wall_cells == 0 {
             self.rows.clear();
@@ -485,8 +460,7 @@ impl<T: Real> Walls<T> {
     /// Slot `(w, -i)` of the first link of a run.
     #[inline(always)]
     fn far(&self, run: &Run) -> usize {
-        run.near
-            .wrapping_add_signed(self.to_far[usize::from(run.direction)])
+        run.near.wrapping_add_signed(self.to_far[usize::from(run.direction)])
     }
 
     /// Sets `far` of every link so that `near`, given in the phase `Home`, is what came back from it.
@@ -548,11 +522,7 @@ impl<T: Real> WallRow<T> {
         for (x, &wall) in walls.iter().enumerate().filter(|&(_, &wall)| wall != NO_WALL) {
             match cells.last_mut() {
                 Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
-                _ => cells.push(WallCells {
-                    start: x,
-                    end: x + 1,
-                    wall,
-                }),
+                _ => cells.push(WallCells { start: x, end: x + 1, wall }),
             }
         }
         for (chunk, walls) in walls.chunks(CHUNK).enumerate() {

@@ -29,10 +29,7 @@ impl ReproducibleSum {
     /// An empty sum of terms of which none is larger than `largest`, the largest [`magnitude`] of all on all ranks.
     pub fn new(largest: f64) -> Self {
         let exponent = ((largest.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-        Self {
-            digits: largest.is_finite().then_some(DIGITS - exponent.max(LEAST)),
-            total: 0,
-        }
+        Self { digits: largest.is_finite().then_some(DIGITS - exponent.max(LEAST)), total: 0 }
     }
 
     /// Adds a term.
@@ -49,8 +46,7 @@ impl ReproducibleSum {
 
     /// The number that a total of all ranks stands for; not a number if a term was none.
     pub fn value(&self, total: i128) -> f64 {
-        self.digits
-            .map_or(f64::NAN, |digits| total as f64 * power_of_two(-digits))
+        self.digits.map_or(f64::NAN, |digits| total as f64 * power_of_two(-digits))
     }
 }
 
@@ -72,9 +68,7 @@ mod tests {
     fn numbers(count: usize, span: i32) -> Vec<f64> {
         let mut random = 5_u64;
         let mut next = || {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             random >> 33
         };
         (0..count)
@@ -106,11 +100,7 @@ mod tests {
                 let exponent = ((bits >> 52) & 0x7ff) as i32 - 1075;
                 let mantissa = i128::from((bits & ((1 << 52) - 1)) | 1 << 52);
                 let shift = exponent + 100;
-                let size = if shift >= 0 {
-                    mantissa << shift
-                } else {
-                    mantissa >> -shift
-                };
+                let size = if shift >= 0 { mantissa << shift } else { mantissa >> -shift };
                 if x < 0.0 { -size } else { size }
             })
             .sum()

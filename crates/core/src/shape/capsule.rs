@@ -20,10 +20,7 @@ impl Capsule {
     pub fn new(radius: f64, length: f64) -> Result<Self, ShapeError> {
         check_size("radius", radius)?;
         check_size("length", length)?;
-        Ok(Self {
-            radius,
-            half: 0.5 * length,
-        })
+        Ok(Self { radius, half: 0.5 * length })
     }
 
     /// Radius (m).
@@ -120,19 +117,11 @@ impl Shape for Capsule {
         let quarter = 4_i32 << refinement;
         let ring = |n: i32, shift: f64| {
             let angle = 0.5 * PI * f64::from(n) / f64::from(quarter);
-            (
-                self.radius * libm::cos(angle),
-                self.radius * libm::sin(angle) + shift,
-            )
+            (self.radius * libm::cos(angle), self.radius * libm::sin(angle) + shift)
         };
         let lower = (1 - quarter..=0).map(|n| ring(n, -self.half));
         let upper = (0..quarter).map(|n| ring(n, self.half));
         let profile: Vec<_> = lower.chain(upper).collect();
-        surface::lathe(
-            &profile,
-            -self.circumradius(),
-            self.circumradius(),
-            16 << refinement,
-        )
+        surface::lathe(&profile, -self.circumradius(), self.circumradius(), 16 << refinement)
     }
 }

@@ -19,10 +19,7 @@ impl Cuboid {
         for edge in &edges {
             super::error::check_size("edge", *edge)?;
         }
-        Ok(Self {
-            half: edges * 0.5,
-            polyhedron: Polyhedron::cuboid(edges),
-        })
+        Ok(Self { half: edges * 0.5, polyhedron: Polyhedron::cuboid(edges) })
     }
 
     /// Edges (m).

@@ -20,10 +20,7 @@ impl Cylinder {
     pub fn new(radius: f64, length: f64) -> Result<Self, ShapeError> {
         check_size("radius", radius)?;
         check_size("length", length)?;
-        Ok(Self {
-            radius,
-            half: 0.5 * length,
-        })
+        Ok(Self { radius, half: 0.5 * length })
     }
 
     /// Radius (m).
@@ -64,11 +61,7 @@ impl Shape for Cylinder {
     fn signed_distance(&self, point: Vec3) -> f64 {
         let side = point.xy().norm() - self.radius;
         let end = point.z.abs() - self.half;
-        if side > 0.0 && end > 0.0 {
-            Vec3::new(side, end, 0.0).norm()
-        } else {
-            side.max(end)
-        }
+        if side > 0.0 && end > 0.0 { Vec3::new(side, end, 0.0).norm() } else { side.max(end) }
     }
 
     fn gradient(&self, point: Vec3) -> Vec3 {

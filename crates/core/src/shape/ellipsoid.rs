@@ -32,11 +32,7 @@ impl Ellipsoid {
             check_size("semi-axis", *semi_axis)?;
         }
         let squares = semi_axes.component_mul(&semi_axes);
-        Ok(Self {
-            semi_axes,
-            squares,
-            geometric_mean: libm::cbrt(semi_axes.product()),
-        })
+        Ok(Self { semi_axes, squares, geometric_mean: libm::cbrt(semi_axes.product()) })
     }
 
     /// Semi-axes (m).
@@ -51,12 +47,8 @@ impl Ellipsoid {
         // In terms of s = t + a_min^2, which keeps its digits near the pole at s = 0.
         let above = self.squares.map(|square| square - least);
         let pull = point.abs().component_mul(&self.semi_axes);
-        let terms = |s: f64| {
-            pull.zip_map(
-                &above,
-                |pull, above| if pull > 0.0 { pull / (s + above) } else { 0.0 },
-            )
-        };
+        let terms =
+            |s: f64| pull.zip_map(&above, |pull, above| if pull > 0.0 { pull / (s + above) } else { 0.0 });
         // Each term alone is 1 here at most, and the largest is.
         let mut s = (pull - above).max().max(0.0);
         let at_pole = terms(s);
@@ -71,13 +63,7 @@ impl Ellipsoid {
                 let term = terms(s);
                 let root = term.norm();
                 let slope: f64 = (0..3)
-                    .map(|i| {
-                        if pull[i] > 0.0 {
-                            term[i] * term[i] / (s + above[i])
-                        } else {
-                            0.0
-                        }
-                    })
+                    .map(|i| if pull[i] > 0.0 { term[i] * term[i] / (s + above[i]) } else { 0.0 })
                     .sum();
                 s += root * root * (root - 1.0) / slope;
                 // The error of the next step is the square of this one.
@@ -87,10 +73,7 @@ impl Ellipsoid {
             }
             terms(s).component_div(&self.semi_axes)
         };
-        (
-            s - least,
-            grad.zip_map(&point, |g, p| if p < 0.0 { -g } else { g }),
-        )
+        (s - least, grad.zip_map(&point, |g, p| if p < 0.0 { -g } else { g }))
     }
 }
 
@@ -149,8 +132,7 @@ impl Shape for Ellipsoid {
         let squares = if growth >= 0.0 {
             let beta = growth / self.geometric_mean;
             // growth / beta, also where both are zero
-            self.squares
-                .map(|square| (1.0 + beta) * square + growth * (growth + self.geometric_mean))
+            self.squares.map(|square| (1.0 + beta) * square + growth * (growth + self.geometric_mean))
         } else {
             let rest = self.geometric_mean + growth;
             if rest <= 0.0 {
@@ -158,8 +140,7 @@ impl Shape for Ellipsoid {
             }
             // The same with the shrunk body as the one that grows: beta = g / (m - g).
             let beta = -growth / rest;
-            self.squares
-                .map(|square| (square + growth * self.geometric_mean) / (1.0 + beta))
+            self.squares.map(|square| (square + growth * self.geometric_mean) / (1.0 + beta))
         };
         if squares.min() <= 0.0 {
             return None;

@@ -77,9 +77,5 @@ pub enum ShapeError {
 /// # Errors
 /// [`ShapeError::BadSize`], with the quantity and its value.
 pub fn check_size(quantity: &'static str, value: f64) -> Result<(), ShapeError> {
-    if value > 0.0 && value.is_finite() {
-        Ok(())
-    } else {
-        Err(ShapeError::BadSize { quantity, value })
-    }
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(ShapeError::BadSize { quantity, value }) }
 }

@@ -43,25 +43,14 @@ pub(super) fn hull(points: &[Vec3], relative_tolerance: f64) -> Result<Hull, Sha
     }
     let mut builder = Builder::new(&points, extent, tolerance)?;
     builder.grow();
-    let triangles = builder
-        .facets
-        .iter()
-        .filter(|facet| facet.alive)
-        .map(|facet| facet.corners)
-        .collect();
-    Ok(Hull {
-        points,
-        triangles,
-        tolerance,
-    })
+    let triangles = builder.facets.iter().filter(|facet| facet.alive).map(|facet| facet.corners).collect();
+    Ok(Hull { points, triangles, tolerance })
 }
 
 /// Longest edge of the bounding box.
 fn extent(points: &[Vec3]) -> f64 {
     let Some(&first) = points.first() else { return 0.0 };
-    let (low, high) = points
-        .iter()
-        .fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
     (high - low).max()
 }
 
@@ -70,11 +59,7 @@ fn weld(points: &[Vec3], spacing: f64) -> Vec<Vec3> {
     let mut seen = BTreeSet::new();
     let cell = |p: &Vec3| <[f64; 3]>::from(p.map(|x| if spacing > 0.0 { (x / spacing).round() } else { x }));
     // Adding zero turns -0 into 0.
-    points
-        .iter()
-        .filter(|p| seen.insert(cell(p).map(|x| (x + 0.0).to_bits())))
-        .copied()
-        .collect()
+    points.iter().filter(|p| seen.insert(cell(p).map(|x| (x + 0.0).to_bits()))).copied().collect()
 }
 
 /// The hull while points are added.
@@ -90,14 +75,8 @@ impl<'a> Builder<'a> {
         // Scaled by a power of two, which is exact: the predicates multiply up to five coordinates and need their
         // digits.
         let scale = libm::ldexp(1.0, -libm::frexp(extent).1);
-        let exact = points
-            .iter()
-            .map(|p| Coord3D {
-                x: p.x * scale,
-                y: p.y * scale,
-                z: p.z * scale,
-            })
-            .collect();
+        let exact =
+            points.iter().map(|p| Coord3D { x: p.x * scale, y: p.y * scale, z: p.z * scale }).collect();
         let count = points.len() as u32;
         let at = |i: u32| points[i as usize];
         let furthest = |measure: &dyn Fn(u32) -> f64| {
@@ -111,36 +90,21 @@ impl<'a> Builder<'a> {
         let along = (at(b) - at(a)).normalize();
         let (c, width) = furthest(&|i| (at(i) - at(a)).cross(&along).norm());
         if width <= tolerance {
-            return Err(ShapeError::Flat {
-                extent,
-                height: width,
-            });
+            return Err(ShapeError::Flat { extent, height: width });
         }
         let normal = (at(b) - at(a)).cross(&(at(c) - at(a))).normalize();
         let (d, height) = furthest(&|i| (at(i) - at(a)).dot(&normal).abs());
-        let mut builder = Self {
-            points,
-            exact,
-            facets: Vec::new(),
-        };
+        let mut builder = Self { points, exact, facets: Vec::new() };
         let side = builder.above([a, b, c], d);
         // The exact sign is part of the question: a body needs a volume.
         if height <= tolerance || (!side && !builder.above([a, c, b], d)) {
             return Err(ShapeError::Flat { extent, height });
         }
         let (b, c) = if side { (c, b) } else { (b, c) };
-        for (corners, neighbours) in [
-            ([a, b, c], [1, 2, 3]),
-            ([a, d, b], [3, 2, 0]),
-            ([b, d, c], [1, 3, 0]),
-            ([c, d, a], [2, 1, 0]),
-        ] {
-            builder.facets.push(Facet {
-                corners,
-                neighbours,
-                outside: Vec::new(),
-                alive: true,
-            });
+        for (corners, neighbours) in
+            [([a, b, c], [1, 2, 3]), ([a, d, b], [3, 2, 0]), ([b, d, c], [1, 3, 0]), ([c, d, a], [2, 1, 0])]
+        {
+            builder.facets.push(Facet { corners, neighbours, outside: Vec::new(), alive: true });
         }
         builder.distribute((0..count).collect(), 0);
         Ok(builder)
@@ -180,10 +144,8 @@ impl<'a> Builder<'a> {
         let normal = (b - a).cross(&(c - a));
         let height = |i: u32| (self.points[i as usize] - a).dot(&normal);
         let outside = &self.facets[seed].outside;
-        let apex = outside[1..].iter().fold(
-            outside[0],
-            |best, &i| if height(i) > height(best) { i } else { best },
-        );
+        let apex =
+            outside[1..].iter().fold(outside[0], |best, &i| if height(i) > height(best) { i } else { best });
 
         let mut visible = vec![seed];
         let mut horizon = Vec::new();
@@ -206,16 +168,10 @@ impl<'a> Builder<'a> {
         }
 
         let first = self.facets.len();
-        let by_start: BTreeMap<u32, usize> = horizon
-            .iter()
-            .enumerate()
-            .map(|(n, edge)| (edge.0, first + n))
-            .collect();
-        let by_end: BTreeMap<u32, usize> = horizon
-            .iter()
-            .enumerate()
-            .map(|(n, edge)| (edge.1, first + n))
-            .collect();
+        let by_start: BTreeMap<u32, usize> =
+            horizon.iter().enumerate().map(|(n, edge)| (edge.0, first + n)).collect();
+        let by_end: BTreeMap<u32, usize> =
+            horizon.iter().enumerate().map(|(n, edge)| (edge.1, first + n)).collect();
         for (n, &(start, end, across)) in horizon.iter().enumerate() {
             let neighbours = [across, by_start[&end], by_end[&start]];
             self.facets.push(Facet {
@@ -265,12 +221,7 @@ pub(super) fn merge(hull: &Hull) -> Vec<Vec<u32>> {
     };
     let areas: Vec<f64> = (0..count).map(|n| area_vector(n).norm()).collect();
     let longest: Vec<usize> = (0..count)
-        .map(|n| {
-            (1..3).fold(
-                0,
-                |best, side| if edge(n, side) > edge(n, best) { side } else { best },
-            )
-        })
+        .map(|n| (1..3).fold(0, |best, side| if edge(n, side) > edge(n, best) { side } else { best }))
         .collect();
     let is_sliver = |n: usize| 2.0 * areas[n] <= 4.0 * hull.tolerance * edge(n, longest[n]);
 
@@ -310,9 +261,7 @@ pub(super) fn merge(hull: &Hull) -> Vec<Vec<u32>> {
         let before = left.len();
         left.retain(|&n| {
             let sides = if picky { longest[n]..longest[n] + 1 } else { 0..3 };
-            let face = sides
-                .map(|side| face_of[neighbour(n, side)])
-                .find(|&face| face != usize::MAX);
+            let face = sides.map(|side| face_of[neighbour(n, side)]).find(|&face| face != usize::MAX);
             face_of[n] = face.unwrap_or(usize::MAX);
             face.is_none()
         });

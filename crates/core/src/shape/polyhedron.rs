@@ -53,17 +53,10 @@ impl Polyhedron {
     /// A box with these edges (m).
     pub fn cuboid(edges: Vec3) -> Self {
         let half = edges * 0.5;
-        let vertices = (0..8)
-            .map(|n| Vec3::from_fn(|i, _| if n >> i & 1 == 0 { -half[i] } else { half[i] }))
-            .collect();
-        let corners: [[u32; 4]; 6] = [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ];
+        let vertices =
+            (0..8).map(|n| Vec3::from_fn(|i, _| if n >> i & 1 == 0 { -half[i] } else { half[i] })).collect();
+        let corners: [[u32; 4]; 6] =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let faces = corners
             .iter()
             .enumerate()
@@ -88,10 +81,7 @@ impl Polyhedron {
         let reference = at(hull.triangles[0][0]);
         let mass = mass::mass(hull.triangles.iter().map(|t| t.map(at)), reference);
         let rotation = mass::principal_axes(&mass::inertia(&mass.spread));
-        let placement = Placement {
-            centre: mass.centre,
-            rotation,
-        };
+        let placement = Placement { centre: mass.centre, rotation };
         Ok((Self::in_frame(&hull, &placement)?, placement))
     }
 
@@ -103,21 +93,14 @@ impl Polyhedron {
     /// As [`Self::hull`], and [`ShapeError::Concave`] for the deepest point that is further than the tolerance inside.
     pub fn from_corners(points: &[Vec3], tolerance: f64) -> Result<(Self, Placement), ShapeError> {
         let (body, placement) = Self::hull(points, tolerance)?;
-        let depths = points
-            .iter()
-            .map(|p| -body.signed_distance(placement.to_body(*p)));
-        let deepest = depths.enumerate().fold(
-            (0, 0.0),
-            |best, (n, depth)| if depth > best.1 { (n, depth) } else { best },
-        );
+        let depths = points.iter().map(|p| -body.signed_distance(placement.to_body(*p)));
+        let deepest = depths
+            .enumerate()
+            .fold((0, 0.0), |best, (n, depth)| if depth > best.1 { (n, depth) } else { best });
         // A face may be off its plane by the tolerance, and its offset is that of its furthest corner.
         if deepest.1 > 4.0 * tolerance * 2.0 * body.circumradius {
             let (index, depth) = deepest;
-            return Err(ShapeError::Concave {
-                index,
-                at: points[index].into(),
-                depth,
-            });
+            return Err(ShapeError::Concave { index, at: points[index].into(), depth });
         }
         Ok((body, placement))
     }
@@ -132,34 +115,21 @@ impl Polyhedron {
         let mut used: Vec<u32> = loops.iter().flatten().copied().collect();
         used.sort_unstable();
         used.dedup();
-        let vertices: Vec<Vec3> = used
-            .iter()
-            .map(|&i| placement.to_body(hull.points[i as usize]))
-            .collect();
+        let vertices: Vec<Vec3> = used.iter().map(|&i| placement.to_body(hull.points[i as usize])).collect();
         let mut faces = Vec::new();
         for corners in loops {
-            let corners: Vec<u32> = corners
-                .iter()
-                .map(|c| used.binary_search(c).expect("corners are used") as u32)
-                .collect();
+            let corners: Vec<u32> =
+                corners.iter().map(|c| used.binary_search(c).expect("corners are used") as u32).collect();
             let at = |n: usize| vertices[corners[n] as usize];
             // Newell's normal: the area vector, the best fit where corners are not quite in one plane.
-            let area = (2..corners.len()).fold(Vec3::zeros(), |sum, n| {
-                sum + (at(n - 1) - at(0)).cross(&(at(n) - at(0)))
-            });
+            let area = (2..corners.len())
+                .fold(Vec3::zeros(), |sum, n| sum + (at(n - 1) - at(0)).cross(&(at(n) - at(0))));
             let Some(normal) = area.try_normalize(0.0) else {
                 let extent = 2.0 * vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
                 return Err(ShapeError::Flat { extent, height: 0.0 });
             };
-            let offset = vertices
-                .iter()
-                .map(|v| v.dot(&normal))
-                .fold(f64::NEG_INFINITY, f64::max);
-            faces.push(Face {
-                normal,
-                offset,
-                corners,
-            });
+            let offset = vertices.iter().map(|v| v.dot(&normal)).fold(f64::NEG_INFINITY, f64::max);
+            faces.push(Face { normal, offset, corners });
         }
         Ok(Self::assemble(vertices, faces))
     }
@@ -187,10 +157,7 @@ impl Polyhedron {
 
     /// Computes the quantities that are stored.
     fn assemble(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
-        let triangles = faces
-            .iter()
-            .flat_map(fan)
-            .map(|t| t.map(|i| vertices[i as usize]));
+        let triangles = faces.iter().flat_map(fan).map(|t| t.map(|i| vertices[i as usize]));
         let mass = mass::mass(triangles, Vec3::zeros());
         Self {
             features: Features::new(&vertices, &faces),
@@ -218,10 +185,8 @@ fn fan(face: &Face) -> impl Iterator<Item = [u32; 3]> {
 
 /// Returns true if each edge is traversed once in each direction and the faces form one sphere (Euler's formula).
 fn is_closed(loops: &[Vec<u32>]) -> bool {
-    let mut edges: Vec<(u32, u32)> = loops
-        .iter()
-        .flat_map(|c| (0..c.len()).map(|n| (c[n], c[(n + 1) % c.len()])))
-        .collect();
+    let mut edges: Vec<(u32, u32)> =
+        loops.iter().flat_map(|c| (0..c.len()).map(|n| (c[n], c[(n + 1) % c.len()]))).collect();
     edges.sort_unstable();
     let mut corners: Vec<u32> = loops.iter().flatten().copied().collect();
     corners.sort_unstable();
@@ -276,12 +241,10 @@ impl Shape for Polyhedron {
     fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {
         let turn = orientation.to_rotation_matrix();
         let first = turn * self.vertices[0];
-        self.vertices[1..]
-            .iter()
-            .fold((first, first), |(low, high), vertex| {
-                let vertex = turn * vertex;
-                (low.inf(&vertex), high.sup(&vertex))
-            })
+        self.vertices[1..].iter().fold((first, first), |(low, high), vertex| {
+            let vertex = turn * vertex;
+            (low.inf(&vertex), high.sup(&vertex))
+        })
     }
 
     /// The planes moved by `growth`: exact inwards, and outwards a little long beside edges; there the sphere that
@@ -305,10 +268,7 @@ impl Shape for Polyhedron {
 
     /// Its flat faces, whatever the requested refinement.
     fn surface_mesh(&self, _: u32) -> SurfaceMesh {
-        SurfaceMesh {
-            points: self.vertices.clone(),
-            triangles: self.faces.iter().flat_map(fan).collect(),
-        }
+        SurfaceMesh { points: self.vertices.clone(), triangles: self.faces.iter().flat_map(fan).collect() }
     }
 }
 

@@ -13,10 +13,7 @@ impl Line {
     pub(super) fn new(orientation: &Quat, y: f64, z: f64) -> Self {
         let turn = orientation.to_rotation_matrix().into_inner();
         let row = |i: usize| Vec3::new(turn[(i, 0)], turn[(i, 1)], turn[(i, 2)]);
-        Self {
-            origin: row(1) * y + row(2) * z,
-            direction: row(0),
-        }
+        Self { origin: row(1) * y + row(2) * z, direction: row(0) }
     }
 
     /// The point at `x`.
@@ -56,11 +53,8 @@ impl Clip {
     #[inline]
     pub(super) fn tube(&mut self, line: &Line, radius: f64) -> Option<()> {
         let (o, d) = (line.origin, line.direction);
-        let roots = quadratic(
-            d.x * d.x + d.y * d.y,
-            o.x * d.x + o.y * d.y,
-            o.x * o.x + o.y * o.y - radius * radius,
-        )?;
+        let roots =
+            quadratic(d.x * d.x + d.y * d.y, o.x * d.x + o.y * d.y, o.x * o.x + o.y * o.y - radius * radius)?;
         self.low = self.low.max(roots.0);
         self.high = self.high.min(roots.1);
         Some(())

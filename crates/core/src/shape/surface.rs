@@ -45,11 +45,7 @@ pub(super) fn lathe(profile: &[(f64, f64)], bottom: f64, top: f64, around: u32) 
     for &(radius, height) in profile {
         for n in 0..around {
             let angle = 2.0 * PI * f64::from(n) / f64::from(around);
-            points.push(Vec3::new(
-                radius * libm::cos(angle),
-                radius * libm::sin(angle),
-                height,
-            ));
+            points.push(Vec3::new(radius * libm::cos(angle), radius * libm::sin(angle), height));
         }
     }
     let rings = profile.len() as u32;

@@ -25,10 +25,7 @@ fn shapes() -> Vec<(String, Box<dyn Shape>)> {
     ] {
         add(name, Box::new(Ellipsoid::new(vec(x, y, z)).unwrap()));
     }
-    add(
-        "long cylinder",
-        Box::new(Cylinder::new(0.3 * mm, 1.5 * mm).unwrap()),
-    );
+    add("long cylinder", Box::new(Cylinder::new(0.3 * mm, 1.5 * mm).unwrap()));
     add("coin", Box::new(Cylinder::new(0.7 * mm, 0.2 * mm).unwrap()));
     add("capsule", Box::new(Capsule::new(0.3 * mm, 0.8 * mm).unwrap()));
     for (name, x, y, z, e1, e2) in [
@@ -42,33 +39,13 @@ fn shapes() -> Vec<(String, Box<dyn Shape>)> {
         ("box with tips", 0.5, 0.6, 0.4, 0.2, 1.9),
         ("tent", 0.5, 0.6, 0.4, 1.9, 0.2),
     ] {
-        add(
-            name,
-            Box::new(Superellipsoid::new(vec(x, y, z), [e1, e2]).unwrap()),
-        );
+        add(name, Box::new(Superellipsoid::new(vec(x, y, z), [e1, e2]).unwrap()));
     }
-    let tetrahedron = [
-        vec(1.0, 1.0, 1.0),
-        vec(1.0, -1.0, -1.0),
-        vec(-1.0, 1.0, -1.0),
-        vec(-0.5, -1.2, 1.0),
-    ];
-    add(
-        "tetrahedron",
-        Box::new(
-            Polyhedron::from_corners(&tetrahedron, polyhedron::COMPUTED)
-                .unwrap()
-                .0,
-        ),
-    );
+    let tetrahedron = [vec(1.0, 1.0, 1.0), vec(1.0, -1.0, -1.0), vec(-1.0, 1.0, -1.0), vec(-0.5, -1.2, 1.0)];
+    add("tetrahedron", Box::new(Polyhedron::from_corners(&tetrahedron, polyhedron::COMPUTED).unwrap().0));
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let points: Vec<Vec3> = (0..30)
-        .map(|_| direction(&mut rng).component_mul(&vec(0.7, 0.5, 0.4)))
-        .collect();
-    add(
-        "stone",
-        Box::new(Polyhedron::hull(&points, polyhedron::COMPUTED).unwrap().0),
-    );
+    let points: Vec<Vec3> = (0..30).map(|_| direction(&mut rng).component_mul(&vec(0.7, 0.5, 0.4))).collect();
+    add("stone", Box::new(Polyhedron::hull(&points, polyhedron::COMPUTED).unwrap().0));
     shapes
 }
 
@@ -213,10 +190,7 @@ fn the_gradient_has_length_one_and_is_that_of_the_distance() {
 fn to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
     let normal = (b - a).cross(&(c - a));
     let sides = [(a, b), (b, c), (c, a)];
-    if sides
-        .iter()
-        .all(|(s, e)| (e - s).cross(&(p - s)).dot(&normal) >= 0.0)
-    {
+    if sides.iter().all(|(s, e)| (e - s).cross(&(p - s)).dot(&normal) >= 0.0) {
         return ((p - a).dot(&normal) / normal.norm()).abs();
     }
     let to_side = |(s, e): (Vec3, Vec3)| {
@@ -230,17 +204,10 @@ fn to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
 fn the_distance_is_that_to_a_fine_mesh() {
     on_all("distance to the mesh", 1e-2, |shape, rng| {
         let mesh = shape.surface_mesh(if shape.kind() == "superellipsoid" { 5 } else { 4 });
-        let triangles: Vec<_> = mesh
-            .triangles
-            .iter()
-            .map(|t| t.map(|i| mesh.points[i as usize]))
-            .collect();
+        let triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(|i| mesh.points[i as usize])).collect();
         (0..200).fold(0.0, |worst, _| {
             let p = point(shape, rng);
-            let found = triangles
-                .iter()
-                .map(|&t| to_triangle(p, t))
-                .fold(f64::INFINITY, f64::min);
+            let found = triangles.iter().map(|&t| to_triangle(p, t)).fold(f64::INFINITY, f64::min);
             let error = (shape.signed_distance(p).abs() - found).abs() / shape.circumradius();
             f64::max(worst, error)
         })
@@ -251,20 +218,15 @@ fn the_distance_is_that_to_a_fine_mesh() {
 fn the_distance_is_the_height_above_the_highest_supporting_plane() {
     // Exact: that plane stands on the gradient, and no other of thousands is higher.
     on_all("distance", 1e-9, |shape, rng| {
-        let planes: Vec<(Vec3, f64)> = (0..3000)
-            .map(|_| direction(rng))
-            .map(|n| (n, n.dot(&shape.support(n))))
-            .collect();
+        let planes: Vec<(Vec3, f64)> =
+            (0..3000).map(|_| direction(rng)).map(|n| (n, n.dot(&shape.support(n)))).collect();
         (0..200).fold(0.0, |worst, _| {
             let p = point(shape, rng);
             let (distance, n) = (shape.signed_distance(p), shape.gradient(p));
             // Beside a corner the gradient has its own supporting plane; rounding tilts it.
             let height = n.dot(&(p - shape.support(n)));
             let mut error = (height - distance).abs();
-            let highest = planes
-                .iter()
-                .map(|(n, h)| n.dot(&p) - h)
-                .fold(f64::NEG_INFINITY, f64::max);
+            let highest = planes.iter().map(|(n, h)| n.dot(&p) - h).fold(f64::NEG_INFINITY, f64::max);
             error = error.max(highest - distance);
             // Close by, where the highest is.
             for _ in 0..300 {
@@ -305,10 +267,7 @@ fn the_distance_is_right_on_the_axes_in_the_planes_of_symmetry_and_at_the_centre
                 let (distance, gradient) = (shape.signed_distance(p), shape.gradient(p));
                 assert!((gradient.norm() - 1.0).abs() < 1e-12, "{p:?} {gradient:?}");
                 let height = gradient.dot(&(p - shape.support(gradient)));
-                let highest = planes
-                    .iter()
-                    .map(|(n, h)| n.dot(&p) - h)
-                    .fold(f64::NEG_INFINITY, f64::max);
+                let highest = planes.iter().map(|(n, h)| n.dot(&p) - h).fold(f64::NEG_INFINITY, f64::max);
                 let error = (height - distance).abs().max(highest - distance);
                 worst = worst.max(error / shape.circumradius());
             }
@@ -324,17 +283,9 @@ fn the_support_point_is_on_the_surface_and_no_point_of_the_mesh_is_further() {
         (0..200).fold(0.0, |worst, _| {
             let n = direction(rng);
             let support = shape.support(n * 7.0);
-            let furthest = mesh
-                .points
-                .iter()
-                .map(|p| p.dot(&n))
-                .fold(f64::NEG_INFINITY, f64::max);
+            let furthest = mesh.points.iter().map(|p| p.dot(&n)).fold(f64::NEG_INFINITY, f64::max);
             let short = n.dot(&support) - furthest;
-            assert!(
-                short < 0.02 * shape.circumradius(),
-                "{}: {short:.2e}",
-                shape.kind()
-            );
+            assert!(short < 0.02 * shape.circumradius(), "{}: {short:.2e}", shape.kind());
             let off = shape.signed_distance(support).abs();
             f64::max(worst, off.max(-short) / shape.circumradius())
         })
@@ -349,15 +300,9 @@ fn the_bounds_hold_the_mesh_and_touch_it() {
             let turn = orientation(rng);
             let (low, high) = shape.bounds(&turn);
             let points: Vec<Vec3> = mesh.points.iter().map(|p| turn * p).collect();
-            let (first, last) = points
-                .iter()
-                .fold((points[0], points[0]), |(a, b), p| (a.inf(p), b.sup(p)));
+            let (first, last) = points.iter().fold((points[0], points[0]), |(a, b), p| (a.inf(p), b.sup(p)));
             let slack = (first - low).amax().max((high - last).amax());
-            assert!(
-                slack < 0.02 * shape.circumradius(),
-                "{}: {slack:.2e}",
-                shape.kind()
-            );
+            assert!(slack < 0.02 * shape.circumradius(), "{}: {slack:.2e}", shape.kind());
             let out = (low - first).max().max((last - high).max());
             let by_support = Vec3::from_fn(|i, _| {
                 (turn * shape.support(turn.inverse_transform_vector(&Vec3::ith(i, 1.0))))[i]
@@ -372,19 +317,11 @@ fn circumradius_and_thickness_are_the_greatest_and_least_over_all_directions() {
     on_all("extents", 1e-12, |shape, rng| {
         let mesh = shape.surface_mesh(4);
         let furthest = mesh.points.iter().map(Vec3::norm).fold(0.0, f64::max);
-        assert!(
-            furthest > 0.98 * shape.circumradius(),
-            "{furthest:.3e} {:.3e}",
-            shape.circumradius()
-        );
+        assert!(furthest > 0.98 * shape.circumradius(), "{furthest:.3e} {:.3e}", shape.circumradius());
         let width = |n: Vec3| n.dot(&(shape.support(n) - shape.support(-n)));
         let mut best = (f64::INFINITY, Vec3::x());
         for trial in 0..12000 {
-            let reach = if trial < 6000 {
-                10.0
-            } else {
-                0.5 * 0.5_f64.powi((trial - 6000) / 400)
-            };
+            let reach = if trial < 6000 { 10.0 } else { 0.5 * 0.5_f64.powi((trial - 6000) / 400) };
             let n = (best.1 + direction(rng) * reach).normalize();
             best = if width(n) < best.0 { (width(n), n) } else { best };
         }
@@ -484,19 +421,12 @@ fn the_surface_mesh_is_closed_points_outwards_and_fills_the_body() {
     on_all("volume of the mesh", 5e-3, |shape, _| {
         let error = |refinement: u32| {
             let mesh = shape.surface_mesh(refinement);
-            let mut edges: Vec<(u32, u32)> = mesh
-                .triangles
-                .iter()
-                .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
-                .collect();
+            let mut edges: Vec<(u32, u32)> =
+                mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
             edges.sort_unstable();
             assert!(edges.windows(2).all(|e| e[0] != e[1]));
             assert!(edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok()));
-            assert_eq!(
-                mesh.points.len() + mesh.triangles.len(),
-                edges.len() / 2 + 2,
-                "Euler's formula"
-            );
+            assert_eq!(mesh.points.len() + mesh.triangles.len(), edges.len() / 2 + 2, "Euler's formula");
             let mut volume = 0.0;
             for t in &mesh.triangles {
                 let [a, b, c] = t.map(|i| mesh.points[i as usize]);
@@ -509,11 +439,7 @@ fn the_surface_mesh_is_closed_points_outwards_and_fills_the_body() {
         let errors = [error(2), error(5)];
         let is_flat = shape.as_polyhedron().is_some();
         let limit = if is_flat { 1e-13 } else { errors[0] / 20.0 };
-        assert!(
-            errors[1] <= limit && errors[1] > -1e-13,
-            "{}: {errors:?}",
-            shape.kind()
-        );
+        assert!(errors[1] <= limit && errors[1] > -1e-13, "{}: {errors:?}", shape.kind());
         errors[1].abs()
     });
 }
@@ -547,12 +473,7 @@ fn edges_are_as_sharp_as_those_of_a_cube_whatever_its_size_and_fade_out_on_the_w
     let cube = Polyhedron::cuboid(Vec3::repeat(0.7));
     assert!((cube.sharpness() - 1.0).abs() < 1e-12);
     // Edges of a tetrahedron of edge 1: normals turn by acos(-1/3); volume 1 / (6 sqrt 2), area sqrt 3.
-    let corners = [
-        [1.0, 1.0, 1.0],
-        [1.0, -1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-    ];
+    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
     let tetrahedron = Polyhedron::hull(&corners.map(Vec3::from), 1e-9).unwrap().0;
     let exact = (6.0 * 2.0_f64.sqrt()).cbrt().recip() * 6.0 * (4.0 / 3.0) / (2.0 * 3.0_f64.sqrt());
     assert!((tetrahedron.sharpness() - exact).abs() < 1e-12);
@@ -609,10 +530,7 @@ fn timing() {
             });
             (times.fold(f64::INFINITY, f64::min), sum)
         };
-        let distance = least(
-            &mut || points.iter().map(|&p| shape.signed_distance(p)).sum(),
-            points.len(),
-        );
+        let distance = least(&mut || points.iter().map(|&p| shape.signed_distance(p)).sum(), points.len());
         let row = |(turn, y, z): &(Quat, f64, f64)| {
             [shell, -shell]
                 .iter()
@@ -620,11 +538,6 @@ fn timing() {
                 .sum::<f64>()
         };
         let row = least(&mut || rows.iter().map(row).sum(), 2 * rows.len());
-        println!(
-            "{name}: distance {:.0} ns, row {:.0} ns ({:.1e})",
-            distance.0,
-            row.0,
-            distance.1 + row.1
-        );
+        println!("{name}: distance {:.0} ns, row {:.0} ns ({:.1e})", distance.0, row.0, distance.1 + row.1);
     }
 }

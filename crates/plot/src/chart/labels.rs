@@ -15,11 +15,7 @@ const LEADER: f32 = 36.0;
 
 /// Space that the labels of a chart take right of its frame.
 pub(super) fn margin(chart: &Chart) -> f32 {
-    let names = chart
-        .panels
-        .iter()
-        .flat_map(levels)
-        .flat_map(|level| level.0.lines());
+    let names = chart.panels.iter().flat_map(levels).flat_map(|level| level.0.lines());
     match widest(names.map(spans), NUMBER) {
         0.0 => 0.0,
         width => LEADER + width,
@@ -29,9 +25,7 @@ pub(super) fn margin(chart: &Chart) -> f32 {
 /// Name, value and colour of the levels of a panel.
 fn levels(panel: &Panel) -> impl Iterator<Item = (&str, f64, [u8; 3])> {
     panel.marks.iter().filter_map(|mark| match mark {
-        Mark::Level {
-            label, value, colour, ..
-        } => Some((&**label, *value, *colour)),
+        Mark::Level { label, value, colour, .. } => Some((&**label, *value, *colour)),
         _ => None,
     })
 }
@@ -43,9 +37,7 @@ pub(super) fn draw(drawing: &mut Drawing, layout: &Layout, (_, t, r, b): Area, p
         .collect();
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let height = |label: &str| label.lines().count() as f32 * STEP;
-    let wanted = labels
-        .iter()
-        .map(|(y, label, _)| (y - 0.5 * height(label), height(label)));
+    let wanted = labels.iter().map(|(y, label, _)| (y - 0.5 * height(label), height(label)));
     let tops = spread(&wanted.collect::<Vec<_>>(), GAP, (t - 20.0, b + 60.0));
     for (top, (y, label, colour)) in tops.into_iter().zip(labels) {
         let middle = top + 0.5 * height(label);
@@ -72,10 +64,7 @@ fn spread(wanted: &[(f32, f32)], gap: f32, (lo, hi): (f32, f32)) -> Vec<f32> {
         while let Some(&(mean, count)) = pools.last().filter(|last| last.0 > pool.0) {
             pools.pop();
             let total = count + pool.1;
-            pool = (
-                (mean * count as f32 + pool.0 * pool.1 as f32) / total as f32,
-                total,
-            );
+            pool = ((mean * count as f32 + pool.0 * pool.1 as f32) / total as f32, total);
         }
         pools.push(pool);
     }
@@ -93,18 +82,12 @@ mod tests {
 
     #[test]
     fn labels_that_would_overlap_move_apart_evenly_and_others_stay() {
-        assert_eq!(
-            spread(&[(10.0, 20.0), (100.0, 20.0)], 5.0, (0.0, 200.0)),
-            [10.0, 100.0]
-        );
+        assert_eq!(spread(&[(10.0, 20.0), (100.0, 20.0)], 5.0, (0.0, 200.0)), [10.0, 100.0]);
         assert_eq!(
             spread(&[(50.0, 20.0), (55.0, 20.0), (150.0, 20.0)], 5.0, (0.0, 200.0)),
             [40.0, 65.0, 150.0]
         );
-        assert_eq!(
-            spread(&[(190.0, 20.0), (195.0, 20.0)], 0.0, (0.0, 200.0)),
-            [160.0, 180.0]
-        );
+        assert_eq!(spread(&[(190.0, 20.0), (195.0, 20.0)], 0.0, (0.0, 200.0)), [160.0, 180.0]);
         assert!(spread(&[], 5.0, (0.0, 1.0)).is_empty());
     }
 }

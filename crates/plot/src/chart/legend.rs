@@ -42,11 +42,7 @@ impl Legend {
         let most = ((space + GAP) / column_width).floor().max(1.0) as usize;
         // As few columns as need no more lines.
         let lines = entries.len().div_ceil(most).max(1);
-        Self {
-            columns: entries.len().div_ceil(lines).max(1),
-            entries,
-            column_width,
-        }
+        Self { columns: entries.len().div_ceil(lines).max(1), entries, column_width }
     }
 
     pub(super) fn height(&self) -> f32 {

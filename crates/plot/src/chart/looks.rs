@@ -11,16 +11,8 @@ pub(super) const MARKED: usize = 60;
 pub(super) const RADIUS: f32 = 9.5;
 
 /// Colours that colour-blind readers tell apart (after Okabe and Ito), neighbours of different lightness.
-const COLOURS: [Colour; 8] = [
-    BLUE,
-    VERMILION,
-    [0, 158, 115],
-    INK,
-    [204, 121, 167],
-    [230, 159, 0],
-    [86, 180, 233],
-    [120, 80, 20],
-];
+const COLOURS: [Colour; 8] =
+    [BLUE, VERMILION, [0, 158, 115], INK, [204, 121, 167], [230, 159, 0], [86, 180, 233], [120, 80, 20]];
 /// Tones of lines that belong to no colour.
 const TONES: [Colour; 2] = [INK, [140, 140, 140]];
 /// Pale tones of references below everything.
@@ -28,12 +20,7 @@ const PALE: [Colour; 3] = [[190, 205, 170], [200, 195, 215], [225, 205, 175]];
 /// Dashes of laws that are lines, one after another.
 const LINES: [&[f32]; 4] = [&[], &[8.0, 2.5, 1.5, 2.5], &[1.4, 2.2], &[14.0, 3.0]];
 /// Dashes of laws that are dashed.
-const DASHES: [&[f32]; 4] = [
-    &[5.0, 3.0],
-    &[2.5, 2.5],
-    &[6.0, 2.5, 1.5, 2.5, 1.5, 2.5],
-    &[9.0, 5.0],
-];
+const DASHES: [&[f32]; 4] = [&[5.0, 3.0], &[2.5, 2.5], &[6.0, 2.5, 1.5, 2.5, 1.5, 2.5], &[9.0, 5.0]];
 
 /// Number of outlines of markers.
 const OUTLINES: usize = 8;
@@ -70,10 +57,7 @@ impl Looks {
     pub(super) fn of(panels: &[Panel]) -> Self {
         // Names in order of appearance, with the largest number of points.
         let mut names: Vec<(Style, &str, usize)> = Vec::new();
-        for Series {
-            style, label, points, ..
-        } in panels.iter().flat_map(|panel| &panel.series)
-        {
+        for Series { style, label, points, .. } in panels.iter().flat_map(|panel| &panel.series) {
             match names.iter_mut().find(|name| (name.0, name.1) == (*style, label)) {
                 Some(name) => name.2 = name.2.max(points.len()),
                 None => names.push((*style, label, points.len())),
@@ -128,12 +112,7 @@ impl Looks {
                     _ if marker.is_some() => None,
                     _ => Some(Pencil::dashed(colour, 3.0, dashes)),
                 };
-                Look {
-                    style,
-                    colour,
-                    marker,
-                    pencil,
-                }
+                Look { style, colour, marker, pencil }
             };
             known.push((style, label.to_string(), look));
         }
@@ -152,16 +131,8 @@ fn owner(known: &[(Style, String, Look)], style: Style, label: &str) -> Option<L
         let rest = label.strip_suffix(name.as_str());
         *of == Style::Measured && rest.is_some_and(|rest| rest.ends_with(", "))
     })?;
-    let marker = look.marker.map(|marker| Marker {
-        filled: false,
-        ..marker
-    });
-    (style == Style::Points).then_some(Look {
-        style,
-        marker,
-        pencil: None,
-        ..*look
-    })
+    let marker = look.marker.map(|marker| Marker { filled: false, ..marker });
+    (style == Style::Points).then_some(Look { style, marker, pencil: None, ..*look })
 }
 
 /// Half way to white.
@@ -175,11 +146,7 @@ pub(super) fn draw_marker(drawing: &mut Drawing, look: Look, at: Place) {
         return;
     };
     // A white rim keeps markers apart that lie on each other.
-    let (size, rim) = if filled {
-        (RADIUS, 2.5)
-    } else {
-        (1.15 * RADIUS, 5.0)
-    };
+    let (size, rim) = if filled { (RADIUS, 2.5) } else { (1.15 * RADIUS, 5.0) };
     let corners = outline(number % OUTLINES, at, size);
     drawing.outline(corners.clone(), Pencil::new(white, rim));
     if filled {
@@ -207,9 +174,7 @@ fn outline(which: usize, (x, y): Place, size: f32) -> Vec<Place> {
         let (long, short) = (1.25 * size, 0.45 * size);
         let arm = [(long, -short), (long, short), (short, short)];
         let quarters = (0..4).map(|quarter| first + 0.25 * TAU * quarter as f32);
-        quarters
-            .flat_map(|angle| arm.map(|corner| turned(corner, angle)))
-            .collect()
+        quarters.flat_map(|angle| arm.map(|corner| turned(corner, angle))).collect()
     };
     // Radii for areas that look alike.
     match which {

@@ -15,14 +15,8 @@ const RESOLUTION: f32 = 0.25;
 const CAP: f32 = 7.0;
 
 /// The order in which lines are drawn, and that of markers: filled ones first, as open ones let them be seen.
-const ORDER: [Style; 6] = [
-    Style::Reference,
-    Style::Line,
-    Style::Dashed,
-    Style::Measured,
-    Style::Points,
-    Style::Overlaid,
-];
+const ORDER: [Style; 6] =
+    [Style::Reference, Style::Line, Style::Dashed, Style::Measured, Style::Points, Style::Overlaid];
 
 /// Draws a panel of the chart.
 pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, index: usize, looks: &Looks) {
@@ -98,14 +92,7 @@ fn draw_marks(drawing: &mut Drawing, layout: &Layout, (l, t, r, b): Area, panel:
                 };
                 drawing.text(text, NUMBER, (x, b - 18.0), align, INK);
             }
-            Mark::Level {
-                value,
-                error,
-                between,
-                dashed,
-                colour,
-                ..
-            } => {
+            Mark::Level { value, error, between, dashed, colour, .. } => {
                 let [from, to] = between.map_or([Some(l), Some(r)], |ends| ends.map(across));
                 let (Some(from), Some(to), Some(y)) = (from, to, down(*value)) else {
                     continue;

@@ -12,22 +12,12 @@ fn point(x: f64, y: f64) -> Point {
 }
 
 fn series(label: &str, style: Style, points: &[(f64, f64)]) -> Series {
-    Series {
-        label: label.into(),
-        style,
-        points: points.iter().map(|&(x, y)| point(x, y)).collect(),
-    }
+    Series { label: label.into(), style, points: points.iter().map(|&(x, y)| point(x, y)).collect() }
 }
 
 fn chart(panels: Vec<Vec<Series>>) -> Chart {
-    let panels = panels.into_iter().map(|series| Panel {
-        series,
-        ..Panel::default()
-    });
-    Chart {
-        panels: panels.collect(),
-        ..Chart::default()
-    }
+    let panels = panels.into_iter().map(|series| Panel { series, ..Panel::default() });
+    Chart { panels: panels.collect(), ..Chart::default() }
 }
 
 /// The look of every series, and where its points are.
@@ -52,24 +42,15 @@ fn every_point_has_its_marker_at_its_place_in_its_panel() {
     for (panel, series, place) in [(0, &a, 0), (0, &a, 1), (1, &a, 1), (1, &b, 0)] {
         let Point { x, y, .. } = series.points[place];
         let at = layout.at(layout.panels[panel], x, y).unwrap();
-        assert_eq!(
-            colour_at(&image, at),
-            looks.find(series).colour,
-            "{panel} {place}"
-        );
+        assert_eq!(colour_at(&image, at), looks.find(series).colour, "{panel} {place}");
     }
 }
 
 #[test]
 fn fourteen_series_differ_in_marker_or_dashes_and_not_by_colour_alone() {
     let all = |style| -> Vec<Look> {
-        let series: Vec<Series> = (0..14)
-            .map(|i| series(&i.to_string(), style, &[(0.0, 0.0)]))
-            .collect();
-        let looks = Looks::of(&[Panel {
-            series: series.clone(),
-            ..Panel::default()
-        }]);
+        let series: Vec<Series> = (0..14).map(|i| series(&i.to_string(), style, &[(0.0, 0.0)])).collect();
+        let looks = Looks::of(&[Panel { series: series.clone(), ..Panel::default() }]);
         series.iter().map(|series| looks.find(series)).collect()
     };
     let mut looks = all(Style::Measured);
@@ -93,10 +74,7 @@ fn points_of_a_reference_have_the_colour_of_the_measured_series_that_they_are_na
     let looks = Looks::of(&chart(vec![measured.iter().chain(&points).cloned().collect()]).panels);
     let [spheres, cubes] = measured.each_ref().map(|series| looks.find(series));
     let [of_cubes, of_spheres, other] = points.each_ref().map(|series| looks.find(series));
-    assert_eq!(
-        (of_cubes.colour, of_spheres.colour),
-        (cubes.colour, spheres.colour)
-    );
+    assert_eq!((of_cubes.colour, of_spheres.colour), (cubes.colour, spheres.colour));
     assert!(of_cubes.marker != cubes.marker && of_spheres.marker != of_cubes.marker);
     assert!(other.colour != cubes.colour && other.colour != spheres.colour);
 }
@@ -134,13 +112,8 @@ fn a_logarithmic_error_bar_that_crosses_zero_reaches_the_frame() {
 #[test]
 fn the_legend_lies_above_all_panels_and_no_panel_on_another() {
     for panels in 1..=7 {
-        let entries = (0..12).map(|i| {
-            series(
-                &format!("a rather long name of series {i}"),
-                Style::Measured,
-                &[(1.0, 1.0)],
-            )
-        });
+        let entries = (0..12)
+            .map(|i| series(&format!("a rather long name of series {i}"), Style::Measured, &[(1.0, 1.0)]));
         let entries: Vec<Series> = entries.collect();
         let chart = chart(vec![entries; panels]);
         let looks = Looks::of(&chart.panels);
@@ -169,14 +142,9 @@ fn whatever_the_data_are_there_is_a_chart_and_its_svg_is_well_formed() {
         &[(5.0, -1e-9), (5.0, 1e9), (4.0, 0.0)],
     ];
     for points in awkward {
-        for style in [
-            Style::Measured,
-            Style::Points,
-            Style::Line,
-            Style::Dashed,
-            Style::Reference,
-            Style::Overlaid,
-        ] {
+        for style in
+            [Style::Measured, Style::Points, Style::Line, Style::Dashed, Style::Reference, Style::Overlaid]
+        {
             for logarithmic in [false, true] {
                 let mut chart = chart(vec![vec![series("<a & b>", style, points)], vec![]]);
                 chart.title = "<&>".into();
@@ -205,21 +173,14 @@ fn a_long_name_of_an_axis_breaks_between_words_and_keeps_its_unit_and_power_of_t
         lines("momentum of all particles together (kg m/s)", -9),
         ["momentum of all particles", "together (10\u{2212}9 kg m/s)"]
     );
-    assert_eq!(
-        lines("velocity of the particles (um)", 0),
-        ["velocity of the", "particles (\u{b5}m)"]
-    );
+    assert_eq!(lines("velocity of the particles (um)", 0), ["velocity of the", "particles (\u{b5}m)"]);
     assert_eq!(lines("quotient of velocities (-)", 0), ["quotient of velocities"]);
     assert_eq!(lines("", -3), [" (10\u{2212}3)"]);
 }
 
 #[test]
 fn long_titles_and_notes_break_and_nothing_leaves_the_page() {
-    let mut chart = chart(vec![vec![series(
-        &"long ".repeat(80),
-        Style::Line,
-        &[(0.0, 1.0), (1.0, 2.0)],
-    )]]);
+    let mut chart = chart(vec![vec![series(&"long ".repeat(80), Style::Line, &[(0.0, 1.0), (1.0, 2.0)])]]);
     chart.title = "a title of many words ".repeat(12);
     chart.note = "a note of many words ".repeat(30);
     chart.y.label = "a name of many words ".repeat(6) + "(m/s)";
@@ -230,10 +191,7 @@ fn long_titles_and_notes_break_and_nothing_leaves_the_page() {
         assert!((0..8).chain(width - 8..width).all(|x| white(x, y)), "row {y}");
     }
     for x in 0..width {
-        assert!(
-            (0..8).chain(height - 8..height).all(|y| white(x, y)),
-            "column {x}"
-        );
+        assert!((0..8).chain(height - 8..height).all(|y| white(x, y)), "column {x}");
     }
 }
 
@@ -251,19 +209,14 @@ fn three_curves_on_each_other_are_all_seen() {
     let colours = styles.map(|style| looks.find(&series("a", style, &[])).colour);
     let mut counts = [0; 2];
     for i in 100..900 {
-        let (x, y) = layout
-            .at(layout.panels[0], f64::from(i), 2.0 * f64::from(i))
-            .unwrap();
+        let (x, y) = layout.at(layout.panels[0], f64::from(i), 2.0 * f64::from(i)).unwrap();
         for (count, colour) in counts.iter_mut().zip(colours) {
             *count += usize::from(colour_at(&image, (x, y)) == colour);
         }
         let beside = colour_at(&image, (x, y + 4.5));
         assert_eq!(beside, colours[2], "the reference lies below both");
     }
-    assert!(
-        counts[0] > 350 && counts[1] > 150,
-        "dashes and what is between them: {counts:?}"
-    );
+    assert!(counts[0] > 350 && counts[1] > 150, "dashes and what is between them: {counts:?}");
 }
 
 #[test]
@@ -278,11 +231,7 @@ fn few_points_of_coinciding_series_are_marked_by_open_markers_round_filled_ones(
     let colour = |index: usize| looks.find(&chart.panels[0].series[index]).colour;
     let (x, y) = layout.at(layout.panels[0], 0.7, 0.7).unwrap();
     assert_eq!(colour_at(&image, (x + 10.9, y)), colour(0), "the ring");
-    assert_eq!(
-        colour_at(&image, (x + 2.5, y + 2.5)),
-        colour(1),
-        "the filled marker"
-    );
+    assert_eq!(colour_at(&image, (x + 2.5, y + 2.5)), colour(1), "the filled marker");
 }
 
 #[test]
@@ -317,20 +266,10 @@ fn course(values: &[(f64, f64)]) -> Chart {
     let mut chart = chart(vec![vec![series("", Style::Measured, values)]]);
     chart.panels[0].marks = vec![
         Mark::Interval([500.0, 1000.0]),
-        level(
-            "mean\n0.3 \u{b1} 0.02",
-            0.3,
-            Some(0.02),
-            Some([500.0, 1000.0]),
-            false,
-            crate::VERMILION,
-        ),
+        level("mean\n0.3 \u{b1} 0.02", 0.3, Some(0.02), Some([500.0, 1000.0]), false, crate::VERMILION),
         level("reference", 0.5, None, None, true, crate::REFERENCES[0]),
         level("unknown", f64::NAN, None, None, true, crate::REFERENCES[1]),
-        Mark::Event {
-            label: "transient ends at t* = 200".into(),
-            at: 200.0,
-        },
+        Mark::Event { label: "transient ends at t* = 200".into(), at: 200.0 },
     ];
     chart
 }
@@ -346,11 +285,7 @@ fn levels_bands_and_events_are_drawn_where_their_values_are() {
     assert_eq!(colour_at(&image, at(5.0, 0.5)), crate::REFERENCES[0]);
     let [r, g, b] = colour_at(&image, at(755.0, 0.315));
     assert!(r > g && g > b, "the band is a light vermilion");
-    assert_eq!(
-        colour_at(&image, at(255.0, 0.315)),
-        [255; 3],
-        "it does not begin earlier"
-    );
+    assert_eq!(colour_at(&image, at(255.0, 0.315)), [255; 3], "it does not begin earlier");
     let event = at(200.0, 0.4);
     let dark = |dy: u8| colour_at(&image, (event.0, event.1 + f32::from(dy))) == crate::INK;
     assert!((0..40).any(dark));
@@ -370,9 +305,7 @@ fn labels_stand_beside_the_frame_within_the_page() {
 #[test]
 fn a_chart_survives_being_written_and_read_and_old_ones_without_marks_are_read() {
     let chart = course(&[(0.0, 1.0)]);
-    let text = serde_json::to_string(&chart)
-        .unwrap()
-        .replace("\"value\":null", "\"value\":1.0");
+    let text = serde_json::to_string(&chart).unwrap().replace("\"value\":null", "\"value\":1.0");
     let read: Chart = serde_json::from_str(&text).unwrap();
     assert_eq!(serde_json::to_string(&read).unwrap(), text);
     let old = r#"{"title":"","x":{"label":"","log":true},"y":{"label":"","log":false},"note":"",

@@ -36,10 +36,7 @@ fn all_cells_particles_and_contacts_are_somebodys_and_ghosts_are_those_of_the_en
 fn populations_that_cross_are_the_same_number_both_ways_and_five_per_cell_of_a_face() {
     let setup = suspension();
     let work = Work::of(&setup);
-    let cut = Decomposition::with_cuts(
-        setup.domain,
-        [vec![0, 20, 48], vec![0, 9, 30, 48], vec![0, 40, 96]],
-    );
+    let cut = Decomposition::with_cuts(setup.domain, [vec![0, 20, 48], vec![0, 9, 30, 48], vec![0, 40, 96]]);
     let ranks = work.forecast(&cut).ranks;
     for (rank, forecast) in ranks.iter().enumerate() {
         for (peer, to) in &forecast.sends {
@@ -60,17 +57,8 @@ fn a_bed_is_shared_out_better_than_by_equal_blocks() {
         let cut = Decomposition::balanced(setup.domain, ranks, &work.weights()).unwrap();
         let balanced = work.forecast(&cut);
         let equal = work.forecast(&Decomposition::with_grid(setup.domain, [1, 1, ranks]));
-        assert!(
-            balanced.balance() > 0.85,
-            "{ranks}: {} {:?}",
-            balanced.balance(),
-            cut.cuts
-        );
-        assert!(
-            balanced.balance() > equal.balance() + 0.05,
-            "{ranks}: {}",
-            equal.balance()
-        );
+        assert!(balanced.balance() > 0.85, "{ranks}: {} {:?}", balanced.balance(), cut.cuts);
+        assert!(balanced.balance() > equal.balance() + 0.05, "{ranks}: {}", equal.balance());
         assert!(balanced.efficiency() < balanced.balance() && balanced.efficiency() > 0.3);
     }
 }

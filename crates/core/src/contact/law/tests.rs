@@ -4,10 +4,7 @@ use super::*;
 use crate::contact::{ContactParams, Geometry, PairParams, sphere_sphere};
 
 const GLASS: ContactParams = ContactParams {
-    material: Material {
-        youngs_modulus: 5e6,
-        poisson_ratio: 0.25,
-    },
+    material: Material { youngs_modulus: 5e6, poisson_ratio: 0.25 },
     pair: PairParams {
         restitution: 0.5,
         friction_static: 0.32,
@@ -21,17 +18,11 @@ const GLASS: ContactParams = ContactParams {
 };
 
 /// The spheres of [`lens`].
-const EQUAL: Couple = Couple {
-    radii: [1e-3; 2],
-    masses: [1e-5; 2],
-};
+const EQUAL: Couple = Couple { radii: [1e-3; 2], masses: [1e-5; 2] };
 
 /// Bodies of these radii (m) and of unlike masses.
 fn couple(radii: [f64; 2]) -> Couple {
-    Couple {
-        radii,
-        masses: [1e-5, if radii[1] < 1.0 { 3e-5 } else { f64::INFINITY }],
-    }
+    Couple { radii, masses: [1e-5, if radii[1] < 1.0 { 3e-5 } else { f64::INFINITY }] }
 }
 
 fn law() -> PairLaw {
@@ -45,16 +36,7 @@ fn energy_law() -> PairLaw {
 
 fn hertz(damping: DampingLaw) -> PairLaw {
     let law = ElasticLaw::Hertz;
-    PairLaw::new(
-        &ContactParams {
-            law,
-            damping,
-            ..GLASS
-        }
-        .into(),
-        0,
-        0,
-    )
+    PairLaw::new(&ContactParams { law, damping, ..GLASS }.into(), 0, 0)
 }
 
 /// Force on the first of two spheres.
@@ -118,22 +100,14 @@ fn a_small_cap_cut_off_by_a_wall_follows_hertz_by_all_laws() {
 
 #[test]
 fn the_hertz_law_is_the_closed_form_of_the_depth_for_equal_and_unlike_spheres_and_planes() {
-    let soft = Material {
-        youngs_modulus: 1e4,
-        poisson_ratio: 0.4,
-    };
-    let mut model = ContactModel::from(ContactParams {
-        law: ElasticLaw::Hertz,
-        ..GLASS
-    });
+    let soft = Material { youngs_modulus: 1e4, poisson_ratio: 0.4 };
+    let mut model = ContactModel::from(ContactParams { law: ElasticLaw::Hertz, ..GLASS });
     model.materials.push(soft);
     model.pairs = vec![GLASS.pair; 4];
     let mut off = 0.0_f64;
-    for (radii, radius) in [
-        ([1e-3, 1e-3], 0.5e-3_f64),
-        ([1e-3, 0.4e-3], 1e-3 * 0.4 / 1.4),
-        ([1e-3, f64::INFINITY], 1e-3),
-    ] {
+    for (radii, radius) in
+        [([1e-3, 1e-3], 0.5e-3_f64), ([1e-3, 0.4e-3], 1e-3 * 0.4 / 1.4), ([1e-3, f64::INFINITY], 1e-3)]
+    {
         for (a, b) in [(0, 0), (0, 1), (1, 1)] {
             let law = PairLaw::new(&model, a, b);
             let modulus = effective_modulus(&model.materials[a], &model.materials[b]);
@@ -159,10 +133,7 @@ fn the_papers_law_over_hertz_is_the_ratio_of_a_lens_or_cap_to_its_limit() {
             paper / depth
         };
         let equal = ratio(&lens(depth), &EQUAL);
-        assert!(
-            (equal / (1.0 - d / 6.0).sqrt() - 1.0).abs() < 1e-11,
-            "spheres, {d}"
-        );
+        assert!((equal / (1.0 - d / 6.0).sqrt() - 1.0).abs() < 1e-11, "spheres, {d}");
         let plane = ratio(&cap(radius, depth), &couple([radius, f64::INFINITY]));
         assert!((plane / (1.0 - d / 3.0).sqrt() - 1.0).abs() < 1e-13, "plane, {d}");
         // Radii R and 0.6 R: V = pi d^2 (D^2 + 2 D s - 3 (a - b)^2) / (12 D), R_e = 0.375 R.
@@ -171,10 +142,7 @@ fn the_papers_law_over_hertz_is_the_ratio_of_a_lens_or_cap_to_its_limit() {
         let lens = (distance * (distance + 3.2) - 3.0 * 0.16) / (12.0 * distance) / 0.375;
         let measured = ratio(&unlike, &couple([radius, 0.6e-3]));
         println!("d/R {d:e}: {equal:.9} {measured:.9} {plane:.9}");
-        assert!(
-            (measured / lens.sqrt() - 1.0).abs() < 1e-11,
-            "unlike spheres, {d}"
-        );
+        assert!((measured / lens.sqrt() - 1.0).abs() < 1e-11, "unlike spheres, {d}");
     }
 }
 
@@ -185,19 +153,15 @@ fn the_dashpot_on_hertz_is_that_of_liggghts() {
     let decay = 0.5_f64.ln();
     let square = PI * PI + decay * decay;
     let b = -decay / square.sqrt();
-    for (radii, radius, mass) in [
-        ([1e-3, 0.4e-3], 1e-3 * 0.4 / 1.4_f64, 0.75e-5_f64),
-        ([1e-3, f64::INFINITY], 1e-3, 1e-5),
-    ] {
+    for (radii, radius, mass) in
+        [([1e-3, 0.4e-3], 1e-3 * 0.4 / 1.4_f64, 0.75e-5_f64), ([1e-3, f64::INFINITY], 1e-3, 1e-5)]
+    {
         for (depth, approach) in [(1e-8, 0.3), (1e-5, -0.7), (1e-4, 1e-3)] {
             let stiffness = 2.0 * law.modulus * (radius * depth).sqrt();
             let dashpot = 2.0 * (5.0_f64 / 6.0).sqrt() * b * (stiffness * mass).sqrt() * approach;
             let [still, moving] =
                 [0.0, approach].map(|v| law.normal_force(&cap(1e-3, depth), &couple(radii), UNSET, v));
-            assert!(
-                ((moving - still) / dashpot - 1.0).abs() < 1e-9,
-                "{moving} {still} {dashpot}"
-            );
+            assert!(((moving - still) / dashpot - 1.0).abs() < 1e-9, "{moving} {still} {dashpot}");
         }
     }
 }
@@ -207,11 +171,7 @@ fn a_dashpot_pulls_at_parting_bodies_and_friction_follows_the_magnitude() {
     let (law, overlap) = (hertz(DampingLaw::Tsuji), lens(1e-6));
     let offset = Vec3::new(2e-3 - overlap.depth, 0.0, 0.0);
     let action = law.act(&overlap, offset, &EQUAL, Vec3::new(-0.5, 3.0, 0.0), UNSET);
-    assert!(
-        action.force.x > 0.0,
-        "pulled to the second body: {:?}",
-        action.force
-    );
+    assert!(action.force.x > 0.0, "pulled to the second body: {:?}", action.force);
     assert!((action.force.y / action.force.x + 0.16).abs() < 1e-6);
 }
 
@@ -219,18 +179,11 @@ fn a_dashpot_pulls_at_parting_bodies_and_friction_follows_the_magnitude() {
 fn a_dashpot_remembers_nothing_and_is_nothing_without_overlap_or_dissipation() {
     let law = hertz(DampingLaw::Tsuji);
     assert_eq!(law.latch(UNSET, 0.3).to_bits(), UNSET.to_bits());
-    let nothing = Overlap {
-        volume: 0.0,
-        area: 0.0,
-        ..cap(1e-3, 0.0)
-    };
+    let nothing = Overlap { volume: 0.0, area: 0.0, ..cap(1e-3, 0.0) };
     for elastic in [ElasticLaw::Paper, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz] {
         let law = PairLaw { elastic, ..law };
         assert!(law.normal_force(&nothing, &EQUAL, UNSET, 0.3).abs() < 1e-300);
-        let law = PairLaw {
-            dashpot_number: dashpot_number(1.0),
-            ..law
-        };
+        let law = PairLaw { dashpot_number: dashpot_number(1.0), ..law };
         let [still, moving] = [0.0, 0.3].map(|v| law.normal_force(&lens(1e-6), &EQUAL, UNSET, v));
         assert_eq!(still.to_bits(), moving.to_bits());
     }
@@ -270,10 +223,7 @@ fn the_torques_of_all_laws_keep_the_angular_momentum_of_the_pair() {
     };
     let offset = Vec3::new(1e-3, 0.3e-3, 0.1e-3);
     let dashpot = DampingLaw::Tsuji;
-    let pulled = [law(), energy_law()].map(|law| PairLaw {
-        damping: dashpot,
-        ..law
-    });
+    let pulled = [law(), energy_law()].map(|law| PairLaw { damping: dashpot, ..law });
     for law in [law(), energy_law(), hertz(dashpot)].into_iter().chain(pulled) {
         let action = law.act(&overlap, offset, &EQUAL, Vec3::new(0.3, -0.2, 0.5), 0.1);
         let total = action.torques[0] + action.torques[1] + offset.cross(&-action.force);
@@ -285,10 +235,7 @@ fn the_torques_of_all_laws_keep_the_angular_momentum_of_the_pair() {
 fn the_damping_number_nearly_solves_the_restitution_condition() {
     for e in [0.926, 0.9, 0.7, 0.5] {
         let y = damping_number(e);
-        assert!(
-            ((1.0 + e) * y - ((1.0 + y) / (1.0 - e * y)).ln()).abs() < 2e-3,
-            "{e}"
-        );
+        assert!(((1.0 + e) * y - ((1.0 + y) / (1.0 - e * y)).ln()).abs() < 2e-3, "{e}");
     }
     assert!(damping_number(1.0).abs() < 1e-15);
 }
@@ -348,10 +295,7 @@ fn gross_sliding_is_resisted_with_the_kinetic_coefficient_against_the_motion() {
 #[test]
 fn bodies_of_unlike_stiffness_compress_like_springs_in_series() {
     let glass = GLASS.material;
-    let soft = Material {
-        youngs_modulus: 1e3,
-        ..glass
-    };
+    let soft = Material { youngs_modulus: 1e3, ..glass };
     let (a, b) = (effective_modulus(&glass, &soft), effective_modulus(&soft, &glass));
     assert!((a / b - 1.0).abs() < 1e-15);
     assert!((a / (1e3 / (1.0 - 0.0625)) - 1.0).abs() < 1e-3);

@@ -196,19 +196,8 @@ fn degenerate_poses_give_finite_overlaps_or_none() {
         diagonal,
     ];
     let root = 0.5_f64.sqrt();
-    let distances = [
-        0.0,
-        1e-300,
-        1e-16,
-        0.25,
-        0.5,
-        0.75,
-        1.0,
-        root,
-        0.5 + root,
-        0.5 + 0.75_f64.sqrt(),
-        2.0 * root,
-    ];
+    let distances =
+        [0.0, 1e-300, 1e-16, 0.25, 0.5, 0.75, 1.0, root, 0.5 + root, 0.5 + 0.75_f64.sqrt(), 2.0 * root];
     for (first, second) in [(&a, &a), (&a, &b), (&b, &a)] {
         for turn in turns {
             for other in turns {
@@ -259,14 +248,8 @@ fn a_sphere_of_more_and_more_facets_comes_to_the_lens() {
     let mut last = f64::INFINITY;
     for refinement in [1, 2, 3] {
         let mesh = Sphere { radius: 1.0 }.surface_mesh(refinement);
-        let planes: Vec<Plane> = mesh
-            .points
-            .iter()
-            .map(|p| Plane {
-                normal: p.normalize(),
-                offset: 1.0,
-            })
-            .collect();
+        let planes: Vec<Plane> =
+            mesh.points.iter().map(|p| Plane { normal: p.normalize(), offset: 1.0 }).collect();
         let solid = Solid::from_planes(planes, 1.5, 0.0);
         let overlap = measured(&solid, &solid, [Quat::identity(); 2], offset).unwrap();
         let error = (overlap.volume / exact.volume - 1.0).abs();
@@ -292,15 +275,9 @@ fn a_grown_cube_is_a_larger_cube() {
 fn a_corner_of_many_faces_and_doubled_planes_are_no_trouble() {
     // A pyramid over a square, grown: its tip has four faces; every plane twice.
     let mut planes: Vec<Plane> = [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y()]
-        .map(|side| Plane {
-            normal: (side + Vec3::z()).normalize(),
-            offset: 0.5_f64.sqrt() * 0.5,
-        })
+        .map(|side| Plane { normal: (side + Vec3::z()).normalize(), offset: 0.5_f64.sqrt() * 0.5 })
         .to_vec();
-    planes.push(Plane {
-        normal: -Vec3::z(),
-        offset: 0.2,
-    });
+    planes.push(Plane { normal: -Vec3::z(), offset: 0.2 });
     let doubled: Vec<Plane> = planes.iter().flat_map(|p| [*p, *p]).collect();
     for enlargement in [0.0, 0.05] {
         let solid = Solid::from_planes(doubled.clone(), 1.0, enlargement);
@@ -320,10 +297,7 @@ fn a_polyhedron_in_a_wall_is_its_overlap_with_a_huge_cube() {
         let (turn, wall) = (random_turn(&mut random), random_turn(&mut random));
         let depth = random.random_range(-0.4..0.6);
         let normal = wall * Vec3::z();
-        let plane = Plane {
-            normal,
-            offset: -depth,
-        };
+        let plane = Plane { normal, offset: -depth };
         let one = overlap_plane(&solid, &matrix(turn), &plane);
         let other = measured(&solid, &huge, [turn, wall], normal * (-10.0 - depth));
         let (Some(one), Some(other)) = (one, other) else {
@@ -364,10 +338,7 @@ fn speed_of_polyhedra() {
     let mut random = random(12);
     let stone = {
         let planes: Vec<Plane> = (0..50)
-            .map(|_| Plane {
-                normal: random_direction(&mut random),
-                offset: random.random_range(0.48..0.5),
-            })
+            .map(|_| Plane { normal: random_direction(&mut random), offset: random.random_range(0.48..0.5) })
             .collect();
         Solid::from_planes(planes, 1.5, 0.0)
     };
@@ -391,11 +362,7 @@ fn speed_of_polyhedra() {
                 }
                 best = best.min(start.elapsed().as_secs_f64() / pairs.len() as f64);
             }
-            println!(
-                "{name}, {what}: {:.0} ns ({} faces)",
-                best * 1e9,
-                solid.planes.len()
-            );
+            println!("{name}, {what}: {:.0} ns ({} faces)", best * 1e9, solid.planes.len());
         }
     }
 }

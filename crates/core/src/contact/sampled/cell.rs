@@ -17,21 +17,12 @@ pub(super) struct Cell {
     pub centre: [f64; 2],
 }
 
-const NOTHING: Cell = Cell {
-    area: 0.0,
-    volume: 0.0,
-    middle: [0.0; 2],
-    centre: [0.0; 2],
-};
+const NOTHING: Cell = Cell { area: 0.0, volume: 0.0, middle: [0.0; 2], centre: [0.0; 2] };
 
 impl Cell {
     /// A constant, all over the cell.
     pub(super) fn whole(value: f64) -> Self {
-        Self {
-            area: 1.0,
-            volume: value,
-            ..NOTHING
-        }
+        Self { area: 1.0, volume: value, ..NOTHING }
     }
 }
 
@@ -52,10 +43,7 @@ pub(super) fn positive_part(here: f64, beside: [[f64; 2]; 2]) -> Cell {
         };
         let value = here + bend(beside[0]) + bend(beside[1]);
         return if value > 0.0 {
-            Cell {
-                centre: slope.map(|s| s / (12.0 * value)),
-                ..Cell::whole(value)
-            }
+            Cell { centre: slope.map(|s| s / (12.0 * value)), ..Cell::whole(value) }
         } else {
             NOTHING
         };
@@ -115,13 +103,9 @@ mod tests {
 
     #[test]
     fn the_positive_part_of_a_linear_function_agrees_with_points() {
-        for (here, x, y) in [
-            (0.3, 1.0, 0.2),
-            (-0.1, -0.5, 0.9),
-            (0.02, 0.0, 1.0),
-            (0.5, 0.3, 0.3),
-            (0.1, -1.0, 1.0),
-        ] {
+        for (here, x, y) in
+            [(0.3, 1.0, 0.2), (-0.1, -0.5, 0.9), (0.02, 0.0, 1.0), (0.5, 0.3, 0.3), (0.1, -1.0, 1.0)]
+        {
             let cell = positive_part(here, [[here - x, here + x], [here - y, here + y]]);
             let n = 1000;
             let (mut area, mut volume, mut middle, mut centre) = (0.0, 0.0, [0.0; 2], [0.0; 2]);
@@ -148,10 +132,7 @@ mod tests {
     #[test]
     fn a_parabola_that_is_positive_all_over_has_its_exact_mean() {
         let f = |x: f64, y: f64| 2.0 - x * x - 0.5 * y * y + 0.3 * x;
-        let cell = positive_part(
-            f(0.0, 0.0),
-            [[f(-1.0, 0.0), f(1.0, 0.0)], [f(0.0, -1.0), f(0.0, 1.0)]],
-        );
+        let cell = positive_part(f(0.0, 0.0), [[f(-1.0, 0.0), f(1.0, 0.0)], [f(0.0, -1.0), f(0.0, 1.0)]]);
         assert!((cell.volume - (2.0 - 1.0 / 12.0 - 0.5 / 12.0)).abs() < 1e-15);
     }
 }

@@ -17,16 +17,7 @@ const CUTS: u32 = 40;
 /// Directions round the normal, those of the eighths of a circle.
 const ROUND: [(f64, f64); 8] = {
     const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    [
-        (1.0, 0.0),
-        (H, H),
-        (0.0, 1.0),
-        (-H, H),
-        (-1.0, 0.0),
-        (-H, -H),
-        (0.0, -1.0),
-        (H, -H),
-    ]
+    [(1.0, 0.0), (H, H), (0.0, 1.0), (-H, H), (-1.0, 0.0), (-H, -H), (0.0, -1.0), (H, -H)]
 };
 /// Margin of the box around the overlap, relative to its edges.
 const MARGIN: f64 = 1e-6;
@@ -57,14 +48,7 @@ impl Frame {
 /// Box about the overlap, the third axis along `normal`; `None` if there is no overlap.
 pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
     CLIPPER.with_borrow_mut(|clipper| {
-        let axes = axes(
-            normal,
-            if normal.x.abs() < 0.6 {
-                Vec3::x()
-            } else {
-                Vec3::y()
-            },
-        );
+        let axes = axes(normal, if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() });
         let (lo, hi) = furthest(sides, &axes)?;
         clipper.load(&Graph::cuboid(lo, hi, 0).turned(&axes));
         for plane in sides.iter().flat_map(|side| side.planes()) {
@@ -84,10 +68,7 @@ pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
         let (lo, hi) = extent(clipper, &axes);
         let margin = (hi - lo) * MARGIN + Vec3::repeat(f64::MIN_POSITIVE);
         let (lo, hi) = (lo - margin, hi + margin);
-        (hi - lo)
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some(Frame { axes, lo, hi })
+        (hi - lo).iter().all(|x| x.is_finite()).then_some(Frame { axes, lo, hi })
     })
 }
 

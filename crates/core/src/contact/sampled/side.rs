@@ -55,13 +55,9 @@ impl<'a> Side<'a> {
     /// Signed distance to the surface (m), negative inside.
     pub(super) fn distance(&self, at: Vec3) -> f64 {
         match self {
-            Self::Body {
-                shape,
-                to_body,
-                centre,
-                growth,
-                ..
-            } => shape.signed_distance(to_body * (at - centre)) - growth,
+            Self::Body { shape, to_body, centre, growth, .. } => {
+                shape.signed_distance(to_body * (at - centre)) - growth
+            }
             Self::Wall(surface) => surface.distance(at),
         }
     }
@@ -69,12 +65,9 @@ impl<'a> Side<'a> {
     /// Gradient of the distance, outwards.
     pub(super) fn gradient(&self, at: Vec3) -> Vec3 {
         match self {
-            Self::Body {
-                shape,
-                to_body,
-                centre,
-                ..
-            } => to_body.tr_mul(&shape.gradient(to_body * (at - centre))),
+            Self::Body { shape, to_body, centre, .. } => {
+                to_body.tr_mul(&shape.gradient(to_body * (at - centre)))
+            }
             Self::Wall(surface) => surface.normal(at),
         }
     }
@@ -82,13 +75,9 @@ impl<'a> Side<'a> {
     /// The furthest point of a body along a unit vector; walls have none.
     pub(super) fn support(&self, along: Vec3) -> Option<Vec3> {
         match self {
-            Self::Body {
-                shape,
-                to_body,
-                centre,
-                growth,
-                ..
-            } => Some(centre + to_body.tr_mul(&shape.support(to_body * along)) + along * *growth),
+            Self::Body { shape, to_body, centre, growth, .. } => {
+                Some(centre + to_body.tr_mul(&shape.support(to_body * along)) + along * *growth)
+            }
             Self::Wall(_) => None,
         }
     }
@@ -96,28 +85,21 @@ impl<'a> Side<'a> {
     /// Half-spaces that hold it, known beforehand.
     pub(super) fn planes(&self) -> impl Iterator<Item = Plane> + '_ {
         let faces = match self {
-            Self::Body {
-                solid: Some(solid),
-                to_body,
-                centre,
-                ..
-            } => Some((solid.planes.iter(), to_body, centre)),
+            Self::Body { solid: Some(solid), to_body, centre, .. } => {
+                Some((solid.planes.iter(), to_body, centre))
+            }
             _ => None,
         };
         let wall = match self {
-            Self::Wall(Surface::Plane { point, normal }) => Some(Plane {
-                normal: *normal,
-                offset: normal.dot(point),
-            }),
+            Self::Wall(Surface::Plane { point, normal }) => {
+                Some(Plane { normal: *normal, offset: normal.dot(point) })
+            }
             _ => None,
         };
         let faces = faces.into_iter().flat_map(|(planes, to_body, centre)| {
             planes.map(move |plane| {
                 let normal = to_body.tr_mul(&plane.normal);
-                Plane {
-                    normal,
-                    offset: plane.offset + normal.dot(centre),
-                }
+                Plane { normal, offset: plane.offset + normal.dot(centre) }
             })
         });
         faces.chain(wall)
@@ -127,13 +109,7 @@ impl<'a> Side<'a> {
     /// convex, so the plane touches it. What is outside of a pipe is not; there the chord below the part of the
     /// pipe in the reach of `corners` holds all of it that counts, if they lie on one side of the axis.
     pub(super) fn cut(&self, at: Vec3, distance: f64, corners: impl Iterator<Item = Vec3>) -> Option<Plane> {
-        if let Self::Wall(Surface::Cylinder {
-            point,
-            axis,
-            radius,
-            pipe: true,
-        }) = self
-        {
+        if let Self::Wall(Surface::Cylinder { point, axis, radius, pipe: true }) = self {
             let away = -self.gradient(at);
             let across = axis.cross(&away);
             let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -148,16 +124,10 @@ impl<'a> Side<'a> {
             let height = |x: f64| (radius * radius - x * x).max(0.0).sqrt();
             let chord = away * (hi - lo) - across * (height(hi) - height(lo));
             let normal = -chord.try_normalize(0.0)?;
-            return Some(Plane {
-                normal,
-                offset: normal.dot(&(point + across * lo + away * height(lo))),
-            });
+            return Some(Plane { normal, offset: normal.dot(&(point + across * lo + away * height(lo))) });
         }
         let normal = self.gradient(at);
-        Some(Plane {
-            normal,
-            offset: normal.dot(&at) - distance,
-        })
+        Some(Plane { normal, offset: normal.dot(&at) - distance })
     }
 
     /// Part of a line inside the side. Parts before `from` and after `to` are of no interest: intervals may be cut off
@@ -198,11 +168,7 @@ impl<'a> Side<'a> {
                 return Approach::Met(start + sign * t);
             }
             if distance >= last {
-                return if n == 0 {
-                    Approach::Behind
-                } else {
-                    Approach::Missed
-                };
+                return if n == 0 { Approach::Behind } else { Approach::Missed };
             }
             (step, last) = (step * distance / (last - distance), distance);
         }
@@ -234,19 +200,10 @@ fn wall_intervals(surface: &Surface, line: &Line) -> Intervals {
                 [whole.filter(|_| height <= 0.0), None]
             }
         }
-        Surface::Cylinder {
-            point,
-            axis,
-            radius,
-            pipe,
-        } => {
+        Surface::Cylinder { point, axis, radius, pipe } => {
             let across = |v: Vec3| v - *axis * axis.dot(&v);
             let (arm, along) = (across(line.from - point), across(line.along));
-            let (a, b, c) = (
-                along.norm_squared(),
-                arm.dot(&along),
-                arm.norm_squared() - radius * radius,
-            );
+            let (a, b, c) = (along.norm_squared(), arm.dot(&along), arm.norm_squared() - radius * radius);
             let square = b * b - a * c;
             let meets = a > 0.0 && square > 0.0;
             let ends = meets.then(|| ((-b - square.sqrt()) / a, (-b + square.sqrt()) / a));

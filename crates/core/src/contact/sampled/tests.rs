@@ -7,9 +7,7 @@ use rand::Rng;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-const SAMPLED: Geometry = Geometry::Sampled {
-    samples: DEFAULT_SAMPLES,
-};
+const SAMPLED: Geometry = Geometry::Sampled { samples: DEFAULT_SAMPLES };
 
 /// Counts what is asked.
 #[derive(Debug)]
@@ -108,15 +106,9 @@ fn compare_with_lens(radius: f64, deep: f64, enlargement: f64, runs: u32) -> ([f
 fn sampled_spheres_agree_with_the_lens_far_better_than_the_reference_code_and_at_a_twentieth_of_its_cost() {
     // Depths in cells, radii of 4.5 and 9 cells. The reference code, measured: force 0.93 +- 0.13 at a depth of 0.02,
     // 1.00 +- 0.015 at 0.8, angles of 1 to 7 degrees, up to a quarter of the contacts unseen, 75 000 distances.
-    for (radius, deep) in [
-        (4.5, 0.02),
-        (4.5, 0.1),
-        (4.5, 0.8),
-        (9.0, 0.1),
-        (9.0, 0.8),
-        (4.5, 1e-6),
-        (4.5, 4.0),
-    ] {
+    for (radius, deep) in
+        [(4.5, 0.02), (4.5, 0.1), (4.5, 0.8), (9.0, 0.1), (9.0, 0.8), (4.5, 1e-6), (4.5, 4.0)]
+    {
         let (worst, asked) = compare_with_lens(radius, deep, 0.2, 60);
         println!("{radius} {deep}: {worst:?}, asked {asked}");
         assert!(worst[0] < 0.02 && worst[1] < 0.005, "{worst:?}");
@@ -148,10 +140,7 @@ fn sampled_ellipsoids_agree_with_lines_through_them() {
     while touching < 200 {
         let turns = [random_turn(&mut random), random_turn(&mut random)];
         let offset = random_direction(&mut random) * random.random_range(0.7..1.9);
-        let inside = [
-            in_ellipsoid(axes, turns[0], Vec3::zeros()),
-            in_ellipsoid(axes, turns[1], offset),
-        ];
+        let inside = [in_ellipsoid(axes, turns[0], Vec3::zeros()), in_ellipsoid(axes, turns[1], offset)];
         counting.take();
         let [first, second] = turns.map(|turn| body(&contour, turn));
         let measured = overlap(&first, &second, offset, 8);
@@ -178,14 +167,8 @@ fn sampled_ellipsoids_agree_with_lines_through_them() {
             *worst = worst.max(error);
         }
     }
-    println!(
-        "off by {worst:?}, asked {most} at most, {} on average",
-        sum / touching
-    );
-    assert!(
-        worst[0] < 0.03 && worst[1] < 0.02 && worst[2] < 2.5 && worst[3] < 0.05,
-        "{worst:?}"
-    );
+    println!("off by {worst:?}, asked {most} at most, {} on average", sum / touching);
+    assert!(worst[0] < 0.03 && worst[1] < 0.02 && worst[2] < 2.5 && worst[3] < 0.05, "{worst:?}");
     assert!(worst[4] < 0.05, "{worst:?}");
     assert!(most < 3700, "{most}");
 }
@@ -218,15 +201,9 @@ fn a_cube_face_down_on_a_wall_is_a_cuboid() {
     for depth in [1e-5, 0.008, 0.1] {
         let turn = random_turn(&mut random);
         let normal = turn * Vec3::z();
-        let wall = Surface::Plane {
-            point: -normal * (0.5 * edge - depth),
-            normal,
-        };
+        let wall = Surface::Plane { point: -normal * (0.5 * edge - depth), normal };
         let overlap = measure_wall(SAMPLED, &body(&cube, turn), &wall).unwrap();
-        assert!(
-            (overlap.volume / (edge * edge * depth) - 1.0).abs() < 0.01,
-            "{overlap:?}"
-        );
+        assert!((overlap.volume / (edge * edge * depth) - 1.0).abs() < 0.01, "{overlap:?}");
         assert!(
             (overlap.depth / depth - 1.0).abs() < 1e-3 && (overlap.area / (edge * edge) - 1.0).abs() < 0.01
         );
@@ -243,19 +220,10 @@ fn sampled_cubes_and_walls_agree_with_the_exact_ones() {
         let turns = [random_turn(&mut random), random_turn(&mut random)];
         let [first, second] = turns.map(|turn| body(&cube, turn));
         let offset = random_direction(&mut random) * random.random_range(0.8..1.5);
-        let wall = Surface::Plane {
-            point: offset * 0.5,
-            normal: -offset.normalize(),
-        };
+        let wall = Surface::Plane { point: offset * 0.5, normal: -offset.normalize() };
         for (exact, sampled) in [
-            (
-                measure(Geometry::Exact, &first, &second, offset),
-                measure(SAMPLED, &first, &second, offset),
-            ),
-            (
-                measure_wall(Geometry::Exact, &first, &wall),
-                measure_wall(SAMPLED, &first, &wall),
-            ),
+            (measure(Geometry::Exact, &first, &second, offset), measure(SAMPLED, &first, &second, offset)),
+            (measure_wall(Geometry::Exact, &first, &wall), measure_wall(SAMPLED, &first, &wall)),
         ] {
             let Some(exact) = exact else {
                 assert!(sampled.is_none_or(|o| o.volume < 1e-12), "{sampled:?}");
@@ -269,18 +237,12 @@ fn sampled_cubes_and_walls_agree_with_the_exact_ones() {
             let error = force(&sampled) / force(&exact) - 1.0;
             if exact.depth > 1e-3 {
                 worst = worst.max(error.abs());
-                assert!(
-                    sampled.normal.angle(&exact.normal).to_degrees() < 8.0,
-                    "{sampled:?} {exact:?}"
-                );
+                assert!(sampled.normal.angle(&exact.normal).to_degrees() < 8.0, "{sampled:?} {exact:?}");
             }
             (squares, runs) = (squares + error * error, runs + 1.0);
         }
     }
-    println!(
-        "force off by {} in the mean, {worst} at most",
-        f64::sqrt(squares / runs)
-    );
+    println!("force off by {} in the mean, {worst} at most", f64::sqrt(squares / runs));
     assert!(f64::sqrt(squares / runs) < 0.04, "{}", f64::sqrt(squares / runs));
 }
 
@@ -315,20 +277,11 @@ fn a_sphere_on_a_wall_makes_a_cap_and_one_below_is_whole() {
     let sphere = contour(Sphere { radius: 1.0 }, 0.1);
     for depth in [1e-8, 1e-4, 0.1, 1.0, 2.0, 2.19, 2.3, 5.0] {
         let normal = Vec3::new(0.48, 0.6, 0.64);
-        let wall = Surface::Plane {
-            point: normal * (depth - 1.1),
-            normal,
-        };
+        let wall = Surface::Plane { point: normal * (depth - 1.1), normal };
         let exact = measure_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
         let sampled = measure_wall(SAMPLED, &body(&sphere, Quat::identity()), &wall).unwrap();
-        assert!(
-            (sampled.volume / exact.volume - 1.0).abs() < 0.02,
-            "{depth} {sampled:?} {exact:?}"
-        );
-        assert!(
-            (sampled.depth / exact.depth - 1.0).abs() < 0.01,
-            "{depth} {sampled:?} {exact:?}"
-        );
+        assert!((sampled.volume / exact.volume - 1.0).abs() < 0.02, "{depth} {sampled:?} {exact:?}");
+        assert!((sampled.depth / exact.depth - 1.0).abs() < 0.01, "{depth} {sampled:?} {exact:?}");
         assert!((sampled.point - exact.point).norm() < 0.03 * exact.depth.sqrt());
         assert!(
             (sampled.area - exact.area).abs() < 0.06 * exact.area + if depth > 2.0 { 0.1 } else { 0.0 },
@@ -336,10 +289,7 @@ fn a_sphere_on_a_wall_makes_a_cap_and_one_below_is_whole() {
         );
         assert!(sampled.normal.angle(&exact.normal) < 0.01 || exact.area < 0.1);
     }
-    let plane = crate::contact::clip::Plane {
-        normal: Vec3::z(),
-        offset: -1.2,
-    };
+    let plane = crate::contact::clip::Plane { normal: Vec3::z(), offset: -1.2 };
     assert!(sphere_plane::overlap(1.1, &plane).is_none());
 }
 
@@ -348,25 +298,14 @@ fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
     let axis = Vec3::new(0.6, 0.0, 0.8);
     let shapes: [(Contour, Quat); 3] = [
         (contour(Sphere { radius: 1.0 }, 0.0), Quat::identity()),
-        (
-            contour(Capsule::new(0.5, 1.5).unwrap(), 0.0),
-            random_turn(&mut random(16)),
-        ),
-        (
-            contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0),
-            random_turn(&mut random(17)),
-        ),
+        (contour(Capsule::new(0.5, 1.5).unwrap(), 0.0), random_turn(&mut random(16))),
+        (contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0), random_turn(&mut random(17))),
     ];
     for (contour, turn) in &shapes {
         for (pipe, distance) in [(true, 2.0), (true, 2.4), (false, 3.4), (false, 3.0)] {
             // The axis passes at `distance`.
             let across = Vec3::new(0.0, 1.0, 0.0);
-            let wall = Surface::Cylinder {
-                point: -across * distance,
-                axis,
-                radius: 2.6,
-                pipe,
-            };
+            let wall = Surface::Cylinder { point: -across * distance, axis, radius: 2.6, pipe };
             let body = body(contour, *turn);
             let (mut count, mut sum) = (0.0, Vec3::zeros());
             let n = 160;
@@ -409,12 +348,8 @@ fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
 #[test]
 fn a_body_wider_than_its_pipe_is_stuck_on_both_sides() {
     let sphere = contour(Sphere { radius: 1.0 }, 0.0);
-    let wall = Surface::Cylinder {
-        point: Vec3::new(0.01, 0.0, 0.0),
-        axis: Vec3::z(),
-        radius: 0.9,
-        pipe: true,
-    };
+    let wall =
+        Surface::Cylinder { point: Vec3::new(0.01, 0.0, 0.0), axis: Vec3::z(), radius: 0.9, pipe: true };
     let overlap = measure_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
     // What a hole of radius 0.9 leaves of a sphere, about.
     let left = 4.0 / 3.0 * std::f64::consts::PI * (1.0_f64 - 0.81).powf(1.5);
@@ -432,10 +367,7 @@ fn swapping_the_bodies_turns_the_normal_round_and_changes_no_digit() {
         let first = body(&contours[0], random_turn(&mut random));
         let second = body(&contours[1], random_turn(&mut random));
         let offset = random_direction(&mut random);
-        let (one, other) = (
-            overlap(&first, &second, offset, 8),
-            overlap(&second, &first, -offset, 8),
-        );
+        let (one, other) = (overlap(&first, &second, offset, 8), overlap(&second, &first, -offset, 8));
         let (Some(one), Some(other)) = (one, other) else {
             assert!(one.is_none() && other.is_none());
             continue;
@@ -464,10 +396,7 @@ fn turning_the_whole_changes_the_view_only() {
         let (Some(one), Some(other)) = (at(Quat::identity()), at(turn)) else {
             continue;
         };
-        assert!(
-            (one.volume / other.volume - 1.0).abs() < 0.03,
-            "{one:?} {other:?}"
-        );
+        assert!((one.volume / other.volume - 1.0).abs() < 0.03, "{one:?} {other:?}");
         assert!(
             (turn * one.normal).angle(&other.normal) < if one.depth < 0.2 { 0.03 } else { 0.1 },
             "{one:?} {other:?}"
@@ -495,14 +424,8 @@ fn any_pair_in_any_pose_gives_finite_overlaps_or_none() {
                         let Some(o) = found else { continue };
                         let numbers = [o.volume, o.depth, o.area];
                         let kinds = [a.shape.kind(), b.shape.kind()];
-                        assert!(
-                            numbers.iter().all(|x| x.is_finite() && *x >= 0.0),
-                            "{kinds:?} {o:?}"
-                        );
-                        assert!(
-                            o.point.iter().chain(&o.moment).all(|x| x.is_finite()),
-                            "{kinds:?} {o:?}"
-                        );
+                        assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{kinds:?} {o:?}");
+                        assert!(o.point.iter().chain(&o.moment).all(|x| x.is_finite()), "{kinds:?} {o:?}");
                         assert!((o.normal.norm() - 1.0).abs() < 1e-12, "{kinds:?} {o:?}");
                         let least = a.shape.volume().min(b.shape.volume());
                         assert!(o.volume < 1.4 * least + 0.1, "{kinds:?} {o:?}");
@@ -520,18 +443,12 @@ fn any_pair_in_any_pose_gives_finite_overlaps_or_none() {
 #[test]
 fn boxy_superellipsoids_flat_on_each_other_overlap_nearly_like_boxes() {
     // The exponents are those of the axes' ratios: 0.2 is nearly a box.
-    let contour = contour(
-        Superellipsoid::new(Vec3::new(1.0, 0.7, 0.5), [0.2, 0.2]).unwrap(),
-        0.0,
-    );
+    let contour = contour(Superellipsoid::new(Vec3::new(1.0, 0.7, 0.5), [0.2, 0.2]).unwrap(), 0.0);
     let body = body(&contour, Quat::identity());
     let overlap = overlap(&body, &body, Vec3::new(0.0, 0.0, 0.9), 8).unwrap();
     assert!((overlap.depth - 0.1).abs() < 1e-3 && overlap.normal.angle(&Vec3::z()) < 1e-3);
     let cuboid = 2.0 * 1.4 * 0.1;
-    assert!(
-        overlap.volume > 0.7 * cuboid && overlap.volume < cuboid,
-        "{overlap:?}"
-    );
+    assert!(overlap.volume > 0.7 * cuboid && overlap.volume < cuboid, "{overlap:?}");
 }
 
 #[test]
@@ -555,10 +472,7 @@ fn the_interval_of_a_line_ends_on_the_surface() {
     let side = Side::body(&body, Vec3::new(0.1, 0.2, 0.3));
     let sphere = in_sphere(contour.reach(), Vec3::new(0.1, 0.2, 0.3));
     for _ in 0..300 {
-        let line = Line {
-            from: random_direction(&mut random) * 0.5,
-            along: random_direction(&mut random),
-        };
+        let line = Line { from: random_direction(&mut random) * 0.5, along: random_direction(&mut random) };
         match side.intervals(&line, -3.0, 3.0, 1e-12)[0] {
             Some((enter, leave)) => {
                 for t in [enter, leave] {
@@ -584,10 +498,7 @@ fn speed_of_sampled_pairs() {
         contour(Ellipsoid::new(Vec3::new(0.6, 0.5, 0.4)).unwrap(), 0.0),
         contour(Cylinder::new(0.4, 0.8).unwrap(), 0.0),
         contour(Capsule::new(0.4, 0.4).unwrap(), 0.0),
-        contour(
-            Superellipsoid::new(Vec3::new(0.6, 0.5, 0.4), [0.5, 0.5]).unwrap(),
-            0.0,
-        ),
+        contour(Superellipsoid::new(Vec3::new(0.6, 0.5, 0.4), [0.5, 0.5]).unwrap(), 0.0),
         contour(Cuboid::new(Vec3::repeat(0.8)).unwrap(), 0.0),
     ];
     let mut random = random(22);
@@ -622,11 +533,7 @@ fn speed_of_sampled_pairs() {
             }
             let plain = start.elapsed().as_secs_f64() * 1000.0 / pairs.len() as f64;
             let kind = contour.shape.kind();
-            println!(
-                "{kind}, {what}: {:.1} us, 75000 distances {:.1} us",
-                time * 1e6,
-                plain * 1e6
-            );
+            println!("{kind}, {what}: {:.1} us, 75000 distances {:.1} us", time * 1e6, plain * 1e6);
         }
     }
 }

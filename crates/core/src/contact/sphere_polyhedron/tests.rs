@@ -51,10 +51,7 @@ fn random_pairs_overlap_as_lines_through_them_say() {
         }
     }
     println!("volume, centre, area, moment off by {worst:?}");
-    assert!(
-        worst[0] < 3e-3 && worst[1] < 3e-3 && worst[2] < 5e-3 && worst[3] < 1e-2,
-        "{worst:?}"
-    );
+    assert!(worst[0] < 3e-3 && worst[1] < 3e-3 && worst[2] < 5e-3 && worst[3] < 1e-2, "{worst:?}");
 }
 
 /// Volume and first moment of the ball of radius `r` about the origin in the box from `lo` to `hi`: areas of slices in
@@ -88,22 +85,17 @@ fn sliced(radius: f64, lo: Vec3, hi: Vec3) -> (f64, f64) {
         corner(q, hi.x, hi.y) - corner(q, lo.x, hi.y) - corner(q, hi.x, lo.y) + corner(q, lo.x, lo.y)
     };
     // The tips are smooth in the angle whose sine is z / R.
-    let (from, to) = (
-        (lo.z / radius).clamp(-1.0, 1.0).asin(),
-        (hi.z / radius).clamp(-1.0, 1.0).asin(),
-    );
+    let (from, to) = ((lo.z / radius).clamp(-1.0, 1.0).asin(), (hi.z / radius).clamp(-1.0, 1.0).asin());
     let n = 20000;
     let step = (to - from) / f64::from(n);
     (0..n).fold((0.0, 0.0), |(volume, first), i| {
         let middle = from + (f64::from(i) + 0.5) * step;
         let node = 0.5 * step / 3.0_f64.sqrt();
-        [middle - node, middle + node]
-            .iter()
-            .fold((volume, first), |(v, f), t| {
-                let z = radius * t.sin();
-                let part = slice(z) * radius * t.cos() * 0.5 * step;
-                (v + part, f + part * z)
-            })
+        [middle - node, middle + node].iter().fold((volume, first), |(v, f), t| {
+            let z = radius * t.sin();
+            let part = slice(z) * radius * t.cos() * 0.5 * step;
+            (v + part, f + part * z)
+        })
     })
 }
 
@@ -178,14 +170,7 @@ fn a_sphere_on_a_large_face_makes_a_cap_at_any_depth() {
         let height = 1.0 - depth;
         let centre = Vec3::new(0.7, -0.4, 5.0 + height);
         let overlap = overlap(1.0, &solid, &Mat3::identity(), -centre).unwrap();
-        let cap = sphere_plane::overlap(
-            1.0,
-            &Plane {
-                normal: Vec3::z(),
-                offset: -height,
-            },
-        )
-        .unwrap();
+        let cap = sphere_plane::overlap(1.0, &Plane { normal: Vec3::z(), offset: -height }).unwrap();
         let tolerance = 1e-7_f64.max(1e-14 / depth);
         assert!((overlap.volume / cap.volume - 1.0).abs() < tolerance, "{depth}");
         assert!((overlap.depth / cap.depth - 1.0).abs() < tolerance, "{depth}");
@@ -211,10 +196,7 @@ fn a_sphere_over_an_edge_or_a_corner_is_no_trouble() {
         for (x, y, part) in [(0.5, 0.0, 0.5), (0.5, 0.5, 0.25), (-0.5, 0.0, 0.5)] {
             for shift in [0.0, 1e-18, 1e-16, -1e-16, 1e-13, 1e-9, -1e-9] {
                 let cut = volume(Vec3::new(x + shift, y - shift, height));
-                assert!(
-                    (cut / (part * cap) - 1.0).abs() < 2e-6,
-                    "{height} {x} {y} {shift}: {cut} {cap}"
-                );
+                assert!((cut / (part * cap) - 1.0).abs() < 2e-6, "{height} {x} {y} {shift}: {cut} {cap}");
             }
         }
     }
@@ -259,14 +241,8 @@ fn a_polyhedron_that_comes_close_to_a_sphere_gives_nearly_a_lens() {
     let mut last = f64::INFINITY;
     for refinement in [1, 2, 3] {
         let mesh = Sphere { radius: 1.0 }.surface_mesh(refinement);
-        let planes: Vec<Plane> = mesh
-            .points
-            .iter()
-            .map(|p| Plane {
-                normal: p.normalize(),
-                offset: 1.0,
-            })
-            .collect();
+        let planes: Vec<Plane> =
+            mesh.points.iter().map(|p| Plane { normal: p.normalize(), offset: 1.0 }).collect();
         let solid = Solid::from_planes(planes, 1.5, 0.0);
         let overlap = overlap(1.0, &solid, &Mat3::identity(), offset).unwrap();
         let error = (overlap.volume / exact.volume - 1.0).abs();
@@ -281,10 +257,7 @@ fn a_polyhedron_that_comes_close_to_a_sphere_gives_nearly_a_lens() {
 fn speed_of_a_sphere_at_a_cube() {
     let (mut random, solid) = (random(6), cube(0.8));
     let pairs: Vec<_> = std::iter::repeat_with(|| {
-        (
-            matrix(random_turn(&mut random)),
-            random_direction(&mut random) * random.random_range(0.85..1.1),
-        )
+        (matrix(random_turn(&mut random)), random_direction(&mut random) * random.random_range(0.85..1.1))
     })
     .filter(|(turn, offset)| overlap(0.5, &solid, turn, *offset).is_some_and(|o| o.depth < 0.1))
     .take(1000)

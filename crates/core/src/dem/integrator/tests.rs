@@ -4,15 +4,9 @@ use super::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-const TOP: Inertia = Inertia {
-    mass: 2.0,
-    moments: Vec3::new(1.0, 2.0, 2.5),
-};
+const TOP: Inertia = Inertia { mass: 2.0, moments: Vec3::new(1.0, 2.0, 2.5) };
 
-const NOTHING: Load = Load {
-    force: Vec3::new(0.0, 0.0, 0.0),
-    torque: Vec3::new(0.0, 0.0, 0.0),
-};
+const NOTHING: Load = Load { force: Vec3::new(0.0, 0.0, 0.0), torque: Vec3::new(0.0, 0.0, 0.0) };
 
 fn forced(force: Vec3) -> Load {
     Load { force, ..NOTHING }
@@ -53,10 +47,7 @@ fn a_free_asymmetric_top_keeps_its_angular_momentum() {
     for _ in 0..1000 {
         step(&mut particle, &TOP, &NOTHING, &NOTHING, 0.01);
     }
-    assert_eq!(
-        particle.angular_momentum.map(f64::to_bits),
-        momentum.map(f64::to_bits)
-    );
+    assert_eq!(particle.angular_momentum.map(f64::to_bits), momentum.map(f64::to_bits));
     let turned = Vec3::from(particle.angular_velocity) - spinning().angular_velocity();
     assert!(turned.norm() > 0.1, "it does tumble");
 }
@@ -140,26 +131,16 @@ fn a_spin_about_the_middle_axis_tips_over_in_the_time_of_eulers_solution_and_bac
     let mut last = 1.0;
     for n in 1..=20 * steps {
         step(&mut particle, &inertia, &NOTHING, &NOTHING, dt);
-        let along = particle
-            .orientation()
-            .inverse_transform_vector(&particle.angular_velocity())
-            .y;
+        let along = particle.orientation().inverse_transform_vector(&particle.angular_velocity()).y;
         if along * last < 0.0 {
             flips.push(f64::from(n) - along / (along - last));
         }
         last = along;
     }
     println!("period {period}, {} flips", flips.len());
-    assert!(
-        (39..=40).contains(&flips.len()),
-        "two in each period: {}",
-        flips.len()
-    );
+    assert!((39..=40).contains(&flips.len()), "two in each period: {}", flips.len());
     for pair in flips.windows(2) {
-        assert!(
-            ((pair[1] - pair[0]) * 2.0 / f64::from(steps) - 1.0).abs() < 1e-3,
-            "{pair:?}"
-        );
+        assert!(((pair[1] - pair[0]) * 2.0 / f64::from(steps) - 1.0).abs() < 1e-3, "{pair:?}");
     }
 }
 
@@ -169,9 +150,7 @@ fn a_spin_about_the_largest_or_smallest_axis_stays() {
         let (inertia, mut particle) = thrown(Vec3::new(1.0, 2.0, 3.0), spin);
         for _ in 0..40_000 {
             step(&mut particle, &inertia, &NOTHING, &NOTHING, 0.02);
-            let now = particle
-                .orientation()
-                .inverse_transform_vector(&particle.angular_velocity());
+            let now = particle.orientation().inverse_transform_vector(&particle.angular_velocity());
             assert!((now - spin).norm() < 5e-3, "{now:?}");
         }
     }
@@ -228,19 +207,13 @@ fn a_constant_force_gives_a_parabola_be_it_a_load_or_a_contact() {
 fn loads_that_jump_from_step_to_step_give_a_chain_of_parabolas_and_their_sum_as_momentum() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut particle = Particle::at(1, 0, Vec3::new(1.0, 2.0, 3.0));
-    let ball = Inertia {
-        mass: 2.0,
-        moments: Vec3::repeat(0.4),
-    };
+    let ball = Inertia { mass: 2.0, moments: Vec3::repeat(0.4) };
     let dt = 0.01;
     let (mut x, mut v, mut spin) = (particle.position(), Vec3::zeros(), Vec3::zeros());
     let (mut off, mut fastest, mut furthest) = ([0.0_f64; 3], 0.0_f64, 0.0_f64);
     for _ in 0..1000 {
         let mut jump = || Vec3::from_fn(|_, _| random.random_range(-5.0..5.0));
-        let load = Load {
-            force: jump(),
-            torque: jump(),
-        };
+        let load = Load { force: jump(), torque: jump() };
         step(&mut particle, &ball, &load, &NOTHING, dt);
         x += v * dt + load.force * (0.5 * dt * dt / ball.mass);
         v += load.force * (dt / ball.mass);
@@ -280,26 +253,14 @@ fn a_load_beside_a_contact_that_changes_adds_just_its_own_parabola() {
 #[test]
 fn under_a_constant_load_a_step_is_to_the_bit_the_leapfrog_of_the_whole_force() {
     // A ball on a spring, which also twists it; without a load, and with a constant one.
-    let load = Load {
-        force: Vec3::new(0.3, 0.0, -2.0),
-        torque: Vec3::new(0.01, -0.03, 0.02),
-    };
-    let (ball, dt) = (
-        Inertia {
-            mass: 2.0,
-            moments: Vec3::repeat(0.4),
-        },
-        0.01,
-    );
+    let load = Load { force: Vec3::new(0.3, 0.0, -2.0), torque: Vec3::new(0.01, -0.03, 0.02) };
+    let (ball, dt) = (Inertia { mass: 2.0, moments: Vec3::repeat(0.4) }, 0.01);
     for load in [NOTHING, load] {
         let mut particle = Particle::at(1, 0, Vec3::new(1.0, 0.2, -0.5));
         let mut plain = particle;
         let mut last: Option<[Vec3; 2]> = None;
         for _ in 0..1000 {
-            let spring = |at: Vec3| Load {
-                force: at * -3.0,
-                torque: at.cross(&Vec3::x()) * 0.1,
-            };
+            let spring = |at: Vec3| Load { force: at * -3.0, torque: at.cross(&Vec3::x()) * 0.1 };
             let contact = spring(particle.position());
             if last.is_none() {
                 start(&mut particle, &contact);

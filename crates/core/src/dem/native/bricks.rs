@@ -7,18 +7,11 @@ use crate::domain::Domain;
 use crate::math::Quat;
 use crate::shape::Cuboid;
 
-const BOX: Domain = Domain {
-    periodic: [true; 3],
-    cells: [12, 12, 12],
-    dx: 1e-3,
-};
+const BOX: Domain = Domain { periodic: [true; 3], cells: [12, 12, 12], dx: 1e-3 };
 
 fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let contact = ContactParams {
-        material: Material {
-            youngs_modulus: 5e6,
-            poisson_ratio: 0.25,
-        },
+        material: Material { youngs_modulus: 5e6, poisson_ratio: 0.25 },
         pair: PairParams {
             restitution: 0.7,
             friction_static: 0.32,
@@ -30,11 +23,7 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
         law: ElasticLaw::Paper,
         damping: DampingLaw::HuntCrossley,
     };
-    let params = NativeParams {
-        contact: Some(contact.into()),
-        substeps: 1,
-        ..NativeParams::default()
-    };
+    let params = NativeParams { contact: Some(contact.into()), substeps: 1, ..NativeParams::default() };
     let templates = [Template {
         shape: Arc::new(Cuboid::new(Vec3::new(1.7e-3, 1.2e-3, 1.0e-3)).unwrap()),
         material: 0,
@@ -93,10 +82,7 @@ fn tumbling_bricks_move_to_the_same_bits_on_1_3_and_8_ranks() {
 fn an_oblique_impact_of_two_bricks_conserves_angular_momentum() {
     let middle = Vec3::repeat(6e-3);
     let offset = Vec3::new(1.15e-3, 0.5e-3, 0.2e-3);
-    let mut pair = [
-        Particle::at(0, 0, middle - offset),
-        Particle::at(1, 0, middle + offset),
-    ];
+    let mut pair = [Particle::at(0, 0, middle - offset), Particle::at(1, 0, middle + offset)];
     pair[0].velocity = [0.2, 0.0, 0.0];
     pair[1].velocity = [-0.1, 0.02, 0.0];
     pair[0].angular_velocity = [20.0, 5.0, -30.0];
@@ -112,10 +98,7 @@ fn an_oblique_impact_of_two_bricks_conserves_angular_momentum() {
     let before = angular(&engine);
     run(&mut engine, &Comm::Solo, 200, 2.5e-5);
     let contacts = engine.contacts();
-    assert!(
-        contacts.begun > 0 && contacts.count == 0,
-        "met and parted: {contacts:?}"
-    );
+    assert!(contacts.begun > 0 && contacts.count == 0, "met and parted: {contacts:?}");
     assert!((angular(&engine) - before).norm() < 1e-12 * before.norm());
     let spin = engine.particles().particles[1].angular_velocity();
     assert!(spin.norm() > 1.0, "the second one turns");

@@ -40,10 +40,7 @@ fn a_piston_and_a_paddle_knock_a_resting_sphere_away_at_twice_their_speed() {
 fn a_belt_speeds_a_sphere_up_with_mu_g_until_it_rolls_at_two_sevenths_of_the_speed() {
     let mut belt = floor();
     belt.motion.velocity = Vec3::new(0.05, 0.0, 0.0);
-    let pair = PairParams {
-        transition_velocity: 1e-4,
-        ..sliding(0.2, 0.5)
-    };
+    let pair = PairParams { transition_velocity: 1e-4, ..sliding(0.2, 0.5) };
     let mut engine = engine(pair, vec![belt], GRAVITY, &[lying(0, 3e-3, 6e-3)]);
     // It slides until mu g t = 2/7 V, at 7.3 ms.
     run(&mut engine, 500, 1e-5);
@@ -54,10 +51,7 @@ fn a_belt_speeds_a_sphere_up_with_mu_g_until_it_rolls_at_two_sevenths_of_the_spe
     let (speed, spin) = (first(&engine).velocity[0], first(&engine).angular_velocity[1]);
     println!("rolls at {:.5} of 2/7", speed / 0.05 * 3.5);
     assert!((speed / 0.05 - 2.0 / 7.0).abs() < 2e-3, "{speed}");
-    assert!(
-        (speed - spin * RADIUS - 0.05).abs() < 1e-4,
-        "the belt does not slip under it"
-    );
+    assert!((speed - spin * RADIUS - 0.05).abs() < 1e-4, "the belt does not slip under it");
 }
 
 #[test]
@@ -74,10 +68,7 @@ fn a_sphere_on_a_turntable_rolls_in_a_circle_at_two_sevenths_of_its_rate() {
     let spin = Vec3::z().cross(&(velocity - matter)) / RADIUS;
     sphere.velocity = velocity.into();
     sphere.angular_velocity = spin.into();
-    let pair = PairParams {
-        transition_velocity: 1e-5,
-        ..sliding(0.3, 0.5)
-    };
+    let pair = PairParams { transition_velocity: 1e-5, ..sliding(0.3, 0.5) };
     let mut engine = engine(pair, vec![plate], GRAVITY, &[sphere]);
     let turn = std::f64::consts::TAU / (2.0 / 7.0 * rate);
     let dt = 1e-5;
@@ -91,10 +82,7 @@ fn a_sphere_on_a_turntable_rolls_in_a_circle_at_two_sevenths_of_its_rate() {
     let missed = (first(&engine).position() - sphere.position()).norm();
     println!("after a turn {back:?}, missed by {missed:.1e} m");
     assert!((back - velocity).norm() < 6e-4);
-    assert!(
-        missed < 0.05 * 0.01 / (2.0 / 7.0 * rate),
-        "{missed:e} m from where it began"
-    );
+    assert!(missed < 0.05 * 0.01 / (2.0 / 7.0 * rate), "{missed:e} m from where it began");
 }
 
 /// A pipe of 5 mm along y.
@@ -116,10 +104,7 @@ fn pipe() -> Wall {
 fn a_sphere_in_a_pipe_swings_like_a_pendulum_slower_if_it_rolls() {
     // Small swings of length R_pipe - R: rolling adds 2/5 of the inertia.
     for (friction, inertia) in [(0.0, 1.0_f64), (0.5, 1.4)] {
-        let pair = PairParams {
-            transition_velocity: 1e-6,
-            ..sliding(friction, 0.5)
-        };
+        let pair = PairParams { transition_velocity: 1e-6, ..sliding(friction, 0.5) };
         let arm: f64 = 4e-3;
         let angle: f64 = 0.05;
         let place = Vec3::new(6e-3 + arm * angle.sin(), 3e-3, 6e-3 - arm * angle.cos());
@@ -137,22 +122,15 @@ fn a_sphere_in_a_pipe_swings_like_a_pendulum_slower_if_it_rolls() {
             last = now;
         }
         let measured = crossings[2] - crossings[0];
-        println!(
-            "friction {friction}: period off by {:.1e}",
-            measured / period - 1.0
-        );
+        println!("friction {friction}: period off by {:.1e}", measured / period - 1.0);
         assert!((measured / period - 1.0).abs() < 5e-3, "{}", measured / period);
     }
 }
 
 #[test]
 fn a_sphere_lies_still_at_the_bottom_of_a_pipe() {
-    let mut engine = engine(
-        MATERIAL.pair,
-        vec![pipe()],
-        GRAVITY,
-        &[Particle::at(0, 0, Vec3::new(6e-3, 3e-3, 2e-3))],
-    );
+    let mut engine =
+        engine(MATERIAL.pair, vec![pipe()], GRAVITY, &[Particle::at(0, 0, Vec3::new(6e-3, 3e-3, 2e-3))]);
     run(&mut engine, 20_000, 2e-6);
     let particle = first(&engine);
     assert!((particle.position() - Vec3::new(6e-3, 3e-3, 2e-3)).norm() < 0.01 * RADIUS);

@@ -11,38 +11,21 @@ use rand_chacha::ChaCha8Rng;
 const EDGE: f64 = 1e-3;
 
 pub(super) fn cubes(edge: f64) -> Arc<[Template]> {
-    [Template {
-        shape: Arc::new(Cuboid::new(Vec3::repeat(edge)).unwrap()),
-        density: 2500.0,
-        material: 0,
-    }]
-    .into()
+    [Template { shape: Arc::new(Cuboid::new(Vec3::repeat(edge)).unwrap()), density: 2500.0, material: 0 }]
+        .into()
 }
 
 /// Smooth and elastic.
-const SMOOTH: PairParams = PairParams {
-    restitution: 1.0,
-    friction_static: 0.0,
-    friction_kinetic: 0.0,
-    transition_velocity: 1e-3,
-};
+const SMOOTH: PairParams =
+    PairParams { restitution: 1.0, friction_static: 0.0, friction_kinetic: 0.0, transition_velocity: 1e-3 };
 
 fn model(pair: PairParams, law: ElasticLaw) -> ContactModel {
     stiff(pair, law, MATERIAL.material.youngs_modulus)
 }
 
 fn stiff(pair: PairParams, law: ElasticLaw, youngs_modulus: f64) -> ContactModel {
-    let material = Material {
-        youngs_modulus,
-        ..MATERIAL.material
-    };
-    ContactParams {
-        material,
-        pair,
-        law,
-        ..MATERIAL
-    }
-    .into()
+    let material = Material { youngs_modulus, ..MATERIAL.material };
+    ContactParams { material, pair, law, ..MATERIAL }.into()
 }
 
 /// Translational and rotational energy (J).
@@ -68,17 +51,11 @@ fn tilted(about_y: f64, about_x: f64) -> Quat {
 /// ```
 fn depth_at_rest(geometry: Geometry) -> f64 {
     let edge = 1.209e-3;
-    let soft = Material {
-        youngs_modulus: 5e3,
-        ..MATERIAL.material
-    };
+    let soft = Material { youngs_modulus: 5e3, ..MATERIAL.material };
     let mass = cubes(edge)[0].mass();
     let model = ContactParams {
         material: soft,
-        pair: PairParams {
-            restitution: 0.8,
-            ..MATERIAL.pair
-        },
+        pair: PairParams { restitution: 0.8, ..MATERIAL.pair },
         geometry,
         ..MATERIAL
     };
@@ -145,18 +122,9 @@ fn bounce(law: ElasticLaw, modulus: f64, restitution: f64, orientation: Quat) ->
     let mut falling = Particle::at(0, 0, Vec3::new(3e-3, 4e-3, -lowest));
     falling.set_orientation(&orientation);
     falling.velocity = [0.0, 0.0, -speed];
-    let pair = PairParams {
-        restitution,
-        ..SMOOTH
-    };
-    let mut engine = alone(
-        TANK,
-        stiff(pair, law, modulus),
-        vec![floor()],
-        Vec3::zeros(),
-        cubes(EDGE),
-        &[falling],
-    );
+    let pair = PairParams { restitution, ..SMOOTH };
+    let mut engine =
+        alone(TANK, stiff(pair, law, modulus), vec![floor()], Vec3::zeros(), cubes(EDGE), &[falling]);
     let before = kinetic_energy(&engine);
     let (dt, mut impulse, mut steps) = (1e-7 * (1e7 / modulus).sqrt(), Vec3::zeros(), 0);
     loop {
@@ -183,10 +151,7 @@ fn bounce(law: ElasticLaw, modulus: f64, restitution: f64, orientation: Quat) ->
 fn tilts() -> Vec<(&'static str, Quat)> {
     let edges = [15.0, 30.0, 40.0, 45.0].map(|angle| ("edge", tilted(angle, 0.0)));
     let corners = [(30.0, 20.0), (45.0, 35.264), (20.0, 40.0), (40.0, 10.0)];
-    edges
-        .into_iter()
-        .chain(corners.map(|(y, x)| ("corner", tilted(y, x))))
-        .collect()
+    edges.into_iter().chain(corners.map(|(y, x)| ("corner", tilted(y, x)))).collect()
 }
 
 #[test]
@@ -213,16 +178,9 @@ fn an_elastic_impact_on_an_edge_or_corner_follows_rigid_impulse_theory() {
             );
             assert!(energies.contains(&bounce.energy), "{}", bounce.energy);
             assert!(off.abs() < tolerance && off_spin < tolerance);
-            assert!(
-                bounce.velocity.xy().norm() < 1e-15,
-                "a smooth wall pushes along its normal"
-            );
+            assert!(bounce.velocity.xy().norm() < 1e-15, "a smooth wall pushes along its normal");
             let gained = bounce.velocity + Vec3::z() * 0.1;
-            assert!(
-                (gained - bounce.impulse).norm() < 1e-10,
-                "{gained:?} {:?}",
-                bounce.impulse
-            );
+            assert!((gained - bounce.impulse).norm() < 1e-10, "{gained:?} {:?}", bounce.impulse);
         }
     }
 }
@@ -245,10 +203,7 @@ fn the_set_restitution_holds_for_edges_and_corners() {
 fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
     // Eq. 7 of the paper: mu(a) = tan(slope) at the creep speed a u_k, far below u_k; nothing ever sticks.
     let slope: f64 = 0.1;
-    let pair = PairParams {
-        restitution: 0.8,
-        ..MATERIAL.pair
-    };
+    let pair = PairParams { restitution: 0.8, ..MATERIAL.pair };
     let law = PairLaw::new(&model(pair, ElasticLaw::Paper), 0, 0);
     let (mut low, mut high) = (0.0, pair.transition_velocity);
     for _ in 0..60 {
@@ -269,27 +224,15 @@ fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
         Vec3::new(6e-3, 6e-3, 6e-3) + Vec3::new(angle.sin(), 0.0, angle.cos()) * 0.5 * EDGE,
     );
     cube.set_orientation(&Quat::from_axis_angle(&Vec3::y_axis(), angle));
-    let mut engine = alone(
-        TANK,
-        model(pair, ElasticLaw::Paper),
-        vec![incline],
-        GRAVITY,
-        cubes(EDGE),
-        &[cube],
-    );
+    let mut engine =
+        alone(TANK, model(pair, ElasticLaw::Paper), vec![incline], GRAVITY, cubes(EDGE), &[cube]);
     run(&mut engine, 50_000, 2e-6);
     let from = first(&engine).position();
     run(&mut engine, 50_000, 2e-6);
     let speed = (first(&engine).position() - from).dot(&down) / 0.1;
-    println!(
-        "creeps at {:.4} of the speed of Eq. 7, {low:.3e} m/s",
-        speed / low
-    );
+    println!("creeps at {:.4} of the speed of Eq. 7, {low:.3e} m/s", speed / low);
     assert!((speed / low - 1.0).abs() < 0.02, "{speed} {low}");
-    assert!(
-        first(&engine).angular_velocity().norm() * EDGE < 0.01 * low,
-        "it does not tip"
-    );
+    assert!(first(&engine).angular_velocity().norm() * EDGE < 0.01 * low, "it does not tip");
 }
 
 #[test]
@@ -338,45 +281,26 @@ fn a_cube_placed_in_touching_rest_on_face_edge_or_corner_never_gains_energy() {
 #[test]
 fn an_elastic_collision_of_two_cubes_keeps_momentum_and_by_the_energy_law_energy() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let open = Domain {
-        periodic: [true; 3],
-        ..TANK
-    };
+    let open = Domain { periodic: [true; 3], ..TANK };
     let mut ratios = [[1.0_f64; 2]; 2];
     for _ in 0..20 {
         let mut noise = |size: f64| Vec3::from_fn(|_, _| random.random_range(-size..size));
         let (aside, spin) = (noise(0.3e-3), noise(50.0));
         let offset = Vec3::new(0.9e-3, aside.y, aside.z);
         let turns = [noise(1.0), noise(1.0)];
-        for (n, law) in [ElasticLaw::Paper, ElasticLaw::OverlapEnergy]
-            .into_iter()
-            .enumerate()
-        {
+        for (n, law) in [ElasticLaw::Paper, ElasticLaw::OverlapEnergy].into_iter().enumerate() {
             let middle = Vec3::repeat(6e-3);
-            let mut pair = [
-                Particle::at(0, 0, middle - offset),
-                Particle::at(1, 0, middle + offset),
-            ];
+            let mut pair = [Particle::at(0, 0, middle - offset), Particle::at(1, 0, middle + offset)];
             for (cube, turn) in pair.iter_mut().zip(&turns) {
                 cube.set_orientation(&integrator::turned(&Quat::identity(), *turn, 2.0));
             }
             pair[0].velocity = [0.1, 0.01, -0.02];
             pair[1].velocity = [-0.1, 0.0, 0.0];
             pair[0].angular_velocity = spin.into();
-            let mut engine = alone(
-                open,
-                model(SMOOTH, law),
-                vec![],
-                Vec3::zeros(),
-                cubes(EDGE),
-                &pair,
-            );
+            let mut engine = alone(open, model(SMOOTH, law), vec![], Vec3::zeros(), cubes(EDGE), &pair);
             let before = (kinetic_energy(&engine), momenta(&engine, middle));
             run(&mut engine, 60_000, 2e-7);
-            assert!(
-                engine.contacts().begun > 0 && engine.contacts().count == 0,
-                "met and parted"
-            );
+            assert!(engine.contacts().begun > 0 && engine.contacts().count == 0, "met and parted");
             let after = (kinetic_energy(&engine), momenta(&engine, middle));
             let ratio = after.0 / before.0;
             ratios[n] = [ratios[n][0].min(ratio), ratios[n][1].max(ratio)];
@@ -399,10 +323,7 @@ fn momenta(engine: &Native, origin: Vec3) -> [Vec3; 2] {
     let store = engine.particles();
     let each = |p: &Particle| {
         let linear = p.velocity() * store.template(p).mass();
-        [
-            linear,
-            (p.position() - origin).cross(&linear) + Vec3::from(p.angular_momentum),
-        ]
+        [linear, (p.position() - origin).cross(&linear) + Vec3::from(p.angular_momentum)]
     };
     let [a, b] = [0, 1].map(|i| each(&store.particles[i]));
     [a[0] + b[0], a[1] + b[1]]

@@ -8,11 +8,7 @@ use crate::contact::{ContactParams, DampingLaw, ElasticLaw};
 /// measured restitution, duration and greatest depth, the last two over those of the elastic impact.
 fn damped_impact(damping: DampingLaw, set: f64, speed: f64) -> [f64; 3] {
     let law = ElasticLaw::Hertz;
-    let params = dry(ContactParams {
-        law,
-        damping,
-        ..restitution(set)
-    });
+    let params = dry(ContactParams { law, damping, ..restitution(set) });
     let (pair, duration) = head_on(speed, 0.0);
     let dt = duration / 1000.0;
     let mut engine = engine(params, 1, 0, &pair);
@@ -23,10 +19,7 @@ fn damped_impact(damping: DampingLaw, set: f64, speed: f64) -> [f64; 3] {
         deepest = deepest.max(engine.contacts().max_depth);
         steps += 1;
     }
-    assert!(
-        (engine.records().is_empty()) && (1000..1300).contains(&steps),
-        "{steps} steps"
-    );
+    assert!((engine.records().is_empty()) && (1000..1300).contains(&steps), "{steps} steps");
     let [a, b] = [0, 1].map(|i| engine.particles().particles[i]);
     let parting = b.velocity[0] - a.velocity[0];
     // Back to where they came apart.
@@ -47,10 +40,9 @@ fn damped_impacts_end_with_the_set_restitution_and_last_and_sink_in_as_each_damp
         (0.70, -3.5e-5, [1.04846, 0.87250], [1.04189, 0.87599]),
         (0.50, 1.7e-4, [1.11970, 0.77567], [1.09337, 0.78747]),
     ] {
-        for (damping, off, [duration, depth]) in [
-            (DampingLaw::HuntCrossley, off, hunt_crossley),
-            (DampingLaw::Tsuji, 0.0, tsuji),
-        ] {
+        for (damping, off, [duration, depth]) in
+            [(DampingLaw::HuntCrossley, off, hunt_crossley), (DampingLaw::Tsuji, 0.0, tsuji)]
+        {
             let [e, t, d] = damped_impact(damping, set, 0.1);
             println!(
                 "{damping:?} {set}: e off by {:.1e}, duration by {:.1e}, depth by {:.1e}",
@@ -76,10 +68,7 @@ fn restitution_does_not_depend_on_the_speed_of_an_impact_by_either_damping() {
         let all = [0.01, 0.1, 1.0, 4.0].map(|speed| damped_impact(damping, 0.7, speed)[0]);
         println!("{damping:?}: {all:.7?}");
         for measured in all {
-            assert!(
-                (measured - 0.7).abs() < 2e-4 && (measured - all[0]).abs() < 1e-6,
-                "{all:?}"
-            );
+            assert!((measured - 0.7).abs() < 2e-4 && (measured - all[0]).abs() < 1e-6, "{all:?}");
         }
     }
 }

@@ -71,8 +71,5 @@ pub(super) fn too_far(step: u64, before: &Particle, after: &Particle, force: Vec
         format!("its state is not finite, under {:.3e} N", force.norm())
     };
     let place = Population::place(before.position());
-    Error::Diverged {
-        step,
-        what: format!("particle {} at {place}: {what}", before.id),
-    }
+    Error::Diverged { step, what: format!("particle {} at {place}: {what}", before.id) }
 }

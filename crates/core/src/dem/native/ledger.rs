@@ -42,12 +42,7 @@ pub(super) struct Share {
 impl Share {
     /// Force (N) and torque (N m) of `partner` on `to`.
     pub(super) fn new([to, partner]: [u64; 2], force: Vec3, torque: Vec3) -> Self {
-        Self {
-            to,
-            partner,
-            force: force.into(),
-            torque: torque.into(),
-        }
+        Self { to, partner, force: force.into(), torque: torque.into() }
     }
 }
 
@@ -81,10 +76,7 @@ pub(super) struct Meeting<'a> {
 impl Ledger {
     /// For a rank with this number of peers.
     pub(super) fn new(peers: usize) -> Self {
-        Self {
-            messages: vec![Vec::new(); peers],
-            ..Self::default()
-        }
+        Self { messages: vec![Vec::new(); peers], ..Self::default() }
     }
 
     /// Begins a sub-step.
@@ -122,22 +114,11 @@ impl Ledger {
 
     /// Finds or begins the history of a contact, and evaluates its force. Contacts come in ascending order of the ids.
     pub(super) fn enter(&mut self, meeting: &Meeting) -> Action {
-        let Meeting {
-            ids: [first, second],
-            law,
-            overlap,
-            velocity,
-            ..
-        } = *meeting;
+        let Meeting { ids: [first, second], law, overlap, velocity, .. } = *meeting;
         let summary = &mut self.summary;
         let mut record = self.history.recall(first, second).unwrap_or_else(|| {
             summary.begun += 1;
-            Record {
-                first,
-                second,
-                damping: UNSET,
-                age: 0,
-            }
+            Record { first, second, damping: UNSET, age: 0 }
         });
         record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
         record.age += 1;
@@ -182,8 +163,7 @@ impl Ledger {
             }
             // Without messages they are in order already: pairs are, and lower partners come first.
             if self.shares.len() > local {
-                self.shares
-                    .sort_unstable_by_key(|(index, share)| (*index, share.partner));
+                self.shares.sort_unstable_by_key(|(index, share)| (*index, share.partner));
             }
         }
         self.totals.clear();

@@ -12,11 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 /// Closed in y and z.
-pub(super) const CHANNEL: Domain = Domain {
-    periodic: [true, false, false],
-    cells: [20, 12, 8],
-    dx: 1e-3,
-};
+pub(super) const CHANNEL: Domain = Domain { periodic: [true, false, false], cells: [20, 12, 8], dx: 1e-3 };
 const STEPS: usize = 300;
 pub(super) const DT: f64 = 2e-5;
 
@@ -39,30 +35,17 @@ fn walls() -> Vec<Wall> {
 }
 
 pub(super) fn templates() -> Arc<[Template]> {
-    let sphere = |radius, material| Template {
-        shape: Arc::new(Sphere { radius }),
-        density: 2500.0,
-        material,
-    };
+    let sphere =
+        |radius, material| Template { shape: Arc::new(Sphere { radius }), density: 2500.0, material };
     [sphere(0.8e-3, 0), sphere(0.5e-3, 1), cubes(1e-3)[0].clone()].into()
 }
 
 pub(super) fn params() -> NativeParams {
-    let one: ContactModel = ContactParams {
-        enlargement: 0.02e-3,
-        ..MATERIAL
-    }
-    .into();
-    let pairs = [0.4, 0.3, 0.3, 0.5].map(|restitution| crate::contact::PairParams {
-        restitution,
-        ..MATERIAL.pair
-    });
+    let one: ContactModel = ContactParams { enlargement: 0.02e-3, ..MATERIAL }.into();
+    let pairs =
+        [0.4, 0.3, 0.3, 0.5].map(|restitution| crate::contact::PairParams { restitution, ..MATERIAL.pair });
     NativeParams {
-        contact: Some(ContactModel {
-            materials: vec![MATERIAL.material; 2],
-            pairs: pairs.into(),
-            ..one
-        }),
+        contact: Some(ContactModel { materials: vec![MATERIAL.material; 2], pairs: pairs.into(), ..one }),
         walls: walls(),
         // Strong, so that they soon slide along the walls.
         gravity: Vec3::new(0.0, 100.0, -500.0),
@@ -76,11 +59,8 @@ pub(super) fn crowd() -> Vec<Particle> {
     (0..40_u64)
         .map(|n| {
             let mut noise = |size: f64| Vec3::from_fn(|_, _| random.random_range(-size..size));
-            let place = Vec3::new(
-                (n % 5) as f64 * 4.0,
-                (n / 5 % 4) as f64 * 2.5 + 1.6,
-                (n / 20) as f64 * 2.0 + 1.5,
-            );
+            let place =
+                Vec3::new((n % 5) as f64 * 4.0, (n / 5 % 4) as f64 * 2.5 + 1.6, (n / 20) as f64 * 2.0 + 1.5);
             let position = CHANNEL.wrap(place * 1e-3 + noise(0.2e-3));
             let mut particle = Particle::at(1000 - 7 * n, (n % 3) as usize, position);
             let turn = noise(1.0);
@@ -124,12 +104,7 @@ fn shaken(ranks: usize) -> (Vec<u8>, i64, usize, Vec<u8>) {
         particles.sort_unstable_by_key(|p| p.id);
         let mut begun = [engine.contacts().begun as i64];
         comm.sum(&mut begun);
-        (
-            bytemuck::cast_slice(&particles).to_vec(),
-            begun[0],
-            handed,
-            contacts,
-        )
+        (bytemuck::cast_slice(&particles).to_vec(), begun[0], handed, contacts)
     });
     results.into_iter().next().unwrap()
 }
@@ -148,10 +123,7 @@ fn spheres_and_cubes_between_moving_walls_move_to_the_same_bits_on_1_2_3_4_and_8
         let (together, theirs, handed, their_contacts) = shaken(ranks);
         println!("{ranks} ranks: {handed} contacts with walls changed rank");
         assert_eq!(theirs, begun, "contacts on {ranks} ranks");
-        assert!(
-            together == alone && their_contacts == contacts,
-            "{ranks} ranks differ"
-        );
+        assert!(together == alone && their_contacts == contacts, "{ranks} ranks differ");
         assert!(ranks < 4 || handed > 3, "{handed} handed over");
     }
 }
@@ -179,19 +151,14 @@ fn a_run_between_moving_walls_resumed_half_way_goes_on_to_the_same_bits_on_1_2_a
         let mut engine = engine(2, &comm, &all);
         advance(&mut engine, &comm, 150);
         let middle = gathered(&engine, &comm);
-        let records = comm
-            .all_gather(bytemuck::cast_slice(engine.records()).to_vec())
-            .concat();
+        let records = comm.all_gather(bytemuck::cast_slice(engine.records()).to_vec()).concat();
         let (substep, begun) = (engine.substep(), engine.contacts().begun);
         advance(&mut engine, &comm, 30);
         (middle, records, substep, begun, gathered(&engine, &comm))
     });
     let (middle, records, substep, begun, end) = &whole[0];
     let records: Vec<Record> = bytemuck::pod_collect_to_vec(records);
-    let walls = records
-        .iter()
-        .filter(|r| ContactState::wall_of(r.second).is_some())
-        .count();
+    let walls = records.iter().filter(|r| ContactState::wall_of(r.second).is_some()).count();
     assert!(walls > 5, "{walls} of {}", records.len());
     for ranks in [1, 2, 4] {
         on_threads(ranks, |comm| {

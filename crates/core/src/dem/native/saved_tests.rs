@@ -96,11 +96,7 @@ fn written(damping: DampingLaw, ranks: usize) -> Written {
         let later = comm.all_gather(engine.save().unwrap());
         let end = gathered(&engine, &comm);
         assert!(end.begun > middle.begun, "contacts begin and end");
-        Written {
-            step,
-            parts: [parts, later],
-            states: [middle, end],
-        }
+        Written { step, parts: [parts, later], states: [middle, end] }
     });
     results.into_iter().next().unwrap()
 }
@@ -148,17 +144,8 @@ fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_goes_on_as_be
         assert_eq!(gathered(&engine, &comm), end);
         refused
     });
-    assert!(
-        words.iter().all(|theirs| *theirs == words[0]),
-        "all ranks say the same"
-    );
-    for (said, part) in words[0]
-        .iter()
-        .zip(["part 2 of 2", "part 1 of 2", "of this case", "of this case"])
-    {
-        assert!(
-            said.contains("saved state of the native engine") && said.contains(part),
-            "{said}"
-        );
+    assert!(words.iter().all(|theirs| *theirs == words[0]), "all ranks say the same");
+    for (said, part) in words[0].iter().zip(["part 2 of 2", "part 1 of 2", "of this case", "of this case"]) {
+        assert!(said.contains("saved state of the native engine") && said.contains(part), "{said}");
     }
 }

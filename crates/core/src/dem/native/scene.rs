@@ -32,12 +32,7 @@ pub(super) struct Roll {
 
 impl Roll {
     pub(super) fn new(finder: PairFinder) -> Self {
-        Self {
-            finder,
-            known: Vec::new(),
-            positions: Vec::new(),
-            radii: Vec::new(),
-        }
+        Self { finder, known: Vec::new(), positions: Vec::new(), radii: Vec::new() }
     }
 
     /// Lists the particles, ghosts included, by ascending id.
@@ -56,8 +51,7 @@ impl Roll {
         self.positions.clear();
         self.positions.extend(particles().map(Particle::position));
         self.radii.clear();
-        self.radii
-            .extend(particles().map(|p| bounds[p.template as usize]));
+        self.radii.extend(particles().map(|p| bounds[p.template as usize]));
     }
 }
 
@@ -89,10 +83,7 @@ pub(super) struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     fn body(&self, particle: &Particle) -> Body<'a> {
-        Body {
-            contour: &self.contours[particle.template as usize],
-            orientation: particle.orientation(),
-        }
+        Body { contour: &self.contours[particle.template as usize], orientation: particle.orientation() }
     }
 
     fn law(&self, a: usize, b: usize) -> &'a PairLaw {
@@ -216,13 +207,7 @@ impl<'a> Scene<'a> {
                 let thickness = body.contour.shape.thickness();
                 if overlap.depth > DEEPEST * thickness {
                     outcome = outcome.and_then(|()| {
-                        Err(too_deep_in_wall(
-                            self.substep,
-                            particle,
-                            wall,
-                            overlap.depth,
-                            thickness,
-                        ))
+                        Err(too_deep_in_wall(self.substep, particle, wall, overlap.depth, thickness))
                     });
                 }
                 let share = Share::new(ids, action.force, action.torques[0]);

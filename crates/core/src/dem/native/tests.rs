@@ -9,10 +9,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 const MATERIAL: ContactParams = ContactParams {
-    material: Material {
-        youngs_modulus: 5e6,
-        poisson_ratio: 0.25,
-    },
+    material: Material { youngs_modulus: 5e6, poisson_ratio: 0.25 },
     pair: PairParams {
         restitution: 0.926,
         friction_static: 0.32,
@@ -27,36 +24,21 @@ const MATERIAL: ContactParams = ContactParams {
 
 /// No gravity, no walls, one sub-step.
 pub(super) fn dry(contact: ContactParams) -> NativeParams {
-    NativeParams {
-        contact: Some(contact.into()),
-        substeps: 1,
-        ..NativeParams::default()
-    }
+    NativeParams { contact: Some(contact.into()), substeps: 1, ..NativeParams::default() }
 }
 
 /// [`MATERIAL`] with another coefficient of restitution.
 pub(super) fn restitution(restitution: f64) -> ContactParams {
-    let pair = PairParams {
-        restitution,
-        ..MATERIAL.pair
-    };
+    let pair = PairParams { restitution, ..MATERIAL.pair };
     ContactParams { pair, ..MATERIAL }
 }
 
-const BOX: Domain = Domain {
-    periodic: [true; 3],
-    cells: [16, 16, 16],
-    dx: 1e-3,
-};
+const BOX: Domain = Domain { periodic: [true; 3], cells: [16, 16, 16], dx: 1e-3 };
 pub(super) const RADIUS: f64 = 1e-3;
 
 fn templates() -> Arc<[Template]> {
     [RADIUS, 0.7e-3]
-        .map(|radius| Template {
-            shape: Arc::new(Sphere { radius }),
-            material: 0,
-            density: 2500.0,
-        })
+        .map(|radius| Template { shape: Arc::new(Sphere { radius }), material: 0, density: 2500.0 })
         .into()
 }
 
@@ -91,17 +73,11 @@ pub(super) fn head_on(speed: f64, gap: f64) -> ([Particle; 2], f64) {
     let middle = Vec3::repeat(8e-3);
     let half = Vec3::new(RADIUS + 0.5 * gap, 0.0, 0.0);
     let velocity = Vec3::new(0.5 * speed, 0.0, 0.0);
-    let pair = [
-        moving(0, 0, middle - half, velocity),
-        moving(1, 0, middle + half, -velocity),
-    ];
+    let pair = [moving(0, 0, middle - half, velocity), moving(1, 0, middle + half, -velocity)];
     // Hertz: T = 2.943 (m_e^2 / (k^2 u0))^(1/5) (15/16)^(2/5) with F = (4/3) E* sqrt(R_e) d^1.5.
     let mass = 0.5 * templates()[0].mass();
     let stiffness = 16.0 / 15.0 * PairLaw::new(&MATERIAL.into(), 0, 0).modulus * (0.5 * RADIUS).sqrt();
-    (
-        pair,
-        2.943_275_184_724_703 * (mass / stiffness).powf(0.4) * speed.powf(-0.2),
-    )
+    (pair, 2.943_275_184_724_703 * (mass / stiffness).powf(0.4) * speed.powf(-0.2))
 }
 
 /// Linear momentum, and angular momentum about `origin` with nearest images.
@@ -127,10 +103,7 @@ fn a_dry_head_on_impact_gives_the_set_restitution() {
         let [a, b] = [0, 1].map(|i| engine.particles().particles[i].velocity[0]);
         let measured = (b - a) / 0.1;
         println!("restitution set {set}, expected {expected}, measured {measured:.5}");
-        assert!(
-            (measured - expected).abs() < 0.002,
-            "set {set}, measured {measured}"
-        );
+        assert!((measured - expected).abs() < 0.002, "set {set}, measured {measured}");
     }
 }
 
@@ -150,10 +123,7 @@ fn an_impact_lasts_as_long_and_goes_as_deep_as_hertz_says() {
         contact as f64 / 400.0,
         deepest / (duration * 0.01 / 2.943)
     );
-    assert!(
-        (contact as f64 / 400.0 - 1.0).abs() < 0.01,
-        "{contact} of 400 steps"
-    );
+    assert!((contact as f64 / 400.0 - 1.0).abs() < 0.01, "{contact} of 400 steps");
     // T = 2.943 d_max / u0.
     assert!((deepest / (duration * 0.01 / 2.943) - 1.0).abs() < 0.01);
 }
@@ -189,14 +159,8 @@ fn an_oblique_frictional_impact_conserves_momentum_and_angular_momentum_inside_a
             (linear_after - linear).norm() / linear.norm(),
             (angular_after - angular).norm() / angular.norm()
         );
-        assert!(
-            (linear_after - linear).norm() < 1e-12 * linear.norm(),
-            "{middle:?}"
-        );
-        assert!(
-            (angular_after - angular).norm() < 1e-12 * angular.norm(),
-            "{middle:?}"
-        );
+        assert!((linear_after - linear).norm() < 1e-12 * linear.norm(), "{middle:?}");
+        assert!((angular_after - angular).norm() < 1e-12 * angular.norm(), "{middle:?}");
         let spin = Vec3::from(engine.particles().particles[1].angular_velocity);
         assert!(spin.norm() > 1.0, "friction spins the second sphere: {spin:?}");
     }
@@ -227,10 +191,7 @@ fn a_pressed_pair_repels_with_the_lens_law_of_its_depth() {
         let volume = std::f64::consts::PI * d * d * (distance + 4.0 * RADIUS) / 12.0;
         let modulus = 5e6 / (2.0 * (1.0 - 0.0625));
         let lens = 4.0 / (3.0 * std::f64::consts::PI.sqrt()) * modulus * (volume * d).sqrt();
-        println!(
-            "depth {depth:e} m: off the lens law by {:.1e}",
-            b.contact_force[0] / lens - 1.0
-        );
+        println!("depth {depth:e} m: off the lens law by {:.1e}", b.contact_force[0] / lens - 1.0);
         assert!((b.contact_force[0] / lens - 1.0).abs() < 1e-12);
         assert!((a.contact_force[0] / -lens - 1.0).abs() < 1e-12);
     }
@@ -253,10 +214,7 @@ fn damping_is_latched_on_approach_only() {
     pair[0].velocity = [-1e-3, 0.0, 0.0];
     pair[1].velocity = [1e-3, 0.0, 0.0];
     let mut engine = engine(dry(MATERIAL), 1, 0, &pair);
-    let loads = [0.2, -0.2].map(|force| Load {
-        force: Vec3::new(force, 0.0, 0.0),
-        torque: Vec3::zeros(),
-    });
+    let loads = [0.2, -0.2].map(|force| Load { force: Vec3::new(force, 0.0, 0.0), torque: Vec3::zeros() });
     let mut latched = None;
     for _ in 0..400 {
         let approach = engine.particles().particles[0].velocity[0];
@@ -268,19 +226,12 @@ fn damping_is_latched_on_approach_only() {
             Some(before) => assert!((damping - before).abs() < 1e-300, "latched once"),
         }
     }
-    assert!(
-        latched.is_some_and(|damping| damping > 0.0),
-        "they did turn round"
-    );
+    assert!(latched.is_some_and(|damping| damping > 0.0), "they did turn round");
 }
 
 #[test]
 fn gravity_alone_gives_free_fall_from_the_first_step_on() {
-    let params = NativeParams {
-        gravity: Vec3::new(0.0, 0.0, -9.81),
-        substeps: 4,
-        ..dry(MATERIAL)
-    };
+    let params = NativeParams { gravity: Vec3::new(0.0, 0.0, -9.81), substeps: 4, ..dry(MATERIAL) };
     let all = [Particle::at(3, 0, Vec3::repeat(8e-3))];
     let engine = run(params, &all, 20, 1e-3);
     let fallen = engine.particles().particles[0];
@@ -292,11 +243,7 @@ fn gravity_alone_gives_free_fall_from_the_first_step_on() {
 fn free_flight_under_loads_that_jump_is_a_chain_of_exact_parabolas_for_1_and_10_substeps() {
     for substeps in [1, 10] {
         let gravity = Vec3::new(0.0, 0.0, -9.81);
-        let params = NativeParams {
-            gravity,
-            substeps,
-            ..dry(MATERIAL)
-        };
+        let params = NativeParams { gravity, substeps, ..dry(MATERIAL) };
         let (mass, moment) = (templates()[0].mass(), templates()[0].inertia().x);
         let mut engine = engine(params, 1, 0, &[Particle::at(0, 0, Vec3::repeat(8e-3))]);
         let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -306,10 +253,7 @@ fn free_flight_under_loads_that_jump_is_a_chain_of_exact_parabolas_for_1_and_10_
         let (mut off, mut furthest) = (0.0_f64, 0.0_f64);
         for _ in 0..1000 {
             let mut jump = || Vec3::from_fn(|_, _| random.random_range(-1.0..1.0));
-            let load = Load {
-                force: jump() * (20.0 * mass),
-                torque: jump() * 1e-9,
-            };
+            let load = Load { force: jump() * (20.0 * mass), torque: jump() * 1e-9 };
             engine.advance(&Comm::Solo, &[load], dt).unwrap();
             let acceleration = load.force / mass + gravity;
             x += v * dt + acceleration * (0.5 * dt * dt);
@@ -332,10 +276,7 @@ fn free_flight_under_loads_that_jump_is_a_chain_of_exact_parabolas_for_1_and_10_
 
 #[test]
 fn sampled_contacts_bounce_much_like_exact_ones() {
-    let params = dry(ContactParams {
-        geometry: Geometry::Sampled { samples: 8 },
-        ..MATERIAL
-    });
+    let params = dry(ContactParams { geometry: Geometry::Sampled { samples: 8 }, ..MATERIAL });
     let (pair, duration) = head_on(0.1, 1e-7);
     let engine = run(params, &pair, 60, duration / 30.0);
     let [a, b] = [0, 1].map(|i| engine.particles().particles[i].velocity[0]);
@@ -344,22 +285,11 @@ fn sampled_contacts_bounce_much_like_exact_ones() {
 
 #[test]
 fn a_box_in_which_a_pair_could_touch_twice_is_refused_in_words() {
-    let tiny = Decomposition::new(
-        Domain {
-            periodic: [true; 3],
-            cells: [16, 4, 16],
-            dx: 0.9e-3,
-        },
-        1,
-    )
-    .unwrap();
+    let tiny = Decomposition::new(Domain { periodic: [true; 3], cells: [16, 4, 16], dx: 0.9e-3 }, 1).unwrap();
     let at = |id| Particle::at(id, 0, Vec3::zeros());
     let refused = Native::new(dry(MATERIAL), tiny.clone(), 0, templates(), &[at(0), at(1)]).unwrap_err();
     assert!(refused.to_string().contains("two periodic images"), "{refused}");
-    assert!(
-        Native::new(dry(MATERIAL), tiny, 0, templates(), &[at(0)]).is_ok(),
-        "one alone may be"
-    );
+    assert!(Native::new(dry(MATERIAL), tiny, 0, templates(), &[at(0)]).is_ok(), "one alone may be");
 }
 
 #[test]
@@ -370,16 +300,9 @@ fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs
     let cases: [(&[Particle], &str); 4] = [
         (&[good, fast], "particle 17 at (1.3"),
         (&[good, moving(17, 0, at, Vec3::repeat(f64::NAN))], "not finite"),
+        (&[good, Particle::at(17, 0, at), Particle::at(18, 1, at)], "particles 17 at (1.3"),
         (
-            &[good, Particle::at(17, 0, at), Particle::at(18, 1, at)],
-            "particles 17 at (1.3",
-        ),
-        (
-            &[
-                good,
-                Particle::at(17, 0, at),
-                Particle::at(18, 1, at + Vec3::y() * 0.3e-3),
-            ],
+            &[good, Particle::at(17, 0, at), Particle::at(18, 1, at + Vec3::y() * 0.3e-3)],
             "deep, more than a quarter",
         ),
     ];
@@ -387,11 +310,7 @@ fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs
         let outcomes = on_threads(4, |comm| {
             let mut engine = engine(dry(MATERIAL), 4, comm.rank(), all);
             let outcome = advance(&mut engine, &comm, 1e-4);
-            let finite = engine
-                .particles()
-                .owned()
-                .iter()
-                .all(|p| p.position().amax() < 1.0);
+            let finite = engine.particles().owned().iter().all(|p| p.position().amax() < 1.0);
             assert!(finite, "every position stays usable");
             outcome.err().map(|error| (error.exit_code(), error.to_string()))
         });
@@ -413,11 +332,7 @@ fn gathered(comm: &Comm, engine: &Native) -> Vec<u8> {
     bytemuck::cast_slice(&all).to_vec()
 }
 
-const CROWDED: Domain = Domain {
-    periodic: [true; 3],
-    cells: [12, 12, 12],
-    dx: 1e-3,
-};
+const CROWDED: Domain = Domain { periodic: [true; 3], cells: [12, 12, 12], dx: 1e-3 };
 
 fn crowd(ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let cut = Decomposition::new(CROWDED, ranks).unwrap();
@@ -447,10 +362,7 @@ fn shaken() -> NativeParams {
     NativeParams {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         substeps: 3,
-        ..dry(ContactParams {
-            enlargement: 0.05e-3,
-            ..MATERIAL
-        })
+        ..dry(ContactParams { enlargement: 0.05e-3, ..MATERIAL })
     }
 }
 
@@ -485,10 +397,7 @@ fn a_cluster_that_crosses_faces_edges_and_corners_moves_to_the_same_bits_on_1_to
     };
     let (alone, numbers) = shaken(1);
     assert_eq!(alone.len(), all.len() * size_of::<Particle>());
-    assert!(
-        numbers[0] > 400 && numbers[1] > 50,
-        "a lively cluster: {numbers:?}"
-    );
+    assert!(numbers[0] > 400 && numbers[1] > 50, "a lively cluster: {numbers:?}");
     let travelled = 1.0 * 4.5e-5 * steps as f64;
     assert!(travelled > 5.0 * CROWDED.dx, "through blocks and box");
     for ranks in [2, 3, 4, 6, 8] {
@@ -505,9 +414,7 @@ fn a_run_resumed_on_another_number_of_ranks_goes_on_to_the_same_bits_on_1_2_and_
         let mut engine = crowd(2, comm.rank(), &all);
         shake(&mut engine, &comm, 15);
         let middle = gathered(&comm, &engine);
-        let records = comm
-            .all_gather(bytemuck::cast_slice(engine.records()).to_vec())
-            .concat();
+        let records = comm.all_gather(bytemuck::cast_slice(engine.records()).to_vec()).concat();
         shake(&mut engine, &comm, 15);
         (middle, records, gathered(&comm, &engine))
     });
@@ -535,10 +442,7 @@ fn a_contact_keeps_its_damping_when_its_bodies_change_ranks_on_8_ranks() {
         particle.velocity[2] -= 30.0;
     }
     let dt = duration / 200.0;
-    assert!(
-        duration * 27.0 > 8.0 * BOX.dx,
-        "crosses blocks during the contact"
-    );
+    assert!(duration * 27.0 > 8.0 * BOX.dx, "crosses blocks during the contact");
     let seen = on_threads(8, |comm| {
         let mut engine = engine(dry(MATERIAL), 8, comm.rank(), &pair);
         let mut seen = Vec::new();

@@ -6,10 +6,7 @@ use crate::shape::Sphere;
 use crate::wall::Motion;
 
 pub(super) const MATERIAL: ContactParams = ContactParams {
-    material: Material {
-        youngs_modulus: 1e7,
-        poisson_ratio: 0.25,
-    },
+    material: Material { youngs_modulus: 1e7, poisson_ratio: 0.25 },
     pair: PairParams {
         restitution: 0.8,
         friction_static: 0.32,
@@ -23,11 +20,7 @@ pub(super) const MATERIAL: ContactParams = ContactParams {
 };
 
 /// Closed in z, 12 mm wide.
-pub(super) const TANK: Domain = Domain {
-    periodic: [true, true, false],
-    cells: [12, 12, 12],
-    dx: 1e-3,
-};
+pub(super) const TANK: Domain = Domain { periodic: [true, true, false], cells: [12, 12, 12], dx: 1e-3 };
 pub(super) const RADIUS: f64 = 1e-3;
 const DENSITY: f64 = 2500.0;
 pub(super) const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
@@ -40,10 +33,7 @@ fn contact(pair: PairParams) -> ContactModel {
 pub(super) fn plane(name: &str, point: Vec3, normal: Vec3) -> Wall {
     Wall {
         name: name.into(),
-        surface: Surface::Plane {
-            point,
-            normal: normal.normalize(),
-        },
+        surface: Surface::Plane { point, normal: normal.normalize() },
         motion: Motion::default(),
         material: 0,
     }
@@ -54,12 +44,7 @@ pub(super) fn floor() -> Wall {
 }
 
 fn spheres() -> Arc<[Template]> {
-    [Template {
-        shape: Arc::new(Sphere { radius: RADIUS }),
-        density: DENSITY,
-        material: 0,
-    }]
-    .into()
+    [Template { shape: Arc::new(Sphere { radius: RADIUS }), density: DENSITY, material: 0 }].into()
 }
 
 pub(super) fn mass() -> f64 {
@@ -75,12 +60,7 @@ pub(super) fn alone(
     templates: Arc<[Template]>,
     all: &[Particle],
 ) -> Native {
-    let params = NativeParams {
-        contact: Some(contact),
-        walls,
-        gravity,
-        substeps: 1,
-    };
+    let params = NativeParams { contact: Some(contact), walls, gravity, substeps: 1 };
     let cut = Decomposition::new(domain, 1).unwrap();
     Native::new(params, cut, 0, templates, all).unwrap()
 }
@@ -116,24 +96,14 @@ fn by_hertz_and_tsuji_a_sphere_leaves_a_wall_with_the_set_restitution_and_no_mem
     let speed = 0.1;
     for (set, ratio, sunk) in [(0.8, 1.02472, 0.91830), (0.5, 1.09337, 0.78747)] {
         let contact = ContactParams {
-            pair: PairParams {
-                restitution: set,
-                ..MATERIAL.pair
-            },
+            pair: PairParams { restitution: set, ..MATERIAL.pair },
             law: ElasticLaw::Hertz,
             damping: DampingLaw::Tsuji,
             ..MATERIAL
         };
         let mut falling = Particle::at(3, 0, Vec3::new(3e-3, 4e-3, RADIUS - 1e-15));
         falling.velocity = [0.0, 0.0, -speed];
-        let mut engine = alone(
-            TANK,
-            contact.into(),
-            vec![floor()],
-            Vec3::zeros(),
-            spheres(),
-            &[falling],
-        );
+        let mut engine = alone(TANK, contact.into(), vec![floor()], Vec3::zeros(), spheres(), &[falling]);
         let elastic = duration(mass(), RADIUS, modulus(), speed);
         let dt = elastic / 1000.0;
         let (mut deepest, mut steps) = (0.0_f64, 0);
@@ -145,11 +115,7 @@ fn by_hertz_and_tsuji_a_sphere_leaves_a_wall_with_the_set_restitution_and_no_mem
         }
         let parting = first(&engine).velocity[2];
         let time = f64::from(steps) * dt - (first(&engine).position[2] - RADIUS) / parting;
-        let [e, t, d] = [
-            parting / speed,
-            time / elastic,
-            deepest / (elastic * speed / 2.943),
-        ];
+        let [e, t, d] = [parting / speed, time / elastic, deepest / (elastic * speed / 2.943)];
         println!("{set}: e {e:.6}, duration {t:.5} for {ratio}, depth {d:.5} for {sunk}");
         assert!((e - set).abs() < 2e-4);
         assert!((t / ratio - 1.0).abs() < 1e-3 && (d / sunk - 1.0).abs() < 1e-3);
@@ -159,10 +125,7 @@ fn by_hertz_and_tsuji_a_sphere_leaves_a_wall_with_the_set_restitution_and_no_mem
 #[test]
 fn a_sphere_that_drops_on_a_wall_rebounds_with_the_set_restitution_and_one_memory() {
     for (set, expected) in [(0.5, 0.50017), (0.926, 0.926), (1.0, 1.0)] {
-        let pair = PairParams {
-            restitution: set,
-            ..MATERIAL.pair
-        };
+        let pair = PairParams { restitution: set, ..MATERIAL.pair };
         let mut falling = Particle::at(3, 0, Vec3::new(3e-3, 4e-3, RADIUS - 1e-12));
         falling.velocity = [0.0, 0.0, -0.1];
         let mut engine = engine(pair, vec![floor()], Vec3::zeros(), &[falling]);
@@ -181,21 +144,13 @@ fn a_sphere_that_drops_on_a_wall_rebounds_with_the_set_restitution_and_one_memor
         assert_eq!((contacts.begun, contacts.count), (1, 0), "met once and parted");
         let measured = first(&engine).velocity[2] / 0.1;
         println!("restitution set {set}, expected {expected}, measured {measured:.5}");
-        assert!(
-            (measured - expected).abs() < 0.002,
-            "set {set}, measured {measured}"
-        );
+        assert!((measured - expected).abs() < 0.002, "set {set}, measured {measured}");
     }
 }
 
 /// Friction `mu` at any speed worth the name, restitution `e`.
 pub(super) fn sliding(mu: f64, restitution: f64) -> PairParams {
-    PairParams {
-        restitution,
-        friction_static: mu,
-        friction_kinetic: mu,
-        transition_velocity: 1e-6,
-    }
+    PairParams { restitution, friction_static: mu, friction_kinetic: mu, transition_velocity: 1e-6 }
 }
 
 #[test]
@@ -229,10 +184,7 @@ fn an_oblique_impact_that_slides_to_the_end_follows_rigid_body_theory() {
 #[test]
 fn a_sphere_placed_in_touching_rest_settles_to_the_hertz_depth_and_never_gains_energy() {
     for restitution in [0.1, 0.5, 0.7, 0.926] {
-        let pair = PairParams {
-            restitution,
-            ..MATERIAL.pair
-        };
+        let pair = PairParams { restitution, ..MATERIAL.pair };
         let placed = Particle::at(0, 0, Vec3::new(3e-3, 4e-3, RADIUS));
         let mut engine = engine(pair, vec![floor()], GRAVITY, &[placed]);
         // F = 4/3 E* sqrt(R) d^1.5 holds the weight.
@@ -267,30 +219,17 @@ fn a_sphere_placed_in_touching_rest_settles_to_the_hertz_depth_and_never_gains_e
 
 #[test]
 fn an_elastic_sphere_in_a_closed_box_hits_all_six_walls_and_keeps_its_energy() {
-    let domain = Domain {
-        periodic: [false; 3],
-        ..TANK
-    };
+    let domain = Domain { periodic: [false; 3], ..TANK };
     let size = domain.size().x;
     let walls: Vec<Wall> = (0..3)
         .flat_map(|axis| {
             let normal = Vec3::ith(axis, 1.0);
-            [
-                plane("low", Vec3::zeros(), normal),
-                plane("high", normal * size, -normal),
-            ]
+            [plane("low", Vec3::zeros(), normal), plane("high", normal * size, -normal)]
         })
         .collect();
     let mut thrown = Particle::at(0, 0, Vec3::new(5e-3, 6e-3, 7e-3));
     thrown.velocity = [1.3, -1.0, 0.7];
-    let mut engine = alone(
-        domain,
-        contact(sliding(0.0, 1.0)),
-        walls,
-        Vec3::zeros(),
-        spheres(),
-        &[thrown],
-    );
+    let mut engine = alone(domain, contact(sliding(0.0, 1.0)), walls, Vec3::zeros(), spheres(), &[thrown]);
     let dt = duration(mass(), RADIUS, modulus(), 1.3) / 50.0;
     let energy = thrown.velocity().norm_squared();
     let (mut hit, mut off) = (std::collections::BTreeSet::new(), 0.0_f64);
@@ -303,10 +242,7 @@ fn an_elastic_sphere_in_a_closed_box_hits_all_six_walls_and_keeps_its_energy() {
         let position = first(&engine).position();
         assert!(position.min() > 0.9 * RADIUS && position.max() < size - 0.9 * RADIUS);
     }
-    println!(
-        "{} impacts, energy off by at most {off:.1e}",
-        engine.contacts().begun
-    );
+    println!("{} impacts, energy off by at most {off:.1e}", engine.contacts().begun);
     assert_eq!(hit.into_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
     assert!(engine.contacts().begun > 50 && off < 1e-3, "{off}");
 }
@@ -317,11 +253,7 @@ fn walls_carry_the_weight_of_what_lies_on_them() {
     let slope = |turn: f64| {
         let (sin, cos) = turn.sin_cos();
         let inwards = Vec3::new(cos, sin, 0.0);
-        plane(
-            "slope",
-            Vec3::new(6e-3, 6e-3, 0.0) - inwards * 1.45e-3,
-            inwards + 0.3 * Vec3::z(),
-        )
+        plane("slope", Vec3::new(6e-3, 6e-3, 0.0) - inwards * 1.45e-3, inwards + 0.3 * Vec3::z())
     };
     let third = std::f64::consts::TAU / 3.0;
     let walls = vec![floor(), slope(0.1), slope(0.1 + third), slope(0.1 + 2.0 * third)];
@@ -342,29 +274,18 @@ fn walls_carry_the_weight_of_what_lies_on_them() {
     let states = engine.contact_states();
     let keys: Vec<_> = states.iter().map(|s| (s.first, s.second)).collect();
     assert!(keys.is_sorted() && states.len() > 8, "{keys:?}");
-    let on_particles: Vec3 = (states.iter().filter(|s| s.wall().is_some()))
-        .map(|s| Vec3::from(s.force))
-        .sum();
+    let on_particles: Vec3 =
+        (states.iter().filter(|s| s.wall().is_some())).map(|s| Vec3::from(s.force)).sum();
     let weight = 4.0 * mass() * 9.81;
-    println!(
-        "{} contacts, walls push with {:?} weights",
-        states.len(),
-        on_particles / weight
-    );
+    println!("{} contacts, walls push with {:?} weights", states.len(), on_particles / weight);
     assert!((on_particles / weight - Vec3::z()).norm() < 1e-3);
 }
 
 #[test]
 fn unlike_walls_have_their_own_law_with_each_material() {
     // Two spheres of two materials drop on two halves of a floor of two materials.
-    let soft = Material {
-        youngs_modulus: 1e6,
-        ..MATERIAL.material
-    };
-    let of = |restitution| PairParams {
-        restitution,
-        ..MATERIAL.pair
-    };
+    let soft = Material { youngs_modulus: 1e6, ..MATERIAL.material };
+    let of = |restitution| PairParams { restitution, ..MATERIAL.pair };
     let model = ContactModel {
         materials: vec![MATERIAL.material, soft],
         pairs: vec![of(0.9), of(0.6), of(0.6), of(0.5)],
@@ -373,12 +294,8 @@ fn unlike_walls_have_their_own_law_with_each_material() {
         law: ElasticLaw::Paper,
         damping: DampingLaw::HuntCrossley,
     };
-    let templates: Arc<[Template]> = [0, 1]
-        .map(|material| Template {
-            material,
-            ..spheres()[0].clone()
-        })
-        .into();
+    let templates: Arc<[Template]> =
+        [0, 1].map(|material| Template { material, ..spheres()[0].clone() }).into();
     for (of_wall, expected) in [(0, [0.9, 0.6]), (1, [0.6, 0.5])] {
         let all = [0, 1].map(|n| {
             let mut falling = Particle::at(n as u64, n, Vec3::new(3e-3 + 5e-3 * n as f64, 4e-3, RADIUS));
@@ -387,22 +304,11 @@ fn unlike_walls_have_their_own_law_with_each_material() {
         });
         let mut wall = floor();
         wall.material = of_wall;
-        let mut engine = alone(
-            TANK,
-            model.clone(),
-            vec![wall],
-            Vec3::zeros(),
-            templates.clone(),
-            &all,
-        );
+        let mut engine = alone(TANK, model.clone(), vec![wall], Vec3::zeros(), templates.clone(), &all);
         run(&mut engine, 1000, 2e-6);
         assert_eq!(engine.contacts().count, 0, "parted");
         for (particle, e) in engine.particles().owned().iter().zip(expected) {
-            assert!(
-                (particle.velocity[2] / 0.1 - e).abs() < 0.003,
-                "{:?}",
-                particle.velocity
-            );
+            assert!((particle.velocity[2] / 0.1 - e).abs() < 0.003, "{:?}", particle.velocity);
         }
     }
 }
@@ -416,32 +322,12 @@ fn what_gets_behind_a_wall_or_out_of_the_box_is_named_with_the_wall() {
     let shelf = plane("shelf", Vec3::new(0.0, 0.0, 2e-3), Vec3::z());
     let model = || Some(contact(MATERIAL.pair));
     for (particle, contact, walls, words) in [
-        (
-            deep,
-            model(),
-            vec![floor()],
-            "and wall `z-`: overlap 6.000e-4 m deep",
-        ),
+        (deep, model(), vec![floor()], "and wall `z-`: overlap 6.000e-4 m deep"),
         (behind, model(), vec![shelf], "1.500e-3 m behind the wall `shelf`"),
-        (
-            fast,
-            model(),
-            vec![],
-            "leaves the domain through its face z+, where there is no wall",
-        ),
-        (
-            fast,
-            None,
-            vec![plane("z+", Vec3::z() * 12e-3, -Vec3::z())],
-            "through its wall `z+`",
-        ),
+        (fast, model(), vec![], "leaves the domain through its face z+, where there is no wall"),
+        (fast, None, vec![plane("z+", Vec3::z() * 12e-3, -Vec3::z())], "through its wall `z+`"),
     ] {
-        let params = NativeParams {
-            contact,
-            walls,
-            gravity: Vec3::zeros(),
-            substeps: 1,
-        };
+        let params = NativeParams { contact, walls, gravity: Vec3::zeros(), substeps: 1 };
         let cut = Decomposition::new(TANK, 1).unwrap();
         let mut engine = Native::new(params, cut, 0, spheres(), &[particle]).unwrap();
         let error = engine.advance(&Comm::Solo, &[Load::default()], 1e-6).unwrap_err();
@@ -457,35 +343,19 @@ fn what_gets_behind_a_wall_or_out_of_the_box_is_named_with_the_wall() {
 #[test]
 fn only_periodic_directions_need_room_for_two_images() {
     // Closed in z and only two diameters high.
-    let low = Domain {
-        cells: [12, 12, 4],
-        ..TANK
-    };
-    let all = [
-        Particle::at(0, 0, Vec3::new(3e-3, 3e-3, 2e-3)),
-        Particle::at(1, 0, Vec3::new(8e-3, 3e-3, 2e-3)),
-    ];
+    let low = Domain { cells: [12, 12, 4], ..TANK };
+    let all =
+        [Particle::at(0, 0, Vec3::new(3e-3, 3e-3, 2e-3)), Particle::at(1, 0, Vec3::new(8e-3, 3e-3, 2e-3))];
     let with = |periodic| {
-        let params = NativeParams {
-            contact: Some(contact(MATERIAL.pair)),
-            substeps: 1,
-            ..NativeParams::default()
-        };
+        let params =
+            NativeParams { contact: Some(contact(MATERIAL.pair)), substeps: 1, ..NativeParams::default() };
         let cut = Decomposition::new(Domain { periodic, ..low }, 1).unwrap();
         let wide = spheres()
             .iter()
-            .map(|t| Template {
-                shape: Arc::new(Sphere { radius: 1.1e-3 }),
-                ..t.clone()
-            })
+            .map(|t| Template { shape: Arc::new(Sphere { radius: 1.1e-3 }), ..t.clone() })
             .collect();
         Native::new(params, cut, 0, wide, &all)
     };
     assert!(with([true, true, false]).is_ok());
-    assert!(
-        with([true; 3])
-            .unwrap_err()
-            .to_string()
-            .contains("4.000000e-3 m wide")
-    );
+    assert!(with([true; 3]).unwrap_err().to_string().contains("4.000000e-3 m wide"));
 }

@@ -1,23 +1,13 @@
 use super::*;
 use proptest::prelude::*;
 
-const BOX: Domain = Domain {
-    periodic: [true; 3],
-    cells: [21, 34, 47],
-    dx: 0.5,
-};
+const BOX: Domain = Domain { periodic: [true; 3], cells: [21, 34, 47], dx: 0.5 };
 
 /// A bed on the floor of a closed tank: a layer of cells within it is eight times the work of one above it.
 fn bed(cells: [usize; 3], height: usize) -> (Domain, Weights) {
-    let domain = Domain {
-        periodic: [false; 3],
-        cells,
-        dx: 1e-3,
-    };
+    let domain = Domain { periodic: [false; 3], cells, dx: 1e-3 };
     let mut weights = Weights::even(&domain, 1.0);
-    weights.layers[2][..height]
-        .iter_mut()
-        .for_each(|layer| *layer *= 8.0);
+    weights.layers[2][..height].iter_mut().for_each(|layer| *layer *= 8.0);
     let total: f64 = weights.layers[2].iter().sum();
     for axis in 0..2 {
         weights.layers[axis].fill(total / cells[axis] as f64);
@@ -57,14 +47,9 @@ fn decompositions(domain: Domain) -> Vec<Decomposition> {
     let mut weights = Weights::even(&domain, 1.0);
     for axis in 0..3 {
         let n = domain.cells[axis] / 3;
-        weights.layers[axis][..n]
-            .iter_mut()
-            .for_each(|layer| *layer *= 5.0);
+        weights.layers[axis][..n].iter_mut().for_each(|layer| *layer *= 5.0);
     }
-    let mut all = vec![Decomposition::with_cuts(
-        domain,
-        domain.cells.map(|cells| uneven_cuts(cells, 5)),
-    )];
+    let mut all = vec![Decomposition::with_cuts(domain, domain.cells.map(|cells| uneven_cuts(cells, 5)))];
     for ranks in 1..=48 {
         all.extend(Decomposition::new(domain, ranks));
         all.extend(Decomposition::balanced(domain, ranks, &weights));
@@ -97,10 +82,7 @@ fn blocks_cover_every_cell_once_for_any_rank_count_and_any_cuts() {
 #[test]
 fn primes_and_counts_that_divide_nothing_are_cut() {
     for ranks in [2, 3, 5, 7, 11, 13, 26, 33, 35, 37, 39] {
-        let domain = Domain {
-            cells: [47, 53, 151],
-            ..BOX
-        };
+        let domain = Domain { cells: [47, 53, 151], ..BOX };
         let cut = Decomposition::new(domain, ranks).unwrap();
         assert_eq!(cut.ranks(), ranks);
     }
@@ -146,11 +128,7 @@ fn a_position_has_one_owner_whose_block_holds_its_cell_on_faces_and_at_the_ends_
 
 #[test]
 fn a_count_that_would_make_blocks_too_thin_is_refused_and_the_next_smaller_named() {
-    let small = Domain {
-        periodic: [true; 3],
-        cells: [8, 8, 8],
-        dx: 1.0,
-    };
+    let small = Domain { periodic: [true; 3], cells: [8, 8, 8], dx: 1.0 };
     let even = Weights::even(&small, 1.0);
     assert!(Decomposition::new(small, 3).is_none());
     assert!(Decomposition::balanced(small, 3, &even).is_none());
@@ -245,17 +223,11 @@ fn a_grid_that_shares_out_exactly_gives_way_to_one_with_less_surface_if_faces_co
 
 #[test]
 fn blocks_shorter_than_a_chunk_are_avoided() {
-    let domain = Domain {
-        cells: [40, 24, 24],
-        ..BOX
-    };
+    let domain = Domain { cells: [40, 24, 24], ..BOX };
     let mut weights = Weights::even(&domain, 1.0);
     weights.chunk = 16;
     // Half of 40 is 20 and costs 32; a third of 24 is 8.
-    assert_eq!(
-        Decomposition::balanced(domain, 2, &weights).unwrap().grid,
-        [1, 1, 2]
-    );
+    assert_eq!(Decomposition::balanced(domain, 2, &weights).unwrap().grid, [1, 1, 2]);
 }
 
 proptest! {

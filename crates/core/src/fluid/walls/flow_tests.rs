@@ -8,10 +8,7 @@ use std::f64::consts::PI;
 
 /// A box with resting faces in the directions that are not periodic.
 fn vessel<T: Real>(cells: [usize; 3], periodic: [bool; 3], params: &FluidParams) -> Fluid<T> {
-    let boundary = Boundary {
-        motions: &[AT_REST; 6],
-        wall_of: &|cell| face_of(cells, cell),
-    };
+    let boundary = Boundary { motions: &[AT_REST; 6], wall_of: &|cell| face_of(cells, cell) };
     solo(domain(cells, periodic), params, &boundary)
 }
 
@@ -58,10 +55,7 @@ fn with_one_relaxation_time_a_channel_flow_converges_with_second_order() {
     let errors = [8, 16, 32].map(|width| poiseuille_error(1, width, 1.2, Collision::Bgk));
     let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
     println!("errors {errors:?}, orders {orders:?}");
-    assert!(
-        orders.iter().all(|order| (1.9..2.1).contains(order)),
-        "{orders:?}"
-    );
+    assert!(orders.iter().all(|order| (1.9..2.1).contains(order)), "{orders:?}");
 }
 
 /// Velocity at `(y, z)` from the centre of a square duct of unit width under unit `G / nu`: White (2006), Eq. (3-48).
@@ -95,9 +89,7 @@ fn duct_errors(width: usize, collision: Collision) -> [f64; 2] {
         let place = |n: usize| (n as f64 + 0.5) / h - 0.5;
         u / fastest - duct(place(y), place(z)) / 0.0736714
     };
-    let square: f64 = (0..width * width)
-        .map(|n| error(n % width, n / width).powi(2))
-        .sum();
+    let square: f64 = (0..width * width).map(|n| error(n % width, n / width).powi(2)).sum();
     [square.sqrt() / h, error(width / 2, width / 2).abs()]
 }
 
@@ -107,11 +99,7 @@ fn the_flow_in_a_square_duct_converges_with_second_order() {
     for collision in [Collision::Bgk, MAGIC] {
         let errors = [8, 16, 32].map(|width| duct_errors(width, collision));
         let order = |k: usize| (errors[k][0] / errors[k + 1][0]).log2();
-        println!(
-            "{collision:?}: errors {errors:?}, orders {} {}",
-            order(0),
-            order(1)
-        );
+        println!("{collision:?}: errors {errors:?}, orders {} {}", order(0), order(1));
         assert!(errors[1][1] < 0.02, "{errors:?}");
         assert!(order(0) > 1.8 && order(1) > 1.8);
     }
@@ -122,15 +110,8 @@ fn between_a_sliding_and_a_resting_wall_the_velocity_is_linear_and_the_stress_on
     let (cells, speed, h) = ([5, 4, 12], 0.03, 12.0);
     for (tau, collision) in [(0.55, Collision::Bgk), (0.8, MAGIC), (1.5, MAGIC)] {
         let motions = [AT_REST, sliding([0.6 * speed, -0.8 * speed, 0.0])];
-        let boundary = Boundary {
-            motions: &motions,
-            wall_of: &|cell| face_of(cells, cell),
-        };
-        let mut fluid = solo::<f64>(
-            domain(cells, [true, true, false]),
-            &params(tau, collision),
-            &boundary,
-        );
+        let boundary = Boundary { motions: &motions, wall_of: &|cell| face_of(cells, cell) };
+        let mut fluid = solo::<f64>(domain(cells, [true, true, false]), &params(tau, collision), &boundary);
         let viscosity = (tau - 0.5) / 3.0;
         for _ in 0..(30.0 * h * h / (PI * PI * viscosity)) as usize {
             step(&mut fluid, [0.0; 3]);
@@ -148,14 +129,8 @@ fn between_a_sliding_and_a_resting_wall_the_velocity_is_linear_and_the_stress_on
         println!("tau {tau}: velocity off by {worst:.1e}, {lower:?} {upper:?}, {stress:e}");
         assert!(worst < 1e-10, "tau {tau}: {worst:e}");
         for (axis, share) in [(0, 0.6), (1, -0.8), (2, 0.0)] {
-            assert!(
-                (lower[axis] - share * stress).abs() < 1e-9 * stress.max(1.0),
-                "{lower:?}"
-            );
-            assert!(
-                (upper[axis] + share * stress).abs() < 1e-9 * stress.max(1.0),
-                "{upper:?}"
-            );
+            assert!((lower[axis] - share * stress).abs() < 1e-9 * stress.max(1.0), "{lower:?}");
+            assert!((upper[axis] + share * stress).abs() < 1e-9 * stress.max(1.0), "{upper:?}");
         }
     }
 }
@@ -164,11 +139,7 @@ fn between_a_sliding_and_a_resting_wall_the_velocity_is_linear_and_the_stress_on
 fn a_turning_plate_carries_the_fluid_round_with_it() {
     // Between two plates that turn alike, in a pipe that turns, too: the fluid turns as a rigid body.
     let (cells, rate, middle) = ([24, 24, 8], 2e-3, [12.0, 12.0, 0.0]);
-    let turning = WallMotion {
-        angular_velocity: [0.0, 0.0, rate],
-        pivot: middle,
-        ..AT_REST
-    };
+    let turning = WallMotion { angular_velocity: [0.0, 0.0, rate], pivot: middle, ..AT_REST };
     let motions = [turning; 7];
     let boundary = Boundary {
         motions: &motions,
@@ -196,11 +167,8 @@ fn a_turning_plate_carries_the_fluid_round_with_it() {
 fn cylinder_errors(r1: f64, r2: f64, tau: f64) -> [f64; 2] {
     let width = (2.0 * r2) as usize + 4;
     let (cells, centre, speed) = ([width, width, 4], 0.5 * width as f64, 0.02);
-    let turning = WallMotion {
-        angular_velocity: [0.0, 0.0, speed / r1],
-        pivot: [centre, centre, 0.0],
-        ..AT_REST
-    };
+    let turning =
+        WallMotion { angular_velocity: [0.0, 0.0, speed / r1], pivot: [centre, centre, 0.0], ..AT_REST };
     let boundary = Boundary {
         motions: &[turning, AT_REST],
         wall_of: &|cell| {
@@ -227,15 +195,8 @@ fn cylinder_errors(r1: f64, r2: f64, tau: f64) -> [f64; 2] {
     }
     let torque = 4.0 * PI * viscosity * speed * r1 * r2 * r2 / (r2 * r2 - r1 * r1) * 4.0;
     let [rod, pipe] = [0, 1].map(|wall| from_fixed_wide(fluid.wall_loads()[wall].torque[2]));
-    println!(
-        "r1 {r1}, tau {tau}: velocity {worst:.4}, torques {:.4} {:.4}",
-        -rod / torque,
-        pipe / torque
-    );
-    [
-        worst,
-        (-rod / torque - 1.0).abs().max((pipe / torque - 1.0).abs()),
-    ]
+    println!("r1 {r1}, tau {tau}: velocity {worst:.4}, torques {:.4} {:.4}", -rod / torque, pipe / torque);
+    [worst, (-rod / torque - 1.0).abs().max((pipe / torque - 1.0).abs())]
 }
 
 #[test]
@@ -250,14 +211,7 @@ fn a_turning_rod_drives_the_flow_between_cylinders() {
 fn a_closed_box_keeps_its_mass_to_round_off() {
     let cells = [11, 9, 8];
     // A lid slides, so populations are added and taken away.
-    let motions = [
-        AT_REST,
-        sliding([0.05, 0.0, 0.0]),
-        AT_REST,
-        AT_REST,
-        AT_REST,
-        AT_REST,
-    ];
+    let motions = [AT_REST, sliding([0.05, 0.0, 0.0]), AT_REST, AT_REST, AT_REST, AT_REST];
     for lump in [false, true] {
         let boundary = Boundary {
             motions: &motions,
@@ -294,10 +248,7 @@ fn a_fluid_in_a_closed_box_under_gravity_comes_to_rest_with_its_weight_on_the_wa
     for z in 0..cells[2] {
         let (rho, u) = fluid.moments([3, 2, z]);
         // Before and after the collision the velocity is off by half of what gravity adds.
-        worst = worst
-            .max(u[0].abs())
-            .max(u[1].abs())
-            .max((rho * (u[2] - 0.5 * g)).abs());
+        worst = worst.max(u[0].abs()).max(u[1].abs()).max((rho * (u[2] - 0.5 * g)).abs());
     }
     let [floor, lid] = [0, 1].map(|wall| from_fixed_wide(fluid.wall_loads()[wall].force[2]));
     let weight = g * cells.iter().product::<usize>() as f64;

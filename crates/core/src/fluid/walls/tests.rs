@@ -10,11 +10,7 @@ use crate::math::from_fixed_wide;
 pub(super) const MAGIC: Collision = Collision::Trt { magic: 0.1875 };
 
 pub(super) fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
-    Domain {
-        cells,
-        periodic,
-        dx: 1.0,
-    }
+    Domain { cells, periodic, dx: 1.0 }
 }
 
 pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
@@ -47,11 +43,8 @@ pub(super) fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
     (0..3).find_map(|k| side(2 - k).map(|s| 2 * k + s))
 }
 
-pub(super) const AT_REST: WallMotion = WallMotion {
-    velocity: [0.0; 3],
-    angular_velocity: [0.0; 3],
-    pivot: [0.0; 3],
-};
+pub(super) const AT_REST: WallMotion =
+    WallMotion { velocity: [0.0; 3], angular_velocity: [0.0; 3], pivot: [0.0; 3] };
 
 pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {
     WallMotion { velocity, ..AT_REST }
@@ -60,10 +53,7 @@ pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {
 /// A flow without symmetry.
 fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
     let wave = |a: usize, b: usize| (0.7 * a as f64 + 1.3 * b as f64).sin();
-    (
-        1.0 + 0.01 * wave(x, z),
-        [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)],
-    )
+    (1.0 + 0.01 * wave(x, z), [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
 }
 
 /// A case without any symmetry: closed faces that slide and turn, and an oblique lump of wall, wall number 6, with a
@@ -79,11 +69,7 @@ impl Tangle {
         let turning = |axis: usize, rate: f64| {
             let mut angular_velocity = [0.0; 3];
             angular_velocity[axis] = rate;
-            WallMotion {
-                angular_velocity,
-                pivot: [3.3, 4.2, 5.1],
-                ..AT_REST
-            }
+            WallMotion { angular_velocity, pivot: [3.3, 4.2, 5.1], ..AT_REST }
         };
         Self {
             domain: domain(cells, periodic),
@@ -117,15 +103,9 @@ impl Tangle {
         steps: usize,
     ) -> (u64, Vec<WallLoad>, [i128; 4]) {
         let decomposition = Decomposition::with_grid(self.domain, grid);
-        let params = FluidParams {
-            simd,
-            ..params(0.56, collision)
-        };
+        let params = FluidParams { simd, ..params(0.56, collision) };
         let parts = on_threads(decomposition.ranks(), |comm| {
-            let boundary = Boundary {
-                motions: &self.motions,
-                wall_of: &|cell| self.wall_of(cell),
-            };
+            let boundary = Boundary { motions: &self.motions, wall_of: &|cell| self.wall_of(cell) };
             let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary).unwrap();
             fluid.set_equilibrium(disturbed);
             let mut solid = Cube { block: fluid.block() };
@@ -162,11 +142,7 @@ impl<T: Real> Solids<T> for Cube {
         let lo = self.block.lo;
         for x in 0..self.block.size()[0] {
             let at = [x + lo[0], y + lo[1], z + lo[2]];
-            if at
-                .iter()
-                .zip([5, 4, 6])
-                .all(|(&c, from)| (from..from + 5).contains(&c))
-            {
+            if at.iter().zip([5, 4, 6]).all(|(&c, from)| (from..from + 5).contains(&c)) {
                 let mut fraction = [T::ZERO; CHUNK];
                 fraction[0] = T::from_f64(if at[1] == 4 { 0.3 } else { 1.0 });
                 row.add(x, 1, &fraction, &[[T::from_f64(0.02); CHUNK]; 3]);
@@ -193,10 +169,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
     let tau_odd = 0.5 + magic / (tau - 0.5);
     for periodic in CLOSED {
         let tangle = Tangle::new(cells, periodic, true);
-        let boundary = Boundary {
-            motions: &tangle.motions,
-            wall_of: &|cell| tangle.wall_of(cell),
-        };
+        let boundary = Boundary { motions: &tangle.motions, wall_of: &|cell| tangle.wall_of(cell) };
         let mut fluid = solo::<f64>(tangle.domain, &params(tau, Collision::Trt { magic }), &boundary);
         fluid.set_equilibrium(disturbed);
         let all: Vec<[usize; 3]> = (0..cells[2])
@@ -267,10 +240,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
             for (wall, load) in fluid.wall_loads().iter().enumerate() {
                 let (force, torque) = (load.force.map(from_fixed_wide), load.torque.map(from_fixed_wide));
                 for k in 0..3 {
-                    assert!(
-                        (force[k] - forces[wall][k]).abs() < 1e-9,
-                        "wall {wall}, periodic {periodic:?}"
-                    );
+                    assert!((force[k] - forces[wall][k]).abs() < 1e-9, "wall {wall}, periodic {periodic:?}");
                     assert!(
                         (torque[k] - torques[wall][k]).abs() < 1e-8,
                         "wall {wall}, periodic {periodic:?}"
@@ -291,29 +261,14 @@ fn walls_give_the_same_bits_on_any_blocks_and_instruction_set() {
             let single = tangle.outcome::<f32>([1, 1, 1], best, Collision::Bgk, steps);
             let double = tangle.outcome::<f64>([1, 1, 1], best, MAGIC, steps);
             assert_ne!(single.0, double.0);
-            for grid in [
-                [1, 2, 1],
-                [1, 1, 3],
-                [2, 1, 1],
-                [3, 1, 1],
-                [1, 2, 3],
-                [2, 2, 2],
-                [4, 3, 1],
-            ] {
+            for grid in [[1, 2, 1], [1, 1, 3], [2, 1, 1], [3, 1, 1], [1, 2, 3], [2, 2, 2], [4, 3, 1]] {
                 let what = format!("{grid:?}, periodic {periodic:?}, {steps} steps, lump: {lump}");
-                assert_eq!(
-                    tangle.outcome::<f32>(grid, best, Collision::Bgk, steps),
-                    single,
-                    "{what}"
-                );
+                assert_eq!(tangle.outcome::<f32>(grid, best, Collision::Bgk, steps), single, "{what}");
                 assert_eq!(tangle.outcome::<f64>(grid, best, MAGIC, steps), double, "{what}");
             }
             for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512] {
                 if simd.is_available() {
-                    assert_eq!(
-                        tangle.outcome::<f32>([2, 1, 1], simd, Collision::Bgk, steps),
-                        single
-                    );
+                    assert_eq!(tangle.outcome::<f32>([2, 1, 1], simd, Collision::Bgk, steps), single);
                     assert_eq!(tangle.outcome::<f64>([1, 2, 2], simd, MAGIC, steps), double);
                 }
             }

@@ -35,11 +35,7 @@ pub(super) fn mass(triangles: impl Iterator<Item = [Vec3; 3]>, reference: Vec3) 
             * (det / 120.0);
     }
     let centre = first / volume;
-    Mass {
-        volume,
-        centre: reference + centre,
-        spread: second / volume - centre * centre.transpose(),
-    }
+    Mass { volume, centre: reference + centre, spread: second / volume - centre * centre.transpose() }
 }
 
 /// Moments of inertia per unit of mass along the axes (m^2), and products of inertia, from [`Mass::spread`].
@@ -84,11 +80,7 @@ mod tests {
     #[test]
     fn principal_axes_turn_a_tensor_diagonal() {
         let moments = Vec3::new(1.0, 2.0, 4.0);
-        for turn in [
-            Vec3::new(0.3, -0.2, 0.9),
-            Vec3::new(2.0, 1.0, -1.0),
-            Vec3::new(0.0, 0.0, 0.1),
-        ] {
+        for turn in [Vec3::new(0.3, -0.2, 0.9), Vec3::new(2.0, 1.0, -1.0), Vec3::new(0.0, 0.0, 0.1)] {
             let turn = Quat::from_scaled_axis(turn).to_rotation_matrix();
             let tensor = turn * Mat3::from_diagonal(&moments) * turn.transpose();
             let axes = principal_axes(&tensor).to_rotation_matrix();

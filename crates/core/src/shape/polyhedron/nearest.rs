@@ -35,10 +35,7 @@ pub(super) struct Features {
 impl Features {
     pub(super) fn new(vertices: &[Vec3], faces: &[Face]) -> Self {
         let mut features = Self {
-            planes: faces
-                .iter()
-                .map(|f| [f.normal.x, f.normal.y, f.normal.z, f.offset])
-                .collect(),
+            planes: faces.iter().map(|f| [f.normal.x, f.normal.y, f.normal.z, f.offset]).collect(),
             starts: vec![0],
             sides: Vec::new(),
         };
@@ -48,13 +45,7 @@ impl Features {
                 let edge = vertices[face.corners[(n + 1) % face.corners.len()] as usize] - start;
                 let outward = edge.cross(&face.normal).normalize();
                 let (offset, per_square) = (outward.dot(&start), 1.0 / edge.norm_squared());
-                features.sides.push(Side {
-                    outward,
-                    offset,
-                    start,
-                    edge,
-                    per_square,
-                });
+                features.sides.push(Side { outward, offset, start, edge, per_square });
             }
             features.starts.push(features.sides.len() as u32);
         }
@@ -103,9 +94,7 @@ impl Features {
     /// Returns true if the foot of the perpendicular on the plane of the face lies within the face.
     #[inline]
     fn covers(&self, face: usize, point: Vec3) -> bool {
-        self.sides_of(face)
-            .iter()
-            .all(|side| side.outward.dot(&point) <= side.offset)
+        self.sides_of(face).iter().all(|side| side.outward.dot(&point) <= side.offset)
     }
 
     #[inline]

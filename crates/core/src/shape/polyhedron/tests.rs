@@ -37,11 +37,7 @@ fn the_hull_of_a_turned_grid_of_points_is_the_box() {
         for point in &points {
             assert!(body.signed_distance(placement.to_body(*point)) < 1e-14 * scale * 10.0);
         }
-        let mut moments: Vec<f64> = body
-            .inertia_per_mass()
-            .iter()
-            .map(|x| x / scale / scale)
-            .collect();
+        let mut moments: Vec<f64> = body.inertia_per_mass().iter().map(|x| x / scale / scale).collect();
         moments.sort_by(f64::total_cmp);
         for (moment, exact) in moments.iter().zip([5.0, 10.0, 13.0]) {
             assert!((moment - exact / 12.0).abs() < 1e-13);
@@ -69,9 +65,8 @@ fn hulls_of_lattice_points_are_closed_hold_all_points_and_have_their_corners_amo
             0 => Quat::identity(),
             _ => Quat::from_scaled_axis(Vec3::from_fn(|_, _| rng.random_range(-2.0..2.0))),
         };
-        let points: Vec<Vec3> = (0..count)
-            .map(|_| turn * Vec3::from_fn(|_, _| f64::from(rng.random_range(0..side))))
-            .collect();
+        let points: Vec<Vec3> =
+            (0..count).map(|_| turn * Vec3::from_fn(|_, _| f64::from(rng.random_range(0..side)))).collect();
         let (body, placement) = match Polyhedron::hull(&points, COMPUTED) {
             Ok(found) => found,
             Err(ShapeError::Flat { .. } | ShapeError::TooFewPoints { .. }) => {
@@ -83,15 +78,10 @@ fn hulls_of_lattice_points_are_closed_hold_all_points_and_have_their_corners_amo
         let loops: Vec<Vec<u32>> = body.faces.iter().map(|f| f.corners.clone()).collect();
         assert!(is_closed(&loops), "set {set}");
         for point in &points {
-            assert!(
-                body.signed_distance(placement.to_body(*point)) < 1e-12,
-                "set {set}"
-            );
+            assert!(body.signed_distance(placement.to_body(*point)) < 1e-12, "set {set}");
         }
         for vertex in &body.vertices {
-            let found = points
-                .iter()
-                .any(|p| (placement.to_body(*p) - vertex).norm() < 1e-12);
+            let found = points.iter().any(|p| (placement.to_body(*p) - vertex).norm() < 1e-12);
             assert!(found, "set {set}");
         }
         for (n, face) in body.faces.iter().enumerate() {
@@ -99,9 +89,7 @@ fn hulls_of_lattice_points_are_closed_hold_all_points_and_have_their_corners_amo
                 let height = body.vertices[corner as usize].dot(&face.normal) - face.offset;
                 assert!(height.abs() < 1e-12, "set {set}");
             }
-            let twins = body.faces[..n]
-                .iter()
-                .filter(|other| other.normal.dot(&face.normal) > 1.0 - 1e-9);
+            let twins = body.faces[..n].iter().filter(|other| other.normal.dot(&face.normal) > 1.0 - 1e-9);
             assert_eq!(twins.count(), 0, "set {set}: two faces in one plane");
         }
     }
@@ -123,10 +111,7 @@ fn points_without_a_volume_are_refused() {
         (&twice[..], "4 different points, but there are 3"),
         (&plane[..3], "4 different points, but there are 3"),
         (&[][..], "there are 0"),
-        (
-            &[Vec3::x(), Vec3::new(0.0, f64::NAN, 1.0)][..],
-            "point 1 is (0, NaN, 1)",
-        ),
+        (&[Vec3::x(), Vec3::new(0.0, f64::NAN, 1.0)][..], "point 1 is (0, NaN, 1)"),
     ] {
         let message = Polyhedron::hull(points, COMPUTED).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
@@ -150,19 +135,11 @@ fn a_corner_inside_the_hull_is_named() {
 fn the_width_is_the_smallest_over_all_directions() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     // A tetrahedron is thinnest between two edges: 1 / sqrt(2) of its edge.
-    let corners = [
-        [1.0, 1.0, 1.0],
-        [1.0, -1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-    ]
-    .map(Vec3::from);
+    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(Vec3::from);
     let (tetrahedron, _) = Polyhedron::hull(&corners, COMPUTED).unwrap();
     assert!((tetrahedron.thickness() - 2.0).abs() < 1e-14);
     for _ in 0..20 {
-        let points: Vec<Vec3> = (0..12)
-            .map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0)))
-            .collect();
+        let points: Vec<Vec3> = (0..12).map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
         let (body, _) = Polyhedron::hull(&points, COMPUTED).unwrap();
         let width = |n: Vec3| (body.support(n) - body.support(-n)).dot(&n);
         // Random directions, then ever smaller steps downhill from the best few.
@@ -176,25 +153,11 @@ fn the_width_is_the_smallest_over_all_directions() {
             for trial in 0..2000 {
                 let step = 0.2 * 0.7_f64.powi(trial / 60);
                 let direction = (found.1 + Vec3::from_fn(|_, _| rng.random_range(-step..step))).normalize();
-                found = if width(direction) < found.0 {
-                    (width(direction), direction)
-                } else {
-                    found
-                };
+                found = if width(direction) < found.0 { (width(direction), direction) } else { found };
             }
             best = if found.0 < best.0 { found } else { best };
         }
-        assert!(
-            best.0 >= body.thickness() - 1e-12,
-            "{} {}",
-            best.0,
-            body.thickness()
-        );
-        assert!(
-            best.0 < body.thickness() * 1.0001,
-            "{} {}",
-            best.0,
-            body.thickness()
-        );
+        assert!(best.0 >= body.thickness() - 1e-12, "{} {}", best.0, body.thickness());
+        assert!(best.0 < body.thickness() * 1.0001, "{} {}", best.0, body.thickness());
     }
 }

@@ -15,19 +15,13 @@ const PARALLEL: f64 = 1e-9;
 pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
     let mut width = f64::INFINITY;
     for face in faces {
-        let lowest = vertices
-            .iter()
-            .map(|v| face.normal.dot(v))
-            .fold(f64::INFINITY, f64::min);
+        let lowest = vertices.iter().map(|v| face.normal.dot(v)).fold(f64::INFINITY, f64::min);
         width = width.min(face.offset - lowest);
     }
     let edges = edges(vertices, faces);
     for (n, first) in edges.iter().enumerate() {
         // Most pairs fail this, the cheaper test.
-        for second in edges[..n]
-            .iter()
-            .filter(|second| mirrored_arcs_cross(first, second))
-        {
+        for second in edges[..n].iter().filter(|second| mirrored_arcs_cross(first, second)) {
             let normal = first.along.cross(&second.along);
             // Parallel edges (opposite ones of symmetric bodies) have no common normal; a face gives their width.
             let scale = first.along.norm_squared() * second.along.norm_squared();

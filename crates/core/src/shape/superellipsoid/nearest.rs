@@ -48,17 +48,10 @@ impl Pair {
         // The larger one made 1, whose power is free.
         let largest = coordinate.max(1.0 - coordinate);
         let (x, y) = ((1.0 - coordinate) / largest, coordinate / largest);
-        let (x_power, y_power) = if is_two(power) {
-            (x * x, y * y)
-        } else {
-            (libm::pow(x, power), libm::pow(y, power))
-        };
+        let (x_power, y_power) =
+            if is_two(power) { (x * x, y * y) } else { (libm::pow(x, power), libm::pow(y, power)) };
         let sum = x_power + y_power;
-        let norm = if is_two(power) {
-            sum.sqrt()
-        } else {
-            libm::pow(sum, 1.0 / power)
-        };
+        let norm = if is_two(power) { sum.sqrt() } else { libm::pow(sum, 1.0 / power) };
         let (u, v) = (x / norm, y / norm);
         // u^(power - 1), and one power less.
         let dual = |x: f64, x_power: f64, u: f64| {
@@ -77,27 +70,9 @@ impl Pair {
         let dv = (1.0 - v * (k - m)) / (largest * norm);
         let (dm, dk) = ((power - 1.0) * m_by_u * du, (power - 1.0) * k_by_v * dv);
         if is_primal {
-            Self {
-                u,
-                v,
-                m,
-                k,
-                du,
-                dv,
-                dm,
-                dk,
-            }
+            Self { u, v, m, k, du, dv, dm, dk }
         } else {
-            Self {
-                u: m,
-                v: k,
-                m: u,
-                k: v,
-                du: dm,
-                dv: dk,
-                dm: du,
-                dk: dv,
-            }
+            Self { u: m, v: k, m: u, k: v, du: dm, dv: dk, dm: du, dk: dv }
         }
     }
 }
@@ -134,17 +109,10 @@ struct Place {
 
 impl Chart {
     pub(super) fn new(semi_axes: Vec3, p: [f64; 2]) -> Self {
-        let mut chart = Self {
-            semi_axes,
-            p,
-            grid: Vec::new(),
-        };
+        let mut chart = Self { semi_axes, p, grid: Vec::new() };
         for n in 0..(GRID + 1) * (GRID + 1) {
             let place = chart.place(Vec3::zeros(), grid_point(n));
-            chart.grid.push(Plane {
-                normal: place.normal,
-                offset: -place.height,
-            });
+            chart.grid.push(Plane { normal: place.normal, offset: -place.height });
         }
         chart
     }
@@ -166,10 +134,7 @@ impl Chart {
             }
         }
         let best = best.expect("the highest point of the grid is a peak");
-        (
-            best.height,
-            best.normal.zip_map(&point, |n, x| if x < 0.0 { -n } else { n }),
-        )
+        (best.height, best.normal.zip_map(&point, |n, x| if x < 0.0 { -n } else { n }))
     }
 
     /// Point, normal and height of `p` above the plane there.
@@ -177,21 +142,12 @@ impl Chart {
         let pairs = [Pair::new(self.p[0], at[0]), Pair::new(self.p[1], at[1])];
         let [pole, around] = pairs;
         let axes = self.semi_axes;
-        let gradient = Vec3::new(
-            pole.m * around.m / axes.x,
-            pole.m * around.k / axes.y,
-            pole.k / axes.z,
-        );
+        let gradient = Vec3::new(pole.m * around.m / axes.x, pole.m * around.k / axes.y, pole.k / axes.z);
         let length = gradient.norm();
         let normal = gradient / length;
         // normal . x = 1 / length; from differences, as both terms are nearly the same close to the surface.
         let x = Vec3::new(pole.u * around.u, pole.u * around.v, pole.v).component_mul(&axes);
-        Place {
-            at,
-            pairs,
-            normal,
-            height: normal.dot(&(p - x)),
-        }
+        Place { at, pairs, normal, height: normal.dot(&(p - x)) }
     }
 
     /// The highest point that can be reached uphill.
