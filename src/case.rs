@@ -28,7 +28,8 @@ mod plausible;
 mod resolve;
 mod scales;
 mod schedule;
-pub(crate) mod schema;
+#[doc(hidden)]
+pub mod schema;
 mod source;
 mod space;
 mod speeds;
@@ -53,7 +54,8 @@ pub use plausible::TooLight;
 pub(crate) use resolve::with_shapes;
 pub use resolve::{from_saved, from_text, load, outline};
 pub use schedule::CHECKPOINT_INTERVAL;
-pub(crate) use source::{Source, nearest};
+#[doc(hidden)]
+pub use source::{Source, nearest};
 pub use speeds::DrivenFlow;
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and

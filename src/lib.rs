@@ -1,6 +1,6 @@
 //! Particle-resolved suspension dynamics: rigid convex bodies in a lattice Boltzmann fluid, coupled both ways.
 //!
-//! The program `turbid` runs case files (see the README); this is the library behind it. Everything is in SI units.
+//! The program `turbid` (the package `turbid-cli`) runs case files (see the README); this is the library behind it. Everything is in SI units.
 //!
 //! ```
 //! use turbid::{Builder, Particles};
@@ -41,12 +41,6 @@ pub mod builder;
 pub mod case;
 pub mod checkpoint;
 #[doc(hidden)]
-pub mod checks;
-#[doc(hidden)]
-pub mod cli;
-#[doc(hidden)]
-pub mod crosscheck;
-#[doc(hidden)]
 pub mod engine;
 #[doc(hidden)]
 pub mod input;
@@ -55,13 +49,7 @@ pub mod memory;
 pub mod mesh;
 pub mod output;
 pub mod packing;
-#[doc(hidden)]
-pub mod report;
 pub mod simulation;
-#[doc(hidden)]
-pub mod study;
-#[doc(hidden)]
-pub mod validate;
 
 pub use builder::{Builder, Particles, Wall};
 pub use case::Setup;

@@ -35,7 +35,7 @@ mod vtk_reader;
 mod vtkio_file;
 pub mod walls;
 
-pub(crate) use atomic::write_bytes;
+pub use atomic::write_bytes;
 pub use contacts::{
     Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
 };

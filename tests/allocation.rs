@@ -12,8 +12,8 @@ use std::path::Path;
 use std::process::{Command, exit};
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use turbid::cli::Guarded;
 use turbid::{case, simulation};
+use turbid_cli::cli::Guarded;
 
 const CASE: &str = r#"
 [domain]

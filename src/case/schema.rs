@@ -4,14 +4,14 @@ use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value as Json};
 
 /// The schema of a type, without the `null` that TOML cannot write.
-pub(crate) fn of<T: JsonSchema>() -> Json {
+pub fn of<T: JsonSchema>() -> Json {
     let mut schema = schemars::schema_for!(T).to_value();
     drop_null(&mut schema);
     schema
 }
 
 /// The same as text.
-pub(crate) fn text<T: JsonSchema>() -> String {
+pub fn text<T: JsonSchema>() -> String {
     // As a schema again, whose keywords have their usual order.
     let schema = Schema::try_from(of::<T>()).expect("an object");
     let mut text = serde_json::to_string_pretty(&schema).expect("a schema is plain JSON");
@@ -48,12 +48,12 @@ fn drop_null(schema: &mut Json) {
 }
 
 /// Marks a number, or all numbers of a list, as above 0.
-pub(crate) fn positive(schema: &mut Schema) {
+pub fn positive(schema: &mut Schema) {
     bound(schema, "exclusiveMinimum");
 }
 
 /// Marks a number, or all numbers of a list, as at least 0.
-pub(crate) fn non_negative(schema: &mut Schema) {
+pub fn non_negative(schema: &mut Schema) {
     bound(schema, "minimum");
 }
 

@@ -16,31 +16,31 @@ use toml::de::{DeTable, DeValue};
 
 /// Text of the case file followed by the options, one per line.
 #[derive(Debug)]
-pub(crate) struct Source {
+pub struct Source {
     /// Path of the file as the user gave it.
-    pub(crate) path: String,
+    pub path: String,
     /// File, then options.
-    pub(crate) text: String,
+    pub text: String,
     /// Length of the file.
-    pub(crate) file_length: usize,
+    pub file_length: usize,
     /// The options.
-    pub(crate) options: Vec<GivenOption>,
+    pub options: Vec<GivenOption>,
 }
 
 /// One `--set` option.
 #[derive(Debug)]
-pub(crate) struct GivenOption {
+pub struct GivenOption {
     /// Where it stands in [`Source::text`].
-    pub(crate) span: Range<usize>,
+    pub span: Range<usize>,
     /// Length of its path of keys, if it has a value.
-    pub(crate) key: Option<usize>,
+    pub key: Option<usize>,
     /// `v=` and its value, behind so many blanks that every part of the value has its place in [`Source::text`].
-    pub(crate) shifted: String,
+    pub shifted: String,
 }
 
 impl Source {
     /// Reads the file and appends the options.
-    pub(crate) fn read(path: &Path, options: &[String]) -> Result<Self> {
+    pub fn read(path: &Path, options: &[String]) -> Result<Self> {
         let bytes = input::read(path, input::CASE).map_err(|e| Error::io("read", path, e))?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
@@ -54,7 +54,7 @@ impl Source {
     }
 
     /// From text.
-    pub(crate) fn new(path: String, mut text: String, options: &[String]) -> Self {
+    pub fn new(path: String, mut text: String, options: &[String]) -> Self {
         let file_length = text.len();
         let options = options
             .iter()
@@ -75,7 +75,7 @@ impl Source {
     }
 
     /// The document with the options applied, as typed values and as text.
-    pub(crate) fn parse<T: DeserializeOwned + JsonSchema>(&self) -> Result<(T, String)> {
+    pub fn parse<T: DeserializeOwned + JsonSchema>(&self) -> Result<(T, String)> {
         let schema = schema::of::<T>();
         self.refuse_foreign(&schema)?;
         let tree = self.document()?;
@@ -130,12 +130,12 @@ impl Source {
     }
 
     /// An error at one place.
-    pub(crate) fn error(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Error {
+    pub fn error(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Error {
         self.error_at(&[(span, label)], title, remedy)
     }
 
     /// An error that several places make together.
-    pub(crate) fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
+    pub fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
         let at_place = places.iter().find_map(|(span, _)| self.key_at(span));
         let in_title = || (title.split(['`', '[', ']']).nth(1).unwrap_or_default()).to_string();
         Error::Case {
@@ -166,7 +166,7 @@ impl Source {
     }
 
     /// A warning at one place, rendered.
-    pub(crate) fn warning(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> String {
+    pub fn warning(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> String {
         self.render(&[(span, label)], title, remedy)
     }
 
@@ -213,7 +213,7 @@ impl Source {
     }
 
     /// What is not TOML, in the words of the reader.
-    pub(crate) fn toml_error(&self, error: &toml::de::Error) -> Error {
+    pub fn toml_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         if let Some((span, number)) = self.decimal_comma(span.start) {
             let title = "a number with a decimal comma";
@@ -286,7 +286,7 @@ fn plain(message: &str) -> String {
 }
 
 /// The name closest to a misspelt one, if any is close.
-pub(crate) fn nearest<'a>(wrong: &str, names: &[&'a str]) -> Option<&'a str> {
+pub fn nearest<'a>(wrong: &str, names: &[&'a str]) -> Option<&'a str> {
     names
         .iter()
         .map(|&name| (strsim::jaro_winkler(wrong, name), name))

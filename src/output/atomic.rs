@@ -36,7 +36,7 @@ pub(super) fn write_atomically(
 }
 
 /// [`write_atomically`] for contents that are in memory.
-pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically(path, |file| file.write_all(bytes))
 }
 

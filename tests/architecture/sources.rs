@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Crate(&'static str, &'static str, Option<&'static str>);
 
 /// All crates; a folder that is not there is passed over.
-const CRATES: [Crate; 4] = [
+const CRATES: [Crate; 5] = [
     Crate("src", "turbid", None),
+    Crate("crates/cli/src", "turbid_cli", None),
     Crate("crates/core/src", "turbid_core", None),
     Crate("crates/plot/src", "turbid_plot", Some("plot")),
     Crate("ffi/liggghts/src", "turbid_liggghts", Some("liggghts")),
@@ -129,7 +130,7 @@ impl Source {
 }
 
 pub(crate) fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 /// All files of all crates.
@@ -194,14 +195,14 @@ fn paths_are_found_however_they_are_written() {
         found("dem.rs", "/// [`crate::fluid`]\nconst A: &str = \"crate::fluid\"; // crate::fluid"),
         ""
     );
-    assert_eq!(found("main.rs", "fn main() { turbid::cli::main() }"), "cli");
+    assert_eq!(found("main.rs", "fn main() { turbid_cli::cli::main() }"), "cli");
     assert_eq!(
         found("case.rs", "use turbid_core::{fluid, math::Vec3}; fn f() { turbid_core::Error::x() }"),
         "error fluid math"
     );
     assert_eq!(found("engine.rs", "pub use turbid_liggghts as lgg;"), "liggghts");
     let whole =
-        Source::new(&CRATES[2], "axis.rs", "use crate::page; use super::fonts; use turbid_core::math;");
+        Source::new(&CRATES[3], "axis.rs", "use crate::page; use super::fonts; use turbid_core::math;");
     assert_eq!((whole.module.as_str(), whole.uses().len()), ("plot", 1));
     let glob = std::panic::catch_unwind(|| found("dem.rs", "use crate::*;"));
     assert!(glob.is_err(), "a glob of the root names everything");

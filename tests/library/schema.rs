@@ -5,7 +5,8 @@ use crate::common::in_tree;
 use serde_json::{Map, Value as Json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use turbid::{case, study};
+use turbid::case;
+use turbid_cli::study;
 
 const STUDY: &str = r#"
 title = "x"

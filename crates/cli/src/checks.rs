@@ -1,0 +1,296 @@
+//! Numbers held against a reference: what `validate`, `crosscheck` and `study` have in common.
+//!
+//! A [`Check`] is one number with its reference, tolerance and verdict. A case finds several of them, with plots
+//! ([`Findings`]); what became of it is its [`Outcome`], and all cases together have a [`Score`]. They are told as a table on
+//! the terminal, as CSV, JSON and markdown, each in one form.
+//!
+//! A check with an infinite tolerance is only reported: it neither passes nor fails.
+
+mod files;
+mod tables;
+
+pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::time::Instant;
+pub use tables::{aligned, cells, markdown, summary, table};
+use turbid::error::{Error, Result};
+use turbid::math::Vec3;
+use turbid::output::Overlay;
+
+/// One number against its reference.
+///
+/// Keys of its JSON and heads of its CSV, both stable: `case` (left out where there is none), `quantity`, `measured`,
+/// `reference`, `tolerance`, `pass`, `source`; of one with [`engines`](Self::engines) `case`, `quantity`, `native`,
+/// `liggghts`, `analytic`, `difference`, `tolerance`, `reason`, `pass`. What is not finite is `null` in JSON.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Check {
+    /// Name of the case; may be empty.
+    #[serde(default)]
+    pub case: String,
+    /// What is measured, with its unit.
+    pub quantity: String,
+    /// Values of the native engine, of LIGGGHTS and of theory, if it compares the engines; `measured` is then the difference
+    /// that counts, absolute or relative as `source` says, and `reference` zero.
+    #[serde(skip)]
+    pub engines: Option<[Option<f64>; 3]>,
+    /// What came out; NaN if it could not be had.
+    #[serde(deserialize_with = "or_nan")]
+    pub measured: f64,
+    /// What is to come out, in the same unit; NaN if it could not be had.
+    #[serde(deserialize_with = "or_nan")]
+    pub reference: f64,
+    /// Largest admissible distance of the two, in their unit; infinite for what is only reported.
+    #[serde(deserialize_with = "or_infinite")]
+    pub tolerance: f64,
+    /// Whether they are that close.
+    pub pass: bool,
+    /// Where the reference is from (author, year, DOI), or which difference it is and why it has this tolerance.
+    pub source: String,
+}
+
+fn or_nan<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
+fn or_infinite<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+}
+
+impl Check {
+    /// Holds a number against its reference; what is not a number passes nothing.
+    pub fn new(
+        quantity: impl Into<String>,
+        measured: f64,
+        reference: f64,
+        tolerance: f64,
+        source: impl Into<String>,
+    ) -> Self {
+        Self {
+            case: String::new(),
+            quantity: quantity.into(),
+            engines: None,
+            measured,
+            reference,
+            tolerance,
+            pass: (measured - reference).abs() <= tolerance,
+            source: source.into(),
+        }
+    }
+
+    /// A check that cannot be made, and so fails.
+    pub fn failed(quantity: impl Into<String>, source: impl Into<String>) -> Self {
+        Self::new(quantity, f64::NAN, f64::NAN, 0.0, source)
+    }
+
+    /// The mean of `(measured - reference) / |reference|` over several checks of one quantity, or of `measured - reference` if
+    /// `relative` is false: it shows a bias, which a two-sided tolerance of each point cannot. Only reported; `None` for fewer
+    /// than two points with both numbers.
+    pub fn bias(label: &str, checks: &[Self], relative: bool) -> Option<Self> {
+        let unit = |reference: f64| if relative { reference.abs() } else { 1.0 };
+        let off: Vec<f64> = (checks.iter())
+            .map(|check| (check.measured - check.reference) / unit(check.reference))
+            .filter(|off| off.is_finite())
+            .collect();
+        let count = off.len();
+        let part = if relative { " (part of the reference)" } else { "" };
+        let quantity = format!("{label}, mean signed deviation of {count} points{part}");
+        let mean = off.iter().sum::<f64>() / count as f64;
+        let source = "reported only: a bias of all points to one side";
+        (count > 1).then(|| Self::new(quantity, mean, 0.0, f64::INFINITY, source))
+    }
+
+    /// Whether it is only reported.
+    pub fn is_reported(&self) -> bool {
+        self.pass && self.tolerance.is_infinite()
+    }
+}
+
+impl Serialize for Check {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let Self { case, quantity, engines, measured, reference, tolerance, pass, source } = self;
+        let mut row = serializer.serialize_struct("Check", 9)?;
+        if !case.is_empty() {
+            row.serialize_field("case", case)?;
+        }
+        row.serialize_field("quantity", quantity)?;
+        if let Some([native, liggghts, analytic]) = engines {
+            row.serialize_field("native", native)?;
+            row.serialize_field("liggghts", liggghts)?;
+            row.serialize_field("analytic", analytic)?;
+            row.serialize_field("difference", measured)?;
+            row.serialize_field("tolerance", tolerance)?;
+            row.serialize_field("reason", source)?;
+            row.serialize_field("pass", pass)?;
+        } else {
+            row.serialize_field("measured", measured)?;
+            row.serialize_field("reference", reference)?;
+            row.serialize_field("tolerance", tolerance)?;
+            row.serialize_field("pass", pass)?;
+            row.serialize_field("source", source)?;
+        }
+        row.end()
+    }
+}
+
+/// Spheres of one moment in both engines, for VTK.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// Time (s).
+    pub time: f64,
+    /// Centre (m), velocity (m/s), angular velocity (1/s) and radius (m) by id; native, then LIGGGHTS.
+    pub spheres: [Vec<(Vec3, Vec3, Vec3, f64)>; 2],
+}
+
+/// What a case found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// Numbers that have a reference.
+    pub checks: Vec<Check>,
+    /// Numbers that belong to the result but have none.
+    pub notes: Vec<(String, f64)>,
+    /// Plots.
+    pub overlays: Vec<Overlay>,
+    /// Trajectories of both engines, in ascending time; may be empty.
+    pub moments: Vec<Moment>,
+}
+
+impl Findings {
+    /// Adds a check.
+    pub fn push(&mut self, check: Check) {
+        self.checks.push(check);
+    }
+}
+
+/// How a case ended.
+#[derive(Debug)]
+pub enum Ending {
+    /// With these numbers.
+    Found(Findings),
+    /// Before it had any.
+    Failed(Error),
+    /// By a signal or a time limit.
+    Stopped,
+    /// This program cannot run it; why.
+    Missing(&'static str),
+}
+
+impl From<Result<Findings>> for Ending {
+    /// A case that checks nothing has failed.
+    fn from(result: Result<Findings>) -> Self {
+        match result {
+            Ok(found) if found.checks.is_empty() => {
+                Self::Failed(Error::Input("the case checked nothing".to_string()))
+            }
+            Ok(found) => Self::Found(found),
+            Err(Error::Interrupted) => Self::Stopped,
+            Err(error) => Self::Failed(error),
+        }
+    }
+}
+
+/// A case after its run.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Name of the case.
+    pub case: String,
+    /// What it shows, one line.
+    pub title: String,
+    /// Whether it compares the two engines, which decides the columns of its checks.
+    pub engines: bool,
+    /// How long it took (s).
+    pub seconds: f64,
+    /// What became of it.
+    pub ending: Ending,
+}
+
+impl Outcome {
+    /// Of a case with this name, which its checks then have, and title.
+    pub fn new(case: &str, title: &str, engines: bool, seconds: f64, mut ending: Ending) -> Self {
+        if let Ending::Found(found) = &mut ending {
+            for check in &mut found.checks {
+                check.case = case.to_string();
+            }
+        }
+        Self { case: case.to_string(), title: title.to_string(), engines, seconds, ending }
+    }
+
+    /// Runs a case that compares the engines.
+    pub fn of_engines(case: &str, title: &str, run: impl FnOnce() -> Result<Findings>) -> Self {
+        let start = Instant::now();
+        let ending = run().into();
+        Self::new(case, title, true, start.elapsed().as_secs_f64(), ending)
+    }
+
+    /// Its checks; a case that failed has one that fails.
+    pub fn checks(&self) -> Vec<Check> {
+        match &self.ending {
+            Ending::Found(found) => found.checks.clone(),
+            Ending::Failed(error) => {
+                vec![Check {
+                    case: self.case.clone(),
+                    engines: self.engines.then_some([None; 3]),
+                    ..Check::failed("completes", error.to_string())
+                }]
+            }
+            Ending::Stopped | Ending::Missing(_) => Vec::new(),
+        }
+    }
+}
+
+/// All checks of several cases.
+pub fn all(outcomes: &[Outcome]) -> Vec<Check> {
+    outcomes.iter().flat_map(Outcome::checks).collect()
+}
+
+/// How checks came out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Score {
+    /// Checks that passed.
+    pub passed: usize,
+    /// All checks.
+    pub checks: usize,
+    /// Numbers that are only reported.
+    pub reported: usize,
+    /// Cases that this program cannot run.
+    pub missing: usize,
+    /// Cases that were stopped.
+    pub interrupted: usize,
+}
+
+impl Score {
+    /// Counts checks.
+    pub fn of_checks(checks: &[Check]) -> Self {
+        let reported = checks.iter().filter(|check| check.is_reported()).count();
+        Self {
+            passed: checks.iter().filter(|check| check.pass).count() - reported,
+            checks: checks.len() - reported,
+            reported,
+            ..Self::default()
+        }
+    }
+
+    /// Counts the checks of all cases.
+    pub fn of(outcomes: &[Outcome]) -> Self {
+        let count = |is: fn(&Ending) -> bool| outcomes.iter().filter(|outcome| is(&outcome.ending)).count();
+        Self {
+            missing: count(|ending| matches!(ending, Ending::Missing(_))),
+            interrupted: count(|ending| matches!(ending, Ending::Stopped)),
+            ..Self::of_checks(&all(outcomes))
+        }
+    }
+
+    /// Whether every check passed.
+    pub fn is_full(&self) -> bool {
+        self.passed == self.checks
+    }
+}
+
+impl std::fmt::Display for Score {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{} of {} checks passed", self.passed, self.checks)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,131 @@
+//! Checks as tables on the terminal and in markdown.
+
+use super::{Check, Ending, Outcome, Score};
+use std::fmt::Write;
+use turbid::output::numbers::{self, significant, small};
+
+/// One case: a line for each check, with how much of its tolerance is used and its reason if it fails, or for all if
+/// `explain`; then what has no reference.
+pub fn table(outcome: &Outcome, explain: bool) -> String {
+    let text = format!("{}: {}", outcome.case, outcome.title);
+    let found = match &outcome.ending {
+        Ending::Missing(why) => return format!("{text}\n  not available, not counted: {why}\n"),
+        Ending::Stopped => return format!("{text}\n  stopped before its end\n"),
+        Ending::Failed(error) => {
+            let words = error.to_string().replace('\n', "\n  ");
+            return format!("{text}\n  FAIL  did not complete: {words}\n");
+        }
+        Ending::Found(found) => found,
+    };
+    let heads: &[&str] = if outcome.engines {
+        &["", "native", "LIGGGHTS", "analytic", "difference", "tolerance"]
+    } else {
+        &["", "measured", "reference", "deviation", "tolerance"]
+    };
+    let mut rows = vec![heads.iter().map(ToString::to_string).collect()];
+    rows.extend(found.checks.iter().map(|check| {
+        let cells = match check.engines {
+            Some(values) => (values.iter().map(|x| numbers::number(x.unwrap_or(f64::NAN), 8)))
+                .chain([check.measured, check.tolerance].map(small))
+                .collect(),
+            None => cells(check).to_vec(),
+        };
+        [vec![check.quantity.clone()], cells].concat()
+    }));
+    rows.extend(found.notes.iter().map(|(quantity, value)| vec![quantity.clone(), number(*value)]));
+    let mut text = format!("{text} ({:.1} s)\n", outcome.seconds);
+    for (at, line) in aligned(&rows).into_iter().enumerate() {
+        let check = at.checked_sub(1).and_then(|at| found.checks.get(at));
+        let verdict = check.map_or("", |check| match (check.pass, check.is_reported()) {
+            (_, true) => "  reported",
+            (true, _) => "  ok",
+            (false, _) => "  FAIL",
+        });
+        let _ = writeln!(text, "  {line}{verdict}");
+        if let Some(check) = check.filter(|check| outcome.engines && (explain || !check.pass)) {
+            let _ = writeln!(text, "      {}{}", used(check), check.source);
+        }
+    }
+    text
+}
+
+/// Rows of cells in columns: the first one begins at the left, all others end below each other.
+pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let cells = |k: usize| rows.iter().filter_map(move |row| row.get(k));
+    let width = |k: usize| cells(k).map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).enumerate();
+        let cells = cells.map(|(k, (cell, &width))| match k {
+            0 => format!("{cell:width$}"),
+            _ => format!("{cell:>0$}", width + 2),
+        });
+        cells.collect()
+    };
+    rows.iter().map(line).collect()
+}
+
+/// How much of the tolerance is used.
+fn used(check: &Check) -> String {
+    let part = (check.measured - check.reference).abs() / check.tolerance;
+    match part {
+        part if !part.is_finite() || !check.tolerance.is_finite() => String::new(),
+        part if part >= 10.0 => format!("{} times the tolerance: ", small(part)),
+        part if part >= 1e-4 => format!("{} % of the tolerance used: ", significant(100.0 * part, 2)),
+        _ => "less than 0.01 % of the tolerance used: ".to_string(),
+    }
+}
+
+/// Measured value, reference, deviation and tolerance; the latter two as parts of the reference where it is not zero.
+pub fn cells(check: &Check) -> [String; 4] {
+    let Check { measured, reference, tolerance, .. } = *check;
+    let off = measured - reference;
+    let part = 100.0 * tolerance / reference.abs();
+    let (deviation, allowed) = if (1e-3..1000.0).contains(&part) {
+        let deviation = format!("{:+.2} %", 100.0 * off / reference.abs());
+        (deviation, format!("{} %", small(part)))
+    } else if off.is_nan() {
+        ("-".to_string(), small(tolerance))
+    } else {
+        (format!("{off:+.1e}"), small(tolerance))
+    };
+    [number(measured), number(reference), deviation, allowed]
+}
+
+/// A number with five digits.
+fn number(x: f64) -> String {
+    numbers::number(x, 5)
+}
+
+/// The last line: of all cases together.
+pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
+    let score = Score::of(outcomes);
+    let mut text = score.to_string();
+    if score.reported > 0 {
+        let _ = write!(text, ", {} more only reported", score.reported);
+    }
+    let cases = |count: usize, one: &str, several: &str| match count {
+        0 => String::new(),
+        1 => format!(", one case {one}"),
+        count => format!(", {count} cases {several}"),
+    };
+    text += &cases(score.missing, "not available", "not available");
+    text += &cases(score.interrupted, "stopped before its end", "stopped before their end");
+    let _ = write!(text, ", {seconds:.1} s");
+    text
+}
+
+/// All checks as one table in markdown.
+pub fn markdown(checks: &[Check]) -> String {
+    let (version, score) = (env!("CARGO_PKG_VERSION"), Score::of_checks(checks));
+    let mut text = format!("Turbid {version}: {score}.\n\n");
+    text.push_str("| case | quantity | measured | reference | deviation | tolerance | |\n|---|---|---|---|---|---|---|\n");
+    for check in checks {
+        let cells = cells(check).join(" | ");
+        let verdict = if check.pass { "ok" } else { "**FAIL**" };
+        let quantity = check.quantity.replace(['\n', '|'], " ");
+        let _ = writeln!(text, "| {} | {quantity} | {cells} | {verdict} |", check.case);
+    }
+    text
+}

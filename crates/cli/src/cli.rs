@@ -1,0 +1,292 @@
+//! The command line: what may be typed, and the one place that prints errors and chooses the exit code.
+
+mod allocator;
+mod bench;
+mod check;
+mod crosscheck;
+mod doctor;
+mod machine;
+mod pack;
+mod preflight;
+mod report;
+mod resume;
+mod run;
+mod signals;
+mod study;
+mod suite;
+mod terminal;
+mod validate;
+mod walltime;
+
+pub use allocator::Guarded;
+use clap::{Args, Parser, Subcommand};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+use terminal::{say, warn};
+use turbid::case::{self, Setup};
+use turbid::comm;
+use turbid::error::{Error, Result};
+
+/// Particle-resolved suspension dynamics.
+#[derive(Debug, Parser)]
+#[command(name = "turbid", version, about, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a case and write what it asks for.
+    Run(RunArguments),
+    /// Go on with a run from its last checkpoint, on any number of threads or processes.
+    Resume(ResumeArguments),
+    /// Check a case without running it: derived numbers, cost, and what is out of the usual range.
+    Check(CheckArguments),
+    /// Measure the speed of a case without writing anything.
+    Bench(BenchArguments),
+    /// Write the particles of a case at the start, or of a run at the end, to a file that `file = "..."` reads back.
+    Pack(PackArguments),
+    /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
+    Crosscheck(crosscheck::CrosscheckArguments),
+    /// Do all runs of a parameter study, or what is left of them, and collect what they say together.
+    Study(study::StudyArguments),
+    /// Run cases of the literature and hold what comes out against their references.
+    Validate(validate::ValidateArguments),
+    /// Draw what a run or a study has left: figures as SVG and PNG, tables and checks on one page.
+    Report(report::ReportArguments),
+    /// Look at this machine: what is fine, and what to change.
+    Doctor,
+    /// LIGGGHTS in a process of its own, for turbid's own use.
+    #[cfg(feature = "liggghts")]
+    #[command(name = turbid::engine::liggghts::worker::VERB, hide = true)]
+    LiggghtsWorker,
+}
+
+/// A case and changes to it.
+#[derive(Debug, Args)]
+struct CaseArguments {
+    /// Case file (TOML).
+    case: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+/// Changes to a case.
+#[derive(Debug, Args)]
+struct Changes {
+    /// Set a key of the case to any TOML value, e.g. `--set particles.0.volume_fraction=0.3`; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Threads; 0 is one per core. Results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Directory for all output, instead of the case's.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Remove the results of an earlier run that are in the output directory. Other files there stay.
+    #[arg(long)]
+    overwrite: bool,
+    #[command(flatten)]
+    manner: Manner,
+}
+
+/// How a run behaves, whatever it runs.
+#[derive(Debug, Args)]
+struct Manner {
+    /// No progress and no summary.
+    #[arg(long)]
+    quiet: bool,
+    /// Stop with a checkpoint before this much time has passed: 5400, 90m, 1h30m or 01:30:00.
+    #[arg(long, value_name = "TIME", value_parser = walltime::parse)]
+    max_walltime: Option<Duration>,
+}
+
+#[derive(Debug, Args)]
+struct ResumeArguments {
+    /// Output directory of the run.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Set a key below `run.` or `output.`, e.g. `--set run.end.steps=20000`; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Threads; 0 is one per core. Results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    #[command(flatten)]
+    manner: Manner,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// Case file (TOML).
+    #[arg(required_unless_present = "schema")]
+    case: Option<PathBuf>,
+    #[command(flatten)]
+    changes: Changes,
+    /// Also say what each of so many ranks (threads or MPI processes) would have to do and to send.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    ranks: Option<u64>,
+    /// Print the JSON schema of case files instead.
+    #[arg(long, conflicts_with = "case")]
+    schema: bool,
+}
+
+#[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
+struct BenchArguments {
+    /// Case file (TOML).
+    #[arg(required_unless_present = "calibrate")]
+    case: Option<PathBuf>,
+    #[command(flatten)]
+    changes: Changes,
+    /// Measure this machine instead, for the estimates of time of `check` and `study`.
+    #[arg(long, conflicts_with_all = ["case", "set", "json"])]
+    calibrate: bool,
+    /// Timed steps of each sample.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    steps: u64,
+    /// Steps before the first sample; as many as a sample if not given. A packing has few contacts at the start.
+    #[arg(long)]
+    warm_up: Option<u64>,
+    /// Leave out contacts.
+    #[arg(long)]
+    no_contact: bool,
+    /// Leave out particles altogether.
+    #[arg(long)]
+    fluid_only: bool,
+    /// Print JSON with stable keys.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct PackArguments {
+    /// Case file (TOML), whose initial positions are written.
+    #[arg(required_unless_present = "from")]
+    case: Option<PathBuf>,
+    #[command(flatten)]
+    changes: Changes,
+    /// Output directory of a run, whose particles are written as it has left them, with their velocities.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["case", "set", "threads"])]
+    from: Option<PathBuf>,
+    /// Step of the run, of those whose particles are in a file, instead of the last one.
+    #[arg(long, value_name = "N", requires = "from")]
+    step: Option<u64>,
+    /// File to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Exit code of a cross-check, a validation or a study that came to its end, when not all checks passed.
+const CHECKS_FAILED: u8 = 3;
+
+/// Exit code of [`Error::Interrupted`]: a signal or the time limit came before the end.
+const STOPPED: u8 = 4;
+
+/// Runs the program; arguments are those of the process.
+pub fn main() -> ExitCode {
+    signals::outlive_the_file_limit();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return terminal::usage(&error),
+    };
+    if let Some(done) = place_in_job(&arguments.command) {
+        return done;
+    }
+    #[cfg(feature = "liggghts")]
+    if let Command::LiggghtsWorker = arguments.command {
+        return turbid::engine::liggghts::worker::main();
+    }
+    let code = carry_out(arguments.command);
+    #[cfg(feature = "liggghts")]
+    turbid::engine::liggghts::end();
+    terminal::exit(code)
+}
+
+/// Does what was asked for; the exit code.
+fn carry_out(command: Command) -> u8 {
+    let passed = match command {
+        Command::Run(arguments) => run::run(&arguments).map(|()| true),
+        Command::Resume(arguments) => resume::resume(&arguments).map(|()| true),
+        Command::Check(arguments) => check::check(&arguments).map(|()| true),
+        Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
+        Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),
+        Command::Crosscheck(arguments) => crosscheck::crosscheck(&arguments),
+        Command::Study(arguments) => study::study(&arguments),
+        Command::Validate(arguments) => validate::validate(&arguments),
+        Command::Report(arguments) => report::report(&arguments).map(|()| true),
+        Command::Doctor => {
+            say(&doctor::report());
+            Ok(true)
+        }
+        #[cfg(feature = "liggghts")]
+        Command::LiggghtsWorker => unreachable!("has its own exit"),
+    };
+    match passed {
+        Ok(true) => 0,
+        Ok(false) => CHECKS_FAILED,
+        Err(error) => {
+            let code = u8::try_from(error.exit_code()).unwrap_or(1);
+            // Whoever stopped a run knows that it was stopped.
+            if code != STOPPED {
+                terminal::error(&error);
+            }
+            code
+        }
+    }
+}
+
+/// What becomes of a process of an MPI job that is not to go on: of several, all do a run together, and one does all else.
+fn place_in_job(command: &Command) -> Option<ExitCode> {
+    let processes = comm::launched()?.size;
+    if processes < 2 {
+        return None;
+    }
+    if !matches!(command, Command::Run(_) | Command::Resume(_) | Command::Bench(_)) {
+        return (!terminal::speaks()).then_some(ExitCode::SUCCESS);
+    }
+    if cfg!(feature = "mpi") {
+        return None;
+    }
+    // All find the same.
+    let error = Error::Agreed {
+        code: 2,
+        text: format!(
+            "{processes} processes of this program were launched, but it was built without MPI: each would do the same run, \
+             into the same files; build it with `cargo build --release --features mpi` (Debian packages libopenmpi-dev, \
+             openmpi-bin, libclang-dev), or start one process with --threads {processes}"
+        ),
+    };
+    terminal::error(&error);
+    Some(ExitCode::from(2))
+}
+
+/// Reads the case with its changes and prints its warnings.
+fn load(path: &Path, changes: &Changes) -> Result<Setup> {
+    let read = || case::load(path, &changes.set);
+    let mut setup = terminal::waiting("reading the case and placing its particles", read)?;
+    setup.plan.threads = changes.threads.unwrap_or(setup.plan.threads);
+    for warning in &setup.provenance.warnings {
+        warn(warning);
+    }
+    Ok(setup)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,159 @@
+//! `turbid bench`.
+
+use super::machine::in_bytes;
+use super::terminal::{say, table};
+use super::{BenchArguments, load, preflight};
+use std::fmt::Write;
+use turbid::error::Result;
+use turbid::simulation::{self, BenchOptions, BenchReport, RankReport, Rate, Spread, TimeEstimate};
+
+/// Ranks in the table; all are in the JSON.
+const RANKS_SHOWN: usize = 16;
+
+pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
+    let Some(case) = &arguments.case else {
+        return calibrate(arguments.changes.threads.unwrap_or(0));
+    };
+    let setup = load(case, &arguments.changes)
+        .and_then(|setup| preflight::refuse_what_does_not_fit(&setup).map(|()| setup));
+    let setup = simulation::agreed(setup)?;
+    let options = BenchOptions {
+        steps: arguments.steps,
+        warm_up: arguments.warm_up.unwrap_or(arguments.steps),
+        no_contact: arguments.no_contact,
+        fluid_only: arguments.fluid_only,
+    };
+    let report = simulation::bench(&setup, &options)?;
+    if arguments.json {
+        say(&serde_json::to_string_pretty(&report).expect("a report is plain JSON"));
+    } else {
+        let whole = !options.fluid_only && !options.no_contact;
+        let estimate = whole.then(|| simulation::time_estimate(&setup)).transpose()?;
+        say(&text(&report, estimate.as_ref()));
+    }
+    Ok(())
+}
+
+/// Measures this machine, and keeps what was found.
+fn calibrate(threads: usize) -> Result<()> {
+    let found = simulation::calibrate(threads)?;
+    let times = |factor: f64| format!("{factor:.2}");
+    let row = |name: &str, factor: f64| [name.to_string(), times(factor), String::new()];
+    let mut rows = vec![row("f32", found.single), row("f64", found.double)];
+    rows[0][2] = format!("times as long as with the built-in costs, on {} threads", found.threads);
+    let kept = match found.keep()? {
+        Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
+        None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),
+    };
+    say(&format!("{}\n{kept}", table(&rows)));
+    Ok(())
+}
+
+fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
+    let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
+    let samples = report.mlups_samples.iter().map(|s| format!("{s:.1}"));
+    let samples = samples.collect::<Vec<_>>().join(", ");
+    let bandwidth = format!("of {:.1} GB/s", report.bandwidth_gb_per_s);
+    let memory = in_bytes(report.bytes_per_cell * report.cells as f64);
+    let mut rows = vec![
+        row("speed", format!("{:.1} MLUPS", report.mlups), format!("median of {samples}")),
+        row("roofline", format!("{:.1} %", 100.0 * report.roofline_fraction), bandwidth),
+        row("memory", format!("{:.1} B/cell", report.bytes_per_cell), memory),
+        row("cells", report.cells.to_string(), report.precision.clone()),
+        row("particles", report.particles.to_string(), String::new()),
+        row("contacts", report.contacts.to_string(), String::new()),
+        row("threads", report.threads.to_string(), format!("{} ranks", report.ranks)),
+    ];
+    if let Some(estimate) = estimate {
+        let rate = report.cells as f64 / estimate.seconds_per_step / 1e6;
+        let value = format!("{rate:.1} MLUPS");
+        rows.push(row("estimated", value, preflight::basis(estimate).to_string()));
+    }
+    let stages = &report.stages_over_ranks;
+    let step: f64 = stages.values().map(|seconds| seconds.mean).sum();
+    let times = |what: String, seconds: &Spread| {
+        let mut remark = format!("{:.1} % of the step{what}", 100.0 * seconds.mean / step);
+        if report.ranks > 1 {
+            let [least, most] = [seconds.min, seconds.max].map(|s| 1e3 * s);
+            let _ = write!(remark, ", {least:.3} to {most:.3} over the ranks");
+        }
+        (format!("{:.3} ms", 1e3 * seconds.mean), remark)
+    };
+    for (stage, seconds) in stages {
+        let (value, remark) = times(String::new(), seconds);
+        rows.push(row(stage, value, remark));
+    }
+    if report.ranks == 1 {
+        return table(&rows);
+    }
+    let [x, y, z] = report.grid;
+    rows.push(row("blocks", format!("{x} x {y} x {z}"), String::new()));
+    for (kind, seconds) in &report.waiting_over_ranks {
+        let (value, remark) = times(", within the stages".to_owned(), seconds);
+        rows.push(row(&format!("sending, waiting: {kind}"), value, remark));
+    }
+    rows.push(row(
+        "messages per step",
+        format!("{:.1}", report.messages_per_step),
+        format!(
+            "{:.0} bytes, of the rank with the most; {:.2} calls of all ranks",
+            report.bytes_per_step, report.collectives_per_step
+        ),
+    ));
+    if let Some(network) = &report.network {
+        rows.push(row(
+            "a message",
+            format!("{:.1} us", 1e6 * network.seconds_per_message),
+            format!(
+                "and {:.2} us per kB; {:.1} us for a reduction",
+                1e9 * network.seconds_per_byte,
+                1e6 * network.seconds_per_reduction
+            ),
+        ));
+    }
+    rows.push(row(
+        "memory per rank",
+        in_bytes(report.memory_per_rank_bytes as f64),
+        format!("{} ranks per process", report.ranks_per_process),
+    ));
+    format!("{}\n{}", table(&rows), by_rank(&report.by_rank))
+}
+
+/// A line for each rank.
+fn by_rank(ranks: &[RankReport]) -> String {
+    let mut text = format!(
+        "\n  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>11} {:>9}\n",
+        "rank",
+        "cells",
+        "covered",
+        "particles",
+        "ghosts",
+        "contacts",
+        "halo",
+        "exchange",
+        "waiting",
+        "memory"
+    );
+    for rank in ranks.iter().take(RANKS_SHOWN) {
+        let waiting = rank.halo.seconds + rank.exchange.seconds + rank.collective.seconds;
+        let bytes = |rate: Rate| format!("{:.1} kB", rate.bytes / 1e3);
+        let _ = writeln!(
+            text,
+            "  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>8.3} ms {:>9}",
+            rank.rank,
+            rank.cells,
+            rank.covered_cells,
+            rank.particles,
+            rank.ghosts,
+            rank.contacts,
+            bytes(rank.halo),
+            bytes(rank.exchange),
+            1e3 * waiting,
+            in_bytes(rank.process_memory_bytes as f64),
+        );
+    }
+    if ranks.len() > RANKS_SHOWN {
+        let _ = writeln!(text, "  and {} more; all with --json", ranks.len() - RANKS_SHOWN);
+    }
+    text
+}

@@ -1,0 +1,79 @@
+//! `turbid pack`.
+
+use super::terminal::say;
+use super::{PackArguments, load};
+use std::path::Path;
+use turbid::error::{Error, Result};
+use turbid::output::directory::refuse_input;
+use turbid::output::points::PointRecord;
+use turbid::output::{OutputFiles, points, write_bytes};
+use turbid::packing::positions::{self, Row};
+
+pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
+    let (rows, what) = match (&arguments.case, &arguments.from) {
+        (Some(case), _) => {
+            let setup = load(case, &arguments.changes)?;
+            refuse_input(&arguments.out, &setup.provenance.inputs)?;
+            let rows = setup.particles.iter().map(|particle| {
+                let template = particle.template as usize;
+                Row {
+                    id: particle.id,
+                    kind: setup.sections[template],
+                    diameter: setup.templates[template].shape.equivalent_diameter(),
+                    position: particle.position(),
+                    orientation: particle.orientation_given(&setup.frames[template]),
+                    velocity: particle.velocity(),
+                    angular_velocity: particle.angular_velocity(),
+                }
+            });
+            let fraction = setup.volume_fraction;
+            (rows.collect(), format!("volume fraction {fraction:.6}"))
+        }
+        (None, Some(directory)) => of_a_run(directory, arguments)?,
+        (None, None) => unreachable!("the command line asks for one of them"),
+    };
+    let out = &arguments.out;
+    let count = rows.len();
+    write_bytes(out, positions::format(rows).as_bytes())?;
+    say(&format!("{count} particles, {what}, written to {}", out.display()));
+    Ok(())
+}
+
+/// The particles that a run has left at a step, the last one if none is asked for, and which step that is.
+fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, String)> {
+    let files = OutputFiles::new(directory);
+    let steps = files.steps_of_particles()?;
+    let Some(&last) = steps.last() else {
+        return Err(Error::Input(format!(
+            "{} holds no files of particles (particles/particles_*.vtp); --from names the output directory of a run whose \
+             output.particles_every is not \"never\"",
+            directory.display()
+        )));
+    };
+    let step = arguments.step.unwrap_or(last);
+    if !steps.contains(&step) {
+        let near = steps.iter().min_by_key(|known| known.abs_diff(step));
+        return Err(Error::Input(format!(
+            "{} holds no particles of step {step}; it has those of {} steps from {} to {last}, the nearest of them {}",
+            directory.display(),
+            steps.len(),
+            steps[0],
+            near.unwrap_or(&last)
+        )));
+    }
+    refuse_input(&arguments.out, &[files.particles(step)])?;
+    let records = points::read(&files.particles(step))?;
+    let row = |record: PointRecord| Row {
+        id: record.id,
+        kind: record.kind as usize,
+        diameter: record.diameter,
+        position: record.position,
+        orientation: record.orientation,
+        velocity: record.velocity,
+        angular_velocity: record.angular_velocity,
+    };
+    let fastest = |rows: &[Row]| rows.iter().map(|row| row.velocity.norm()).fold(0.0, f64::max);
+    let rows: Vec<Row> = records.into_iter().map(row).collect();
+    let what = format!("those of step {step}, the fastest at {:.3e} m/s", fastest(&rows));
+    Ok((rows, what))
+}

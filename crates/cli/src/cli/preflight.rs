@@ -1,0 +1,220 @@
+//! What a run will be like: derived numbers, cost, and what lies outside the usual range.
+
+mod bodies;
+mod contacts;
+mod flow;
+mod output;
+pub(super) mod ranks;
+
+use super::machine::{cores, in_bytes, in_time};
+use turbid::case::{FluidSetup, Setup};
+use turbid::comm;
+use turbid::dem::{EngineChoice, LiggghtsProcess};
+use turbid::error::{Error, Result};
+use turbid::fluid::Precision;
+use turbid::memory::{self, Room};
+use turbid::simulation::{TimeEstimate, bytes_per_cell, decompose, time_estimate};
+
+/// Memory that a run takes (bytes) for its cells, and for its particles.
+fn memory_parts(setup: &Setup) -> [f64; 2] {
+    let cells = setup.fluid_cells();
+    [cells as f64 * bytes_per_cell(setup.plan.precision), setup.particles.len() as f64 * memory::PER_PARTICLE]
+}
+
+/// Memory that a run takes (bytes).
+pub(super) fn memory_needed(setup: &Setup) -> f64 {
+    memory_parts(setup).iter().sum()
+}
+
+/// The limit that is nearest to what a run takes, as what all processes of a run together may have.
+fn nearest_limit() -> Option<Room> {
+    let (all, here) = comm::launched().map_or((1, 1), |launched| (launched.size, launched.here));
+    let rooms = memory::rooms().into_iter().map(|room| {
+        let processes = if room.each { 1 } else { here };
+        Room { bytes: room.bytes * all as f64 / processes as f64, ..room }
+    });
+    rooms.min_by(|a, b| a.bytes.total_cmp(&b.bytes))
+}
+
+/// Refuses a run that this machine cannot hold.
+pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
+    decompose(setup)?;
+    match nearest_limit() {
+        Some(room) => refuse_above(setup, &room),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a run that takes more than there is.
+fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
+    let [cells, particles] = memory_parts(setup);
+    let needed = cells + particles;
+    if needed <= room.bytes {
+        return Ok(());
+    }
+    let [x, y, z] = setup.domain.cells;
+    let (box_of, remedy) = if cells <= 0.0 || particles > room.bytes {
+        (String::new(), "take fewer particles".to_string())
+    } else {
+        let factor = ((room.bytes - particles) / cells).cbrt();
+        let per_diameter = factor * setup.diameter / setup.domain.dx;
+        (
+            format!("the box of {x} x {y} x {z} cells with "),
+            format!(
+                "take at most lattice.cells_per_diameter = {per_diameter:.1}, or a box smaller by the factor {factor:.2} in each \
+                 direction"
+            ),
+        )
+    };
+    Err(Error::Input(format!(
+        "{box_of}{} particles needs about {}, but {}; {remedy}",
+        setup.particles.len(),
+        in_bytes(needed),
+        room.limit
+    )))
+}
+
+/// A row of name, value and remark.
+type Row = [String; 3];
+
+fn row(name: &str, value: String, remark: &str) -> Row {
+    [name.to_string(), value, remark.to_string()]
+}
+
+/// Rows of name, value and remark.
+pub(super) fn rows(setup: &Setup) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let size = setup.domain.size();
+    if setup.fluid.is_some() {
+        let [x, y, z] = setup.domain.cells;
+        let size = size / setup.diameter;
+        let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
+        rows.push(row("cells", setup.fluid_cells().to_string(), &remark));
+    } else {
+        let edges = format!("{:.4e} x {:.4e} x {:.4e} m", size.x, size.y, size.z);
+        rows.push(row("box", edges, "no fluid"));
+    }
+    let remark = nearest_limit().map_or(String::new(), |room| room.limit);
+    rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
+    rows.extend(bodies::wall_rows(setup));
+    rows.push(row("particles", setup.particles.len().to_string(), ""));
+    rows.push(row("volume fraction", format!("{:.5}", setup.volume_fraction), ""));
+    rows.extend(bodies::shape_rows(setup));
+    rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
+    rows.extend(engine_row(setup));
+    rows.extend(contacts::rows(setup));
+    rows.extend(setup.fluid.as_ref().and_then(|_| time_row(setup)));
+    rows.extend(output::rows(setup));
+    rows
+}
+
+/// What moves the particles, if it is not the native engine.
+fn engine_row(setup: &Setup) -> Option<Row> {
+    let EngineChoice::Liggghts(options) = &setup.engine else {
+        return None;
+    };
+    let place = match options.process {
+        LiggghtsProcess::Worker => "in a process of its own",
+        LiggghtsProcess::Own => "in this process",
+    };
+    let remark = match options.commands.len() {
+        0 => place.to_string(),
+        n => format!("{place}; commands of the case: {n}"),
+    };
+    Some(row("engine", "LIGGGHTS".to_string(), &remark))
+}
+
+/// What particles without a fluid do.
+fn dry_rows(setup: &Setup) -> Vec<Row> {
+    let remark = format!("averages from step {}", setup.plan.average_from_step);
+    let mut rows = vec![
+        row("time step", format!("{:.6e} s", setup.time_step), ""),
+        row("steps", setup.plan.end_step.to_string(), &remark),
+        row("time", format!("{:.4} s", setup.end_time()), ""),
+    ];
+    if let Some(contact) = &setup.contact {
+        let speed = fall_speed(setup);
+        if speed > 0.0 {
+            let steps = contacts::hertz(setup, contact).duration(speed) / setup.time_step;
+            let remark = format!("steps, Hertz impact at {speed:.3} m/s, a fall through the box");
+            rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
+        }
+    }
+    rows
+}
+
+/// Speed (m/s) after a fall through the box.
+fn fall_speed(setup: &Setup) -> f64 {
+    // Gravity times the extent of the box along it.
+    let drop: f64 =
+        (setup.gravity.iter()).zip(setup.domain.size().iter()).map(|(g, length)| g.abs() * length).sum();
+    (2.0 * drop).sqrt()
+}
+
+/// Time; nothing where the run cannot be.
+fn time_row(setup: &Setup) -> Option<Row> {
+    let estimate = time_estimate(setup).ok()?;
+    let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step;
+    let precision = match setup.plan.precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    };
+    let rate = setup.domain.cell_count() as f64 / estimate.seconds_per_step / 1e6;
+    let ranks = match comm::launched() {
+        Some(launched) if launched.size > 1 => "processes",
+        _ => "threads",
+    };
+    Some(row(
+        "estimated time",
+        in_time(seconds),
+        &format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
+    ))
+}
+
+/// What an estimate of time rests on.
+pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
+    if estimate.calibrated {
+        "as calibrated on this machine"
+    } else {
+        "with the built-in costs; `turbid bench --calibrate` measures this machine"
+    }
+}
+
+/// What lies outside the usual range, each with an admissible value.
+pub(super) fn advice(setup: &Setup) -> Vec<String> {
+    let mut advice = (setup.fluid.as_ref()).map_or_else(Vec::new, |fluid| fluid_advice(setup, fluid));
+    advice.extend(contacts::advice(setup));
+    if setup.plan.threads > cores() {
+        advice.push(format!(
+            "{} threads on {} cores only get in each other's way; leave --threads and run.threads out for one per core",
+            setup.plan.threads,
+            cores()
+        ));
+    }
+    if let Err(e) = refuse_what_does_not_fit(setup) {
+        advice.push(e.to_string());
+    }
+    advice
+}
+
+/// What lies outside the usual range of the lattice.
+fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
+    let mut advice = Vec::new();
+    let tau = fluid.relaxation_time;
+    if tau < 0.51 {
+        advice.push(format!(
+            "lattice.relaxation_time = {tau:.5} is close to 0.5, where the method becomes unstable; 0.51 to 1 is usual"
+        ));
+    } else if tau > 1.0 {
+        advice.push(format!(
+            "lattice.relaxation_time = {tau:.5} is above 1, where surfaces begin to slip; 0.51 to 1 is usual"
+        ));
+    }
+    let per_diameter = setup.diameter / setup.domain.dx;
+    if per_diameter < 5.0 {
+        advice.push(format!(
+            "lattice.cells_per_diameter = {per_diameter:.2} resolves particles poorly; 9 to 27 is usual, 5 the least"
+        ));
+    }
+    advice
+}

@@ -1,0 +1,58 @@
+//! What there is to see of shapes and walls before a run.
+
+use super::{Row, row};
+use turbid::case::Setup;
+
+/// Templates and walls that get a row of their own.
+const SHOWN: usize = 8;
+
+/// One row for each kind and size of particle.
+pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
+    let mut counts = vec![0_usize; setup.templates.len()];
+    for particle in &setup.particles {
+        counts[particle.template as usize] += 1;
+    }
+    let one = |index: usize| {
+        let (template, count) = (&setup.templates[index], counts[index]);
+        let shape = &template.shape;
+        let diameter = shape.equivalent_diameter();
+        let aspect = 2.0 * shape.circumradius() / shape.thickness();
+        let cells = setup.fluid.as_ref().map_or_else(String::new, |_| {
+            format!(", {:.2} cells thick", shape.thickness() / setup.domain.dx)
+        });
+        let remark = format!(
+            "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{cells}",
+            shape.volume()
+        );
+        row("shape", shape.kind().to_string(), &remark)
+    };
+    let mut rows: Vec<Row> = (0..counts.len().min(SHOWN)).map(one).collect();
+    if setup.templates.len() > SHOWN {
+        rows.push(row("", format!("and {} more", setup.templates.len() - SHOWN), ""));
+    }
+    rows
+}
+
+/// One row for each wall.
+pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for wall in setup.walls.iter().take(SHOWN) {
+        let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
+        let mut motion = Vec::new();
+        if v.norm() > 0.0 {
+            motion.push(format!("velocity ({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z));
+        }
+        if w.norm() > 0.0 {
+            motion.push(format!("turns at ({:.3e}, {:.3e}, {:.3e}) 1/s", w.x, w.y, w.z));
+        }
+        if motion.is_empty() {
+            motion.push("at rest".to_string());
+        }
+        let remark = format!("{}, {}", wall.surface.kind(), motion.join(", "));
+        rows.push(row("wall", wall.name.clone(), &remark));
+    }
+    if setup.walls.len() > SHOWN {
+        rows.push(row("", format!("and {} more", setup.walls.len() - SHOWN), ""));
+    }
+    rows
+}

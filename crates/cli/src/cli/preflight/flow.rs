@@ -1,0 +1,111 @@
+//! Numbers of the lattice, of settling and of driven flows.
+
+use super::{Row, row};
+use turbid::case::{FluidSetup, Setup};
+use turbid::fluid::{Collision, SolidCollision};
+
+/// A velocity in lattice units.
+fn on_lattice(setup: &Setup, velocity: f64) -> String {
+    let lattice = velocity / setup.units().velocity();
+    format!("on the lattice {lattice:.5}, Mach {:.4}", 3.0_f64.sqrt() * lattice)
+}
+
+/// Gaps whose forces the lattice does not resolve.
+fn gap_row(setup: &Setup) -> Option<Row> {
+    if setup.particles.len() + setup.walls.len() < 2 || setup.particles.is_empty() {
+        return None;
+    }
+    let touch = setup.contact.as_ref().map_or(String::new(), |contact| {
+        let gap = 2.0 * contact.enlargement;
+        format!("; surfaces touch at {gap:.3e} m, {:.2} cells", gap / setup.domain.dx)
+    });
+    let remark = format!(
+        "one cell: no lubrication model, forces in narrower gaps are too weak (README, Scope){touch}"
+    );
+    Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), &remark))
+}
+
+/// The flow that a body acceleration drives, and the controller of the net flux.
+fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
+    let mut rows = Vec::new();
+    if let Some(flow) = setup.driven_flow() {
+        let bound =
+            if flow.between_walls { "between its walls" } else { "at the end of the run, were it free" };
+        let remark = format!("by body_acceleration, at most, {bound}; {}", on_lattice(setup, flow.speed));
+        rows.push(row("driven flow", format!("{:.6e} m/s", flow.speed), &remark));
+        let reynolds = flow.speed * flow.length / fluid.viscosity;
+        let remark = format!("over {:.4e} m", flow.length);
+        rows.push(row("Re of that flow", format!("{reynolds:.4}"), &remark));
+    }
+    let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(fluid.zero_net_flux))
+        .filter_map(|(axis, on)| on.then_some(axis))
+        .collect();
+    rows.push(if axes.is_empty() {
+        row("zero_net_flux", "off".to_string(), "the mean volume flux is free")
+    } else {
+        let remark = format!(
+            "a controller removes the mean volume flux along these, at a rate of {:.3e} 1/s",
+            fluid.control_rate
+        );
+        row("zero_net_flux", axes.join(", "), &remark)
+    });
+    rows
+}
+
+/// How particles and fluid are coupled.
+fn coupling_row(fluid: &FluidSetup) -> Row {
+    let operator = match fluid.solids {
+        SolidCollision::ExactDifference => {
+            let note = format!("exact difference, ramp of {} cells", 2.0 * fluid.fraction.half_layer());
+            return row("coupling", "paper".into(), &note);
+        }
+        SolidCollision::Sc1 => "sc1",
+        SolidCollision::Sc2 => "sc2",
+        SolidCollision::Sc3 => "sc3",
+    };
+    let note = format!("partially saturated cells by volume, operator {operator}");
+    row("coupling", "saturated".into(), &note)
+}
+
+/// Numbers of the lattice and of settling.
+pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
+    let scales = &fluid.scales;
+    let collision = match fluid.collision {
+        Collision::Bgk => "one relaxation time".to_string(),
+        Collision::Trt { magic } => format!("two relaxation times, magic parameter {magic:.5}"),
+    };
+    let mut rows = vec![
+        row("density ratio", format!("{:.5}", scales.density_ratio), ""),
+        row("diameter", format!("{:.6e} m", setup.diameter), "of the sphere of equal volume"),
+        row("cells per diameter", format!("{:.3}", setup.diameter / setup.domain.dx), ""),
+        row("cell", format!("{:.6e} m", setup.domain.dx), ""),
+        row("time step", format!("{:.6e} s", setup.time_step), ""),
+        row("relaxation time", format!("{:.5}", fluid.relaxation_time), &format!("time steps; {collision}")),
+        coupling_row(fluid),
+        row("viscosity", format!("{:.6e} m^2/s", fluid.viscosity), "kinematic"),
+    ];
+    rows.extend(gap_row(setup));
+    rows.extend(driven_rows(setup, fluid));
+    let averages = format!("averages from step {}", setup.plan.average_from_step);
+    if !scales.stokes_time.is_finite() {
+        rows.push(row("steps", setup.plan.end_step.to_string(), &averages));
+        return rows;
+    }
+    let on_lattice = |u: f64| on_lattice(setup, u);
+    let star = scales.schiller_naumann_velocity;
+    let per_stokes_time = scales.stokes_time / setup.time_step;
+    let stokes_times = setup.plan.end_step as f64 / per_stokes_time;
+    rows.extend([
+        row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
+        row("u_Stokes", format!("{:.6e} m/s", scales.stokes_velocity), &on_lattice(scales.stokes_velocity)),
+        row("u* (one sphere)", format!("{star:.6e} m/s"), &format!("Schiller-Naumann; {}", on_lattice(star))),
+        row("Re at u*", format!("{:.4}", scales.schiller_naumann_reynolds), ""),
+        row(
+            "steps per t*",
+            format!("{per_stokes_time:.2}"),
+            &format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time),
+        ),
+        row("steps", setup.plan.end_step.to_string(), &format!("{stokes_times:.2} t*, {averages}")),
+    ]);
+    rows
+}

@@ -1,0 +1,133 @@
+//! What every rank would have to do and to send in a time step.
+
+use turbid::case::Setup;
+use turbid::dem::EngineChoice;
+use turbid::simulation::{Forecast, RankForecast};
+
+/// With more ranks than this only the least, the mean and the most are said.
+const SHOWN: usize = 32;
+
+/// The forecast in tables.
+pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
+    let [x, y, z] = forecast.grid;
+    let count = forecast.ranks.len();
+    let mut lines = vec![format!("{count} ranks, blocks {x} x {y} x {z}, per time step")];
+    lines.push(if count > SHOWN { extremes(&forecast.ranks) } else { each(&forecast.ranks) });
+    let percent = |part: f64| format!("{:.1} %", 100.0 * part);
+    lines.push(columns(&[
+        vec!["  balance".into(), percent(forecast.balance()), "mean over largest work".into()],
+        vec![
+            "  efficiency".into(),
+            percent(forecast.efficiency()),
+            "with 2 us per message and 10 GB/s, nothing hidden behind work".into(),
+        ],
+    ]));
+    if matches!(setup.engine, EngineChoice::Liggghts(_)) {
+        lines.push("  without LIGGGHTS, which moves all particles at rank 0".into());
+    }
+    lines.join("\n")
+}
+
+/// A row for each rank and for what it sends to each neighbour.
+fn each(ranks: &[RankForecast]) -> String {
+    let mut rows = vec![
+        [
+            "  rank",
+            "block",
+            "cells",
+            "covered",
+            "particles",
+            "ghosts",
+            "contacts",
+            "work",
+            "sends",
+            "to (populations + particles)",
+        ]
+        .map(String::from)
+        .to_vec(),
+    ];
+    for (rank, forecast) in ranks.iter().enumerate() {
+        let [x, y, z] = forecast.size;
+        let to: Vec<String> = (forecast.sends.iter())
+            .map(|(peer, to)| format!("{peer}: {} + {}", in_kilobytes(to.halo), in_kilobytes(to.particles)))
+            .collect();
+        rows.push(vec![
+            format!("  {rank}"),
+            format!("{x} x {y} x {z}"),
+            forecast.cells().to_string(),
+            whole(forecast.covered),
+            forecast.particles.to_string(),
+            forecast.ghosts.to_string(),
+            forecast.contacts.to_string(),
+            in_milliseconds(forecast.work),
+            in_kilobytes(forecast.bytes()) + " kB",
+            to.join(", "),
+        ]);
+    }
+    columns(&rows)
+}
+
+/// A name, what it is of a rank, and how it is said.
+type Quantity = (&'static str, fn(&RankForecast) -> f64, fn(f64) -> String);
+
+/// Least, mean and most of everything, and the rank with the most.
+fn extremes(ranks: &[RankForecast]) -> String {
+    let quantities: [Quantity; 9] = [
+        ("cells", |rank| rank.cells() as f64, whole),
+        ("covered cells", |rank| rank.covered, whole),
+        ("particles", |rank| rank.particles as f64, whole),
+        ("ghosts", |rank| rank.ghosts as f64, whole),
+        ("contacts", |rank| rank.contacts as f64, whole),
+        ("work", |rank| rank.work, in_milliseconds),
+        ("neighbours", |rank| rank.sends.len() as f64, whole),
+        ("bytes sent", |rank| rank.bytes() as f64, whole),
+        ("most bytes to one", most_to_one, whole),
+    ];
+    let mut rows = vec![["  quantity", "least", "mean", "most", "at rank"].map(String::from).to_vec()];
+    for (name, of, words) in quantities {
+        let values: Vec<f64> = ranks.iter().map(of).collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let most = values.iter().copied().fold(0.0, f64::max);
+        let worst = values.iter().position(|&value| value >= most).unwrap_or(0);
+        rows.push(vec![format!("  {name}"), words(least), words(mean), words(most), worst.to_string()]);
+    }
+    columns(&rows)
+}
+
+fn most_to_one(rank: &RankForecast) -> f64 {
+    let bytes = rank.sends.values().map(|to| to.halo + to.particles);
+    bytes.max().unwrap_or(0) as f64
+}
+
+fn whole(value: f64) -> String {
+    format!("{value:.0}")
+}
+
+fn in_kilobytes(bytes: usize) -> String {
+    format!("{:.1}", bytes as f64 / 1e3)
+}
+
+fn in_milliseconds(seconds: f64) -> String {
+    format!("{:.3} ms", 1e3 * seconds)
+}
+
+/// Columns, the first and the last to the left, the others to the right.
+fn columns(rows: &[Vec<String>]) -> String {
+    let last = rows.iter().map(Vec::len).max().unwrap_or(1) - 1;
+    let width = |column: usize| (rows.iter().map(|row| row[column].chars().count())).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..=last).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cell = |(column, text): (usize, &String)| {
+            let width = widths[column];
+            match column {
+                0 => format!("{text:width$}"),
+                _ if column == last => text.clone(),
+                _ => format!("{text:>width$}"),
+            }
+        };
+        let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
+        cells.join("  ").trim_end().to_string()
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,170 @@
+//! `turbid run`.
+
+use super::terminal::{say, warn};
+use super::{Manner, RunArguments, load, preflight, signals};
+use std::path::Path;
+use turbid::case::Setup;
+use turbid::error::{Error, Result};
+use turbid::output::Summary;
+use turbid::simulation::{self, RunOptions};
+
+/// Drift of the settling velocity over the averages (relative) from which it is not called steady.
+const DRIFT_LIMIT: f64 = 0.05;
+
+/// Answer to the first SIGINT of a run that keeps checkpoints.
+pub(super) const STOPPING: &str = "stopping, writing a checkpoint";
+
+pub(super) fn run(arguments: &RunArguments) -> Result<()> {
+    let (setup, options) = simulation::agreed(prepare(arguments))?;
+    if !options.quiet {
+        for advice in preflight::advice(&setup) {
+            warn(&advice);
+        }
+    }
+    let summary = simulation::run(&setup, &options)?;
+    ended(summary.as_ref(), &setup.plan.output.directory, &options)
+}
+
+/// The case, and what the signals set: what can fail on one process of an MPI job alone.
+fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
+    // Signals first: reading and packing may take a while.
+    let mut options = options(&arguments.manner, STOPPING)?;
+    options.overwrite = arguments.overwrite;
+    let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
+    if let Some(out) = &arguments.out {
+        setup.plan.output.directory.clone_from(out);
+    }
+    preflight::refuse_what_does_not_fit(&setup)?;
+    Ok((setup, options))
+}
+
+/// How a run is asked to behave, by arguments and from now on by [signals], the first of which `answer` is printed for.
+pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOptions> {
+    let options =
+        RunOptions { quiet: manner.quiet, max_walltime: manner.max_walltime, ..RunOptions::default() };
+    signals::listen(&options, answer)?;
+    Ok(options)
+}
+
+/// Prints the results of a run, unless it is quiet. Collective.
+///
+/// # Errors
+/// [`Error::Interrupted`], or what all processes of an MPI job make of it, if the run was stopped before its end.
+pub(super) fn ended(summary: Option<&Summary>, directory: &Path, options: &RunOptions) -> Result<()> {
+    if let Some(summary) = summary.filter(|_| !options.quiet) {
+        say(&headline(summary, directory));
+    }
+    simulation::agreed(match summary {
+        Some(summary) if summary.interrupted => Err(Error::Interrupted),
+        _ => Ok(()),
+    })
+}
+
+/// The number the user came for comes first.
+fn headline(summary: &Summary, directory: &Path) -> String {
+    let mut lines = Vec::new();
+    if let Some(velocity) = summary.settling_velocity_over_stokes {
+        let error = plus_minus(summary.standard_error);
+        let other = (summary.settling_velocity_over_schiller_naumann)
+            .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
+        lines.push(format!("mean settling velocity  {velocity:.4}{error} u_Stokes{other}"));
+    }
+    if let Some(drift) = summary.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
+        lines.push(format!(
+            "not steady              the second half of the averages is {:+.1} % off the first: run longer, or raise \
+             run.average_from",
+            100.0 * drift
+        ));
+    }
+    lines.extend(transient(summary));
+    if summary.interrupted {
+        lines.push(format!(
+            "interrupted             before the end of the case; go on with: turbid resume {}",
+            directory.display()
+        ));
+    }
+    lines.push(format!("particles, steps        {}, {}", summary.particles, summary.steps));
+    if summary.mlups > 0.0 {
+        lines.push(format!("speed                   {:.1} MLUPS", summary.mlups));
+    }
+    lines.push(format!("state hash              {}", summary.state_hash));
+    lines.push(format!("files                   {}", directory.display()));
+    lines.push("open the .pvd files there in ParaView, e.g.".to_string());
+    let surfaces = directory.join("surfaces.pvd");
+    let shown = if surfaces.exists() { surfaces } else { directory.join("particles.pvd") };
+    lines.push(format!("  paraview {}", shown.display()));
+    lines.join("\n")
+}
+
+/// What to say of the transient, where the averages may hold some of it.
+fn transient(summary: &Summary) -> Option<String> {
+    let [from, _] = summary.averaged_over?;
+    let Some((end, mean)) = summary.transient_end.zip(summary.settled_mean) else {
+        return Some(
+            "not settled             no end of the transient was found: run longer, with 80 rows of series.csv at least \
+             (output.series_every)"
+                .to_string(),
+        );
+    };
+    let error = plus_minus(summary.settled_standard_error);
+    (from < end).then(|| {
+        format!(
+            "holds the transient     the averages begin at t* {from:.1}, the transient ends at t* {end:.1}; from there \
+             {mean:.4}{error}: set run.average_from = {{ stokes_times = {:.0} }}",
+            end.ceil()
+        )
+    })
+}
+
+/// An error behind its value, if it is known.
+fn plus_minus(error: Option<f64>) -> String {
+    error.map_or(String::new(), |e| format!(" +- {e:.4}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_settling_velocity_comes_first_and_absent_numbers_are_left_out() {
+        let summary = Summary {
+            settling_velocity_over_stokes: Some(0.2741),
+            standard_error: Some(0.0012),
+            drift: Some(-0.2),
+            interrupted: true,
+            state_hash: "0123".to_string(),
+            ..Summary::default()
+        };
+        let text = headline(&summary, Path::new("out/x"));
+        assert!(text.starts_with("mean settling velocity  0.2741 +- 0.0012 u_Stokes\n"), "{text}");
+        assert!(
+            text.contains("not steady")
+                && text.contains("-20.0 %")
+                && text.contains("go on with: turbid resume out/x"),
+            "{text}"
+        );
+        assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));
+    }
+
+    #[test]
+    fn averages_that_begin_within_the_transient_are_told_and_how_to_avoid_it() {
+        let at = |transient_end: Option<f64>| Summary {
+            settling_velocity_over_stokes: Some(0.27),
+            averaged_over: Some([40.0, 120.0]),
+            transient_end,
+            settled_mean: transient_end.map(|_| 0.26),
+            settled_standard_error: Some(0.001),
+            ..Summary::default()
+        };
+        let text = |end| headline(&at(end), Path::new("out/x"));
+        let late = text(Some(55.5));
+        assert!(
+            late.contains("begin at t* 40.0, the transient ends at t* 55.5; from there 0.2600 +- 0.0010")
+                && late.contains("run.average_from = { stokes_times = 56 }"),
+            "{late}"
+        );
+        assert!(!text(Some(30.0)).contains("transient"));
+        assert!(text(None).contains("run longer"));
+        assert!(!headline(&Summary::default(), Path::new("out/x")).contains("transient"));
+    }
+}

@@ -1,0 +1,172 @@
+//! `turbid study`.
+
+use super::machine::in_time;
+use super::terminal::{say, warn};
+use super::{Manner, preflight, run};
+use crate::checks::Score;
+use crate::study::state::State;
+use crate::study::{self, Event, Study};
+use clap::Args;
+use std::fmt::Write;
+use std::io::{IsTerminal, stderr};
+use std::path::PathBuf;
+use turbid::comm;
+use turbid::error::{Error, Result};
+
+/// Which study, and how.
+#[derive(Debug, Args)]
+pub(super) struct StudyArguments {
+    /// Study file (TOML).
+    #[arg(value_name = "FILE", required_unless_present = "schema")]
+    file: Option<PathBuf>,
+    /// Directory for all runs and results. Default: out/FOLDER/NAME of the file.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// List the runs, how far they have come and how long they will take, and end.
+    #[arg(long)]
+    list: bool,
+    /// Only runs whose names contain this.
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Threads; 0 is one per core. Results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print the JSON schema of study files instead.
+    #[arg(long, conflicts_with = "file")]
+    schema: bool,
+    #[command(flatten)]
+    manner: Manner,
+}
+
+/// Does what is left of a study; whether all its checks passed.
+pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
+    let Some(file) = &arguments.file else {
+        say(&study::file::schema());
+        return Ok(true);
+    };
+    if let Some(launched) = comm::launched().filter(|launched| launched.size > 1) {
+        return Err(Error::Input(format!(
+            "a study was started on {} processes, but its runs are on threads; start one process, with --threads {}",
+            launched.size, launched.size
+        )));
+    }
+    let mut study = Study::load(file, arguments.out.as_deref(), arguments.threads)?;
+    for warning in study.warnings() {
+        warn(&warning);
+    }
+    if arguments.list {
+        say(&list(&study, arguments.only.as_deref()));
+        return Ok(true);
+    }
+    // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
+    let options = run::options(&arguments.manner, run::STOPPING)?;
+    let quiet = options.quiet;
+    let mut manner = study::Manner { run: options, only: arguments.only.clone() };
+    // Lines every few seconds for hours are of no use.
+    manner.run.quiet = quiet || !stderr().is_terminal();
+    let outcome = study::execute(&mut study, &manner, &preflight::refuse_what_does_not_fit, &mut |event| {
+        tell(event, quiet)
+    })?;
+    let document = study.document()?;
+    if !quiet {
+        let score = Score::of_checks(&document.checks);
+        let mut text = format!("{} of {} runs done, {score}", document.runs.done, document.runs.total);
+        match document.unsettled.len() {
+            0 => {}
+            1 => text.push_str(", one run with means that have not settled (`settled` in result.csv)"),
+            n => {
+                let _ = write!(text, ", {n} runs with means that have not settled (`settled` in result.csv)");
+            }
+        }
+        if outcome.interrupted {
+            text.push_str("; interrupted, the same command goes on");
+        }
+        let out = study.out.display();
+        let _ = write!(text, "\nfiles: {out}; look at them with: turbid report {out}");
+        say(&text);
+    }
+    if outcome.failed > 0 {
+        return Err(Error::Agreed {
+            code: outcome.code,
+            text: format!("{} of the runs failed; all others are done or still open", outcome.failed),
+        });
+    }
+    if outcome.interrupted {
+        return Err(Error::Interrupted);
+    }
+    let complete = document.runs.done == document.runs.total;
+    Ok(!complete || document.checks.iter().all(|check| check.pass))
+}
+
+fn tell(event: Event, quiet: bool) {
+    match event {
+        Event::Begins { name, number: [number, of], from, seconds } if !quiet => {
+            let time = seconds.map_or(String::new(), |seconds| format!(", about {}", in_time(seconds)));
+            let from = if from > 0 { format!(", from step {from}") } else { String::new() };
+            say(&format!("[{number}/{of}] {name}{from}{time}"));
+        }
+        Event::Ended { record, .. } if !quiet => {
+            let mut text = String::from("       ");
+            if let Some(velocity) = record.get("settling_velocity_over_stokes") {
+                let error = velocity.error.map_or(String::new(), |error| format!(" +- {error:.4}"));
+                let _ = write!(text, "{:.4}{error} u_Stokes, ", velocity.value);
+            }
+            let number = |name| record.value(name).unwrap_or(f64::NAN);
+            let _ = write!(text, "{:.1} MLUPS, {}", number("mlups"), in_time(number("wall_seconds")));
+            say(&text);
+        }
+        Event::Failed { name, error } => warn(&format!("the run {name} failed: {error}")),
+        Event::Begins { .. } | Event::Ended { .. } => {}
+    }
+}
+
+/// The plan: what there is to do, and how long it takes.
+fn list(study: &Study, only: Option<&str>) -> String {
+    let runs = &study.plan.runs;
+    let width = runs.iter().map(|run| run.name.len()).max().unwrap_or(0).max(4);
+    let mut text = format!("{}\n\n", study.file.title.value);
+    let _ = writeln!(text, "  {:width$} {:>12} {:>9} {:>9}  state", "run", "cells", "steps", "time");
+    let mut total = 0.0;
+    for (at, run) in runs.iter().enumerate() {
+        if only.is_some_and(|only| !run.name.contains(only)) {
+            continue;
+        }
+        let setup = &run.setup;
+        let cells = setup.fluid_cells();
+        let (time, state) = match &study.states[at] {
+            State::Done(record) => {
+                let mut state = "done".to_string();
+                if record.directory != study.out.join(&run.name) {
+                    let _ = write!(state, ", in {}", record.directory.display());
+                }
+                if record.version != env!("CARGO_PKG_VERSION") {
+                    let _ = write!(state, ", by version {}", record.version);
+                }
+                (record.value("wall_seconds"), state)
+            }
+            State::Part { step } => {
+                let state = format!("part, up to step {step}");
+                (study.seconds_left(at), state)
+            }
+            State::Open { replaces } => {
+                let state =
+                    if *replaces { "open; another run is there and will be replaced" } else { "open" };
+                (study.seconds_left(at), state.to_string())
+            }
+        };
+        let time = time.map_or_else(|| "-".to_string(), in_time);
+        let name = &run.name;
+        let _ = writeln!(text, "  {name:width$} {cells:>12} {:>9} {time:>9}  {state}", study.steps(at));
+        total += match study.states[at] {
+            State::Done(_) => 0.0,
+            _ => study.seconds_left(at).unwrap_or(0.0),
+        };
+    }
+    let done = study.states.iter().filter(|state| state.record().is_some()).count();
+    let basis = match study.measured_over_estimated() {
+        Some(_) => "by the speed measured in the finished runs",
+        None => "by the cost model of `turbid check`: nothing was measured yet",
+    };
+    let _ = write!(text, "\n{done} of {} runs done; the others take {}, {basis}", runs.len(), in_time(total));
+    text
+}

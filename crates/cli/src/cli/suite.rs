@@ -1,0 +1,46 @@
+//! Which cases of a suite are meant.
+
+use turbid::error::{Error, Result};
+
+/// The places of the cases with these names, each once and in the order of the suite; of all if none is named.
+pub(super) fn chosen(known: &[&str], names: &[String]) -> Result<Vec<usize>> {
+    for name in names {
+        if !known.contains(&name.as_str()) {
+            let near = known
+                .iter()
+                .map(|&known| (strsim::jaro_winkler(name, known), known))
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .filter(|(similarity, _)| *similarity > 0.75);
+            let remedy = near.map_or_else(String::new, |(_, known)| format!("did you mean `{known}`? "));
+            return Err(Error::Input(format!(
+                "there is no case `{name}` in the suite\n  {remedy}known here: {}",
+                known.join(", ")
+            )));
+        }
+    }
+    let named = |place: &usize| names.is_empty() || names.iter().any(|name| name == known[*place]);
+    Ok((0..known.len()).filter(named).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOWN: [&str; 3] = ["replay", "shear", "static-pair"];
+
+    #[test]
+    fn a_misspelt_case_is_an_error_that_names_the_nearest_and_all_others() {
+        let error = |name: &str| chosen(&KNOWN, &[name.to_string()]).expect_err("no such case");
+        let text = error("replya").to_string();
+        assert_eq!(error("replya").exit_code(), 2);
+        assert!(text.contains("did you mean `replay`?") && text.contains("known here: "), "{text}");
+        assert!(!error("qqqq").to_string().contains("did you mean"));
+    }
+
+    #[test]
+    fn without_a_name_all_cases_run_and_a_case_named_twice_runs_once() {
+        assert_eq!(chosen(&KNOWN, &[]).unwrap(), [0, 1, 2]);
+        let twice = ["shear".to_string(), "shear".to_string()];
+        assert_eq!(chosen(&KNOWN, &twice).unwrap(), [1]);
+    }
+}

@@ -1,0 +1,58 @@
+//! Claims about the files of a cross-check, and the list of its cases.
+
+use super::*;
+use crate::checks::{Check, Findings, write_tables};
+use crate::crosscheck::CASES;
+use std::fs;
+use turbid::output::Overlay;
+
+#[test]
+fn a_case_leaves_its_plots_and_trajectories() {
+    let root = tempfile::tempdir().unwrap();
+    let directory = root.path().join("out");
+    crate::checks::prepare(&directory).unwrap();
+    let sphere = (Vec3::new(-1.0, 0.0, 3.0), Vec3::x(), Vec3::zeros(), 0.5);
+    let moment = |time| Moment {
+        time,
+        spheres: [vec![sphere, (Vec3::zeros(), Vec3::x(), Vec3::zeros(), 0.25)], vec![sphere]],
+    };
+    let curve = |name: &str| (name.to_string(), vec![[0.0, 0.0], [1.0, 1.0]]);
+    let overlay = Overlay {
+        name: "force".to_string(),
+        title: "force".to_string(),
+        axes: ["d (m)".to_string(), "F (N)".to_string()],
+        logarithmic: [false; 2],
+        curves: vec![curve("native"), curve("LIGGGHTS")],
+    };
+    let found = Findings {
+        checks: vec![Check::new("good", 0.0, 0.0, 0.0, "")],
+        overlays: vec![overlay],
+        moments: vec![moment(0.0), moment(0.5)],
+        ..Findings::default()
+    };
+    let outcomes = [Outcome::of_engines("impact", "", || Ok(found))];
+    write_case(&directory, &outcomes[0]).unwrap();
+    write_tables(&directory, "crosscheck", &outcomes).unwrap();
+    let own = [
+        "impact_force.png",
+        "impact_force.svg",
+        "impact_native.pvd",
+        "impact_liggghts.pvd",
+        "impact_native/0000.vtp",
+        "impact_liggghts/0001.vtp",
+    ];
+    for name in own {
+        assert!(directory.join(name).metadata().unwrap().len() > 100, "{name}");
+    }
+    let pvd = fs::read_to_string(directory.join("impact_native.pvd")).unwrap();
+    assert!(pvd.contains("timestep=\"0.5\"") && pvd.contains("file=\"impact_native/0001.vtp\""));
+}
+
+#[test]
+fn the_list_names_every_case_with_what_it_shows() {
+    let text = crate::crosscheck::list();
+    assert_eq!(text.lines().count(), CASES.len());
+    for (line, case) in text.lines().zip(CASES) {
+        assert!(line.trim_start().starts_with(case.id) && line.ends_with(case.title), "{line}");
+    }
+}

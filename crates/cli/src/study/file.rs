@@ -1,0 +1,433 @@
+//! A study as the user writes it: every key, in this one place.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+use serde_json::Value as Json;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use turbid::case::file::Duration;
+use turbid::case::located::Located;
+use turbid::case::{self, Setup};
+use turbid::simulation::Law;
+
+/// A study: which runs of a case, and what to make of them.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "Study")]
+pub struct StudyFile {
+    /// What is studied, one line.
+    pub title: Located<String>,
+    /// The case, relative to this file.
+    pub case: Located<String>,
+    /// Directories, beside the output directory of this study, of other studies: a run that one of them has is taken from there.
+    #[serde(default)]
+    pub shares: Vec<Located<String>>,
+    /// Keys of the case for all runs: `"run.end" = { stokes_times = 100 }`.
+    #[serde(default)]
+    #[schemars(with = "Option<BTreeMap<String, Json>>")]
+    pub set: Option<Located<toml::Table>>,
+    /// What is varied; the runs are all combinations.
+    #[serde(default, rename = "axis")]
+    pub axes: Vec<Located<AxisSection>>,
+    /// Combinations that are left out: `{ cells = [15, 18], seed = 3 }`.
+    #[serde(default)]
+    pub skip: Vec<Located<BTreeMap<String, Choice>>>,
+    /// Measure the speed instead of running to the end.
+    pub bench: Option<Located<BenchSection>>,
+    /// Intervals of time with means of their own.
+    #[serde(default, rename = "window")]
+    pub windows: Vec<Located<WindowSection>>,
+    /// Quantities that compare two values of an axis.
+    #[serde(default)]
+    pub derived: Vec<Located<DerivedSection>>,
+    /// Figures.
+    #[serde(default, rename = "figure")]
+    pub figures: Vec<Located<FigureSection>>,
+    /// Tables.
+    #[serde(default, rename = "table")]
+    pub tables: Vec<Located<TableSection>>,
+    /// Comparisons with references.
+    #[serde(default, rename = "check")]
+    pub checks: Vec<Located<CheckSection>>,
+}
+
+/// One thing that is varied.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AxisSection {
+    /// Short name.
+    pub name: Located<String>,
+    /// As it stands at the axis of a figure. Default: the name.
+    pub label: Option<String>,
+    /// The key of the case that plain values are for.
+    pub key: Option<Located<String>>,
+    /// Plain values of `key`, or tables `{ name, value, set }`.
+    #[schemars(extend("minItems" = 1))]
+    pub values: Vec<Located<ValueSection>>,
+    /// Whether these are repetitions of the same thing, such as seeds, that are averaged over.
+    #[serde(default)]
+    pub average: bool,
+}
+
+/// A value of an axis.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(try_from = "toml::Value")]
+pub enum ValueSection {
+    /// A value of the axis' key.
+    Plain(toml::Value),
+    /// A name for changes of several keys.
+    Named(NamedValue),
+}
+
+/// A name for changes of several keys.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NamedValue {
+    /// Name in directories and tables.
+    pub name: String,
+    /// Text of legends and titles. Default: the name.
+    pub label: Option<String>,
+    /// Number, where the axis is one of a figure. Default: the name, if it is a number.
+    pub value: Option<f64>,
+    /// Keys of the case and their values.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, Json>")]
+    pub set: toml::Table,
+}
+
+impl TryFrom<toml::Value> for ValueSection {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        match &value {
+            toml::Value::Table(table) if table.contains_key("name") => {
+                NamedValue::deserialize(value).map(Self::Named).map_err(|error| error.message().to_string())
+            }
+            toml::Value::Table(table) if table.contains_key("set") => {
+                Err("a value that sets several keys needs a `name`".to_string())
+            }
+            _ => Ok(Self::Plain(value)),
+        }
+    }
+}
+
+/// Values of an axis, by name or number: one, or a list.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(from = "toml::Value")]
+pub struct Choice(pub Vec<String>);
+
+impl From<toml::Value> for Choice {
+    fn from(value: toml::Value) -> Self {
+        match value {
+            toml::Value::Array(values) => Self(values.iter().map(word).collect()),
+            value => Self(vec![word(&value)]),
+        }
+    }
+}
+
+/// A value as it stands in names: strings without quotes.
+pub(super) fn word(value: &toml::Value) -> String {
+    match value {
+        toml::Value::String(text) => text.clone(),
+        value => value.to_string(),
+    }
+}
+
+/// How to measure the speed.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BenchSection {
+    /// Timed steps of each of five samples.
+    #[schemars(extend("minimum" = 1))]
+    pub steps: u64,
+    /// What is run before the first sample: steps, or `{ stokes_times = 6 }`, `{ time = 0.1 }`. Default: as many steps as a
+    /// sample.
+    pub warm_up: Option<WarmUp>,
+}
+
+/// What is run before a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "toml::Value")]
+pub struct WarmUp(pub Duration);
+
+impl TryFrom<toml::Value> for WarmUp {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        match value {
+            toml::Value::Integer(steps) => {
+                u64::try_from(steps).map(Duration::Steps).map_err(|error| error.to_string())
+            }
+            value => Duration::deserialize(value).map_err(|error| error.message().to_string()),
+        }
+        .map(Self)
+    }
+}
+
+impl BenchSection {
+    /// Steps before the first sample.
+    pub fn warm_up(&self, setup: &Setup) -> u64 {
+        let steps = |time: f64| (time / setup.time_step).ceil() as u64;
+        match self.warm_up.map(|warm_up| warm_up.0) {
+            None => self.steps,
+            Some(Duration::Steps(count)) => count,
+            Some(Duration::Time(time)) => steps(time),
+            Some(Duration::StokesTimes(times)) => steps(times * setup.stokes_time().unwrap_or(f64::INFINITY)),
+        }
+    }
+}
+
+/// An interval of time. Its mean settling velocity over that of Stokes is the quantity `<name>_velocity`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindowSection {
+    /// Short name.
+    pub name: Located<String>,
+    /// Its begin (`t*`).
+    #[schemars(extend("minimum" = 0))]
+    pub from: f64,
+    /// Its end (`t*`).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub to: f64,
+}
+
+/// A quantity that compares two values of an axis.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DerivedSection {
+    /// Its name.
+    pub name: Located<String>,
+    /// As it stands in figures and tables. Default: the name.
+    pub label: Option<String>,
+    /// Axis whose two values are compared.
+    pub axis: Located<String>,
+    /// The value of the axis that is compared.
+    pub of: Choice,
+    /// The value that it is compared with.
+    pub to: Choice,
+    /// The quantity that is compared. Default: the settling velocity over that of Stokes.
+    #[serde(default = "settling_velocity")]
+    pub quantity: Located<String>,
+    /// How.
+    #[serde(default)]
+    pub form: Comparison,
+}
+
+fn settling_velocity() -> Located<String> {
+    "settling_velocity_over_stokes".to_string().into()
+}
+
+/// How two values of a quantity are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Comparison {
+    /// `of / to`.
+    #[default]
+    Ratio,
+    /// `1 - of / to`.
+    Deficit,
+}
+
+/// A figure.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FigureSection {
+    /// Short name, good for a file.
+    pub name: Located<String>,
+    /// Heading.
+    pub title: String,
+    /// Axis of the study along the horizontal.
+    pub x: Located<String>,
+    /// Quantity, or a list of them.
+    pub y: Located<Choice>,
+    /// Text of the horizontal axis. Default: the label of the axis.
+    pub x_label: Option<String>,
+    /// Text of the vertical axis. Default: the quantity.
+    pub y_label: Option<String>,
+    /// Whether the horizontal axis is logarithmic.
+    #[serde(default)]
+    pub x_log: bool,
+    /// Whether the vertical axis is logarithmic.
+    #[serde(default)]
+    pub y_log: bool,
+    /// Axes whose values have a series each.
+    #[serde(default)]
+    pub series: Vec<Located<String>>,
+    /// Axis whose values have a panel each.
+    pub panels: Option<Located<String>>,
+    /// The values of axes that are shown; others are left out.
+    #[serde(default)]
+    pub only: BTreeMap<String, Choice>,
+    /// Whether to draw the error of each line against its own extrapolation to fine grids, as a part of it, instead of the quantity.
+    #[serde(default)]
+    pub error: bool,
+    /// What to draw besides.
+    #[serde(default)]
+    pub references: Vec<Located<ReferenceSection>>,
+    /// What the reader must know.
+    #[serde(default)]
+    pub note: String,
+}
+
+/// A reference: exactly one of `law`, `csv`, `fit`, `band`, `order`, `value`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["law"] }, { "required": ["csv"] }, { "required": ["fit"] }, { "required": ["band"] }, { "required": ["order"] }, { "required": ["value"] }]))]
+pub struct ReferenceSection {
+    /// A correlation for suspensions that settle.
+    pub law: Option<Law>,
+    /// A table beside this file, with column `y`.
+    pub csv: Option<Located<String>>,
+    /// Column of the table with the values.
+    pub y: Option<Located<String>>,
+    /// Columns of the table and what they must equal: an axis of the study, or a number or word.
+    #[serde(default, rename = "where")]
+    #[schemars(with = "BTreeMap<String, Json>")]
+    pub rows: BTreeMap<String, toml::Value>,
+    /// The values of axes that it is for.
+    #[serde(default)]
+    pub only: BTreeMap<String, Choice>,
+    /// The extrapolation to fine grids through the points of each series; the horizontal axis has cells per diameter.
+    #[serde(default)]
+    pub fit: bool,
+    /// The mean of all points, and lines so far above and below it (part of the mean).
+    pub band: Option<f64>,
+    /// A power law with this order, `x^-order`, through the first point of the first line.
+    pub order: Option<f64>,
+    /// A number.
+    pub value: Option<f64>,
+    /// Text of the legend.
+    pub label: Option<String>,
+    /// Whether the line is dashed.
+    #[serde(default)]
+    pub dashed: bool,
+}
+
+/// A table.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TableSection {
+    /// Short name, good for a file.
+    pub name: Located<String>,
+    /// Heading.
+    pub title: String,
+    /// Axes whose combinations have a row each.
+    pub rows: Vec<Located<String>>,
+    /// What stands in the other columns.
+    pub columns: Vec<Located<ColumnSection>>,
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnSection {
+    /// Head.
+    pub label: String,
+    /// Quantity.
+    pub y: Located<String>,
+    /// The values of axes that it is of.
+    #[serde(default)]
+    pub only: BTreeMap<String, Choice>,
+    /// A reference, which is shown beside the quantity with the deviation from it.
+    pub reference: Option<Located<ReferenceSection>>,
+    /// Digits behind the point. Default 4.
+    pub digits: Option<usize>,
+}
+
+/// A comparison with a reference.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CheckSection {
+    /// Which comparison.
+    pub kind: CheckKind,
+    /// Words for the quantity. Default: its name.
+    pub label: Option<String>,
+    /// The quantity. Default: the settling velocity over that of Stokes.
+    #[serde(default = "settling_velocity")]
+    pub y: Located<String>,
+    /// The values of axes that it is of.
+    #[serde(default)]
+    pub only: BTreeMap<String, Choice>,
+    /// `within`: the reference.
+    pub reference: Option<Located<ReferenceSection>>,
+    /// `within`, `scatter`, `convergence`: largest deviation, as a part of the reference.
+    #[schemars(extend("minimum" = 0))]
+    pub tolerance: Option<Located<f64>>,
+    /// `within`: largest deviation, in the unit of the quantity.
+    #[schemars(extend("minimum" = 0))]
+    pub absolute: Option<Located<f64>>,
+    /// `ordered`: the quantity is above this number.
+    pub above: Option<Located<f64>>,
+    /// `ordered`: the quantity is below this number.
+    pub below: Option<Located<f64>>,
+    /// `convergence`: the axis with the cells per diameter.
+    pub x: Option<Located<String>>,
+    /// `convergence`: axes of repetitions that are not averaged over but have a fit each.
+    #[serde(default)]
+    pub separate: Vec<Located<String>>,
+    /// `convergence`: from so many cells on the error must fall.
+    pub monotone_from: Option<f64>,
+    /// `convergence`: at so many cells the deviation from the extrapolation is held against `tolerance`.
+    pub at: Option<f64>,
+    /// Where the reference is from.
+    #[serde(default)]
+    pub source: String,
+}
+
+/// Kinds of comparisons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CheckKind {
+    /// Every point is near its reference.
+    Within,
+    /// Every point is above or below a number.
+    Ordered,
+    /// The error against the extrapolation to fine grids falls, and is small at one of them.
+    Convergence,
+    /// Every single run is near the mean over all.
+    Scatter,
+}
+
+impl JsonSchema for ValueSection {
+    fn schema_name() -> Cow<'static, str> {
+        "Value".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let named = generator.subschema_for::<NamedValue>();
+        // Any other value is one of the axis' key, which may be a table without a name.
+        json_schema!({
+            "if": { "type": "object", "anyOf": [{ "required": ["name"] }, { "required": ["set"] }] },
+            "then": named
+        })
+    }
+}
+
+impl JsonSchema for Choice {
+    fn schema_name() -> Cow<'static, str> {
+        "Choice".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let [text, number, truth] =
+            ["string", "number", "boolean"].map(|kind| json_schema!({ "type": kind }));
+        let list = json_schema!({ "type": "array", "items": { "anyOf": [text, number, truth] } });
+        json_schema!({ "anyOf": [text, number, truth, list] })
+    }
+}
+
+impl JsonSchema for WarmUp {
+    fn schema_name() -> Cow<'static, str> {
+        "WarmUp".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let duration = generator.subschema_for::<Duration>();
+        json_schema!({ "anyOf": [{ "type": "integer", "format": "uint64", "minimum": 0 }, duration] })
+    }
+}
+
+/// The JSON schema of study files, for editors.
+pub fn schema() -> String {
+    case::schema::text::<StudyFile>()
+}

@@ -1,0 +1,156 @@
+//! Cases of the literature, each with the question it answers, the case files, the reference and what counts as agreement.
+//!
+//! `validation/<name>/` holds what a case is made of: its texts are part of this program, so that it validates itself
+//! anywhere. The module of a case here says how it is run, what is measured and how far it may be off; the `README.md` of its
+//! folder says why.
+
+mod channel;
+mod drafting;
+mod friction;
+mod hertz;
+mod hindered_settling;
+mod liggghts;
+mod periodic_settling;
+mod random_array;
+mod reference;
+mod restitution;
+mod settling_tank;
+mod shear;
+mod shear_viscosity;
+mod shear_wave;
+mod sphere_array;
+mod suite;
+mod taylor_green;
+mod trial;
+mod watch;
+mod wet_impact;
+
+use crate::checks::Check;
+pub use crate::checks::Findings;
+pub use suite::{list, run};
+pub use trial::Trial;
+use turbid::error::Result;
+use turbid::output::Overlay;
+
+/// How long one is willing to wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub enum Level {
+    /// The parts that take seconds.
+    Quick,
+    /// All parts.
+    Full,
+}
+
+/// A run of a case that needs no other.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// From which level on it is done.
+    pub level: Level,
+    /// About how long it takes on one core (s).
+    pub seconds: f64,
+    /// Whether it uses all cores by itself.
+    pub wide: bool,
+    /// Does it.
+    pub run: fn(&Trial) -> Result<Findings>,
+}
+
+impl Part {
+    /// A part of the full level on one core.
+    const fn full(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self { level: Level::Full, ..Self::quick(seconds, run) }
+    }
+
+    /// A part of the full level that takes all cores.
+    const fn wide(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self { wide: true, ..Self::full(seconds, run) }
+    }
+
+    /// A part of the quick level on one core.
+    const fn quick(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+        Self { level: Level::Quick, seconds, wide: false, run }
+    }
+}
+
+/// A case of the suite.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Short name: the folder below `validation/`.
+    pub name: &'static str,
+    /// What it asks, one line.
+    pub question: &'static str,
+    /// Where its references are from: author, year, DOI.
+    pub source: &'static str,
+    /// Its runs.
+    pub parts: &'static [Part],
+    /// Why this program cannot run it, if so.
+    pub missing: Option<&'static str>,
+}
+
+impl Case {
+    /// The lowest level at which it does anything.
+    pub fn level(&self) -> Level {
+        let levels = self.parts.iter().map(|part| part.level);
+        levels.min().unwrap_or(Level::Full)
+    }
+
+    /// About how long its parts of a level take on one core (s).
+    pub fn seconds(&self, level: Level) -> f64 {
+        let parts = self.parts.iter().filter(|part| part.level <= level);
+        parts.map(|part| part.seconds).sum()
+    }
+}
+
+/// The suite.
+pub const CASES: &[Case] = &[
+    shear_wave::CASE,
+    taylor_green::CASE,
+    channel::CASE,
+    sphere_array::CASE,
+    periodic_settling::CASE,
+    shear::CASE,
+    settling_tank::CASE,
+    restitution::CASE,
+    friction::CASE,
+    hertz::CASE,
+    liggghts::CASE,
+    wet_impact::CASE,
+    drafting::CASE,
+    random_array::CASE,
+    shear_viscosity::CASE,
+    hindered_settling::CASE,
+];
+
+/// What cases find. Their checks have the name and, unless they say another, the source of the case.
+impl Findings {
+    /// Holds a number against its reference; the tolerance is in the unit of both.
+    fn absolute(&mut self, quantity: impl Into<String>, measured: f64, reference: f64, tolerance: f64) {
+        self.checks.push(Check::new(quantity, measured, reference, tolerance, ""));
+    }
+
+    /// Holds a number against its reference; the tolerance is a part of the reference.
+    fn relative(&mut self, quantity: impl Into<String>, measured: f64, reference: f64, part: f64) {
+        self.absolute(quantity, measured, reference, part * reference.abs());
+    }
+
+    /// Reports a number that has no reference.
+    fn note(&mut self, quantity: impl Into<String>, value: f64) {
+        self.notes.push((quantity.into(), value));
+    }
+
+    /// Another source for the check made last.
+    fn from(&mut self, source: &str) {
+        if let Some(check) = self.checks.last_mut() {
+            check.source = source.to_string();
+        }
+    }
+
+    /// Takes what another part found.
+    fn append(&mut self, other: Self) {
+        self.checks.extend(other.checks);
+        self.notes.extend(other.notes);
+        self.overlays.extend(other.overlays);
+    }
+}
+
+#[cfg(test)]
+mod tests;

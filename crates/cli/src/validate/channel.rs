@@ -1,0 +1,110 @@
+//! Steady flows between walls: `validation/channel`.
+
+use super::reference::Table;
+use super::trial::whole;
+use super::{Case, Findings, Overlay, Part, Trial};
+use turbid::case::Setup;
+use turbid::comm::Comm;
+use turbid::error::Result;
+use turbid::simulation::Simulation;
+
+const TEXT: &str = include_str!("../../../../validation/channel/case.toml");
+const REFERENCE: &str = include_str!("../../../../validation/channel/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "channel",
+    question: "Poiseuille flow between plates and in a square and a 1:2 duct, forces on the walls",
+    source: "White (2006), Viscous Fluid Flow, Eq. (3-48)",
+    parts: &[
+        Part::quick(0.5, plates),
+        Part::quick(0.5, |trial| duct(trial, "square", [16, 16])),
+        Part::quick(1.0, |trial| duct(trial, "one_to_two", [16, 32])),
+    ],
+    missing: None,
+};
+
+/// Edge of a cell (m), as in the case file.
+const CELL: f64 = 1e-4;
+/// Of the profile between plates: exact on the lattice with the magic parameter 3/16; the rest is the approach.
+const PLATES: f64 = 1e-6;
+/// Of the largest and the mean velocity in a duct of 16 cells.
+const DUCT: f64 = 5e-3;
+/// Of the force on the walls against that on the fluid.
+const FORCE: f64 = 1e-4;
+
+/// Velocity along x (m/s) in the middle of the steps, of the cells of the plane `x = 1`, row by row; and the force on the
+/// walls along x over that on the fluid.
+fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
+    let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
+    run.advance(setup.plan.end_step)?;
+    let half = 0.5 * run.acceleration().x * setup.time_step;
+    let [_, ny, nz] = setup.domain.cells;
+    let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
+    let profile = rows.map(|(y, z)| {
+        run.fluid().expect("the case has one").moments([1, y, z]).1[0] * setup.units().velocity() + half
+    });
+    let profile = profile.collect();
+    let drag: f64 = run.wall_loads().iter().map(|load| load.force.x).sum();
+    let fed = setup.fluid_density() * setup.domain.volume() * setup.expect_fluid().body_acceleration.x;
+    Ok((profile, drag / fed))
+}
+
+fn plates(trial: &Trial) -> Result<Findings> {
+    let setup = trial.setup(TEXT, CASE.name, &[])?;
+    let (profile, force) = steady(&setup)?;
+    let [_, ny, nz] = setup.domain.cells;
+    let height = setup.domain.size().z;
+    let fastest =
+        setup.expect_fluid().body_acceleration.x * height * height / (8.0 * setup.expect_fluid().viscosity);
+    let points = (0..nz).map(|z| [(z as f64 + 0.5) / nz as f64, profile[1 + ny * z] / fastest]);
+    let points: Vec<[f64; 2]> = points.collect();
+    let exact = |s: f64| 4.0 * s * (1.0 - s);
+    let worst = points.iter().map(|[s, u]| (u - exact(*s)).abs()).fold(0.0, f64::max);
+    let mut found = Findings::default();
+    let quantity = "plates: largest error of the profile over its maximum (-)";
+    found.absolute(quantity, worst, 0.0, PLATES);
+    found.from(
+        "Ginzburg and d'Humieres (2003), doi:10.1103/PhysRevE.68.066614: exact with the parameter 3/16",
+    );
+    found.relative("plates: force on the walls over that on the fluid (-)", force, 1.0, FORCE);
+    found.from("balance of momentum");
+    let parabola = (0..=100).map(|k| [0.01 * f64::from(k), exact(0.01 * f64::from(k))]);
+    found.overlays.push(Overlay::new(
+        "plates",
+        "Flow between two plates",
+        ["height over distance (-)", "velocity over largest (-)"],
+        [("reference: parabola", parabola.collect()), ("measured", points)],
+    ));
+    Ok(found)
+}
+
+/// A duct of so many cells across, the shorter side first.
+fn duct(trial: &Trial, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
+    let size = [4, ny, nz].map(|n| n as f64 * CELL);
+    let own = [format!("domain.size={size:?}"), "domain.periodic=[true, false, false]".to_string()];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let (profile, force) = steady(&setup)?;
+    let [_, ny, nz] = setup.domain.cells;
+    let side = setup.domain.size().y;
+    let unit = setup.expect_fluid().body_acceleration.x * side * side / setup.expect_fluid().viscosity;
+    // The axis lies between cells; the mean of the four beside it is that of the parabola there.
+    let at = |y: usize, z: usize| profile[y + ny * z];
+    let beside = |n: usize| [n / 2 - 1, n / 2];
+    let four = beside(ny).into_iter().flat_map(|y| beside(nz).map(|z| at(y, z)));
+    let inner: f64 = four.sum::<f64>() / 4.0;
+    // The cells around these give the curvature on both axes: u(0) = u(h/2) + (u(h/2) - u(3h/2)) / 8.
+    let ring = |y: usize, z: usize| 0.5 * (at(y, z) + at(ny - 1 - y, nz - 1 - z));
+    let falls = (inner - ring(ny / 2 - 2, nz / 2)) + (inner - ring(ny / 2, nz / 2 - 2));
+    let largest = (inner + falls / 8.0) / unit;
+    let mean = profile.iter().sum::<f64>() / (ny * nz) as f64 / unit;
+    let table = Table::new(REFERENCE);
+    let mut found = Findings::default();
+    for (what, measured, column) in [("largest", largest, "u_max"), ("mean", mean, "u_mean")] {
+        let quantity = format!("{name} duct: {what} velocity over a A^2 / nu (-)");
+        found.relative(quantity, measured, table.of("duct", name, column), DUCT);
+    }
+    let quantity = format!("{name} duct: force on the walls over that on the fluid (-)");
+    found.relative(quantity, force, 1.0, FORCE);
+    found.from("balance of momentum");
+    Ok(found)
+}

@@ -1,0 +1,115 @@
+//! Oblique impacts with friction: `validation/friction`.
+
+use super::reference::Table;
+use super::trial::{unsteady, whole};
+use super::{Case, Findings, Overlay, Part, Trial};
+use turbid::comm::Comm;
+use turbid::error::Result;
+use turbid::simulation::Simulation;
+
+const TEXT: &str = include_str!("../../../../validation/friction/case.toml");
+const REFERENCE: &str = include_str!("../../../../validation/friction/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "friction",
+    question: "oblique impacts of a sphere on a plate: tangential restitution and spin",
+    source: "Kharaz, Gorham and Salman (2001), doi:10.1016/S0032-5910(01)00283-2",
+    parts: &[Part::quick(1.0, throws)],
+    missing: None,
+};
+
+const THEORY: &str = "impulses of rigid bodies that slide to the end: mu (1 + e) of the normal momentum";
+/// Speed before the impact (m/s).
+const SPEED: f64 = 3.9;
+/// Measured.
+const FRICTION: f64 = 0.092;
+const RESTITUTION: f64 = 0.98;
+/// Of the tangential restitution: against theory and against the experiment, absolute.
+const TANGENTIAL: [f64; 2] = [2e-3, 0.02];
+/// Of the angular velocity: against theory and against the experiment, as a part.
+const SPIN: [f64; 2] = [5e-3, 0.1];
+
+fn throws(trial: &Trial) -> Result<Findings> {
+    let table = Table::new(REFERENCE);
+    let columns = ["angle", "value"];
+    let [tangential, spin] =
+        ["tangential_restitution", "omega_rad_s"].map(|word| table.points(Some(word), columns));
+    let angles: Vec<f64> = tangential.iter().chain(&spin).map(|point| point[0]).collect();
+    let list: Vec<String> = (0..)
+        .zip(&angles)
+        .map(|(n, degrees)| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let (x, along, down) = (0.02 + 0.03 * f64::from(n), SPEED * sin, -SPEED * cos);
+            format!("{{ position = [{x:e}, 0.01, 2.5000001e-3], velocity = [{along:e}, 0.0, {down:e}] }}")
+        })
+        .collect();
+    let own = [format!("particles.0.list=[{}]", list.join(", "))];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+    run.advance(setup.plan.end_step)?;
+    let contacts = run.dem().contacts();
+    if (contacts.begun, contacts.count) != (angles.len() as u64, 0) {
+        return Err(unsteady("contacts that have not ended", contacts.count as f64));
+    }
+    let radius = 0.5 * setup.diameter;
+    let slide = |angle: f64| 1.0 - FRICTION * (1.0 + RESTITUTION) / angle.to_radians().tan();
+    let turn = |angle: f64| 2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius;
+    let mut found = Findings::default();
+    let (mut slid, mut turned) = (Vec::new(), Vec::new());
+    for (n, after) in run.particles().iter().enumerate() {
+        let (angle, before) = (angles[n], setup.particles[n].velocity());
+        let normal = -after.velocity().z / before.z;
+        let quantity = format!("normal restitution at {angle:.1} degrees (-)");
+        found.absolute(quantity, normal, RESTITUTION, 2e-3);
+        found.from("as set");
+        if let Some(&[_, experiment]) = tangential.get(n) {
+            let measured = after.velocity().x / before.x;
+            let quantity = format!("tangential restitution at {angle:.1} degrees (-)");
+            found.absolute(quantity.clone(), measured, slide(angle), TANGENTIAL[0]);
+            found.from(THEORY);
+            let quantity = format!("{quantity}, experiment");
+            found.absolute(quantity, measured, experiment, TANGENTIAL[1]);
+            slid.push([angle, measured]);
+        } else {
+            let experiment = spin[n - tangential.len()][1];
+            let measured = after.angular_velocity().y;
+            let quantity = format!("angular velocity at {angle:.1} degrees (1/s)");
+            found.relative(quantity.clone(), measured, turn(angle), SPIN[0]);
+            found.from(THEORY);
+            let quantity = format!("{quantity}, experiment");
+            found.relative(quantity, measured, experiment, SPIN[1]);
+            turned.push([angle, measured]);
+        }
+    }
+    let over = |law: &dyn Fn(f64) -> f64| (34..=65).map(|a| [f64::from(a), law(f64::from(a))]).collect();
+    for (name, title, axis, law, experiment, measured) in [
+        (
+            "tangential",
+            "Tangential restitution of spheres on a plate",
+            "tangential restitution (-)",
+            &slide as &dyn Fn(f64) -> f64,
+            tangential,
+            slid,
+        ),
+        (
+            "spin",
+            "Spin of spheres after the impact on a plate",
+            "angular velocity (1/s)",
+            &turn,
+            spin,
+            turned,
+        ),
+    ] {
+        found.overlays.push(Overlay::new(
+            name,
+            title,
+            ["angle from the normal (degrees)", axis],
+            [
+                ("reference: rigid bodies", over(law)),
+                ("experiment, Kharaz et al. (2001)", experiment),
+                ("measured", measured),
+            ],
+        ));
+    }
+    Ok(found)
+}

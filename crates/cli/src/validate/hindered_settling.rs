@@ -1,0 +1,90 @@
+//! One point of the study of hindered settling, with both force balances: `validation/hindered_settling`.
+
+use super::reference::Table;
+use super::watch::Watch;
+use super::{Case, Findings, Overlay, Part, Trial};
+use std::collections::BTreeMap;
+use turbid::coupling::CONTROL_INTERVAL;
+use turbid::error::Result;
+use turbid::output::estimate_mean;
+
+const TEXT: &str = include_str!("../../../../validation/hindered_settling/case.toml");
+const REFERENCE: &str = include_str!("../../../../validation/hindered_settling/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "hindered_settling",
+    question: "settling velocity of a suspension, volume fraction 0.2, Archimedes number 1000, both force balances",
+    source: "Marquardt, Hafen and Krause (2024), doi:10.1016/j.cpc.2024.109321, Table 1",
+    parts: &[
+        Part::wide(38.0, |trial| settle(trial, "fluid_only")),
+        Part::wide(38.0, |trial| settle(trial, "mixture")),
+    ],
+    missing: None,
+};
+
+const PHI: f64 = 0.2;
+const TOLERANCE: f64 = 0.15;
+/// Averages are taken from here on, to the end of the run (Stokes times).
+const FROM: f64 = 40.0;
+const TO: f64 = 100.0;
+
+fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
+    let own = [
+        "domain.size={ diameters = [6, 6, 6] }".to_string(),
+        format!("particles.0.volume_fraction={PHI}"),
+        format!("driving.force_balance={balance:?}"),
+        format!("run.end.stokes_times={TO:?}"),
+        format!("run.average_from.stokes_times={FROM:?}"),
+    ];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let watch =
+        Watch { trial, setup: &setup, threads: trial.threads, every: 2 * CONTROL_INTERVAL, held: false };
+    // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
+    let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
+        let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();
+        let mixture = if run.comm().rank() == 0 { run.mean_flow().velocity.z } else { 0.0 };
+        rows.push((run.steps_done(), sum, mixture));
+        Ok(false)
+    })?;
+    let mut steps: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
+    for (step, sum, mixture) in parts {
+        let both = steps.entry(step).or_default();
+        *both = (both.0 + sum, both.1 + mixture);
+    }
+    let count = setup.particles.len() as f64;
+    let unit = setup.expect_fluid().scales.stokes_velocity;
+    let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.time_step / setup.expect_fluid().scales.stokes_time;
+    let course = steps.iter().map(|(&step, (sum, mixture))| {
+        let time = step as f64 * setup.time_step / setup.expect_fluid().scales.stokes_time;
+        [time, (mixture - sum / count) / unit]
+    });
+    let course: Vec<[f64; 2]> = course.collect();
+    let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
+    let Some(mean) = estimate_mean(&steady) else {
+        return Err(super::trial::unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
+    };
+    let table = Table::new(REFERENCE);
+    let mut found = Findings::default();
+    let quantity = format!("U / U_Stokes, phi {PHI}, {balance} (-)");
+    let (column, source, name) = if balance == "mixture" {
+        (
+            "garside_yao",
+            "Garside and Al-Dibouni (1977), doi:10.1021/i260062a008; Yao et al. (2021)",
+            "reference: Garside and Al-Dibouni, Yao et al.",
+        )
+    } else {
+        ("u_over_stokes", CASE.source, "reference: Marquardt et al. (2024)")
+    };
+    let expected = table.at("phi", PHI, column);
+    found.relative(quantity, mean.mean, expected, TOLERANCE);
+    found.from(source);
+    let error = mean.standard_error.unwrap_or(f64::NAN);
+    found.note(format!("its standard error, {balance}"), error);
+    found.overlays.push(Overlay::new(
+        balance,
+        format!("Settling velocity at volume fraction {PHI}, {balance}"),
+        ["time over D / U_Stokes (-)", "velocity over U_Stokes (-)"],
+        [(name, vec![[0.0, expected], [TO, expected]]), ("measured", course)],
+    ));
+    Ok(found)
+}

@@ -1,0 +1,101 @@
+//! One sphere settling slowly in a periodic cube: `validation/periodic_settling`.
+
+use super::reference::Table;
+use super::trial::{unsteady, whole};
+use super::{Case, Findings, Part, Trial};
+use turbid::comm::Comm;
+use turbid::coupling::{CONTROL_INTERVAL, ForceBalance};
+use turbid::error::Result;
+use turbid::simulation::Simulation;
+
+const TEXT: &str = include_str!("../../../../validation/periodic_settling/case.toml");
+const REFERENCE: &str = include_str!("../../../../validation/periodic_settling/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "periodic_settling",
+    question: "settling velocity of one sphere in a periodic cube, both force balances",
+    source: "Sangani and Acrivos (1982), doi:10.1016/0301-9322(82)90047-7",
+    parts: &[
+        Part::quick(7.0, balances),
+        Part::quick(6.0, |trial| Ok(settle(trial, 4, ForceBalance::Mixture)?.0)),
+    ],
+    missing: None,
+};
+
+const TOLERANCE: f64 = 0.01;
+/// Largest relative change of the velocity in `STRETCH` steps that counts as steady.
+const STEADY: f64 = 2e-4;
+/// Of the ratio of both balances: what it is off depends on the drag, which is the same in both.
+const RATIO: f64 = 1e-3;
+/// A multiple of the interval at which the flow is measured.
+const STRETCH: u64 = 20 * CONTROL_INTERVAL;
+
+/// Both balances in the same cube.
+fn balances(trial: &Trial) -> Result<Findings> {
+    let (mut found, mixture) = settle(trial, 3, ForceBalance::Mixture)?;
+    let (fluid, fluid_only) = settle(trial, 3, ForceBalance::FluidOnly)?;
+    found.append(fluid);
+    let phi = Table::new(REFERENCE).at("L_over_D", 3.0, "phi");
+    let quantity = "U of fluid_only over that of mixture, L = 3 D (-)";
+    found.relative(quantity, fluid_only / mixture, 1.0 / (1.0 - phi), RATIO);
+    found.from("gravity g / (1 - phi) in place of g");
+    Ok(found)
+}
+
+/// Settling velocity over the Stokes velocity in a cube of `edge` diameters, averaged over the passage of one cell.
+fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, f64)> {
+    let word = match balance {
+        ForceBalance::Mixture => "mixture",
+        ForceBalance::FluidOnly => "fluid_only",
+    };
+    let own = [
+        format!("domain.size={{ diameters = [{edge}, {edge}, {edge}] }}"),
+        format!("driving.force_balance={word:?}"),
+    ];
+    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+    let stokes = setup.expect_fluid().scales.stokes_velocity;
+    let (mut before, mut steady) = (0.0, false);
+    let (mut sum, mut samples, mut acceleration, mut flux) = (0.0, 0.0, 0.0, 0.0);
+    let mut passed = 0.0_f64;
+    while passed.abs() < setup.domain.dx {
+        run.advance(STRETCH)?;
+        let mixture = run.mean_flow().velocity.z;
+        let velocity = mixture - run.particles()[0].velocity().z;
+        if steady {
+            passed += velocity * STRETCH as f64 * setup.time_step;
+            sum += velocity;
+            samples += 1.0;
+            acceleration += run.acceleration().z;
+            flux += mixture;
+        }
+        // On the way through the lattice the velocity never stops changing altogether.
+        steady |= (velocity - before).abs() < STEADY * velocity.abs();
+        before = velocity;
+        if run.steps_done() >= setup.plan.end_step {
+            return Err(unsteady("velocity (m/s)", velocity));
+        }
+    }
+    let name = format!("L = {edge} D, {word}");
+    let (velocity, acceleration) = (sum / samples, acceleration / samples);
+    let phi = setup.volume_fraction;
+    // What carries the weight: all of the box, or the fluid in it.
+    let carrier = match balance {
+        ForceBalance::Mixture => 1.0,
+        ForceBalance::FluidOnly => 1.0 - phi,
+    };
+    let table = Table::new(REFERENCE);
+    let expected = table.at("L_over_D", f64::from(edge), "sangani_acrivos") / carrier;
+    let mut found = Findings::default();
+    found.relative(format!("U / U_Stokes, {name} (-)"), velocity / stokes, expected, TOLERANCE);
+    let weight = phi * (setup.expect_fluid().scales.density_ratio - 1.0) * setup.gravity.norm();
+    for (what, value) in [
+        ("steps", run.steps_done() as f64),
+        ("Reynolds number", velocity * setup.diameter / setup.expect_fluid().viscosity),
+        ("net flux over velocity", flux / samples / velocity),
+        ("acceleration over that of the balance", acceleration * carrier / weight),
+    ] {
+        found.note(format!("{what}, {name}"), value);
+    }
+    Ok((found, velocity / stokes))
+}

@@ -1,0 +1,77 @@
+//! Effective viscosity of a sheared suspension: `validation/shear_viscosity`.
+
+use super::reference::Table;
+use super::watch::Watch;
+use super::{Case, Findings, Overlay, Part, Trial};
+use turbid::error::Result;
+use turbid::math::Vec3;
+use turbid::output::estimate_mean;
+
+const TEXT: &str = include_str!("../../../../validation/shear_viscosity/case.toml");
+const REFERENCE: &str = include_str!("../../../../validation/shear_viscosity/reference.csv");
+
+pub(super) const CASE: Case = Case {
+    name: "shear_viscosity",
+    question: "viscosity of a sheared suspension of spheres, volume fractions 0.05 to 0.2",
+    source: "Eilers (1941), doi:10.1007/BF01503023",
+    parts: &[Part::wide(60.0, suspensions)],
+    missing: None,
+};
+
+/// Of what the spheres add to the viscosity.
+const TOLERANCE: f64 = 0.25;
+/// Strain from which on the stress is averaged.
+const FROM: f64 = 3.0;
+/// Steps between two looks at the walls.
+const EVERY: u64 = 40;
+
+fn suspensions(trial: &Trial) -> Result<Findings> {
+    let table = Table::new(REFERENCE);
+    let mut found = Findings::default();
+    let mut measured = Vec::new();
+    for phi in [0.05, 0.1, 0.2] {
+        let own = [format!("particles.0.volume_fraction={phi}")];
+        let setup = trial.setup(TEXT, CASE.name, &own)?;
+        let wall = |name: &str| setup.walls.iter().position(|wall| wall.name == name);
+        let (Some(low), Some(high)) = (wall("z-"), wall("z+")) else {
+            return Err(turbid::error::Error::Input("the case has no plates".to_string()));
+        };
+        let speed = |wall: usize| setup.walls[wall].velocity(Vec3::zeros(), 0.0).x;
+        let size = setup.domain.size();
+        let rate = (speed(high) - speed(low)) / size.z;
+        let watch = Watch { trial, setup: &setup, threads: trial.threads, every: EVERY, held: false };
+        // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
+        let series: Vec<[f64; 2]> = watch.rows(|run, rows| {
+            let loads = run.wall_loads();
+            let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
+            if run.comm().rank() == 0 {
+                rows.push([rate * run.steps_done() as f64 * setup.time_step, stress]);
+            }
+            Ok(false)
+        })?;
+        let plain = setup.fluid_density() * setup.expect_fluid().viscosity * rate;
+        let steady = series.iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
+        let steady: Vec<f64> = steady.collect();
+        let Some(mean) = estimate_mean(&steady) else {
+            return Err(super::trial::unsteady("strain", FROM));
+        };
+        let expected = table.at("phi", phi, "eilers");
+        let quantity = format!("viscosity over that of the fluid, less one, phi {phi} (-)");
+        found.relative(quantity, mean.mean - 1.0, expected - 1.0, TOLERANCE);
+        let error = mean.standard_error.unwrap_or(f64::NAN);
+        found.note(format!("its standard error, phi {phi}"), error);
+        measured.push([phi, mean.mean]);
+    }
+    let columns = |name| table.points(None, ["phi", name]);
+    found.overlays.push(Overlay::new(
+        "viscosity",
+        "Viscosity of a sheared suspension over that of the fluid",
+        ["volume fraction (-)", "relative viscosity (-)"],
+        [
+            ("reference: Batchelor and Green (1972)", columns("batchelor_green")),
+            ("Eilers", columns("eilers")),
+            ("measured", measured),
+        ],
+    ));
+    Ok(found)
+}
