@@ -40,10 +40,13 @@
 pub mod builder;
 pub mod case;
 pub mod checkpoint;
+#[cfg(feature = "pictures")]
 #[doc(hidden)]
 pub mod checks;
+#[cfg(feature = "pictures")]
 #[doc(hidden)]
 pub mod cli;
+#[cfg(feature = "pictures")]
 #[doc(hidden)]
 pub mod crosscheck;
 #[doc(hidden)]
@@ -55,11 +58,14 @@ pub mod memory;
 pub mod mesh;
 pub mod output;
 pub mod packing;
+#[cfg(feature = "pictures")]
 #[doc(hidden)]
 pub mod report;
 pub mod simulation;
+#[cfg(feature = "pictures")]
 #[doc(hidden)]
 pub mod study;
+#[cfg(feature = "pictures")]
 #[doc(hidden)]
 pub mod validate;
 

@@ -15,13 +15,13 @@ mod atomic;
 pub mod contacts;
 pub mod directory;
 pub mod numbers;
+#[cfg(feature = "pictures")]
 mod overlay;
 pub mod particle_series;
 pub mod picture;
 pub mod pieces;
 pub mod points;
 mod polydata;
-pub mod progress;
 pub mod pvd;
 pub mod series;
 mod series_table;
@@ -40,10 +40,10 @@ pub use contacts::{
     Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
 };
 pub use directory::{Numbered, OutputFiles};
+#[cfg(feature = "pictures")]
 pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use points::{ForceAndTorque, ParticlePoints};
-pub use progress::Progress;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use series_table::{SeriesColumn, SeriesTable};

@@ -5,7 +5,7 @@ use super::engine::Context;
 use super::observe::{Observer, agree as agree_here, names};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
-use super::{CONTROL_INTERVAL, Simulation};
+use super::{CONTROL_INTERVAL, Progress, Simulation};
 use crate::case::Setup;
 #[cfg(feature = "mpi")]
 use crate::comm::MpiComm;
@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 /// How a run behaves towards its caller.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
-    /// No progress on the terminal.
-    pub quiet: bool,
+    /// Told of every step and of warnings.
+    pub progress: Option<Arc<dyn Progress>>,
     /// Set by a signal handler: the run ends cleanly after the current step, outputs closed.
     pub stop: Arc<AtomicBool>,
     /// Set by a signal handler, cleared by the run: it writes a checkpoint and goes on.
@@ -40,8 +40,7 @@ pub struct RunOptions {
 /// use turbid::{Builder, simulation};
 /// # let folder = std::env::temp_dir().join(format!("turbid-run-{}", std::process::id()));
 /// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
-/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
-/// let summary = simulation::run(&setup, &quiet)?;
+/// let summary = simulation::run(&setup, &simulation::RunOptions::default())?;
 /// assert!(summary.is_some() && folder.join("series.csv").exists());
 /// # std::fs::remove_dir_all(folder).unwrap();
 /// # Ok::<(), turbid::Error>(())
@@ -81,8 +80,7 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 ///
 /// # let folder = std::env::temp_dir().join(format!("turbid-writer-{}", std::process::id()));
 /// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
-/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
-/// simulation::run_with(&setup, &quiet, &|_rank| vec![Box::new(Rows)])?;
+/// simulation::run_with(&setup, &Default::default(), &|_rank| vec![Box::new(Rows)])?;
 /// # std::fs::remove_dir_all(folder).unwrap();
 /// # Ok::<(), turbid::Error>(())
 /// ```
@@ -296,7 +294,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     writers.extend(more(simulation.comm.rank()));
     let observer = |simulation: &Simulation, writers| {
         let Simulation { comm, step, .. } = simulation;
-        Observer::new(setup, decomposition, comm, writers, *step, options.quiet)
+        Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
     };
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {

@@ -12,6 +12,7 @@
 //!
 //! A library adds its own writers with [`run_with`](super::run_with()).
 
+#[cfg(feature = "pictures")]
 mod pictures;
 mod series;
 mod viscosity;
@@ -22,7 +23,7 @@ use crate::case::Setup;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::memory;
-use crate::output::picture::Plane;
+use crate::output::picture::{Cut, Plane};
 use crate::output::{Contact, ForceAndTorque, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
 use std::path::PathBuf;
@@ -226,6 +227,7 @@ impl Fields {
 /// All writers of a case, in the order in which they write; those that are never due among them.
 pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let mut writers = vtk::writers(setup);
+    #[cfg(feature = "pictures")]
     writers.push(Box::new(pictures::Pictures::new(setup)));
     writers.push(Box::new(series::Series::new(setup)));
     writers
@@ -233,7 +235,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
 
 /// The plane that the pictures of a case show.
 pub fn slice_plane(setup: &Setup) -> Plane {
-    pictures::plane(setup)
+    let cut = setup.plan.output.picture_plane;
+    let cut = cut.map(|(normal, position)| Cut { normal, position });
+    Plane::of(&setup.domain, setup.gravity, cut)
 }
 
 /// Files of one kind, estimated before a run.

@@ -36,7 +36,7 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
     let mut setup = turbid::case::from_text(FALLING, "falling", &[]).unwrap();
     setup.plan.output.directory = root.join("out");
     change(&mut setup);
-    let options = RunOptions { quiet: true, ..RunOptions::default() };
+    let options = RunOptions::default();
     turbid::simulation::run(&setup, &options).unwrap();
     let summary = std::fs::read_to_string(OutputFiles::new(root.join("out")).summary()).unwrap();
     serde_json::from_str(&summary).unwrap()
