@@ -30,6 +30,7 @@ use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams, Simd};
 use crate::math::Vec3;
+pub use crate::output::Fields;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
@@ -47,7 +48,7 @@ pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_wit
 use std::rc::Rc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
-    Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
+    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 

@@ -38,7 +38,7 @@ const MAY_USE: &[(&str, &str)] = &[
         "case",
         "mesh packing coupling fluid dem contact particle shape wall domain units math input memory error",
     ),
-    ("output", "checkpoint plot particle shape wall domain math input error"),
+    ("output", "checkpoint plot dem particle shape wall domain math input error"),
     ("plot", ""),
     ("mesh", "shape math input"),
     ("engine", "liggghts dem error"),

@@ -15,6 +15,7 @@ use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::fluid::stream_bandwidth;
 use crate::math::Vec3;
+use crate::output::contacts::ids;
 pub use calibrate::calibrate;
 pub use network::Network;
 pub use report::{BenchReport, RankReport, Rate, Spread};
@@ -159,10 +160,7 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
 fn forces_sent(dem: &dyn DemEngine) -> usize {
     let particles = dem.particles();
     let owned = |id: u64| particles.owned().binary_search_by_key(&id, |p| p.id).is_ok();
-    let states = dem.contact_states();
-    let ends =
-        states.iter().flat_map(|state| [Some(state.first), state.wall().is_none().then_some(state.second)]);
-    ends.flatten().filter(|&id| !owned(id)).count()
+    dem.contact_states().iter().flat_map(ids).filter(|&id| !owned(id)).count()
 }
 
 fn median(values: &[f64]) -> f64 {

@@ -2,9 +2,8 @@
 //!
 //! All ranks take part. To rank 0 go the sums of a row, the particles that writers select, and the plane of a picture. Files for
 //! `ParaView` are written by rank 0 where the ranks are threads, and piece by piece by all of them where they are processes
-//! ([`collect`]). A failure to write on one rank ends the run on every rank.
+//! ([`gather`]). A failure to write on one rank ends the run on every rank.
 
-mod collect;
 mod gather;
 mod row;
 mod summary;
@@ -210,11 +209,7 @@ impl<'a> Observer<'a> {
                 }
             })
             .collect();
-        let own = if self.pieces {
-            RankOutput::piece(simulation, cut, needs, &touches, time)
-        } else {
-            RankOutput::whole(simulation, cut, needs, &touches, time)
-        };
+        let own = RankOutput::gather(simulation, cut, self.pieces, needs, &touches, time);
         let mut outcome = own.and_then(|own| match own {
             Some(own) => due.iter().try_for_each(|&i| self.writers[i].write(&own)),
             None => Ok(()),
