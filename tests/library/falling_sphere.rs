@@ -69,7 +69,7 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     for absent in ["fields.pvd", "settling_velocity.png"] {
         assert!(!files.directory().join(absent).exists(), "{absent}");
     }
-    for present in [files.walls(), files.picture(0), files.contacts_collection()] {
+    for present in [files.walls(), files.picture(0), files.collection(turbid::output::directory::CONTACTS)] {
         assert!(present.exists(), "{}", present.display());
     }
     for nothing in ["settling_velocity_over_stokes", "mach", "collision", "coupling", "force_balance"] {

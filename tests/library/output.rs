@@ -62,7 +62,8 @@ impl ParticleFiles {
         Self {
             points: ParticlePoints::new(templates, &sections, &frames),
             surfaces: ParticleSurfaces::new(templates, &sections, particles),
-            collections: [files.particles_collection(), files.surfaces_collection()].map(Collection::new),
+            collections: [files.collection(directory::PARTICLES), files.collection(directory::SURFACES)]
+                .map(Collection::new),
         }
     }
 
@@ -118,7 +119,7 @@ fn write_run(root: &Path) {
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
     let mut series = SeriesWriter::create(&files.series(), &[]).unwrap();
-    let mut all_fields = Collection::new(files.fields_collection());
+    let mut all_fields = Collection::new(files.collection(directory::FIELDS));
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles(0));
     for frame in 0..FRAMES {
         let (step, time) = (100 * frame, 1.3e-3 * frame as f64);
@@ -132,7 +133,7 @@ fn write_run(root: &Path) {
         let count = particles.len() as f64;
         let speeds = || particles.iter().map(|p| p.velocity().norm());
         series
-            .write(&SeriesRow {
+            .write(&[SeriesRow {
                 step,
                 time,
                 t_star: time * STOKES_VELOCITY / DIAMETER,
@@ -141,7 +142,7 @@ fn write_run(root: &Path) {
                 mean_particle_speed: speeds().sum::<f64>() / count,
                 max_particle_speed: speeds().fold(0.0, f64::max),
                 ..SeriesRow::default()
-            })
+            }])
             .unwrap();
         let scene = Scene {
             case: "hindered_settling",
@@ -330,8 +331,8 @@ fn write_tank(root: &Path) {
     let (templates, walls) = (mixture(), tank_walls());
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
-    let mut all_contacts = Collection::new(files.contacts_collection());
-    let mut all_chains = Collection::new(files.force_chains_collection());
+    let mut all_contacts = Collection::new(files.collection(directory::CONTACTS));
+    let mut all_chains = Collection::new(files.collection(directory::FORCE_CHAINS));
     let particles = pile(&templates);
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles);
     let touching = contacts(&particles);

@@ -130,7 +130,7 @@ impl Writer for Series<'_> {
                 ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
             )),
         };
-        series.write(row)?;
+        series.write(&[row])?;
         paths.write(row.step, row.time, &output.selected)
     }
 
