@@ -151,19 +151,24 @@ fn none_in(directory: &Path) -> String {
     )
 }
 
-/// The result of this rank if all have succeeded; else, on all, the error of the first that has failed. Collective.
-///
-/// # Errors
-/// [`Error::Agreed`], the same on every rank.
+/// The result of this rank if all have succeeded; else, on all, [`Error::Agreed`] with the error of the first that has failed by
+/// itself. Collective.
 pub fn agreed<R>(comm: &Comm, result: Result<R>) -> Result<R> {
     if !comm.any(result.is_err()) {
         return result;
     }
-    let mine = (result.err())
-        .map_or(Vec::new(), |error| [&[error.exit_code() as u8], error.to_string().as_bytes()].concat());
+    let mine = match result {
+        Ok(_) | Err(Error::OtherRank) => Vec::new(),
+        Err(error) => [&[error.exit_code() as u8], error.to_string().as_bytes()].concat(),
+    };
     let all = comm.all_gather(mine);
-    let first = all.iter().find(|message| !message.is_empty()).expect("one has failed");
-    Err(Error::Agreed { code: i32::from(first[0]), text: String::from_utf8_lossy(&first[1..]).into_owned() })
+    Err(match all.iter().find(|message| !message.is_empty()) {
+        Some(first) => {
+            let text = String::from_utf8_lossy(&first[1..]).into_owned();
+            Error::Agreed { code: i32::from(first[0]), text }
+        }
+        None => Error::OtherRank,
+    })
 }
 
 /// Result of `make` on rank 0; the default on the others.

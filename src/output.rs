@@ -15,13 +15,13 @@ mod atomic;
 pub mod contacts;
 pub mod directory;
 pub mod numbers;
+#[cfg(feature = "pictures")]
 mod overlay;
 pub mod particle_series;
 pub mod picture;
 pub mod pieces;
 pub mod points;
-mod polydata;
-pub mod progress;
+pub mod polydata;
 pub mod pvd;
 pub mod series;
 mod series_table;
@@ -32,23 +32,21 @@ pub mod vti;
 #[cfg(test)]
 #[path = "../tests/common/vtk.rs"]
 mod vtk_reader;
-mod vtkio_file;
 pub mod walls;
 
 pub use atomic::write_bytes;
-pub use contacts::{
-    Contact, Partner, write_contacts, write_contacts_index, write_force_chains, write_force_chains_index,
-};
+pub use contacts::{contacts, force_chains};
 pub use directory::{Numbered, OutputFiles};
+#[cfg(feature = "pictures")]
 pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
-pub use points::{ForceAndTorque, ParticlePoints};
-pub use progress::Progress;
+pub use points::ParticlePoints;
+pub use polydata::PolyData;
 pub use pvd::Collection;
 pub use series::{SeriesRow, SeriesWriter};
 pub use series_table::{SeriesColumn, SeriesTable};
 pub use statistics::{Estimate, Settled, estimate_mean, settled};
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;
-pub use vti::{FieldSnapshot, write_fields, write_fields_index};
+pub use vti::{Fields, write_fields, write_fields_index};
 pub use walls::write_walls;

@@ -10,11 +10,10 @@ mod failure;
 mod identity;
 mod measure;
 mod observe;
+mod progress;
 mod references;
-mod resume;
 mod run;
 mod saved;
-mod snapshot;
 mod work;
 mod writers;
 
@@ -29,27 +28,29 @@ use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams, Simd};
 use crate::math::Vec3;
+pub use crate::output::Fields;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
 use checkpointer::Requests;
 use engine::Context;
 use entrances::ExternalLoad;
-use failure::Failure;
 pub use identity::identity;
 pub use measure::Measurement;
 pub use observe::instruction_set;
+pub use progress::Progress;
 pub use references::{Law, Suspension, settling_references};
-pub use resume::{resume, resume_with, saved_setup};
-pub use run::{MoreWriters, RunOptions, agreed, decompose, forecast, run, run_with};
+pub use run::{
+    MoreWriters, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with, saved_setup,
+};
 use std::rc::Rc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
-    Fields, FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
+    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// One rank's part of a run: its block of fluid and the particles that touch it; the precision of the fluid is chosen at run time.
+/// One rank's part of a run: its block of fluid and the particles that touch it.
 ///
 /// Quantities are in SI units, but for [`fluid`](Self::fluid). What is *collective* must be called on all ranks, in the same order.
 ///
@@ -75,11 +76,8 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 /// ```
 /// use turbid::{Builder, Particles};
 /// let spheres = Particles::spheres(1e-3, 2500.0).at([2e-3, 2e-3, 3e-3]);
-/// let mut simulation = Builder::new([4e-3; 3])
-///     .fluid(1000.0, 1e-5)
-///     .lattice(4.0, 0.6)
-///     .particles(spheres)
-///     .build()?;
+/// let builder = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6).particles(spheres);
+/// let mut simulation = builder.build()?;
 /// simulation.run_until(0.02)?;
 /// assert!(simulation.particles()[0].position().z < 3e-3);
 /// # Ok::<(), turbid::Error>(())
@@ -116,10 +114,7 @@ struct FluidSystem {
 }
 
 impl FluidSystem {
-    /// Fluid at rest round the particles of a case. Collective.
-    ///
-    /// # Errors
-    /// On every rank, if one of them has not the memory.
+    /// Fluid at rest round the particles of a case; errors on every rank if one has not the memory. Collective.
     fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
         let (units, templates) = (setup.units(), &setup.templates);
         let coupling = CouplingParams {
@@ -169,21 +164,11 @@ impl Simulation {
     /// # Errors
     /// [`Error::Input`] if this program was built without that engine, or what the engine says.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        Self::in_context(setup, decomposition, comm, &Context::default())
-    }
-
-    /// As [`new`](Self::new), with what an external engine must know of the run.
-    fn in_context(
-        setup: &Setup,
-        decomposition: &Decomposition,
-        comm: Comm,
-        context: &Context,
-    ) -> Result<Self> {
-        let dem = engine::engine(setup, decomposition, &comm, context)?;
+        let dem = engine::engine(setup, decomposition, &comm, &Context::default())?;
         Self::with_engine(setup, decomposition, comm, dem)
     }
 
-    /// The case at rest, with an engine of the caller's choice that holds its particles. Collective.
+    /// The case at rest, with an engine of the caller's that holds its particles. Collective.
     ///
     /// ```
     /// use turbid::{Builder, Simulation, comm::Comm, dem::Ballistic, domain::Decomposition};
@@ -192,7 +177,6 @@ impl Simulation {
     /// let engine = Ballistic::new(whole.clone(), 0, setup.templates.clone(), &setup.particles);
     /// let mut simulation = Simulation::with_engine(&setup, &whole, Comm::Solo, Box::new(engine))?;
     /// simulation.step()?;
-    /// assert_eq!(simulation.dem().name(), "ballistic");
     /// # Ok::<(), turbid::Error>(())
     /// ```
     ///
@@ -224,13 +208,6 @@ impl Simulation {
     }
 
     /// Advances fluid and particles by one time step. Collective.
-    ///
-    /// ```
-    /// # let mut simulation = turbid::Builder::example().build()?;
-    /// simulation.step()?;
-    /// assert_eq!(simulation.time(), simulation.time_step());
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     ///
     /// # Errors
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
@@ -278,21 +255,18 @@ impl Simulation {
         }
     }
 
-    /// Advances by `count` time steps. Collective.
-    ///
-    /// # Errors
-    /// As [`step`](Self::step).
+    /// Advances by `count` time steps; errors as [`step`](Self::step). Collective.
     pub fn advance(&mut self, count: u64) -> Result<()> {
         (0..count).try_for_each(|_| self.step())
     }
 
-    /// What this rank tells the others: whether it has failed, and what is asked of it.
+    /// Whether this rank has failed, and what is requested of it.
     fn status_flags(&self) -> [i64; 3] {
         let Requests { stop, checkpoint } = self.requests;
         [self.failure.is_some(), stop, checkpoint].map(i64::from)
     }
 
-    /// Takes note of what all ranks have told. Collective.
+    /// Applies the sums of the status flags of all ranks. Collective.
     fn apply(&mut self, sums: &[i64]) -> Result<()> {
         self.requests = Requests { stop: sums[1] > 0, checkpoint: sums[2] > 0 };
         if sums[0] > 0 { Err(self.agree_on_failure()) } else { Ok(()) }
@@ -312,7 +286,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Takes note of a cell that is too fast.
+    /// Records a cell that is too fast.
     fn note_fault(&mut self, fault: Option<([usize; 3], f64)>) {
         if let Some((cell, speed)) = fault {
             let [x, y, z] = cell.map(|c| (c as f64 + 0.5) * self.units.dx);
@@ -326,8 +300,7 @@ impl Simulation {
         }
     }
 
-    /// Looks at the fluid as it is now, which no measuring sweep has seen, and makes a failure since the last control
-    /// known to all; for the end of a run. Collective.
+    /// Looks for a failure since the last control, also in the fluid as it is now, and makes it known to all. Collective.
     ///
     /// # Errors
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
@@ -344,20 +317,15 @@ impl Simulation {
         self.share_failure()
     }
 
-    /// Makes a failure since the last control known to all, so that nothing is written of what comes after it. Collective.
-    ///
-    /// # Errors
-    /// As [`check`](Self::check).
+    /// Makes a failure since the last control known to all, with the errors of [`check`](Self::check). Collective.
     fn share_failure(&mut self) -> Result<()> {
         if self.comm.any(self.failure.is_some()) { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
     /// The failure of the lowest rank that has one; the same on every rank. Collective.
     fn agree_on_failure(&mut self) -> Error {
-        let mine =
-            self.failure.take().map_or_else(Vec::new, |error| Failure::new(error, self.step).to_bytes());
-        let all = self.comm.all_gather(mine);
-        Failure::first(&all).expect("called when a rank has failed").into_error(self.dem.name(), &self.hint)
+        let mine = self.failure.take().map_or_else(Vec::new, |error| failure::to_bytes(error, self.step));
+        failure::first(&self.comm.all_gather(mine), self.dem.name(), &self.hint)
     }
 
     /// Steps done.
@@ -387,13 +355,12 @@ impl Simulation {
             .map_or(0.0, |system| system.cells * (self.units.dx * self.units.dx * self.units.dx))
     }
 
-    /// Mean values over the box at the last measurement of the controller, up to [`CONTROL_INTERVAL`] steps ago; zeros in a dry
-    /// run.
+    /// Mean values over the box at the last control, up to [`CONTROL_INTERVAL`] steps ago; zeros without a fluid.
     pub fn mean_flow(&self) -> MeanFlow {
         self.system.as_ref().map_or_else(MeanFlow::default, |system| *system.driving.mean())
     }
 
-    /// The accelerations that the controller of the net flux has added since the start of the run; none without a fluid.
+    /// Accelerations by the controller of the net flux since the start; none without a fluid.
     pub fn control_record(&self) -> ControlRecord {
         self.system.as_ref().map_or_else(ControlRecord::default, |system| *system.driving.record())
     }
@@ -404,14 +371,6 @@ impl Simulation {
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.
-    ///
-    /// ```
-    /// # let mut simulation = turbid::Builder::example().build()?;
-    /// let at_rest = simulation.state_hash();
-    /// simulation.step()?;
-    /// assert_ne!(simulation.state_hash(), at_rest);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn state_hash(&self) -> u64 {
         let particles = self.dem.particles().owned().iter();
         let particles =

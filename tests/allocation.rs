@@ -102,7 +102,7 @@ fn main() {
 fn run(nth: usize, out: &Path) -> ! {
     let mut setup = case::from_text(CASE, "case", &[]).unwrap();
     (setup.plan.threads, setup.plan.output.directory) = (2, out.to_path_buf());
-    let options = simulation::RunOptions { quiet: true, ..simulation::RunOptions::default() };
+    let options = simulation::RunOptions::default();
     FAILS.store(nth, Ordering::Relaxed);
     let result = simulation::run(&setup, &options);
     let tried = COUNT.load(Ordering::Relaxed);

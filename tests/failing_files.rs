@@ -68,14 +68,14 @@ impl Run {
         let changes = [format!("run.end.steps={end}"), format!("output.directory={out:?}")];
         let mut setup = case::load(&self.0.path("case.toml"), &changes)?;
         setup.plan.threads = threads;
-        simulation::run(&setup, &quiet()).map(|_| ())
+        simulation::run(&setup, &RunOptions::default()).map(|_| ())
     }
 
     /// As `turbid resume out`.
     fn resume(&self, threads: usize) -> Result<()> {
         let end = ["run.end.steps=3".to_string()];
         let setup = simulation::saved_setup(&self.out(), &end, Some(threads))?;
-        simulation::resume(&setup, &quiet()).map(|_| ())
+        simulation::resume(&setup, &RunOptions::default()).map(|_| ())
     }
 
     fn checkpoints(&self) -> usize {
@@ -95,10 +95,6 @@ impl Run {
         assert_eq!(summary["steps"], 3);
         summary["state_hash"].to_string()
     }
-}
-
-fn quiet() -> RunOptions {
-    RunOptions { quiet: true, ..RunOptions::default() }
 }
 
 /// Files of which each run has other bytes (times, ranks) though they are whole.

@@ -172,6 +172,17 @@ fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<
             "give an interval, e.g. { steps = 100 }, or leave the key out",
         ));
     }
+    if let Some(pictures) = &output.picture_every
+        && pictures.value != Every::Never
+        && !cfg!(feature = "pictures")
+    {
+        return Err(source.error(
+            &pictures.span,
+            "`output.picture_every` needs the cargo feature `pictures`, which this turbid was built without",
+            "pictures",
+            "leave the key out or give \"never\", or build with the default features",
+        ));
+    }
     let every = |key, value: &Option<_>, number| {
         source.interval(&format!("output.{key}"), value.as_ref(), clock, end_step / number)
     };
@@ -199,7 +210,10 @@ fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<
             Some(_) => every("contacts_every", &output.contacts_every, 50)?,
             None => particles_every,
         },
-        picture_every: every("picture_every", &output.picture_every, 10)?,
+        picture_every: match &output.picture_every {
+            None if !cfg!(feature = "pictures") => 0,
+            asked => every("picture_every", asked, 10)?,
+        },
         picture_plane: picture_plane(source, case, size)?,
         picture_range: match &output.picture_range {
             Some(speed) => Some(source.positive("output.picture_range", speed, "a speed in m/s")?),

@@ -20,10 +20,9 @@
 //!                     fields/fields_0000001000/fields_0000001000_p00000.vti ...
 //! ```
 //!
-//! The folders appear with their first file. A run owns these names and no others. [`clear`] removes what an earlier
-//! run left under them, so that frames of two runs never mix, and [`clear_after`] what a run left that goes on from before it; files
-//! with other names are never touched. Before that, [`claim`] refuses symbolic links of these names, [`refuse_inputs`] a file that
-//! the run reads, and [`refuse_results`] anything that somebody may want to keep.
+//! The folders appear with their first file. A run owns these names and no others: [`claim`] refuses symbolic links of these names,
+//! [`refuse_inputs`] a file that the run reads, [`refuse_results`] results of an earlier run; then [`clear`] removes what an earlier
+//! run left, and [`clear_after`] what the run itself left after the step from which it resumes. Other files are never touched.
 
 mod own;
 
@@ -48,12 +47,18 @@ const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
 /// What an external engine says.
 const LOG: &str = "liggghts.log";
-pub(crate) const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
-pub(crate) const PARTICLES: Numbered = Numbered::new("particles", "particles_", ".vtp");
-pub(crate) const SURFACES: Numbered = Numbered::new("surfaces", "surfaces_", ".vtp");
-pub(crate) const CONTACTS: Numbered = Numbered::new("contacts", "contacts_", ".vtp");
-pub(crate) const FORCE_CHAINS: Numbered = Numbered::new("force_chains", "force_chains_", ".vtp");
-pub(crate) const PICTURES: Numbered = Numbered::new("pictures", "velocity_", ".png");
+/// Cells of the fluid.
+pub const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
+/// Particles as points.
+pub const PARTICLES: Numbered = Numbered::new("particles", "particles_", ".vtp");
+/// Surfaces of particles.
+pub const SURFACES: Numbered = Numbered::new("surfaces", "surfaces_", ".vtp");
+/// Contacts.
+pub const CONTACTS: Numbered = Numbered::new("contacts", "contacts_", ".vtp");
+/// Force chains.
+pub const FORCE_CHAINS: Numbered = Numbered::new("force_chains", "force_chains_", ".vtp");
+/// Pictures.
+pub const PICTURES: Numbered = Numbered::new("pictures", "velocity_", ".png");
 const NUMBERED: [Numbered; 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
 
 /// Files of one kind that are numbered by steps: `FOLDER/PREFIX0000001000.EXTENSION`, and `FOLDER.pvd`, the collection of those for
@@ -132,29 +137,9 @@ impl OutputFiles {
         self.directory.join(SETTLING)
     }
 
-    /// The collection of all field files.
-    pub fn fields_collection(&self) -> PathBuf {
-        FIELDS.collection(&self.directory)
-    }
-
-    /// The collection of all particle files.
-    pub fn particles_collection(&self) -> PathBuf {
-        PARTICLES.collection(&self.directory)
-    }
-
-    /// The collection of all files of surfaces.
-    pub fn surfaces_collection(&self) -> PathBuf {
-        SURFACES.collection(&self.directory)
-    }
-
-    /// The collection of all contact files.
-    pub fn contacts_collection(&self) -> PathBuf {
-        CONTACTS.collection(&self.directory)
-    }
-
-    /// The collection of all files of force chains.
-    pub fn force_chains_collection(&self) -> PathBuf {
-        FORCE_CHAINS.collection(&self.directory)
+    /// The collection of numbered files.
+    pub fn collection(&self, kind: Numbered) -> PathBuf {
+        kind.collection(&self.directory)
     }
 
     /// The walls.
@@ -231,10 +216,7 @@ impl OutputFiles {
     }
 }
 
-/// Creates the output directory, keeps other runs out of it as long as the lock lives (`None` on a file system without
-/// locks), and proves that files can be written; the log of an earlier run goes.
-///
-/// Called before anything is computed, so that a run cannot fail at its first output after hours.
+/// [`claim`] and [`prepare`], before anything is computed, so that a run cannot fail at its first output after hours.
 ///
 /// # Errors
 /// [`Error::Input`] if nothing can be written there, if another run does, or if one of the names of a run is a symbolic link.
@@ -244,7 +226,8 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
     Ok(lock)
 }
 
-/// The first half of [`create`], which changes nothing in a directory that is there, for a run that writes `more` kinds of files.
+/// Creates the output directory of a run that writes `more` kinds of files, and keeps other runs out of it as long as the lock lives
+/// (`None` on a file system without locks).
 ///
 /// # Errors
 /// Those of [`create`].
@@ -262,7 +245,7 @@ pub fn claim(directory: &Path, more: &[Numbered]) -> Result<Option<Lock>> {
     }
 }
 
-/// The second half of [`create`].
+/// Removes the log of an earlier run and proves that files can be written.
 ///
 /// # Errors
 /// Those of [`create`].
@@ -286,9 +269,7 @@ pub fn prepare(directory: &Path, more: &[Numbered]) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] with these results and the ways out.
 pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
-    let frames = own::frames(directory, more).map_err(|source| refused(directory, &source))?;
-    let mut files = own::there(directory, &top(more));
-    files.extend(frames);
+    let mut files = own::all(directory, more).map_err(|source| refused(directory, &source))?;
     files.retain(own::Own::is_whole_file);
     // A folder that cannot be read is found by [`prepare`].
     let saved = checkpoint::list(&directory.join(checkpoint::FOLDER)).unwrap_or_default();
@@ -327,9 +308,8 @@ pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
 /// [`Error::Input`] with that file.
 pub fn refuse_inputs(directory: &Path, more: &[Numbered], inputs: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<Option<&PathBuf>> {
-        let mut doomed: Vec<PathBuf> = (own::there(directory, &top(more)).into_iter())
+        let mut doomed: Vec<PathBuf> = (own::all(directory, more)?.into_iter())
             .chain(own::there(directory, &[LOG]))
-            .chain(own::frames(directory, more)?)
             .map(|own| own.below(directory).to_path_buf())
             .collect();
         doomed.push(checkpoint::FOLDER.into());
@@ -369,33 +349,26 @@ pub fn refuse_input(file: &Path, inputs: &[PathBuf]) -> Result<()> {
     }
 }
 
-/// Removes what an earlier run has left in a directory that [`create`] has made, but the log, which is of this run.
-///
-/// Called when nothing can refuse the run any more.
+/// Removes what an earlier run has left, but the log, which is of this run; called when nothing can refuse the run any more.
 pub fn clear(directory: &Path, more: &[Numbered]) -> Result<()> {
-    let attempt = || -> io::Result<()> {
-        own::remove(own::there(directory, &top(more)))?;
-        own::remove(own::frames(directory, more)?)
-    };
-    attempt().map_err(|source| refused(directory, &source))?;
+    let removed = own::all(directory, more).and_then(own::remove);
+    removed.map_err(|source| refused(directory, &source))?;
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
 }
 
-/// Removes what a run has left that goes on after `step`: files of later steps, those of this step that are not in `kept` (full
-/// paths; that of a file stands for its pieces and their index), what it was writing, and what tells of its end. All else stays,
-/// checkpoints too.
-///
-/// Called when nothing can refuse to go on any more.
+/// Removes what a run that resumes after `step` has left: files of later steps, those of this step that are not `kept` (full paths; a
+/// file stands for its pieces and their index), partial ones, the summary and the settling plot. Called when nothing can refuse to
+/// resume any more.
 pub fn clear_after(directory: &Path, more: &[Numbered], step: u64, kept: &[PathBuf]) -> Result<()> {
-    let attempt = || -> io::Result<()> {
-        let mut doomed = own::there(directory, &top(more));
-        doomed.retain(|own| own.partial || [SUMMARY, SETTLING].iter().any(|end| own.path.ends_with(end)));
-        let mut frames = own::frames(directory, more)?;
-        frames.retain(|own| own.partial || own.step > step || own.step == step && !kept.contains(&own.of));
-        doomed.extend(frames);
-        own::remove(doomed)
+    let is_later = |own: &own::Own| match own.step {
+        None => [SUMMARY, SETTLING].iter().any(|end| own.path.ends_with(end)),
+        Some(at) => at > step || at == step && !kept.contains(&own.of),
     };
-    attempt().map_err(|source| refused(directory, &source))
+    let removed = own::all(directory, more).and_then(|mut all| {
+        all.retain(|own| own.partial || is_later(own));
+        own::remove(all)
+    });
+    removed.map_err(|source| refused(directory, &source))
 }
 
 /// Keeps other runs out of an output directory until it is dropped, or its process ends in any way.

@@ -1,6 +1,6 @@
 //! The paths of single particles, `particle_series.csv`.
 
-use super::series::CsvWriter;
+use super::series::SeriesWriter;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
@@ -57,7 +57,7 @@ pub struct PathsState {
 /// Writes `particle_series.csv`, one row for each of the first [`PATHS`] particles at a time.
 #[derive(Debug)]
 pub struct ParticleSeries {
-    writer: CsvWriter,
+    writer: SeriesWriter,
     domain: Domain,
     /// Where each particle was last, in the box and on its continuous path.
     last: Vec<(Vec3, Vec3)>,
@@ -66,7 +66,7 @@ pub struct ParticleSeries {
 impl ParticleSeries {
     /// Creates the file, replacing an older one, and writes the header.
     pub fn create(path: &Path, domain: Domain) -> Result<Self> {
-        Ok(Self { writer: CsvWriter::create(path, &COLUMNS)?, domain, last: Vec::new() })
+        Ok(Self { writer: SeriesWriter::with_columns(path, COLUMNS)?, domain, last: Vec::new() })
     }
 
     /// Goes on where [`state`](Self::state) was told; rows that follow are cut off.
@@ -75,7 +75,7 @@ impl ParticleSeries {
     /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
     pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
         let last = (state.last.iter()).map(|[inside, path]| (Vec3::from(*inside), Vec3::from(*path)));
-        Ok(Self { writer: CsvWriter::resume(path, state.length)?, domain, last: last.collect() })
+        Ok(Self { writer: SeriesWriter::resume(path, state.length)?, domain, last: last.collect() })
     }
 
     /// Whether the file has the rows that [`resume`](Self::resume) wants.
@@ -83,7 +83,7 @@ impl ParticleSeries {
     /// # Errors
     /// [`Error::Input`](crate::error::Error::Input) if not.
     pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
-        CsvWriter::holds(path, state.length)
+        SeriesWriter::holds(path, state.length)
     }
 
     /// What is needed to go on; the rows so far are safe on disk after this.
@@ -103,12 +103,13 @@ impl ParticleSeries {
             let here = first.iter().map(|p| self.domain.wrap(p.position()));
             self.last = here.map(|at| (at, at)).collect();
         }
+        let mut rows = Vec::with_capacity(first.len());
         for (particle, (inside, path)) in first.iter().zip(&mut self.last) {
             let now = self.domain.wrap(particle.position());
             *path += self.domain.nearest_image(now - *inside);
             *inside = now;
             let [i, j, k, w] = particle.orientation;
-            self.writer.write(&Row {
+            rows.push(Row {
                 step,
                 time,
                 id: particle.id,
@@ -116,9 +117,9 @@ impl ParticleSeries {
                 velocity: particle.velocity,
                 angular_velocity: particle.angular_velocity,
                 orientation: [w, i, j, k],
-            })?;
+            });
         }
-        self.writer.flush()
+        self.writer.write(&rows)
     }
 }
 

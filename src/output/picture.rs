@@ -1,25 +1,30 @@
 //! Figures of a run: a slice through the velocity field, the particles from the side, the settling velocity over time. They are
-//! drawn by [`turbid_plot`].
+//! drawn by the crate `turbid-plot`, all but the [`Plane`] only with the cargo feature `pictures`.
 
+#[cfg(feature = "pictures")]
 mod outline;
 mod plane;
+#[cfg(feature = "pictures")]
 mod scene;
+#[cfg(feature = "pictures")]
 mod settling;
+#[cfg(feature = "pictures")]
 mod side_view;
+#[cfg(feature = "pictures")]
 mod slice;
 
 pub use plane::{Cut, Plane};
-pub use scene::{Clock, Scene};
-pub use settling::{SettlingPlot, settling_chart, write_settling};
-pub use side_view::write_side_view;
-pub use slice::write_slice;
-pub use turbid_plot::{Figure, Format};
-
-use super::atomic::write_bytes;
-use crate::error::Result;
-use std::path::Path;
+#[cfg(feature = "pictures")]
+pub use {
+    scene::{Clock, Scene},
+    settling::{SettlingPlot, settling_chart, write_settling},
+    side_view::write_side_view,
+    slice::write_slice,
+    turbid_plot::{Figure, Format},
+};
 
 /// Writes a figure; the file appears whole.
-pub fn write_figure(path: &Path, figure: &Figure, format: Format) -> Result<()> {
-    write_bytes(path, &figure.encode(format))
+#[cfg(feature = "pictures")]
+pub fn write_figure(path: &std::path::Path, figure: &Figure, format: Format) -> crate::Result<()> {
+    super::write_bytes(path, &figure.encode(format))
 }

@@ -8,6 +8,7 @@
 
 use super::pieces;
 use super::polydata::PolyData;
+use crate::dem::Load;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::input;
@@ -17,9 +18,6 @@ use crate::particle::{Particle, Template};
 use std::path::{Path, PathBuf};
 use vtkio::Vtk;
 use vtkio::model::{Attribute, DataSet, Piece};
-
-/// Force (N) and torque (N m) on a particle.
-pub type ForceAndTorque = [Vec3; 2];
 
 /// The kinds of particles of a run, for its files of points.
 #[derive(Clone, Debug)]
@@ -52,39 +50,14 @@ impl ParticlePoints {
         }
     }
 
-    /// Writes `particles`, with what the fluid does to each if there is one.
-    pub fn write(
-        &self,
-        path: &Path,
-        domain: &Domain,
-        particles: &[Particle],
-        hydrodynamic: Option<&[ForceAndTorque]>,
-    ) -> Result<()> {
-        self.data(domain, particles, hydrodynamic).write(path)
-    }
-
-    /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index. `has_fluid` says
-    /// whether there is a fluid.
-    pub fn write_index(
-        &self,
-        file: &Path,
-        domain: &Domain,
-        has_fluid: bool,
-        pieces: usize,
-    ) -> Result<PathBuf> {
-        let nothing: &[ForceAndTorque] = &[];
-        self.data(domain, &[], has_fluid.then_some(nothing)).write_index(file, pieces)
-    }
-
-    fn data(
-        &self,
-        domain: &Domain,
-        particles: &[Particle],
-        hydrodynamic: Option<&[ForceAndTorque]>,
-    ) -> PolyData<f64> {
+    /// The file of `particles`, with the loads of the fluid on each if there is one.
+    ///
+    /// # Panics
+    /// If there are not as many loads as particles.
+    pub fn data(&self, domain: &Domain, particles: &[Particle], hydrodynamic: Option<&[Load]>) -> PolyData {
         let of = |particle: &Particle| &self.kinds[particle.template as usize];
         let all = || particles.iter();
-        let mut data = PolyData::default();
+        let mut data = PolyData::double();
         for particle in particles {
             let point = data.point(domain.wrap(particle.position()));
             data.vertex(point);
@@ -107,8 +80,8 @@ impl ParticlePoints {
         data.vectors("contact_torque", all().map(|p| p.contact_torque.into()));
         if let Some(loads) = hydrodynamic {
             assert_eq!(loads.len(), particles.len(), "one force and torque for each particle");
-            data.vectors("hydrodynamic_force", loads.iter().map(|[force, _]| *force));
-            data.vectors("hydrodynamic_torque", loads.iter().map(|[_, torque]| *torque));
+            data.vectors("hydrodynamic_force", loads.iter().map(|load| load.force));
+            data.vectors("hydrodynamic_torque", loads.iter().map(|load| load.torque));
         }
         data
     }
@@ -244,9 +217,10 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particles.vtp");
         let particles = particles();
-        let loads: Vec<ForceAndTorque> =
-            (particles.iter()).map(|p| [p.position() * 3.0, p.position() / 3.0]).collect();
-        points().write(&path, &BOX, &particles, Some(&loads)).unwrap();
+        let loads: Vec<Load> = (particles.iter())
+            .map(|p| Load { force: p.position() * 3.0, torque: p.position() / 3.0 })
+            .collect();
+        points().data(&BOX, &particles, Some(&loads)).write(&path).unwrap();
         for (record, particle) in super::read(&path).unwrap().iter().zip(&particles) {
             assert_eq!(
                 (record.id, record.position, record.velocity, record.angular_velocity),
@@ -266,8 +240,8 @@ mod tests {
             assert_eq!(Vec3::from(three("angular_velocity")), Vec3::from(particle.angular_velocity));
             assert_eq!(Vec3::from(three("contact_force")), Vec3::from(particle.contact_force));
             assert_eq!(Vec3::from(three("contact_torque")), Vec3::from(particle.contact_torque));
-            assert_eq!(Vec3::from(three("hydrodynamic_force")), loads[i][0]);
-            assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i][1]);
+            assert_eq!(Vec3::from(three("hydrodynamic_force")), loads[i].force);
+            assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i].torque);
             assert_eq!(array(&piece, "id")[i] as u64, particle.id);
             assert_eq!(array(&piece, "kind")[i] as usize, [0, 3][i % 2]);
         }
@@ -278,7 +252,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particles.vtp");
         let particles = particles();
-        points().write(&path, &BOX, &particles, None).unwrap();
+        points().data(&BOX, &particles, None).write(&path).unwrap();
         let piece = read(&path);
         let (size, orientation) = (array(&piece, "size"), array(&piece, "orientation"));
         let cuboid = Vec3::from_row_slice(&size[3..6]);
@@ -314,9 +288,9 @@ mod tests {
                 particle
             })
             .collect();
-        let loads: Vec<ForceAndTorque> =
-            (many.iter()).map(|p| [p.position() / 3.0, p.velocity() / 7.0]).collect();
-        points().write(&path, &BOX, &many, Some(&loads)).unwrap();
+        let loads: Vec<Load> =
+            (many.iter()).map(|p| Load { force: p.position() / 3.0, torque: p.velocity() / 7.0 }).collect();
+        points().data(&BOX, &many, Some(&loads)).write(&path).unwrap();
         let bytes = std::fs::metadata(&path).unwrap().len();
         assert!(bytes < 400 * 2000, "{bytes} bytes for 2000 particles");
     }

@@ -10,26 +10,21 @@ use std::path::{Path, PathBuf};
 /// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields; those of walls
 /// ([`wall_columns`]) follow.
 ///
-/// A row holds the state between two steps. The flow is what the populations of the fluid say: all forces of the steps so far have
-/// acted, and none of the coming one. With a body acceleration `a` the velocity so lies `a dt / 2` behind that of the fields, which
-/// is taken midway between before and after the coming collision; momentum that the fluid has lost the particles have gained.
+/// A row is the state between two steps: all forces of the steps so far have acted, and none of the coming one. So with a body
+/// acceleration `a` its flow lies `a dt / 2` behind that of the fields, which is taken in the middle of the coming collision.
 ///
-/// "settling velocity" is the mean velocity of the particles relative to the mean velocity of the mixture
-/// (fluid and solid by volume), along their weight less buoyancy, over the Stokes velocity. Net flux is that mean velocity of the
-/// mixture. Where particles as a whole are lighter than the fluid they settle against gravity. Overlap is the depth of a
-/// contact over the diameter.
+/// The settling velocity is the mean velocity of the particles, relative to that of the mixture by volume (the net flux), along their
+/// weight less buoyancy, over the Stokes velocity. The overlap is the depth of a contact over the diameter. The kinetic energy of the
+/// fluid is that of all cells, those inside of particles included; the momentum leaves out the fluid inside of particles. The wall
+/// force is that of all contacts on all walls. Gravitational energy counts weight less buoyancy, from the origin, along directions
+/// that are not periodic. The Mach number is that of the fastest cell.
 ///
-/// The kinetic energy of the fluid is that of all cells, those inside of particles included; the momentum is that of
-/// particles and fluid with the fluid inside of particles taken off. The force on walls is that of all contacts on all
-/// walls, without that of the fluid. Gravitational energy counts weight less buoyancy, from the origin of the box, in
-/// directions that are not periodic. The Mach number is that of the fastest cell.
-///
-/// Stresses of the particles are over the volume of the box that is in no wall (of the whole box without a fluid), positive where they
-/// pull or resist the shear as viscosity does, the symmetric part of the moments. That of contacts is `-sum l F / V`, with the branch
-/// `l` to the centre of a particle, on which the force `F` acts, from that of the other one or from the contact with a wall. The
-/// hydrodynamic one is the stresslet of Batchelor (1970): the first moment about each centre of the momentum that the fluid gives to
-/// the particle in the coming step, and the stress that partially saturated cells carry. In a steady shear flow the stress on the plates is viscosity times shear rate, and these two, less
-/// the Reynolds stress.
+/// Stresses are symmetric, over the volume of the box that is in no wall (without a fluid of the whole box), positive where they pull
+/// or resist shear as viscosity does. That of contacts is `-sum l F / V`: `l` leads to the centre of a particle, on which the force
+/// `F` acts, from that of the other one or from the contact with a wall. The hydrodynamic one is the stresslet of Batchelor (1970),
+/// the first moment about each centre of the momentum that the fluid gives to the particle in the coming step, and the stress that
+/// partially saturated cells carry. In steady shear the stress on the plates is viscosity times shear rate, and these two, minus the
+/// Reynolds stress.
 pub const COLUMNS: [&str; 37] = [
     "step (-)",
     "t (s)",
@@ -79,9 +74,8 @@ pub fn is_of_a_wall(name: &str) -> bool {
     rest.is_some_and(|rest| rest.starts_with('_'))
 }
 
-/// Header of the columns of walls, wall by wall: force of the fluid in the last step, without the pressure of the fluid at rest; and
-/// of planes the shear stress, the force of fluid and contacts along the plane over the area of the plane in the box. Both are what
-/// acts on the wall: a plate that is pulled through a viscous fluid feels a stress against its motion.
+/// Header of the columns of walls, wall by wall: force of the fluid on it in the last step, without the pressure at rest; and of planes
+/// the shear stress, the force of fluid and contacts along the plane over its area in the box.
 pub fn wall_columns(walls: &[Wall]) -> impl Iterator<Item = String> {
     walls.iter().flat_map(|wall| {
         let known = if wall.surface.is_plane() { 2 } else { 1 };
@@ -136,69 +130,39 @@ pub struct SeriesRow {
     pub walls: Vec<f64>,
 }
 
-/// Writes `series.csv` row by row.
+/// Writes a table that grows on disk, as `series.csv`.
 #[derive(Debug)]
-pub struct SeriesWriter(CsvWriter);
-
-impl SeriesWriter {
-    /// Creates the file of a run with these walls, replacing an older one, and writes the header.
-    pub fn create(path: &Path, walls: &[Wall]) -> Result<Self> {
-        let columns: Vec<String> =
-            (COLUMNS.into_iter().map(String::from)).chain(wall_columns(walls)).collect();
-        CsvWriter::create(path, &columns).map(Self)
-    }
-
-    /// Goes on after the first `length` bytes of the file, as [`length`](Self::length) told them; what follows is cut off.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if the file is not there or has become shorter.
-    pub fn resume(path: &Path, length: u64) -> Result<Self> {
-        CsvWriter::resume(path, length).map(Self)
-    }
-
-    /// Whether the file has the first `length` bytes that [`resume`](Self::resume) wants.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if not.
-    pub fn holds(path: &Path, length: u64) -> Result<()> {
-        CsvWriter::holds(path, length)
-    }
-
-    /// Bytes of the file, which are safe on disk after this.
-    pub fn length(&mut self) -> Result<u64> {
-        self.0.length()
-    }
-
-    /// Appends one row and hands it to the operating system as a whole, so that a killed run leaves whole rows.
-    pub fn write(&mut self, row: &SeriesRow) -> Result<()> {
-        self.0.write(row)?;
-        self.0.flush()
-    }
-}
-
-/// A table that grows on disk.
-#[derive(Debug)]
-pub(super) struct CsvWriter {
+pub struct SeriesWriter {
     path: PathBuf,
     writer: csv::Writer<File>,
 }
 
-impl CsvWriter {
-    /// Creates the file, replacing an older one, and writes the header.
-    pub(super) fn create(path: &Path, columns: &[impl AsRef<[u8]>]) -> Result<Self> {
+impl SeriesWriter {
+    /// Creates the `series.csv` of a run with these walls, replacing an older one, and writes the header.
+    pub fn create(path: &Path, walls: &[Wall]) -> Result<Self> {
+        let columns = COLUMNS.into_iter().map(String::from);
+        Self::with_columns(path, columns.chain(wall_columns(walls)))
+    }
+
+    /// As [`create`](Self::create), with these columns.
+    pub(super) fn with_columns(path: &Path, columns: impl IntoIterator<Item: AsRef<[u8]>>) -> Result<Self> {
         let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
-        let mut table = Self {
-            path: path.to_path_buf(),
-            writer: csv::WriterBuilder::new().has_headers(false).from_writer(file),
-        };
-        let header = table.writer.write_record(columns);
+        let mut table = Self::of(path, file);
+        let header = table.writer.write_record(columns).and_then(|()| Ok(table.writer.flush()?));
         table.check(header)?;
-        table.flush()?;
         Ok(table)
     }
 
-    /// Whether the file has so many bytes at least.
-    pub(super) fn holds(path: &Path, length: u64) -> Result<()> {
+    fn of(path: &Path, file: File) -> Self {
+        let writer = csv::WriterBuilder::new().has_headers(false).from_writer(file);
+        Self { path: path.to_path_buf(), writer }
+    }
+
+    /// Checks that the file has the first `length` bytes that [`resume`](Self::resume) wants.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if not.
+    pub fn holds(path: &Path, length: u64) -> Result<()> {
         let found = std::fs::metadata(path).map_err(|source| gone(path, &source.to_string()))?.len();
         if found < length {
             return Err(gone(path, &format!("it has {found} bytes of at least {length}")));
@@ -206,23 +170,22 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// Goes on after the first `length` bytes of the file, which are whole rows; what follows is cut off.
-    pub(super) fn resume(path: &Path, length: u64) -> Result<Self> {
+    /// Continues after the first `length` bytes of the file, which are whole rows; what follows is cut off.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the file is not there or has become shorter.
+    pub fn resume(path: &Path, length: u64) -> Result<Self> {
         Self::holds(path, length)?;
         let mut file =
             File::options().write(true).open(path).map_err(|source| gone(path, &source.to_string()))?;
         file.set_len(length)
             .and_then(|()| file.seek(SeekFrom::End(0)))
             .map_err(|source| Error::io("cut", path, source))?;
-        Ok(Self {
-            path: path.to_path_buf(),
-            writer: csv::WriterBuilder::new().has_headers(false).from_writer(file),
-        })
+        Ok(Self::of(path, file))
     }
 
     /// Bytes of the file, which are safe on disk after this.
-    pub(super) fn length(&mut self) -> Result<u64> {
-        self.flush()?;
+    pub fn length(&mut self) -> Result<u64> {
         let file = self.writer.get_ref();
         file.sync_all()
             // The name of a new file, too.
@@ -235,16 +198,11 @@ impl CsvWriter {
             .map_err(|source| Error::io("write", &self.path, source))
     }
 
-    /// Appends one row.
-    pub(super) fn write(&mut self, row: &impl Serialize) -> Result<()> {
-        let written = self.writer.serialize(row);
+    /// Appends rows and hands them to the operating system as a whole, so that a killed run leaves whole rows.
+    pub fn write(&mut self, rows: &[impl Serialize]) -> Result<()> {
+        let written = rows.iter().try_for_each(|row| self.writer.serialize(row));
+        let written = written.and_then(|()| Ok(self.writer.flush()?));
         self.check(written)
-    }
-
-    /// Hands all rows to the operating system.
-    pub(super) fn flush(&mut self) -> Result<()> {
-        let flushed = self.writer.flush();
-        self.check(flushed.map_err(csv::Error::from))
     }
 
     fn check(&self, done: csv::Result<()>) -> Result<()> {
@@ -270,12 +228,12 @@ mod tests {
         let path = directory.path().join("series.csv");
         let row = |step| SeriesRow { step, ..SeriesRow::default() };
         let mut series = SeriesWriter::create(&path, &[]).unwrap();
-        series.write(&row(1)).unwrap();
+        series.write(&[row(1)]).unwrap();
         let length = series.length().unwrap();
-        series.write(&row(7)).unwrap();
+        series.write(&[row(7)]).unwrap();
         drop(series);
         let mut series = SeriesWriter::resume(&path, length).unwrap();
-        series.write(&row(2)).unwrap();
+        series.write(&[row(2)]).unwrap();
         let mut reader = csv::Reader::from_path(&path).unwrap();
         let steps: Vec<String> = reader.records().map(|r| r.unwrap()[0].to_string()).collect();
         assert_eq!(steps, ["1", "2"]);
@@ -307,7 +265,7 @@ mod tests {
                 momentum: [0.0, 0.0, 1e-30],
                 ..SeriesRow::default()
             };
-            series.write(&row).unwrap();
+            series.write(&[&row]).unwrap();
             // The writer is still open: this is what a killed run leaves.
             let mut reader = csv::Reader::from_path(&path).unwrap();
             let header = reader.headers().unwrap().clone();

@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{FEW_TRIANGLES, FINE_SURFACE, Particle, Template, surface_triangles};
 use crate::shape::{Shape, SurfaceMesh};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A surface has an edge where its normal turns by more than 30 degrees this close to a corner of a triangle, as part of
 /// the way to its middle.
@@ -70,17 +70,8 @@ impl ParticleSurfaces {
         }
     }
 
-    /// Writes the surfaces of `particles` with their velocities and forces.
-    pub fn write(&self, path: &Path, domain: &Domain, particles: &[Particle]) -> Result<()> {
-        self.data(domain, particles, true).write(path)
-    }
-
-    /// Writes the index of a `file` whose [pieces](super::pieces::piece) are all written; the path of the index.
-    pub fn write_index(&self, file: &Path, domain: &Domain, pieces: usize) -> Result<PathBuf> {
-        self.data(domain, &[], true).write_index(file, pieces)
-    }
-
-    fn data(&self, domain: &Domain, particles: &[Particle], forces: bool) -> PolyData {
+    /// The file of `particles`, with the `forces` of their contacts or with their motion alone.
+    pub fn data(&self, domain: &Domain, particles: &[Particle], forces: bool) -> PolyData {
         let of = |particle: &Particle| &self.meshes[particle.template as usize];
         let mut data = PolyData::default();
         for particle in particles {
@@ -162,7 +153,7 @@ mod tests {
         particles: &[Particle],
     ) -> Result<()> {
         let sections: Vec<usize> = (0..templates.len()).collect();
-        ParticleSurfaces::new(templates, &sections, particles).write(path, domain, particles)
+        ParticleSurfaces::new(templates, &sections, particles).data(domain, particles, true).write(path)
     }
 
     #[test]

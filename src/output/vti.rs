@@ -20,24 +20,15 @@ use crate::error::Result;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The fluid in the box, or in a block of it, at one time.
-///
-/// # Shape
-/// One value per cell of `block`, `block.cell_count()` each; x runs fastest, then y, then z.
-#[derive(Clone, Copy, Debug)]
-pub struct FieldSnapshot<'a> {
-    /// Box and cells.
-    pub domain: Domain,
-    /// The cells the values are of.
-    pub block: Block,
-    /// Physical time (s).
-    pub time: f64,
-    /// Velocity (m/s).
-    pub velocity: &'a [[f32; 3]],
-    /// Pressure, relative to the reference (Pa).
-    pub pressure: &'a [f32],
-    /// Solid fraction (-), 0 in fluid and 1 in solid.
-    pub solid_fraction: &'a [f32],
+/// The fluid in a block of cells: one value per cell, x fastest, then y, then z.
+#[derive(Clone, Debug, Default)]
+pub struct Fields {
+    /// Velocity (m/s); in a particle or a wall that of its motion.
+    pub velocity: Vec<[f32; 3]>,
+    /// Pressure (Pa) above that of the fluid at rest, without the hydrostatic pressure.
+    pub pressure: Vec<f32>,
+    /// Solid volume fraction of the cell (-): 1 in walls.
+    pub solid_fraction: Vec<f32>,
 }
 
 /// Bytes per compressed block: small enough for the cache, a multiple of every tuple size.
@@ -48,17 +39,17 @@ const OFFSET_WIDTH: usize = 20;
 /// Names and components of the arrays, in their order.
 const ARRAYS: [(&str, usize); 3] = [("velocity", 3), ("pressure", 1), ("solid_fraction", 1)];
 
-/// Writes velocity, pressure and solid fraction as cell data.
+/// Writes the fields of a block of the box at a time (s) as cell data.
 ///
 /// # Panics
-/// If an array of `fields` does not have one value per cell.
-pub fn write_fields(path: &Path, fields: &FieldSnapshot) -> Result<()> {
-    let cells = fields.block.cell_count();
-    assert_eq!(fields.velocity.len(), cells, "one velocity per cell");
-    assert_eq!(fields.pressure.len(), cells, "one pressure per cell");
-    assert_eq!(fields.solid_fraction.len(), cells, "one solid fraction per cell");
-    let arrays = [fields.velocity.as_flattened(), fields.pressure, fields.solid_fraction];
-    write_atomically(path, |file| write_image(file, fields, &arrays))
+/// If an array does not have one value per cell.
+pub fn write_fields(path: &Path, domain: &Domain, block: &Block, time: f64, fields: &Fields) -> Result<()> {
+    let arrays: [&[f32]; ARRAYS.len()] =
+        [fields.velocity.as_flattened(), &fields.pressure, &fields.solid_fraction];
+    for (array, (name, components)) in arrays.iter().zip(ARRAYS) {
+        assert_eq!(array.len(), components * block.cell_count(), "{name}: one value per cell");
+    }
+    write_atomically(path, |file| write_image(file, &image(block, domain.dx), block, time, &arrays))
 }
 
 /// Writes the index of a `file` whose blocks are all written as its [pieces](pieces::piece), by rank; the path of the index.
@@ -100,7 +91,9 @@ fn time_value(time: f64) -> String {
 
 fn write_image<W: Write + Seek>(
     out: &mut W,
-    fields: &FieldSnapshot,
+    image: &str,
+    block: &Block,
+    time: f64,
     arrays: &[&[f32]; ARRAYS.len()],
 ) -> io::Result<()> {
     let byte_order = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };
@@ -112,9 +105,8 @@ fn write_image<W: Write + Seek>(
 {time}<Piece Extent="{extent}">
 <CellData {ACTIVE}>
 "#,
-        image = image(&fields.block, fields.domain.dx),
-        time = time_value(fields.time),
-        extent = extent(&fields.block),
+        time = time_value(time),
+        extent = extent(block),
     )?;
     let mut offset_places = Vec::with_capacity(arrays.len());
     for (name, components) in ARRAYS {
@@ -174,36 +166,18 @@ mod tests {
         Block { lo: [0; 3], hi: domain.cells }
     }
 
-    struct Fields {
-        domain: Domain,
-        velocity: Vec<[f32; 3]>,
-        pressure: Vec<f32>,
-        solid_fraction: Vec<f32>,
-    }
+    const TIME: f64 = 0.1 + 0.2;
 
-    impl Fields {
-        fn new(cells: [usize; 3]) -> Self {
-            let domain = Domain { periodic: [true; 3], cells, dx: 0.1 };
-            let wave = |i: usize, k: f32| (i as f32 * k).sin();
-            let all = 0..domain.cell_count();
-            Self {
-                domain,
-                velocity: all.clone().map(|i| [wave(i, 0.1), wave(i, 0.7), wave(i, 1.3)]).collect(),
-                pressure: all.clone().map(|i| 1e3 * wave(i, 0.01)).collect(),
-                solid_fraction: all.map(|i| wave(i, 0.05).max(0.0)).collect(),
-            }
-        }
-
-        fn snapshot(&self) -> FieldSnapshot<'_> {
-            FieldSnapshot {
-                domain: self.domain,
-                block: whole(&self.domain),
-                time: 0.1 + 0.2,
-                velocity: &self.velocity,
-                pressure: &self.pressure,
-                solid_fraction: &self.solid_fraction,
-            }
-        }
+    fn example(cells: [usize; 3]) -> (Domain, Fields) {
+        let domain = Domain { periodic: [true; 3], cells, dx: 0.1 };
+        let wave = |i: usize, k: f32| (i as f32 * k).sin();
+        let all = 0..domain.cell_count();
+        let fields = Fields {
+            velocity: all.clone().map(|i| [wave(i, 0.1), wave(i, 0.7), wave(i, 1.3)]).collect(),
+            pressure: all.clone().map(|i| 1e3 * wave(i, 0.01)).collect(),
+            solid_fraction: all.map(|i| wave(i, 0.05).max(0.0)).collect(),
+        };
+        (domain, fields)
     }
 
     #[test]
@@ -212,8 +186,8 @@ mod tests {
         let path = directory.path().join("fields.vti");
         // 16 * 16 * 128 velocities are exactly two blocks; the other boxes end within one.
         for cells in [[16, 16, 128], [5, 7, 3], [31, 40, 55]] {
-            let fields = Fields::new(cells);
-            write_fields(&path, &fields.snapshot()).unwrap();
+            let (domain, fields) = example(cells);
+            write_fields(&path, &domain, &whole(&domain), TIME, &fields).unwrap();
             let image = Image::read(&path);
             assert_eq!(image.named("velocity"), fields.velocity.as_flattened());
             assert_eq!(image.named("pressure"), fields.pressure);
@@ -228,8 +202,8 @@ mod tests {
     fn the_pieces_of_six_blocks_hold_every_cell_once_where_the_index_says() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("fields_0000000012.vti");
-        let fields = Fields::new([11, 8, 13]);
-        let cut = Decomposition::with_grid(fields.domain, [1, 2, 3]);
+        let (domain, fields) = example([11, 8, 13]);
+        let cut = Decomposition::with_grid(domain, [1, 2, 3]);
         let blocks: Vec<Block> = (0..6).map(|rank| cut.block(rank)).collect();
         let cells = |b: &Block| -> Vec<usize> {
             let rows = (b.lo[2]..b.hi[2]).flat_map(|z| (b.lo[1]..b.hi[1]).map(move |y| 11 * (y + 8 * z)));
@@ -237,18 +211,16 @@ mod tests {
         };
         for (rank, block) in blocks.iter().enumerate() {
             let cells = cells(block);
-            let velocity: Vec<[f32; 3]> = cells.iter().map(|&i| fields.velocity[i]).collect();
+            let velocity = cells.iter().map(|&i| fields.velocity[i]).collect();
             let of = |values: &[f32]| -> Vec<f32> { cells.iter().map(|&i| values[i]).collect() };
-            let snapshot = FieldSnapshot {
-                block: *block,
-                velocity: &velocity,
-                pressure: &of(&fields.pressure),
-                solid_fraction: &of(&fields.solid_fraction),
-                ..fields.snapshot()
+            let part = Fields {
+                velocity,
+                pressure: of(&fields.pressure),
+                solid_fraction: of(&fields.solid_fraction),
             };
-            write_fields(&pieces::piece(&file, rank), &snapshot).unwrap();
+            write_fields(&pieces::piece(&file, rank), &domain, block, TIME, &part).unwrap();
         }
-        let index = write_fields_index(&file, &fields.domain, 0.1 + 0.2, &blocks).unwrap();
+        let index = write_fields_index(&file, &domain, TIME, &blocks).unwrap();
         assert!(index.ends_with("fields_0000000012.pvti") && !file.exists());
         let text = std::fs::read_to_string(&index).unwrap();
         assert!(
@@ -257,7 +229,7 @@ mod tests {
         );
 
         // By the index alone: whose extent, in which file.
-        let mut velocity = vec![[f32::NAN; 3]; fields.domain.cell_count()];
+        let mut velocity = vec![[f32::NAN; 3]; domain.cell_count()];
         for line in text.lines().filter(|line| line.starts_with("<Piece ")) {
             let quoted = |name: &str| line.split(name).nth(1).unwrap().split('"').nth(1).unwrap();
             let e: Vec<usize> = (quoted("Extent").split(' ')).map(|n| n.parse().unwrap()).collect();
@@ -277,8 +249,8 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("fields.vti");
         std::os::unix::fs::symlink("/dev/full", directory.path().join("fields.vti.tmp")).unwrap();
-        let fields = Fields::new([31, 40, 55]);
-        let error = write_fields(&path, &fields.snapshot()).unwrap_err();
+        let (domain, fields) = example([31, 40, 55]);
+        let error = write_fields(&path, &domain, &whole(&domain), TIME, &fields).unwrap_err();
         assert!(matches!(&error, Error::Io { path, .. } if path.ends_with("fields.vti")), "{error}");
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
     }

@@ -18,7 +18,7 @@ const SLACK: f64 = 1e-9;
 
 /// Writes the walls where they are at the start.
 pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
-    let mut data: PolyData = PolyData::default();
+    let mut data = PolyData::default();
     let (mut velocities, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for (index, wall) in walls.iter().enumerate() {
         for polygon in polygons(&wall.surface, &domain.size()) {

@@ -15,6 +15,7 @@ use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::fluid::stream_bandwidth;
 use crate::math::Vec3;
+use crate::output::contacts::ids;
 pub use calibrate::calibrate;
 pub use network::Network;
 pub use report::{BenchReport, RankReport, Rate, Spread};
@@ -37,10 +38,7 @@ pub struct BenchOptions {
     pub fluid_only: bool,
 }
 
-/// Times steps of a case without writing anything.
-///
-/// # Errors
-/// As [`run`](super::run()), less those of the output.
+/// Times steps of a case without writing anything; errors as [`run`](super::run()), but those of the output.
 pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     let mut setup = setup.clone();
     if options.no_contact || options.fluid_only {
@@ -68,9 +66,7 @@ fn bench_rank(
     comm: Comm,
 ) -> Result<BenchReport> {
     let mut simulation = Simulation::new(setup, decomposition, comm)?;
-    for _ in 0..options.warm_up {
-        simulation.step()?;
-    }
+    simulation.advance(options.warm_up)?;
     // Ranks of one process share its memory: all look before the first of them fills arrays.
     simulation.comm.barrier();
     let resident = peak_resident_bytes();
@@ -85,9 +81,7 @@ fn bench_rank(
         bandwidth.push(total[0] as f64 / 1e9);
         simulation.comm.barrier();
         let (start, before) = (Instant::now(), simulation.comm.traffic());
-        for _ in 0..options.steps {
-            simulation.step()?;
-        }
+        simulation.advance(options.steps)?;
         traffic = traffic + (simulation.comm.traffic() - before);
         simulation.comm.barrier();
         mlups.push(options.steps as f64 * cells as f64 / start.elapsed().as_secs_f64() / 1e6);
@@ -96,7 +90,7 @@ fn bench_rank(
     let mine = rank_report(&mut simulation, traffic, steps, resident);
     let comm = &simulation.comm;
     let network = Network::measure(comm);
-    let by_rank = comm
+    let by_rank: Vec<RankReport> = comm
         .gather(serde_json::to_vec(&mine).expect("a report is plain JSON"))
         .iter()
         .map(|bytes| serde_json::from_slice(bytes).expect("written just now"))
@@ -104,41 +98,52 @@ fn bench_rank(
     let population_bytes = (2 * AnyFluid::saved_bytes(setup.plan.precision)) as f64;
     let fractions: Vec<f64> =
         mlups.iter().zip(&bandwidth).map(|(m, b)| m * population_bytes / 1e3 / b).collect();
-    let report = BenchReport {
+    let over =
+        |figure: &dyn Fn(&RankReport) -> f64| Spread::of(&by_rank.iter().map(figure).collect::<Vec<_>>());
+    let stages = by_rank.iter().flat_map(|rank| rank.stages.keys());
+    let ranks_per_process = comm.ranks_per_process();
+    let memory = over(&|rank| rank.process_memory_bytes as f64 / ranks_per_process as f64);
+    Ok(BenchReport {
         mlups: median(&mlups),
         roofline_fraction: median(&fractions),
         bandwidth_gb_per_s: median(&bandwidth),
         mlups_samples: mlups,
         bandwidth_samples: bandwidth,
         stages: mine.stages,
-        stages_over_ranks: BTreeMap::new(),
-        waiting_over_ranks: BTreeMap::new(),
-        messages_per_step: 0.0,
-        bytes_per_step: 0.0,
-        collectives_per_step: 0.0,
+        stages_over_ranks: stages
+            .map(|name| (name.clone(), over(&|rank| rank.stages.get(name).copied().unwrap_or(0.0))))
+            .collect(),
+        waiting_over_ranks: BTreeMap::from([
+            ("halo".to_owned(), over(&|rank| rank.halo.seconds)),
+            ("exchange".to_owned(), over(&|rank| rank.exchange.seconds)),
+            ("collective".to_owned(), over(&|rank| rank.collective.seconds)),
+        ]),
+        messages_per_step: over(&|rank| rank.halo.messages + rank.exchange.messages).max,
+        bytes_per_step: over(&|rank| rank.halo.bytes + rank.exchange.bytes).max,
+        collectives_per_step: over(&|rank| rank.collective.messages).max,
         network,
-        bytes_per_cell: 0.0,
-        memory_per_rank_bytes: 0,
-        ranks_per_process: comm.ranks_per_process(),
+        bytes_per_cell: memory.mean * by_rank.len() as f64 / cells as f64,
+        memory_per_rank_bytes: memory.max as u64,
+        ranks_per_process,
         cells,
         particles: setup.particles.len(),
-        contacts: 0,
+        contacts: by_rank.iter().map(|rank| rank.contacts).sum(),
         precision: precision_name(setup.plan.precision).to_owned(),
         threads: comm.size(),
         ranks: comm.size(),
         grid: decomposition.grid,
-        by_rank: Vec::new(),
-    };
-    Ok(report.with_ranks(by_rank))
+        by_rank,
+    })
 }
 
-/// What this rank has, and what it did in so many steps.
+/// State of this rank, and what it did in `steps` steps.
 fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, resident: u64) -> RankReport {
     let stages = simulation.timings().stages();
     let stages = stages.iter().map(|&(name, s)| (name.to_owned(), s / steps)).collect();
     let system = simulation.system.as_ref();
     let particles = simulation.dem.particles();
-    let [halo, exchange, collective] = Rate::of_all(traffic, steps);
+    let [halo, exchange, collective] =
+        [traffic.halo, traffic.exchange, traffic.collective].map(|tally| Rate::new(tally, steps));
     RankReport {
         rank: simulation.comm.rank(),
         cells: system.map_or(0, |system| system.fluid.block().cell_count()),
@@ -159,10 +164,7 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
 fn forces_sent(dem: &dyn DemEngine) -> usize {
     let particles = dem.particles();
     let owned = |id: u64| particles.owned().binary_search_by_key(&id, |p| p.id).is_ok();
-    let states = dem.contact_states();
-    let ends =
-        states.iter().flat_map(|state| [Some(state.first), state.wall().is_none().then_some(state.second)]);
-    ends.flatten().filter(|&id| !owned(id)).count()
+    dem.contact_states().iter().flat_map(ids).filter(|&id| !owned(id)).count()
 }
 
 fn median(values: &[f64]) -> f64 {

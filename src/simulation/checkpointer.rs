@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// A slow disk (bytes per second), for the time that a checkpoint may take before one has been written.
 const SLOW_DISK: f64 = 1e8;
 
-/// What is the same on all ranks, or known to rank 0 alone.
+/// State that is the same on all ranks, or known to rank 0 alone.
 #[derive(Serialize, Deserialize)]
 struct Shared {
     observer: ObserverState,
@@ -38,13 +38,13 @@ pub(super) struct Checkpointer<'a> {
     setup: &'a Setup,
     folder: PathBuf,
     start: Instant,
-    /// When this rank last had nothing to lose: at the start of the run or behind a checkpoint.
+    /// Start of the run or end of the last checkpoint.
     safe: Instant,
     /// How long one takes to write (s), once one has been written.
     write_seconds: Option<f64>,
     /// Bytes of the populations of all ranks.
     bytes: f64,
-    /// When a step began last, with what was written after the one before; and the longest time from one to the next.
+    /// Start of the last step, with what was written after the one before; and the longest time from one to the next.
     round: Instant,
     longest_round: Duration,
 }
@@ -64,14 +64,14 @@ impl<'a> Checkpointer<'a> {
         }
     }
 
-    /// What a run that is told to end needs to do so: another step with its files, the last files, and a checkpoint, twice the
-    /// longest that each has taken. A disk of which nothing is known is taken to be slow.
+    /// Time that a run needs to stop: another step with its files, the last files, and a checkpoint, twice the longest that each
+    /// has taken. An unknown disk is taken to be slow.
     pub(super) fn reserve(&self) -> Duration {
         let write = self.write_seconds.map_or(self.bytes / SLOW_DISK, |seconds| 2.0 * seconds);
         Duration::from_secs_f64(write) + 2 * self.longest_round
     }
 
-    /// Whether the time of the run is over on any rank; looked at after every step if there is a limit. Collective.
+    /// Whether the time of the run is over on any rank; called after every step if there is a limit. Collective.
     pub(super) fn is_late(&mut self, comm: &Comm, options: &RunOptions) -> bool {
         let Some(limit) = options.max_walltime else {
             return false;
@@ -82,22 +82,18 @@ impl<'a> Checkpointer<'a> {
         comm.any(self.start.elapsed() + self.reserve() >= limit)
     }
 
-    /// The requests of signals and of the clock to this rank. Called when the ranks are about to tell each other.
+    /// Requests of signals and of the clock to this rank.
     pub(super) fn requests(&self, options: &RunOptions) -> Requests {
-        let due = match self.setup.plan.output.checkpoint_every {
-            CheckpointSpacing::WallTime(interval) => self.safe.elapsed() >= interval,
-            CheckpointSpacing::Never | CheckpointSpacing::Steps(_) => false,
-        };
+        let every = self.setup.plan.output.checkpoint_every;
+        let due = matches!(every, CheckpointSpacing::WallTime(interval) if self.safe.elapsed() >= interval);
         Requests {
             stop: options.stop.load(Ordering::Relaxed),
             checkpoint: options.checkpoint.swap(false, Ordering::Relaxed) || due,
         }
     }
 
-    /// Writes a checkpoint if the case or somebody wants one after the current step. Collective.
-    ///
-    /// # Errors
-    /// A failure of the simulation, of which nothing is kept; or that of writing.
+    /// Writes a checkpoint if one is due or requested after the current step; errors of the simulation, of which nothing is kept,
+    /// or of writing. Collective.
     pub(super) fn write_if_due(
         &mut self,
         simulation: &mut Simulation,
@@ -105,12 +101,8 @@ impl<'a> Checkpointer<'a> {
         requests: Requests,
     ) -> Result<()> {
         let step = simulation.step;
-        let due = match self.setup.plan.output.checkpoint_every {
-            CheckpointSpacing::Steps(every) => {
-                step > 0 && (step.is_multiple_of(every) || step >= self.setup.plan.end_step)
-            }
-            CheckpointSpacing::Never | CheckpointSpacing::WallTime(_) => false,
-        };
+        let due = matches!(self.setup.plan.output.checkpoint_every, CheckpointSpacing::Steps(every)
+            if step > 0 && (step.is_multiple_of(every) || step >= self.setup.plan.end_step));
         if simulation.checkpoint == Some(step) || !(due || requests.stop || requests.checkpoint) {
             return Ok(());
         }
@@ -129,8 +121,8 @@ impl<'a> Checkpointer<'a> {
         Ok(())
     }
 
-    /// Continues from the newest checkpoint that is sound: what the observer needs to do so, and for each newer checkpoint why it
-    /// was left out. Collective.
+    /// Restores the newest sound checkpoint: the state of the observer, and for each newer checkpoint why it was skipped.
+    /// Collective.
     ///
     /// # Errors
     /// [`Error::Agreed`], the same on every rank, if none is sound.
@@ -157,7 +149,7 @@ impl<'a> Checkpointer<'a> {
         Ok((shared.observer, skipped))
     }
 
-    /// Whether this program makes of the case what the one that wrote the checkpoint made of it.
+    /// Refuses a checkpoint of which this program would make another run than the one that wrote it.
     fn means_the_same(&self, saved: &Checkpoint) -> Result<()> {
         let (then, now) = (&saved.head().case.resolved, identity(self.setup));
         let then: serde_json::Value = serde_json::from_str(then).unwrap_or_default();

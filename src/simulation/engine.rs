@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What an external engine must know of the run.
+/// Data of the run for an external engine.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "there is no external engine"))]
 pub(super) struct Context {
@@ -30,8 +30,8 @@ pub(super) struct Context {
 /// The engine with the particles of the case. Collective.
 ///
 /// # Errors
-/// [`crate::Error::Input`] if this program was built without the engine, or if the engine is to live in one of
-/// several processes of an MPI job; what the engine says otherwise.
+/// [`crate::Error::Input`] if this program was built without the engine, or if it would live in one of several processes of an MPI
+/// job; those of the engine.
 #[cfg_attr(not(feature = "liggghts"), expect(unused_variables, reason = "there is no external engine"))]
 pub(super) fn engine(
     setup: &Setup,

@@ -13,26 +13,15 @@ use crate::particle::Particle;
 pub(super) type ExternalLoad = Box<dyn FnMut(f64, &Particle) -> Load>;
 
 impl Simulation {
-    /// The whole case on one rank in this thread, at rest.
-    ///
-    /// ```
-    /// let setup = turbid::Builder::example().setup()?;
-    /// let simulation = turbid::Simulation::solo(&setup)?;
-    /// assert_eq!(simulation.steps_done(), 0);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
+    /// The whole case on one rank in this thread, at rest; errors as [`new`](Self::new).
     pub fn solo(setup: &Setup) -> Result<Self> {
         Self::new(setup, &Decomposition::solo(setup.domain), Comm::Solo)
     }
 
-    /// Calls `body` on every rank with its part of the case, at rest, and returns the result of rank 0. Ranks are threads, as
-    /// many as the case asks for ([`Builder::threads`](crate::Builder::threads)), or the processes of an MPI job.
+    /// Calls `body` on every rank with its part of the case, at rest, and returns the result of rank 0. Ranks are threads, as many
+    /// as the case asks for ([`Builder::threads`](crate::Builder::threads)), or the processes of an MPI job.
     ///
-    /// Every rank must make the same collective calls, and take part in an error that only some of them notice
-    /// ([`Comm::agree`]).
+    /// Every rank must make the same collective calls, and take part in an error that only some of them notice ([`Comm::agree`]).
     ///
     /// ```
     /// use turbid::{Builder, Simulation};
@@ -76,18 +65,15 @@ impl Simulation {
         Self::with_engine(setup, decomposition, comm, Box::new(engine))
     }
 
-    /// Advances to a time (s), by whole steps: to the one that is nearest. Makes failures known. Collective.
+    /// Advances by whole steps to the one nearest to a time (s), and makes failures known; errors as [`step`](Self::step).
+    /// Collective.
     ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
-    /// let step = simulation.time_step();
-    /// simulation.run_until(5.2 * step)?;
+    /// simulation.run_until(5.2 * simulation.time_step())?;
     /// assert_eq!(simulation.steps_done(), 5);
     /// # Ok::<(), turbid::Error>(())
     /// ```
-    ///
-    /// # Errors
-    /// As [`step`](Self::step).
     pub fn run_until(&mut self, time: f64) -> Result<()> {
         while self.time() + 0.5 * self.units.dt < time {
             self.step()?;
@@ -107,27 +93,12 @@ impl Simulation {
 
     /// The particles that this rank owns, ascending by id: all of them on one rank. Positions in m, velocities in m/s, angular
     /// velocities in 1/s.
-    ///
-    /// ```
-    /// # let mut simulation = turbid::Builder::example().build()?;
-    /// simulation.advance(10)?;
-    /// assert!(simulation.particles()[0].velocity().z < 0.0, "it settles");
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn particles(&self) -> &[Particle] {
         self.dem.particles().owned()
     }
 
-    /// Force (N) and torque (N m) of the fluid in the last step on each particle that this rank owned in it, with its id,
-    /// ascending. The force includes the buoyancy. Nothing without a fluid and before the first step.
-    ///
-    /// ```
-    /// # let mut simulation = turbid::Builder::example().build()?;
-    /// simulation.advance(10)?;
-    /// let (id, load) = simulation.loads().next().unwrap();
-    /// assert!(id == 0 && load.force.z > 0.0, "buoyancy and drag");
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
+    /// Load of the fluid in the last step, buoyancy included, on each particle that this rank owned in it, with its id, ascending.
+    /// Nothing without a fluid and before the first step.
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
         let stepped = self.system.as_ref().filter(|_| self.step > 0);
         stepped.into_iter().flat_map(|system| system.coupling.last_loads())
@@ -160,16 +131,13 @@ impl Simulation {
         }
     }
 
-    /// From now on adds a load of the caller's own to that of the fluid, in every step on every particle that this rank owns: a
-    /// function of the time at the start of the step (s) and the particle as it is then. It is no part of a checkpoint.
+    /// Adds a load of the caller's to that of the fluid, from now on in every step on every particle that this rank owns: a
+    /// function of the time at the start of the step (s) and the particle. It is no part of a checkpoint.
     ///
     /// ```
     /// # use turbid::{Builder, dem::Load, math::Vec3};
     /// # let mut simulation = Builder::example().gravity([0.0; 3]).build()?;
-    /// simulation.set_external_load(|_time, _particle| Load {
-    ///     force: Vec3::new(1e-6, 0.0, 0.0),
-    ///     ..Load::default()
-    /// });
+    /// simulation.set_external_load(|_time, _particle| Load { force: Vec3::x() * 1e-6, ..Load::default() });
     /// simulation.advance(10)?;
     /// assert!(simulation.particles()[0].velocity().x > 0.0);
     /// # Ok::<(), turbid::Error>(())

@@ -1,9 +1,8 @@
-//! A failure of one rank, as it travels to the others.
+//! A failure of one rank, as the others get it.
 
 use crate::case::Setup;
 use crate::error::Error;
 use crate::math::Vec3;
-use serde::{Deserialize, Serialize};
 
 /// What drives a case, and what helps against a divergence; behind what has diverged.
 pub(super) fn hint(setup: &Setup) -> String {
@@ -47,42 +46,23 @@ pub(super) fn hint(setup: &Setup) -> String {
     }
 }
 
-/// What ends a run on every rank; the engine is the same on all of them, so its name does not travel.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Failure {
-    /// [`Error::Diverged`].
-    Diverged { step: u64, what: String },
-    /// [`Error::Engine`].
-    Engine { step: u64, what: String },
+/// A failure that all ranks learn of at `step`, for a message; that of an engine keeps the step at which it was noticed.
+pub(super) fn to_bytes(error: Error, step: u64) -> Vec<u8> {
+    let failure = match error {
+        Error::Engine { step, what, .. } => (true, step, what),
+        Error::Diverged { what, .. } => (false, step, what),
+        other => (false, step, other.to_string()),
+    };
+    serde_json::to_vec(&failure).expect("plain JSON")
 }
 
-impl Failure {
-    /// A failure that all ranks learn of at `step`; that of an engine keeps the step at which it was noticed.
-    pub(super) fn new(error: Error, step: u64) -> Self {
-        match error {
-            Error::Engine { step, what, .. } => Self::Engine { step, what },
-            Error::Diverged { what, .. } => Self::Diverged { step, what },
-            other => Self::Diverged { step, what: other.to_string() },
-        }
-    }
-
-    /// For a message.
-    pub(super) fn to_bytes(&self) -> Vec<u8> {
-        serde_json::to_vec(self).expect("plain JSON")
-    }
-
-    /// The first failure of all ranks, in their order; ranks without one sent nothing.
-    pub(super) fn first(all: &[Vec<u8>]) -> Option<Self> {
-        let first = all.iter().find(|bytes| !bytes.is_empty())?;
-        Some(serde_json::from_slice(first).expect("made by to_bytes"))
-    }
-
-    /// The error of every rank; `engine` is the name of theirs, and `hint` says what may have caused a divergence.
-    pub(super) fn into_error(self, engine: &'static str, hint: &str) -> Error {
-        match self {
-            Self::Diverged { step, what } => Error::Diverged { step, what: what + hint },
-            Self::Engine { step, what } => Error::Engine { engine, step, what },
-        }
+/// The first failure of all ranks; those without one sent nothing. `engine` is the name of the engine of all, and `hint` says what
+/// may have caused a divergence.
+pub(super) fn first(all: &[Vec<u8>], engine: &'static str, hint: &str) -> Error {
+    let first = all.iter().find(|bytes| !bytes.is_empty()).expect("called when a rank has failed");
+    match serde_json::from_slice(first).expect("made by to_bytes") {
+        (true, step, what) => Error::Engine { engine, step, what },
+        (false, step, what) => Error::Diverged { step, what: String::from(what) + hint },
     }
 }
 

@@ -45,7 +45,7 @@ impl Simulation {
         }
     }
 
-    /// Looks at the fluid as it is now; the controller of the net flux does not see it. A cell that is too fast becomes a failure
+    /// Measures the fluid as it is now; the controller of the net flux does not see it. A cell that is too fast becomes a failure
     /// of this rank. Zeros without a fluid. Collective.
     ///
     /// ```

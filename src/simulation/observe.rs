@@ -2,27 +2,28 @@
 //!
 //! All ranks take part. To rank 0 go the sums of a row, the particles that writers select, and the plane of a picture. Files for
 //! `ParaView` are written by rank 0 where the ranks are threads, and piece by piece by all of them where they are processes
-//! ([`collect`]). A failure to write on one rank ends the run on every rank.
+//! ([`gather`]). A failure to write on one rank ends the run on every rank.
 
-mod collect;
 mod gather;
 mod row;
 mod summary;
 
 use super::writers::{Need, RankOutput, RootOutput, Writer, WriterState, slice_plane};
-use super::{Measurement, Simulation};
+use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::output::progress::Workload;
-use crate::output::{Numbered, OutputFiles, Progress, Summary, directory};
+use crate::output::{Numbered, OutputFiles, Summary, directory};
 use crate::particle::Particle;
 pub(super) use gather::own_fields;
-pub(super) use row::{settles_for_ever, settling_direction};
+pub(super) use row::settles_for_ever;
+#[cfg(feature = "pictures")]
+pub(super) use row::settling_direction;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 pub use summary::instruction_set;
 
@@ -42,8 +43,9 @@ pub(super) struct Observer<'a> {
     done: Vec<Option<u64>>,
     /// Whether every rank writes its own pieces of files.
     pieces: bool,
+    is_root: bool,
     /// Only on rank 0.
-    progress: Option<Progress>,
+    progress: Option<Arc<dyn Progress>>,
 }
 
 /// What a run has written, as far as one needs to know it to continue; by the names of the writers.
@@ -85,15 +87,13 @@ impl<'a> Observer<'a> {
         comm: &Comm,
         writers: Writers<'a>,
         first: u64,
-        quiet: bool,
+        progress: Option<Arc<dyn Progress>>,
     ) -> Self {
-        let work = || Workload {
-            steps: setup.plan.end_step,
-            first,
-            cells: setup.fluid_cells(),
-            time_step: setup.time_step,
-            stokes_time: setup.stokes_time(),
-        };
+        let is_root = comm.rank() == 0;
+        let progress = progress.filter(|_| is_root);
+        if let Some(progress) = &progress {
+            progress.start(setup, first);
+        }
         Self {
             setup,
             decomposition,
@@ -103,7 +103,8 @@ impl<'a> Observer<'a> {
             done: vec![None; writers.len()],
             writers,
             pieces: comm.ranks_per_process() < comm.size(),
-            progress: (comm.rank() == 0).then(|| Progress::new(work(), quiet)),
+            is_root,
+            progress,
         }
     }
 
@@ -115,11 +116,7 @@ impl<'a> Observer<'a> {
         for (writer, done) in self.writers.iter().zip(&mut self.done) {
             *done = state.done.get(writer.name()).copied();
         }
-        let resumed = match self.progress {
-            Some(_) => self.resume_files(state),
-            None => Ok(()),
-        };
-        comm.agree(resumed)
+        comm.agree(if self.is_root { self.resume_files(state) } else { Ok(()) })
     }
 
     /// Removes or cuts off what was written after the first step.
@@ -138,16 +135,16 @@ impl<'a> Observer<'a> {
         Ok(())
     }
 
-    /// Prints a warning, quiet or not.
-    pub(super) fn warn(&mut self, text: &str) {
-        if let Some(progress) = &mut self.progress {
+    /// A warning to the user, from rank 0.
+    pub(super) fn warn(&self, text: &str) {
+        if let Some(progress) = &self.progress {
             progress.warn(text);
         }
     }
 
     /// What rank 0 needs to continue from here; nothing elsewhere. What has been written is safe on disk after this. Collective.
     pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
-        let states = self.progress.is_some().then(|| {
+        let states = self.is_root.then(|| {
             let states = self.writers.iter_mut();
             states.map(|writer| Ok((writer.name().to_owned(), writer.state()?))).collect()
         });
@@ -163,8 +160,8 @@ impl<'a> Observer<'a> {
     /// A failure of any rank since the last control, before anything of it is written; or that of writing.
     pub(super) fn observe(&mut self, simulation: &mut Simulation, last: bool) -> Result<()> {
         let step = simulation.step;
-        if let Some(progress) = &mut self.progress {
-            progress.update(step);
+        if let Some(progress) = &self.progress {
+            progress.step(step);
         }
         let due: Vec<usize> = (0..self.writers.len())
             .filter(|&i| self.done[i] != Some(step) && self.writers[i].due(step, last))
@@ -212,11 +209,7 @@ impl<'a> Observer<'a> {
                 }
             })
             .collect();
-        let own = if self.pieces {
-            RankOutput::piece(simulation, cut, needs, &touches, time)
-        } else {
-            RankOutput::whole(simulation, cut, needs, &touches, time)
-        };
+        let own = RankOutput::gather(simulation, cut, self.pieces, needs, &touches, time);
         let mut outcome = own.and_then(|own| match own {
             Some(own) => due.iter().try_for_each(|&i| self.writers[i].write(&own)),
             None => Ok(()),
@@ -226,7 +219,7 @@ impl<'a> Observer<'a> {
             agree(&simulation.comm, outcome.err())?;
             outcome = Ok(());
         }
-        if outcome.is_ok() && self.progress.is_some() {
+        if outcome.is_ok() && self.is_root {
             outcome = due.iter().zip(selected).try_for_each(|(&i, selected)| {
                 self.writers[i].complete(&RootOutput {
                     step: simulation.step,
@@ -248,9 +241,9 @@ impl<'a> Observer<'a> {
         interrupted: bool,
     ) -> Result<Option<Summary>> {
         let hash = simulation.state_hash();
-        let Some(mut progress) = self.progress.take() else {
+        if !self.is_root {
             return Ok(None);
-        };
+        }
         let seconds = self.start.elapsed().as_secs_f64();
         let mut summary = summary::summary(self.setup, simulation, hash, self.first, seconds);
         summary.interrupted = interrupted;
@@ -258,7 +251,9 @@ impl<'a> Observer<'a> {
             writer.finish(&mut summary)?;
         }
         summary.write(&self.files.summary())?;
-        progress.finish(simulation.step);
+        if let Some(progress) = &self.progress {
+            progress.finish(simulation.step);
+        }
         Ok(Some(summary))
     }
 }

@@ -108,6 +108,7 @@ fn garside_al_dibouni(reynolds: f64) -> f64 {
 }
 
 /// Settling velocities over the Stokes velocity of a case, by the names of the laws.
+#[cfg(feature = "pictures")]
 pub(super) fn references(scales: &Scales, volume_fraction: f64) -> [(&'static str, f64); 2] {
     of_all_laws(Suspension::of(scales, volume_fraction))
 }

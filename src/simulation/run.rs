@@ -1,12 +1,13 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
 use super::checkpointer::{Checkpointer, Requests};
-use super::engine::Context;
+use super::engine::{Context, engine};
 use super::observe::{Observer, agree as agree_here, names};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
-use super::{CONTROL_INTERVAL, Simulation};
-use crate::case::Setup;
+use super::{CONTROL_INTERVAL, Progress, Simulation};
+use crate::case::{self, Setup};
+use crate::checkpoint::{self, CaseText, Checkpoint};
 #[cfg(feature = "mpi")]
 use crate::comm::MpiComm;
 use crate::comm::{self, Comm, try_on_threads};
@@ -14,6 +15,7 @@ use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Lock};
 use crate::output::{Numbered, OutputFiles, Summary};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -21,35 +23,34 @@ use std::time::{Duration, Instant};
 /// How a run behaves towards its caller.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
-    /// No progress on the terminal.
-    pub quiet: bool,
-    /// Set by a signal handler: the run ends cleanly after the current step, outputs closed.
+    /// Told of every step and of warnings.
+    pub progress: Option<Arc<dyn Progress>>,
+    /// Set by a signal handler: the run ends after the current step, outputs closed.
     pub stop: Arc<AtomicBool>,
-    /// Set by a signal handler, cleared by the run: it writes a checkpoint and goes on.
+    /// Set by a signal handler, cleared by the run, which writes a checkpoint.
     pub checkpoint: Arc<AtomicBool>,
-    /// The run ends cleanly before it has taken so long.
+    /// The run ends before it has taken so long.
     pub max_walltime: Option<Duration>,
     /// Results of an earlier run in the output directory are replaced instead of refused.
     pub overwrite: bool,
 }
 
-/// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job
-/// get none.
+/// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job get
+/// none.
 ///
 /// ```
 /// use turbid::{Builder, simulation};
 /// # let folder = std::env::temp_dir().join(format!("turbid-run-{}", std::process::id()));
 /// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
-/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
-/// let summary = simulation::run(&setup, &quiet)?;
+/// let summary = simulation::run(&setup, &simulation::RunOptions::default())?;
 /// assert!(summary.is_some() && folder.join("series.csv").exists());
 /// # std::fs::remove_dir_all(folder).unwrap();
 /// # Ok::<(), turbid::Error>(())
 /// ```
 ///
 /// # Errors
-/// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves
-/// the range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
+/// [`Error::Input`] or [`Error::Io`] if the case or its output is not possible; [`Error::Diverged`] if the simulation leaves the
+/// range of the method and [`Error::Engine`] if an external engine fails, with all output up to then readable.
 pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     run_with(setup, options, &|_| Vec::new())
 }
@@ -81,8 +82,7 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 ///
 /// # let folder = std::env::temp_dir().join(format!("turbid-writer-{}", std::process::id()));
 /// let setup = Builder::example().end(2e-3).threads(1).output(&folder).setup()?;
-/// let quiet = simulation::RunOptions { quiet: true, ..Default::default() };
-/// simulation::run_with(&setup, &quiet, &|_rank| vec![Box::new(Rows)])?;
+/// simulation::run_with(&setup, &Default::default(), &|_rank| vec![Box::new(Rows)])?;
 /// # std::fs::remove_dir_all(folder).unwrap();
 /// # Ok::<(), turbid::Error>(())
 /// ```
@@ -93,12 +93,12 @@ pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Resu
     run_from(setup, options, more, Origin::Start)
 }
 
-/// Makes the caller's own writers for the rank of this number; the same ones for every rank, whenever it is asked.
+/// Makes the caller's writers for a rank, the same ones for every rank whenever it is asked.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
 /// Where a run begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Origin {
+enum Origin {
     /// With the particles of the case in a fluid at rest.
     Start,
     /// With the newest sound checkpoint in the output directory.
@@ -106,7 +106,7 @@ pub(super) enum Origin {
 }
 
 /// As [`run`], from the start or from a checkpoint.
-pub(super) fn run_from(
+fn run_from(
     setup: &Setup,
     options: &RunOptions,
     more: &MoreWriters,
@@ -126,6 +126,38 @@ pub(super) fn run_from(
     on_ranks(&decomposition, |comm| run_rank(&plan, comm))
 }
 
+/// Resumes the run of this case from the newest sound checkpoint in its output directory. The summary is as that of [`run`].
+///
+/// # Errors
+/// [`Error::Input`] if there is no sound checkpoint; else as [`run`].
+pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
+    resume_with(setup, options, &|_| Vec::new())
+}
+
+/// As [`resume`], with the caller's writers that [`run_with`] had.
+///
+/// # Errors
+/// As [`resume`]; what a writer says.
+pub fn resume_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
+    run_from(setup, options, more, Origin::Checkpoint)
+}
+
+/// The case of the run with this output directory, from the newest checkpoint whose case and heads are sound; `changes` are options
+/// for keys of `[run]` and `[output]`.
+///
+/// # Errors
+/// [`Error::Input`] if there is no such checkpoint, or for a change that would make another run of it.
+pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
+    let folder = OutputFiles::new(directory).checkpoints();
+    let newest = |checkpoint: &Checkpoint| Ok(checkpoint.head().clone());
+    let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, newest)?;
+    let CaseText { name, text, files, .. } = &head.case;
+    let mut setup = case::from_saved(name, text, files, changes)?;
+    setup.plan.output.directory = directory.to_path_buf();
+    setup.plan.threads = threads.unwrap_or(setup.plan.threads);
+    Ok(setup)
+}
+
 /// Takes the output directory, unless something in it must stay.
 fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], origin: Origin) -> Result<Option<Lock>> {
     let directory = &setup.plan.output.directory;
@@ -140,8 +172,8 @@ fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], origin: Origin
     Ok(lock)
 }
 
-/// Runs `body` on as many ranks as there are blocks, and returns the result of rank 0 (of this process, if the ranks are
-/// processes), or the first error.
+/// Runs `body` on as many ranks as there are blocks: the result of rank 0 (of this process, if the ranks are processes), or the
+/// first error.
 pub(super) fn on_ranks<R: Send>(
     decomposition: &Decomposition,
     body: impl Fn(Comm) -> Result<R> + Sync,
@@ -153,7 +185,7 @@ pub(super) fn on_ranks<R: Send>(
     if processes().is_some() {
         let comm = world()?;
         let twin = Comm::Mpi(comm.twin());
-        return agree(&twin, body(Comm::Mpi(comm)));
+        return checkpoint::agreed(&twin, body(Comm::Mpi(comm)));
     }
     let mut results = try_on_threads(decomposition.ranks(), body)?;
     match results.iter().position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank)))
@@ -169,11 +201,11 @@ fn processes() -> Option<usize> {
     (cfg!(feature = "mpi") && size > 1).then_some(size)
 }
 
-/// What comes of something that every process of an MPI job does for itself: the result of this process, or the error of the
-/// first one that has failed, with its number if it is not the one that speaks. Elsewhere the result as it is. Collective.
+/// Agrees on what every process of an MPI job does for itself: the result of this process, or the error of the first that has
+/// failed, with its number. Without MPI the result as it is. Collective.
 ///
 /// # Errors
-/// That of the first process that has failed; [`Error::Agreed`] if the launcher is not that of the MPI of this program.
+/// [`Error::Agreed`] also if the launcher is not that of the MPI of this program.
 pub fn agreed<R>(result: Result<R>) -> Result<R> {
     #[cfg(feature = "mpi")]
     if processes().is_some() {
@@ -188,15 +220,12 @@ pub fn agreed<R>(result: Result<R>) -> Result<R> {
                 },
             },
         });
-        return agree(&comm, result);
+        return checkpoint::agreed(&comm, result);
     }
     result
 }
 
-/// The ranks of the MPI job. Collective.
-///
-/// # Errors
-/// [`Error::Agreed`] if they are not those that the launcher has told of: it is of another MPI than the program.
+/// The ranks of the MPI job; [`Error::Agreed`] if they are not those of the launcher. Collective.
 #[cfg(feature = "mpi")]
 fn world() -> Result<MpiComm> {
     let comm = MpiComm::world();
@@ -211,32 +240,15 @@ fn world() -> Result<MpiComm> {
         ))),
         _ => Ok(()),
     };
-    agree(&Comm::Mpi(comm.twin()), result)?;
+    checkpoint::agreed(&Comm::Mpi(comm.twin()), result)?;
     Ok(comm)
 }
 
-/// The result of this process, or the error of the first one that has failed. Collective.
-#[cfg(feature = "mpi")]
-fn agree<R>(comm: &Comm, result: Result<R>) -> Result<R> {
-    let mine = match &result {
-        Ok(_) | Err(Error::OtherRank) => Vec::new(),
-        Err(error) => [&[error.exit_code() as u8], error.to_string().as_bytes()].concat(),
-    };
-    let all = comm.all_gather(mine);
-    match all.iter().find(|message| !message.is_empty()) {
-        None => result,
-        Some(message) => Err(Error::Agreed {
-            code: i32::from(message[0]),
-            text: String::from_utf8_lossy(&message[1..]).into_owned(),
-        }),
-    }
-}
-
-/// Blocks with about the same work. One rank per process of an MPI job; else one per thread the case asks for; if it asks for
-/// none, one per core or as many as fit.
+/// Blocks with about the same work: one per process of an MPI job, else per thread that the case asks for, else per core or as many
+/// as fit.
 ///
 /// # Errors
-/// [`Error::Input`] with the largest admissible number if the case asks for more threads than fit.
+/// [`Error::Input`] with the largest admissible number if the case asks for more than fit.
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processes = processes();
@@ -256,7 +268,7 @@ pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     blocks.ok_or_else(|| too_many(setup, ranks, kind, remedy))
 }
 
-/// What each of so many ranks would have to do.
+/// Work of each of `ranks` ranks.
 ///
 /// # Errors
 /// [`Error::Input`] with the largest admissible number if these are too many.
@@ -276,7 +288,7 @@ fn too_many(setup: &Setup, ranks: usize, kind: &str, remedy: &str) -> Error {
     ))
 }
 
-/// What all ranks know of a run.
+/// Data of a run that all ranks share.
 struct Plan<'a> {
     setup: &'a Setup,
     options: &'a RunOptions,
@@ -290,13 +302,14 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     let &Plan { setup, options, more, decomposition, origin, start } = plan;
     let log = OutputFiles::new(&setup.plan.output.directory).liggghts_log();
     let context = Context { log: Some(log), stop: Arc::clone(&options.stop) };
-    let mut simulation = Simulation::in_context(setup, decomposition, comm, &context)?;
+    let dem = engine(setup, decomposition, &comm, &context)?;
+    let mut simulation = Simulation::with_engine(setup, decomposition, comm, dem)?;
     let mut checkpointer = Checkpointer::new(setup, &simulation, start);
     let mut writers = writers::of(setup);
     writers.extend(more(simulation.comm.rank()));
     let observer = |simulation: &Simulation, writers| {
         let Simulation { comm, step, .. } = simulation;
-        Observer::new(setup, decomposition, comm, writers, *step, options.quiet)
+        Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
     };
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {
@@ -341,7 +354,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     observer.finish(&mut simulation, interrupted)
 }
 
-/// What rank 0 does for all. Collective.
+/// Does `work` on rank 0. Collective.
 fn in_rank_0(comm: &Comm, work: impl FnOnce() -> Result<()>) -> Result<()> {
     let done = if comm.rank() == 0 { work() } else { Ok(()) };
     agree_here(comm, done.err())

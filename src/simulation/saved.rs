@@ -1,27 +1,33 @@
-//! The state between two steps: taken apart for a checkpoint, and put together again on any number of ranks.
+//! The state between two steps: saved in a checkpoint with what the owner of the run adds, and restored on any number of ranks.
 
-use super::{FluidSystem, Simulation};
+use super::{FluidSystem, Simulation, identity};
+use crate::case::Setup;
+use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
+use crate::comm::Comm;
 use crate::coupling::{AnyFluid, ControlRecord, MeanFlow};
 use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::math::FIXED_POINT_LIMIT;
 use crate::units::Units;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::path::Path;
 
 /// One rank's part of the state, but for the populations.
-pub(super) struct SavedState {
+struct SavedState {
     /// From [`DemEngine::save`](crate::dem::DemEngine::save).
-    pub(super) engine: Vec<u8>,
+    engine: Vec<u8>,
     /// From [`Coupling::save`](crate::coupling::Coupling::save).
-    pub(super) coupling: Vec<u8>,
+    coupling: Vec<u8>,
     /// The same on every rank.
-    pub(super) driving: SavedDriving,
+    driving: SavedDriving,
 }
 
 /// Takes the saved populations of some cells, or says what is wrong with them.
-pub(super) type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), String> + 'a;
+type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), String> + 'a;
 
 /// The last measurement of the flow, and the accelerations that the controller of the net flux has added.
-pub(super) type SavedDriving = (MeanFlow, ControlRecord);
+type SavedDriving = (MeanFlow, ControlRecord);
 
 impl Simulation {
     /// Bytes of a saved cell; none without a fluid.
@@ -29,11 +35,8 @@ impl Simulation {
         (self.system.as_ref()).map_or(0, |system| AnyFluid::saved_bytes(system.fluid.precision()))
     }
 
-    /// This rank's part of the state, but for the populations. Collective.
-    ///
-    /// # Errors
-    /// What the engine says, on the rank where it failed.
-    pub(super) fn save(&self) -> Result<SavedState> {
+    /// This rank's part of the state, or the error of its engine. Collective.
+    fn save(&self) -> Result<SavedState> {
         let mut mean = self.mean_flow();
         let mut most = [mean.max_lattice_speed];
         self.comm.max(&mut most);
@@ -46,18 +49,18 @@ impl Simulation {
     }
 
     /// Appends the populations of plane `z` of the box, which crosses the block of this rank.
-    pub(super) fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
+    fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
         if let Some(system) = &self.system {
             system.fluid.save_plane(z, out);
         }
     }
 
-    /// Goes on after `step` steps of an earlier run of this case: `planes` hands out the saved populations of all cells of a
-    /// block; engines and couplings are the parts of all ranks of that run. Collective.
+    /// Restores the state after `step` steps: `planes` hands out the saved populations of all cells of a block; engines and
+    /// couplings are the parts of all ranks that saved it. Collective.
     ///
     /// # Errors
-    /// [`Error::Input`] if the parts are not of this case; whatever `planes` says. Some ranks may find nothing wrong.
-    pub(super) fn restore(
+    /// [`Error::Input`] if the parts are not of this case; those of `planes`. Some ranks may find nothing wrong.
+    fn restore(
         &mut self,
         step: u64,
         (mean, control): SavedDriving,
@@ -81,7 +84,128 @@ impl Simulation {
     }
 }
 
-/// Whether a run can go on with a measurement of the flow that was read.
+impl Simulation {
+    /// Writes a checkpoint below a folder, with what the owner of the run adds on rank 0. Collective.
+    ///
+    /// # Errors
+    /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
+    pub(super) fn write_state<T: Serialize>(
+        &mut self,
+        folder: &Path,
+        setup: &Setup,
+        own: impl FnOnce(&Comm) -> Result<Option<T>>,
+    ) -> Result<()> {
+        self.check()?;
+        let state = checkpoint::agreed(&self.comm, self.save())?;
+        let json = |own| serde_json::to_vec(&(state.driving, own)).expect("plain data is always JSON");
+        let shared = own(&self.comm)?.map_or_else(Vec::new, json);
+        let head = Head {
+            step: self.step,
+            cells: setup.domain.cells,
+            bytes_per_cell: self.saved_bytes(),
+            case: CaseText {
+                name: setup.provenance.name.clone(),
+                text: setup.provenance.text.clone(),
+                files: setup.provenance.files.clone(),
+                resolved: identity(setup).to_string(),
+            },
+        };
+        let part =
+            Part { block: self.block, engine: &state.engine, coupling: &state.coupling, shared: &shared };
+        checkpoint::write(folder, &self.comm, self.checkpoint, &head, &part, |z, out| {
+            self.save_plane(z, out);
+        })?;
+        self.checkpoint = Some(self.step);
+        Ok(())
+    }
+
+    /// Restores the newest sound checkpoint below a folder that is of this case and `fits`: what the owner of the run added, and
+    /// for each newer checkpoint why it was skipped. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Agreed`], the same on every rank, if there is none.
+    pub(super) fn read_state<T: DeserializeOwned>(
+        &mut self,
+        folder: &Path,
+        setup: &Setup,
+        is_of_case: impl Fn(&Checkpoint) -> Result<()>,
+        fits: impl Fn(&T) -> Result<()>,
+    ) -> Result<(T, Vec<String>)> {
+        let comm = self.comm.clone();
+        let found = checkpoint::newest_sound(folder, &comm, |saved| {
+            let head = saved.head();
+            let same = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes());
+            let checked = if same { is_of_case(saved) } else { Err(of_another_case(saved)) };
+            let shared = checked
+                .and_then(|()| {
+                    serde_json::from_slice::<(SavedDriving, T)>(saved.shared())
+                        .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
+                })
+                .and_then(|shared| fits(&shared.1).map(|()| shared));
+            let read = shared.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
+            let ((driving, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
+            self.restore(head.step, driving, &engines, &couplings, |block, visit| {
+                saved.planes(block, visit)
+            })?;
+            Ok(own)
+        })?;
+        self.checkpoint = Some(self.step);
+        Ok(found)
+    }
+
+    /// Writes a checkpoint of the case below a folder, which may be missing, with bytes of the caller's (those of rank 0 count).
+    /// The one that this simulation wrote or read before stays, all others are removed. Collective.
+    ///
+    /// ```
+    /// # use turbid::{Builder, Simulation};
+    /// let setup = Builder::example().setup()?;
+    /// # let folder = std::env::temp_dir().join(format!("turbid-doc-{}", std::process::id()));
+    /// let mut simulation = Simulation::solo(&setup)?;
+    /// simulation.advance(3)?;
+    /// simulation.write_checkpoint(&folder, &setup, b"mine")?;
+    ///
+    /// let mut resumed = Simulation::solo(&setup)?;
+    /// assert_eq!(resumed.read_checkpoint(&folder, &setup)?, b"mine");
+    /// assert_eq!(resumed.state_hash(), simulation.state_hash());
+    /// # std::fs::remove_dir_all(folder).unwrap();
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
+    pub fn write_checkpoint(&mut self, folder: &Path, setup: &Setup, own: &[u8]) -> Result<()> {
+        self.write_state(folder, setup, |comm| Ok((comm.rank() == 0).then_some(own)))
+    }
+
+    /// Restores the newest sound checkpoint of this case below a folder, which any number of ranks may have written; returns the
+    /// bytes that its writer added, the same on all ranks. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Agreed`], the same on all ranks, if there is none of this case.
+    pub fn read_checkpoint(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
+        let resolved = identity(setup).to_string();
+        let is_of_case = |saved: &Checkpoint| {
+            let case = &saved.head().case;
+            if case.text == setup.provenance.text && case.resolved == resolved {
+                Ok(())
+            } else {
+                Err(of_another_case(saved))
+            }
+        };
+        self.read_state(folder, setup, is_of_case, |_| Ok(())).map(|(own, _)| own)
+    }
+
+    /// Bytes of a checkpoint, about, of all ranks.
+    pub(crate) fn checkpoint_bytes(setup: &Setup) -> f64 {
+        (setup.domain.cell_count() * AnyFluid::saved_bytes(setup.plan.precision)) as f64
+    }
+}
+
+fn of_another_case(saved: &Checkpoint) -> Error {
+    Error::Input(format!("{} is of another case", saved.name()))
+}
+
+/// Refuses a measurement of the flow that no run has made.
 fn is_sound(mean: &MeanFlow, units: &Units) -> Result<()> {
     let [u, v, w] = (mean.velocity / units.velocity()).into();
     let numbers = [u, v, w, mean.solid_fraction, mean.max_lattice_speed];

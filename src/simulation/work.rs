@@ -24,12 +24,11 @@ pub use costs::bytes_per_cell;
 pub use estimate::{Calibration, TimeEstimate, time_estimate};
 pub use forecast::{Forecast, RankForecast, Traffic};
 
-/// Particles count as in contact if the spheres of their volume, grown by this part, meet: of a packing at random so many are
-/// so close as touch after a while (`hindered_settling` at volume fractions 0.2 and 0.3: 120 and 314 against 106 and 303 after
-/// 200 steps; cubes: 120 against 198).
+/// Particles count as in contact if the spheres of their volume, grown by this part, meet: in a random packing about as many as touch
+/// later (`hindered_settling` at volume fractions 0.2 and 0.3: 120 and 314, after 200 steps 106 and 303; cubes: 120, 198).
 const NEAR: f64 = 0.03;
 
-/// Points per axis at which the box is asked where its walls are.
+/// Points per axis at which the walls in the box are sampled.
 const POINTS: usize = 64;
 
 /// Work of a time step (s of one thread) by place.
@@ -127,15 +126,15 @@ impl<'a> Work<'a> {
     pub(crate) fn weights(&self) -> Weights {
         let domain = &self.setup.domain;
         let mut weights = Weights::even(domain, 0.0);
-        let cells = self.swept(domain.cells.map(|n| n.min(POINTS)));
+        let cells = self.swept();
         for axis in 0..3 {
             let layers = &mut weights.layers[axis];
             for (layer, cells) in layers.iter_mut().zip(&cells[axis]) {
                 *layer += self.cell() * cells;
             }
             for body in &self.bodies {
-                for (layer, share) in body.spread(domain, axis) {
-                    layers[layer] += share * body.cost;
+                for (layer, part) in body.spread(domain, axis) {
+                    layers[layer] += part * body.cost;
                 }
                 layers[domain.cell_of(body.position)[axis]] += self.particle();
             }
@@ -172,22 +171,11 @@ impl<'a> Work<'a> {
         2.0 * (largest + self.setup.domain.dx)
     }
 
-    /// Cells that are swept in each layer along each axis, by asking at so many points per axis.
-    fn swept(&self, points: [usize; 3]) -> [Vec<f64>; 3] {
+    /// Cells that are swept in each layer along each axis.
+    fn swept(&self) -> [Vec<f64>; 3] {
         let cells = self.setup.domain.cells;
-        let mut counts = points.map(|n| vec![0.0; n]);
-        let middle = |axis: usize, p: usize| (cells[axis] * p + cells[axis] / 2) / points[axis];
-        for z in 0..points[2] {
-            for y in 0..points[1] {
-                for x in 0..points[0] {
-                    if self.is_swept([middle(0, x), middle(1, y), middle(2, z)]) {
-                        counts[0][x] += 1.0;
-                        counts[1][y] += 1.0;
-                        counts[2][z] += 1.0;
-                    }
-                }
-            }
-        }
+        let counts = self.swept_points([0; 3], cells, POINTS);
+        let points = counts.each_ref().map(Vec::len);
         let all: usize = points.iter().product();
         std::array::from_fn(|axis| {
             // A layer of cells stands in the middle of its points.
@@ -197,7 +185,26 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// Whether a sweep works on a cell: one in a wall, too, if it shares a chunk with fluid.
+    /// Of evenly spaced cells of a block, at most `most` per axis, the number that are swept in each layer along each axis.
+    fn swept_points(&self, lo: [usize; 3], size: [usize; 3], most: usize) -> [Vec<f64>; 3] {
+        let points = size.map(|n| n.min(most));
+        let at = |axis: usize, p: usize| lo[axis] + (size[axis] * p + size[axis] / 2) / points[axis];
+        let mut counts = points.map(|n| vec![0.0; n]);
+        for z in 0..points[2] {
+            for y in 0..points[1] {
+                for x in 0..points[0] {
+                    if self.is_swept([at(0, x), at(1, y), at(2, z)]) {
+                        counts[0][x] += 1.0;
+                        counts[1][y] += 1.0;
+                        counts[2][z] += 1.0;
+                    }
+                }
+            }
+        }
+        counts
+    }
+
+    /// Whether a sweep works on a cell: one in a wall, too, if it parts a chunk with fluid.
     fn is_swept(&self, [x, y, z]: [usize; 3]) -> bool {
         let dx = self.setup.domain.dx;
         let in_wall = |x: usize| {
@@ -212,7 +219,7 @@ impl<'a> Work<'a> {
 }
 
 impl Body {
-    /// The layers of cells along an axis in which it lies, and the share of its volume in each: exact for an ellipsoid,
+    /// The layers of cells along an axis in which it lies, and the part of its volume in each: exact for an ellipsoid,
     /// whose sections are `1 - t^2` of the largest at the part `t` of the half edge.
     fn spread(&self, domain: &Domain, axis: usize) -> impl Iterator<Item = (usize, f64)> {
         let (middle, half) = (self.middle[axis], self.half[axis]);
@@ -223,9 +230,9 @@ impl Body {
         };
         let layers = (middle - half).floor() as i64..=(middle + half).floor() as i64;
         layers.map(move |n| {
-            let share = below(n as f64 + 1.0) - below(n as f64);
+            let part = below(n as f64 + 1.0) - below(n as f64);
             let layer = if periodic { n.rem_euclid(cells) } else { n.clamp(0, cells - 1) };
-            (layer as usize, share)
+            (layer as usize, part)
         })
     }
 }

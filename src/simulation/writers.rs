@@ -12,6 +12,7 @@
 //!
 //! A library adds its own writers with [`run_with`](super::run_with()).
 
+#[cfg(feature = "pictures")]
 mod pictures;
 mod series;
 mod viscosity;
@@ -19,11 +20,11 @@ mod vtk;
 
 use super::Simulation;
 use crate::case::Setup;
+use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::memory;
-use crate::output::picture::Plane;
-use crate::output::{Contact, ForceAndTorque, Numbered, OutputFiles, SeriesRow, Summary, pieces};
+use crate::output::picture::{Cut, Plane};
+use crate::output::{Fields, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
 use std::path::PathBuf;
 
@@ -147,15 +148,30 @@ pub struct RankOutput {
     pub fields: Option<Fields>,
     /// The particles of this piece, ascending by id.
     pub particles: Vec<Particle>,
-    /// Force (N) and torque (N m) of the fluid on each of the particles in the last step; nothing without a fluid.
-    pub loads: Option<Vec<ForceAndTorque>>,
+    /// Load of the fluid on each of the particles in the last step; nothing without a fluid.
+    pub loads: Option<Vec<Load>>,
     /// The contacts of this piece; of the whole in ascending order of the ids.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ContactState>,
     /// Particles that hold both of each contact; of the whole these are [`particles`](Self::particles).
     pub(super) partners: Option<Vec<Particle>>,
 }
 
 impl RankOutput {
+    /// With nothing of a step.
+    pub(super) fn empty(rank: Option<usize>, block: Block, step: u64, time: f64) -> Self {
+        Self {
+            step,
+            time,
+            rank,
+            block,
+            fields: None,
+            particles: Vec::new(),
+            loads: None,
+            contacts: Vec::new(),
+            partners: None,
+        }
+    }
+
     /// Where this rank writes its part of a file.
     pub fn path(&self, file: PathBuf) -> PathBuf {
         match self.rank {
@@ -187,45 +203,10 @@ pub struct RootOutput<'a> {
     pub pieces: Option<&'a Decomposition>,
 }
 
-/// How messages call the arrays of [`Fields`].
-const FIELDS: &str = "a file of fields";
-
-/// The fluid in a block of cells, x fastest, then y, then z.
-#[derive(Clone, Debug, Default)]
-pub struct Fields {
-    /// Velocity (m/s); in a particle or a wall that of its motion.
-    pub velocity: Vec<[f32; 3]>,
-    /// Pressure (Pa) above that of the fluid at rest, without the hydrostatic pressure.
-    pub pressure: Vec<f32>,
-    /// Solid volume fraction of the cell (-): 1 in walls.
-    pub solid_fraction: Vec<f32>,
-}
-
-impl Fields {
-    /// At rest.
-    pub(super) fn zeros(cells: usize) -> Result<Self> {
-        Ok(Self {
-            velocity: memory::zeroed(cells, FIELDS)?,
-            pressure: memory::zeroed(cells, FIELDS)?,
-            solid_fraction: memory::zeroed(cells, FIELDS)?,
-        })
-    }
-
-    /// Room for the values of so many cells on their way.
-    pub(super) fn room(cells: usize) -> Result<Vec<u8>> {
-        memory::with_capacity(cells * size_of::<[f32; 5]>(), FIELDS)
-    }
-
-    pub(super) fn set(&mut self, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
-        self.velocity[at] = [u, v, w];
-        self.pressure[at] = pressure;
-        self.solid_fraction[at] = solid_fraction;
-    }
-}
-
 /// All writers of a case, in the order in which they write; those that are never due among them.
 pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let mut writers = vtk::writers(setup);
+    #[cfg(feature = "pictures")]
     writers.push(Box::new(pictures::Pictures::new(setup)));
     writers.push(Box::new(series::Series::new(setup)));
     writers
@@ -233,7 +214,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
 
 /// The plane that the pictures of a case show.
 pub fn slice_plane(setup: &Setup) -> Plane {
-    pictures::plane(setup)
+    let cut = setup.plan.output.picture_plane;
+    let cut = cut.map(|(normal, position)| Cut { normal, position });
+    Plane::of(&setup.domain, setup.gravity, cut)
 }
 
 /// Files of one kind, estimated before a run.

@@ -118,7 +118,7 @@ fn every_case_is_after_some_steps_in_the_state_it_promises() {
         output.series_every = expected.after_steps;
         (output.fields_every, output.particles_every, output.picture_every) = (0, 0, 0);
         (output.contacts_every, output.surfaces_every) = (0, 0);
-        let options = RunOptions { quiet: true, ..RunOptions::default() };
+        let options = RunOptions::default();
         let summary = simulation::run(&setup, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
         let summary = summary.expect("the only process has the summary");
         assert_eq!((summary.steps, summary.interrupted), (expected.after_steps, false));

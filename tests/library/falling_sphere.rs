@@ -36,7 +36,7 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
     let mut setup = turbid::case::from_text(FALLING, "falling", &[]).unwrap();
     setup.plan.output.directory = root.join("out");
     change(&mut setup);
-    let options = RunOptions { quiet: true, ..RunOptions::default() };
+    let options = RunOptions::default();
     turbid::simulation::run(&setup, &options).unwrap();
     let summary = std::fs::read_to_string(OutputFiles::new(root.join("out")).summary()).unwrap();
     serde_json::from_str(&summary).unwrap()
@@ -69,7 +69,7 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     for absent in ["fields.pvd", "settling_velocity.png"] {
         assert!(!files.directory().join(absent).exists(), "{absent}");
     }
-    for present in [files.walls(), files.picture(0), files.contacts_collection()] {
+    for present in [files.walls(), files.picture(0), files.collection(turbid::output::directory::CONTACTS)] {
         assert!(present.exists(), "{}", present.display());
     }
     for nothing in ["settling_velocity_over_stokes", "mach", "collision", "coupling", "force_balance"] {

@@ -7,14 +7,15 @@ use rand::{RngCore, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
 use std::sync::Arc;
+use turbid::dem::ContactState;
 use turbid::domain::{Block, Domain};
 use turbid::math::{Quat, Vec3};
 use turbid::output::picture::{
     Clock, Plane, Scene, SettlingPlot, write_settling, write_side_view, write_slice,
 };
 use turbid::output::{
-    Collection, Contact, FieldSnapshot, OutputFiles, ParticlePoints, ParticleSurfaces, Partner, SeriesRow,
-    SeriesWriter, directory, estimate_mean, write_contacts, write_fields, write_force_chains, write_walls,
+    self, Collection, Fields, OutputFiles, ParticlePoints, ParticleSurfaces, SeriesRow, SeriesWriter,
+    directory, estimate_mean, write_fields, write_walls,
 };
 use turbid::particle::{Particle, Template};
 use turbid::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
@@ -61,14 +62,15 @@ impl ParticleFiles {
         Self {
             points: ParticlePoints::new(templates, &sections, &frames),
             surfaces: ParticleSurfaces::new(templates, &sections, particles),
-            collections: [files.particles_collection(), files.surfaces_collection()].map(Collection::new),
+            collections: [files.collection(directory::PARTICLES), files.collection(directory::SURFACES)]
+                .map(Collection::new),
         }
     }
 
     fn write(&mut self, files: &OutputFiles, domain: &Domain, step: u64, time: f64, particles: &[Particle]) {
         let paths = [files.particles(step), files.surfaces(step)];
-        (self.points.write(&paths[0], domain, particles, None)).unwrap();
-        (self.surfaces.write(&paths[1], domain, particles)).unwrap();
+        self.points.data(domain, particles, None).write(&paths[0]).unwrap();
+        self.surfaces.data(domain, particles, true).write(&paths[1]).unwrap();
         for (collection, path) in self.collections.iter_mut().zip(&paths) {
             collection.add(time, path).unwrap();
         }
@@ -76,10 +78,9 @@ impl ParticleFiles {
 }
 
 /// Rigid motion in spheres, decaying around them.
-fn fields(particles: &[Particle]) -> (Vec<[f32; 3]>, Vec<f32>, Vec<f32>) {
+fn fields(particles: &[Particle]) -> Fields {
     let cells = DOMAIN.cells;
-    let mut velocity = Vec::new();
-    let (mut pressure, mut solid_fraction) = (Vec::new(), Vec::new());
+    let mut fields = Fields::default();
     for index in 0..DOMAIN.cell_count() {
         let cell = [index % cells[0], index / cells[0] % cells[1], index / cells[0] / cells[1]];
         let centre = Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * DOMAIN.dx);
@@ -92,11 +93,11 @@ fn fields(particles: &[Particle]) -> (Vec<[f32; 3]>, Vec<f32>, Vec<f32>) {
                 * (2.0 * (1.0 - distance)).exp().min(1.0);
             solid = solid.max((0.5 - 6.0 * (distance - 1.0)).clamp(0.0, 1.0));
         }
-        velocity.push([u.x as f32, u.y as f32, u.z as f32]);
-        pressure.push((centre.z * 1e3) as f32);
-        solid_fraction.push(solid as f32);
+        fields.velocity.push([u.x as f32, u.y as f32, u.z as f32]);
+        fields.pressure.push((centre.z * 1e3) as f32);
+        fields.solid_fraction.push(solid as f32);
     }
-    (velocity, pressure, solid_fraction)
+    fields
 }
 
 /// The velocity of the plane of a picture, out of that of all cells.
@@ -118,28 +119,21 @@ fn write_run(root: &Path) {
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
     let mut series = SeriesWriter::create(&files.series(), &[]).unwrap();
-    let mut all_fields = Collection::new(files.fields_collection());
+    let mut all_fields = Collection::new(files.collection(directory::FIELDS));
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles(0));
     for frame in 0..FRAMES {
         let (step, time) = (100 * frame, 1.3e-3 * frame as f64);
         let particles = particles(frame);
-        let (velocity, pressure, solid_fraction) = fields(&particles);
-        let snapshot = FieldSnapshot {
-            domain: DOMAIN,
-            block: Block { lo: [0; 3], hi: DOMAIN.cells },
-            time,
-            velocity: &velocity,
-            pressure: &pressure,
-            solid_fraction: &solid_fraction,
-        };
-        write_fields(&files.fields(step), &snapshot).unwrap();
+        let fields = fields(&particles);
+        let block = Block { lo: [0; 3], hi: DOMAIN.cells };
+        write_fields(&files.fields(step), &DOMAIN, &block, time, &fields).unwrap();
         all_fields.add(time, &files.fields(step)).unwrap();
         particle_files.write(&files, &DOMAIN, step, time, &particles);
 
         let count = particles.len() as f64;
         let speeds = || particles.iter().map(|p| p.velocity().norm());
         series
-            .write(&SeriesRow {
+            .write(&[SeriesRow {
                 step,
                 time,
                 t_star: time * STOKES_VELOCITY / DIAMETER,
@@ -148,7 +142,7 @@ fn write_run(root: &Path) {
                 mean_particle_speed: speeds().sum::<f64>() / count,
                 max_particle_speed: speeds().fold(0.0, f64::max),
                 ..SeriesRow::default()
-            })
+            }])
             .unwrap();
         let scene = Scene {
             case: "hindered_settling",
@@ -159,7 +153,7 @@ fn write_run(root: &Path) {
             walls: &[],
             largest_speed: None,
         };
-        let slice = slice(&scene, DOMAIN.cells, &velocity);
+        let slice = slice(&scene, DOMAIN.cells, &fields.velocity);
         write_slice(&files.picture(step), &scene, &slice).unwrap();
     }
 
@@ -298,32 +292,32 @@ fn tank_walls() -> Vec<Wall> {
 }
 
 /// A contact between all that come near each other, of made-up strength.
-fn contacts(particles: &[Particle]) -> Vec<Contact> {
+fn contacts(particles: &[Particle]) -> Vec<ContactState> {
     let mut contacts = Vec::new();
     for (i, a) in particles.iter().enumerate() {
         for b in &particles[i + 1..] {
             let arm = TANK.nearest_image(b.position() - a.position());
             if arm.norm() < 1.1 * DIAMETER {
                 let normal = arm.normalize();
-                contacts.push(Contact {
+                contacts.push(ContactState {
                     first: a.id,
-                    second: Partner::Particle(b.id),
-                    point: TANK.wrap(a.position() + 0.5 * arm),
-                    normal,
-                    force: -1e-3 * normal,
+                    second: b.id,
+                    point: TANK.wrap(a.position() + 0.5 * arm).into(),
+                    normal: normal.into(),
+                    force: (-1e-3 * normal).into(),
                     depth: 1e-6,
                     volume: 1e-15,
                 });
             }
         }
         if a.position().z < 0.6 * DIAMETER {
-            let foot = Vec3::new(a.position().x, a.position().y, 0.0);
-            contacts.push(Contact {
+            let foot = [a.position().x, a.position().y, 0.0];
+            contacts.push(ContactState {
                 first: a.id,
-                second: Partner::Wall(2),
+                second: ContactState::of_wall(2),
                 point: foot,
-                normal: -Vec3::z(),
-                force: 2e-3 * Vec3::z(),
+                normal: [0.0, 0.0, -1.0],
+                force: [0.0, 0.0, 2e-3],
                 depth: 1e-6,
                 volume: 1e-15,
             });
@@ -337,20 +331,20 @@ fn write_tank(root: &Path) {
     let (templates, walls) = (mixture(), tank_walls());
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
-    let mut all_contacts = Collection::new(files.contacts_collection());
-    let mut all_chains = Collection::new(files.force_chains_collection());
+    let mut all_contacts = Collection::new(files.collection(directory::CONTACTS));
+    let mut all_chains = Collection::new(files.collection(directory::FORCE_CHAINS));
     let particles = pile(&templates);
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles);
     let touching = contacts(&particles);
-    assert!(touching.len() > 20 && touching.iter().any(|c| matches!(c.second, Partner::Wall(_))));
+    assert!(touching.len() > 20 && touching.iter().any(|c| c.wall().is_some()));
     write_walls(&files.walls(), &TANK, &walls).unwrap();
     // Nothing touches in the first frame.
     for (step, contacts) in [(0, &[][..]), (100, &touching)] {
         let time = 1e-5 * step as f64;
         particle_files.write(&files, &TANK, step, time, &particles);
-        write_contacts(&files.contacts(step), contacts).unwrap();
+        output::contacts(contacts).write(&files.contacts(step)).unwrap();
         all_contacts.add(time, &files.contacts(step)).unwrap();
-        write_force_chains(&files.force_chains(step), &TANK, &particles, contacts).unwrap();
+        output::force_chains(&TANK, &particles, contacts).write(&files.force_chains(step)).unwrap();
         all_chains.add(time, &files.force_chains(step)).unwrap();
     }
     let velocity: Vec<[f32; 3]> = (0..TANK.cell_count())

@@ -49,7 +49,7 @@ fn run(text: &str, with_particles: bool) -> (SeriesTable, Summary) {
         setup.particles.clear();
     }
     setup.plan.output.directory = folder.path().join("out");
-    let options = RunOptions { quiet: true, ..RunOptions::default() };
+    let options = RunOptions::default();
     let summary = simulation::run(&setup, &options).unwrap().unwrap();
     (SeriesTable::read(&folder.path().join("out/series.csv")).unwrap(), summary)
 }

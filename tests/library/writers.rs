@@ -102,10 +102,6 @@ fn setup(root: &Path, threads: usize, end: u64) -> Setup {
     setup
 }
 
-fn quiet() -> RunOptions {
-    RunOptions { quiet: true, ..RunOptions::default() }
-}
-
 fn writer(root: &Path) -> Vec<Box<dyn Writer>> {
     vec![Box::new(Heights {
         out: root.join("out"),
@@ -120,11 +116,11 @@ fn an_own_writer_gets_the_same_on_one_and_three_threads_and_continues_where_a_ch
     let places = [(); 3].map(|()| tempfile::tempdir().unwrap());
     let [one, three, resumed] = [0, 1, 2].map(|i| places[i].path());
     for (root, threads, end) in [(one, 1, 48), (three, 3, 48), (resumed, 2, 24)] {
-        run_with(&setup(root, threads, end), &quiet(), &|_| writer(root)).unwrap();
+        run_with(&setup(root, threads, end), &RunOptions::default(), &|_| writer(root)).unwrap();
     }
     let late = NUMBERED.file(&resumed.join("out"), 30);
     std::fs::write(&late, "of a run that was killed").unwrap();
-    resume_with(&setup(resumed, 1, 48), &quiet(), &|_| writer(resumed)).unwrap();
+    resume_with(&setup(resumed, 1, 48), &RunOptions::default(), &|_| writer(resumed)).unwrap();
     let read = |root: &Path| std::fs::read_to_string(root.join("heights.txt")).unwrap();
     let expected = read(one);
     assert_eq!(expected.lines().count(), 7, "{expected}");
@@ -137,7 +133,7 @@ fn an_own_writer_gets_the_same_on_one_and_three_threads_and_continues_where_a_ch
 fn a_writer_that_fails_ends_the_run_on_three_threads_with_its_error() {
     let place = tempfile::tempdir().unwrap();
     std::fs::create_dir(place.path().join("heights.txt")).unwrap();
-    let run = run_with(&setup(place.path(), 3, 48), &quiet(), &|_| writer(place.path()));
+    let run = run_with(&setup(place.path(), 3, 48), &RunOptions::default(), &|_| writer(place.path()));
     let error = run.unwrap_err().to_string();
     assert!(error.contains("heights.txt"), "{error}");
 }
@@ -150,9 +146,9 @@ fn files_of_an_own_writer_that_an_earlier_run_has_left_are_refused_and_with_over
     std::fs::create_dir_all(late.parent().unwrap()).unwrap();
     std::fs::write(&late, "of an earlier run").unwrap();
     let run = |options: &RunOptions| run_with(&setup(root, 1, 8), options, &|_| writer(root));
-    let refused = run(&quiet()).unwrap_err().to_string();
+    let refused = run(&RunOptions::default()).unwrap_err().to_string();
     assert!(refused.contains("heights_0000000099.txt"), "{refused}");
-    let overwrite = RunOptions { overwrite: true, ..quiet() };
+    let overwrite = RunOptions { overwrite: true, ..RunOptions::default() };
     run(&overwrite).unwrap();
     assert!(!late.exists() && NUMBERED.file(&root.join("out"), 8).exists());
 }

@@ -284,7 +284,7 @@ mod processes {
             let third = pieces::piece(&many.fields(step), 2).exists();
             assert_eq!(third, processes == 3, "{step}");
         }
-        let listed = std::fs::read_to_string(many.fields_collection()).unwrap();
+        let listed = std::fs::read_to_string(many.collection(turbid::output::directory::FIELDS)).unwrap();
         assert_eq!(listed.matches(".pvti\"").count(), 3, "{listed}");
     }
 

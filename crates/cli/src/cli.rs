@@ -8,6 +8,7 @@ mod doctor;
 mod machine;
 mod pack;
 mod preflight;
+mod progress;
 mod report;
 mod resume;
 mod run;

@@ -13,8 +13,8 @@ pub(super) struct Own {
     pub(super) path: PathBuf,
     /// The file that it is, or is a piece, an index or the folder of.
     pub(super) of: PathBuf,
-    /// The step of that file; 0 if it has none.
-    pub(super) step: u64,
+    /// The step of that file, if it is numbered.
+    pub(super) step: Option<u64>,
     /// Whether it was being written.
     pub(super) partial: bool,
     folder: bool,
@@ -62,16 +62,16 @@ pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
             [(of.clone(), false), (directory.join(format!("{name}{PARTIAL_SUFFIX}")), true)]
         {
             if fs::symlink_metadata(&path).is_ok_and(|file| !file.is_dir()) {
-                there.push(Own { path, of: of.clone(), step: 0, partial, folder: false });
+                there.push(Own { path, of: of.clone(), step: None, partial, folder: false });
             }
         }
     }
     there
 }
 
-/// The numbered files, finished or partial, whole or in pieces; the folder of pieces behind them.
-pub(super) fn frames(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>> {
-    let mut there = Vec::new();
+/// All files of a run but its log, finished or partial, whole or in pieces; the folder of pieces behind them.
+pub(super) fn all(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>> {
+    let mut there = there(directory, &top(more));
     for kind in numbered(more) {
         let Numbered { folder, prefix, extension } = kind;
         let folder = directory.join(folder);
@@ -81,7 +81,7 @@ pub(super) fn frames(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>
         let index = extension.replacen('.', ".p", 1);
         let mut add = |path: PathBuf, frame: &str, partial: bool, kind: FileType| {
             let digits = frame.strip_prefix(prefix);
-            let step = digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?;
+            let step = Some(digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?);
             there.push(Own {
                 path,
                 of: folder.join(format!("{frame}{extension}")),

@@ -8,6 +8,7 @@ use crate::math::Vec3;
 /// Unless a [`Cut`] says otherwise it goes through the middle of the box and holds the direction of gravity, upwards in the
 /// picture, and if it can the x axis: the x-z plane for gravity along z.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "pictures alone have a size"))]
 pub struct Plane {
     pub(super) domain: Domain,
     pub(super) across: usize,
@@ -68,27 +69,9 @@ impl Plane {
         }
     }
 
-    /// Distance from the top of the picture of a coordinate along `up`, both in metres.
-    pub(super) fn down(&self, up: f64) -> f64 {
-        if self.flipped { up } else { self.size.1 - up }
-    }
-
     /// Coordinate along the normal of the slice (m).
     pub(super) fn height(&self) -> f64 {
         self.place * self.domain.dx
-    }
-
-    /// Unit vectors to the right, upwards in the picture, and towards who looks at it.
-    pub(super) fn frame(&self) -> [Vec3; 3] {
-        let right = Vec3::ith(self.across, 1.0);
-        let up = Vec3::ith(self.up, if self.flipped { -1.0 } else { 1.0 });
-        [right, up, right.cross(&up)]
-    }
-
-    /// The point of the slice at a place of the picture (m from its top left corner).
-    pub(super) fn point(&self, right: f64, down: f64) -> Vec3 {
-        let up = if self.flipped { down } else { self.size.1 - down };
-        Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
     }
 
     /// The layers of cells whose middles the plane lies between, the same one twice if it is in the middle of it or beyond the
@@ -135,45 +118,9 @@ impl Plane {
         let off = Vec3::ith(self.normal, position[self.normal] - self.height());
         self.domain.nearest_image(off).norm() <= radius
     }
-
-    /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres. `layer` is the velocity of
-    /// the plane, as [`add`](Self::add) makes it.
-    pub(super) fn speeds(&self, layer: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
-        assert_eq!(layer.len(), self.values(), "one velocity per place of the plane");
-        let (n, na) = (self.domain.cells, self.domain.cells[self.across]);
-        // Cells on both sides of a pixel, and how far it is from the first to the second.
-        let neighbours = |pixel: u32, pixels: u32, axis: usize| {
-            let cells = n[axis];
-            let place = (f64::from(pixel) + 0.5) / f64::from(pixels) * cells as f64 - 0.5;
-            let first = place.floor();
-            let index = |cell: f64| {
-                if self.domain.periodic[axis] {
-                    (cell as isize).rem_euclid(cells as isize) as usize
-                } else {
-                    (cell.max(0.0) as usize).min(cells - 1)
-                }
-            };
-            (index(first), index(first + 1.0), (place - first) as f32)
-        };
-        let columns: Vec<_> = (0..width).map(|x| neighbours(x, width, self.across)).collect();
-        let mut speeds = Vec::with_capacity((width * height) as usize);
-        for y in 0..height {
-            let row = if self.flipped { y } else { height - 1 - y };
-            let (b0, b1, t) = neighbours(row, height, self.up);
-            for &(a0, a1, s) in &columns {
-                let corners = [(a0, b0), (a1, b0), (a0, b1), (a1, b1)].map(|(a, b)| layer[a + na * b]);
-                let u: [f32; 3] = std::array::from_fn(|i| {
-                    let [p, q, r, w] = corners.map(|u| u[i]);
-                    (1.0 - t) * ((1.0 - s) * p + s * q) + t * ((1.0 - s) * r + s * w)
-                });
-                speeds.push(u.iter().map(|x| x * x).sum::<f32>().sqrt());
-            }
-        }
-        speeds
-    }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "pictures"))]
 mod tests {
     use super::*;
 

@@ -26,7 +26,7 @@ seed = 1
 end = { steps = 100 }
 ";
 
-/// Times a built-in case on so many threads (0 is one per core), in both precisions: a calibration that estimates of later runs use
+/// Times a built-in case on `threads` threads (0 is one per core), in both precisions: a calibration for estimates of later runs,
 /// once it is [kept](Calibration::keep).
 ///
 /// # Errors

@@ -1,18 +1,18 @@
 //! What a benchmark found, on all ranks.
 
 use super::Network;
-use crate::comm::{Tally, Traffic};
+use crate::comm::Tally;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What `turbid bench` measured; the keys of its JSON are stable.
+/// Results of `turbid bench`; the keys of its JSON are stable.
 #[derive(Clone, Debug, Serialize)]
 pub struct BenchReport {
     /// Million cell updates per second, median of the samples.
     pub mlups: f64,
     /// Every sample.
     pub mlups_samples: Vec<f64>,
-    /// Share of the streaming bandwidth that the traffic of the populations uses, median of the pairs.
+    /// Part of the streaming bandwidth that the populations use, median of the pairs.
     pub roofline_fraction: f64,
     /// Streaming bandwidth with as many threads (GB/s, read and write counted), measured between the samples, median.
     pub bandwidth_gb_per_s: f64,
@@ -32,10 +32,9 @@ pub struct BenchReport {
     pub collectives_per_step: f64,
     /// Cost of the transport between ranks; none on one rank.
     pub network: Option<Network>,
-    /// Peak resident memory of the simulation over the number of cells (without the bandwidth test's arrays).
+    /// Peak resident memory over the number of cells, without the arrays of the bandwidth test.
     pub bytes_per_cell: f64,
-    /// Peak resident memory of a process over the ranks in it, of the process with the most (without the bandwidth test's
-    /// arrays).
+    /// Peak resident memory of a process over its ranks, of the process with the most.
     pub memory_per_rank_bytes: u64,
     /// Ranks that share the memory of a process: all if they are threads, one if they are processes.
     pub ranks_per_process: usize,
@@ -105,11 +104,6 @@ impl Rate {
             seconds: tally.seconds / steps,
         }
     }
-
-    /// Of each kind: patterns, exchanges, calls of all ranks.
-    pub(super) fn of_all(traffic: Traffic, steps: f64) -> [Self; 3] {
-        [traffic.halo, traffic.exchange, traffic.collective].map(|tally| Self::new(tally, steps))
-    }
 }
 
 /// A figure over the ranks.
@@ -129,35 +123,6 @@ impl Spread {
         let count = values.len().max(1) as f64;
         let fold = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick).unwrap_or(0.0);
         Self { min: fold(f64::min), mean: values.iter().sum::<f64>() / count, max: fold(f64::max) }
-    }
-}
-
-impl BenchReport {
-    /// Fills in what follows from the reports of the ranks.
-    pub(super) fn with_ranks(mut self, by_rank: Vec<RankReport>) -> Self {
-        let over =
-            |figure: &dyn Fn(&RankReport) -> f64| Spread::of(&by_rank.iter().map(figure).collect::<Vec<_>>());
-        for stage in by_rank.iter().flat_map(|rank| rank.stages.keys()) {
-            let spread = over(&|rank| rank.stages.get(stage).copied().unwrap_or(0.0));
-            self.stages_over_ranks.insert(stage.clone(), spread);
-        }
-        for (kind, spread) in [
-            ("halo", over(&|rank| rank.halo.seconds)),
-            ("exchange", over(&|rank| rank.exchange.seconds)),
-            ("collective", over(&|rank| rank.collective.seconds)),
-        ] {
-            self.waiting_over_ranks.insert(kind.to_owned(), spread);
-        }
-        self.messages_per_step = over(&|rank| rank.halo.messages + rank.exchange.messages).max;
-        self.bytes_per_step = over(&|rank| rank.halo.bytes + rank.exchange.bytes).max;
-        self.collectives_per_step = over(&|rank| rank.collective.messages).max;
-        let share = self.ranks_per_process as f64;
-        let memory = over(&|rank| rank.process_memory_bytes as f64 / share);
-        self.memory_per_rank_bytes = memory.max as u64;
-        self.bytes_per_cell = memory.mean * by_rank.len() as f64 / self.cells as f64;
-        self.contacts = by_rank.iter().map(|rank| rank.contacts).sum();
-        self.by_rank = by_rank;
-        self
     }
 }
 

@@ -1,18 +1,60 @@
-//! What this rank has, and what goes from all ranks to rank 0.
+//! What a rank has of a step, and what goes from all ranks to rank 0.
 
 use crate::comm::Comm;
-use crate::dem::ContactState;
+use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::CellState;
-use crate::math::Vec3;
+use crate::memory;
 use crate::output::picture::Plane;
-use crate::output::{Contact, ForceAndTorque, Partner};
+use crate::output::{Fields, contacts::ids};
 use crate::particle::Particle;
-use crate::simulation::writers::Fields;
+use crate::simulation::writers::{Need, RankOutput};
 use crate::simulation::{FluidSystem, Simulation};
 use crate::units::Units;
 use bytemuck::{Pod, Zeroable};
+
+impl RankOutput {
+    /// What is needed of a step: in `pieces` what belongs to this rank, else all at rank 0 and nothing elsewhere. `touches` are the
+    /// contacts that this rank is responsible for. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory), in `pieces` on this rank alone, else on every rank.
+    pub(super) fn gather(
+        simulation: &mut Simulation,
+        cut: &Decomposition,
+        pieces: bool,
+        needs: &[Need],
+        touches: &[ContactState],
+        time: f64,
+    ) -> Result<Option<Self>> {
+        let rank = simulation.comm.rank();
+        let block = if pieces { cut.block(rank) } else { Block { lo: [0; 3], hi: cut.domain.cells } };
+        let mut output = Self::empty(pieces.then_some(rank), block, simulation.step, time);
+        let needed = |need| needs.contains(&need);
+        if needed(Need::Contacts) && pieces {
+            output.contacts = touches.to_vec();
+            output.partners = Some(partners(simulation, touches));
+        } else if needed(Need::Contacts) {
+            output.contacts = gathered(simulation, touches.to_vec());
+            output.contacts.sort_by_key(|contact| (contact.first, contact.second));
+        }
+        if pieces && (needed(Need::Particles) || needed(Need::Loads)) {
+            output.particles = simulation.particles().to_vec();
+        } else if needed(Need::Particles) || needed(Need::Loads) || needed(Need::Contacts) {
+            output.particles = particles(simulation, |_| true);
+        }
+        if needed(Need::Loads) {
+            output.loads = loads(simulation, &output.particles, pieces);
+        }
+        // Last: in pieces it is no matter of the others whether this rank has room for them.
+        if needed(Need::Fields) {
+            let fields = if pieces { own_fields(simulation, block) } else { fields(simulation, cut) };
+            output.fields = Some(fields?);
+        }
+        Ok(Some(output).filter(|_| pieces || rank == 0))
+    }
+}
 
 /// The particles of all ranks of which `wanted` holds, in ascending order of id, on rank 0; none elsewhere. Collective.
 pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> bool) -> Vec<Particle> {
@@ -20,26 +62,6 @@ pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> b
     let mut all = gathered(simulation, own.filter(|p| wanted(p)).copied().collect());
     all.sort_unstable_by_key(|particle| particle.id);
     all
-}
-
-/// All contacts of all ranks in ascending order of the ids, on rank 0; none elsewhere. Collective.
-pub(super) fn contacts(simulation: &Simulation, own: &[ContactState]) -> Vec<Contact> {
-    let mut all = gathered(simulation, own.to_vec());
-    all.sort_by_key(|contact| (contact.first, contact.second));
-    all.iter().map(contact).collect()
-}
-
-/// A contact as it is written.
-pub(super) fn contact(state: &ContactState) -> Contact {
-    Contact {
-        first: state.first,
-        second: state.wall().map_or(Partner::Particle(state.second), Partner::Wall),
-        point: state.point.into(),
-        normal: state.normal.into(),
-        force: state.force.into(),
-        depth: state.depth,
-        volume: state.volume,
-    }
 }
 
 /// The particles that this rank knows, ascending by id, and with them all that its contacts are between. Collective.
@@ -51,11 +73,7 @@ pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Par
     let mut known = store.particles.clone();
     known.sort_unstable_by_key(|particle| particle.id);
     let is_known = |id: &u64| known.binary_search_by_key(id, |particle| particle.id).is_ok();
-    let partners = own.iter().flat_map(|contact| {
-        let second = contact.wall().is_none().then_some(contact.second);
-        [Some(contact.first), second].into_iter().flatten()
-    });
-    let mut missing: Vec<u64> = partners.filter(|id| !is_known(id)).collect();
+    let mut missing: Vec<u64> = own.iter().flat_map(ids).filter(|id| !is_known(id)).collect();
     if !comm.any(!missing.is_empty()) {
         return known;
     }
@@ -88,18 +106,11 @@ struct Loaded {
     torque: [f64; 3],
 }
 
-/// Force and torque of the fluid on each of `particles`, ascending by id, in the step that led here; nothing without a fluid, zeros
-/// at the start. With `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
-pub(super) fn loads(
-    simulation: &Simulation,
-    particles: &[Particle],
-    everywhere: bool,
-) -> Option<Vec<ForceAndTorque>> {
-    let FluidSystem { coupling, .. } = simulation.system.as_ref()?;
-    if simulation.step == 0 {
-        return Some(vec![[Vec3::zeros(); 2]; particles.len()]);
-    }
-    let own: Vec<Loaded> = (coupling.last_loads())
+/// The [loads](Simulation::loads) of each of `particles`, ascending by id; zeros at the start, nothing without a fluid. With
+/// `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
+fn loads(simulation: &Simulation, particles: &[Particle], everywhere: bool) -> Option<Vec<Load>> {
+    simulation.system.as_ref()?;
+    let own: Vec<Loaded> = (simulation.loads())
         .map(|(id, load)| Loaded { id, force: load.force.into(), torque: load.torque.into() })
         .collect();
     let mut known = if everywhere {
@@ -113,8 +124,8 @@ pub(super) fn loads(
     };
     known.sort_unstable_by_key(|load| load.id);
     let of = |particle: &Particle| match known.binary_search_by_key(&particle.id, |load| load.id) {
-        Ok(at) => [known[at].force.into(), known[at].torque.into()],
-        Err(_) => [Vec3::zeros(); 2],
+        Ok(at) => Load { force: known[at].force.into(), torque: known[at].torque.into() },
+        Err(_) => Load::default(),
     };
     Some(particles.iter().map(of).collect())
 }
@@ -130,14 +141,31 @@ fn gathered<V: Pod>(simulation: &Simulation, own: Vec<V>) -> Vec<V> {
     all
 }
 
+/// Name of the arrays of [`Fields`] in messages.
+const FIELDS: &str = "a file of fields";
+
+fn zeros(cells: usize) -> Result<Fields> {
+    Ok(Fields {
+        velocity: memory::zeroed(cells, FIELDS)?,
+        pressure: memory::zeroed(cells, FIELDS)?,
+        solid_fraction: memory::zeroed(cells, FIELDS)?,
+    })
+}
+
+fn set(fields: &mut Fields, at: usize, [u, v, w, pressure, solid_fraction]: [f32; 5]) {
+    fields.velocity[at] = [u, v, w];
+    fields.pressure[at] = pressure;
+    fields.solid_fraction[at] = solid_fraction;
+}
+
 /// Fields of the block of this rank, with the particles where they are now; nothing without a fluid.
 ///
 /// # Errors
 /// [`Error::Memory`](crate::Error::Memory) on this rank.
 pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
-    let (mut fields, mut at) = (Fields::zeros(block.cell_count())?, 0);
+    let (mut fields, mut at) = (zeros(block.cell_count())?, 0);
     each_cell(simulation, block, field_values, |values| {
-        fields.set(at, values);
+        set(&mut fields, at, values);
         at += 1;
     });
     Ok(fields)
@@ -147,15 +175,15 @@ pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Bloc
 ///
 /// # Errors
 /// On every rank, if one of them has not the memory.
-pub(super) fn fields(simulation: &mut Simulation, decomposition: &Decomposition) -> Result<Fields> {
+fn fields(simulation: &mut Simulation, decomposition: &Decomposition) -> Result<Fields> {
     let comm = simulation.comm.clone();
     let block = decomposition.block(comm.rank());
     let room = || {
         let all = match comm.rank() {
-            0 => Fields::zeros(decomposition.domain.cell_count())?,
+            0 => zeros(decomposition.domain.cell_count())?,
             _ => Fields::default(),
         };
-        Ok((all, Fields::room(block.cell_count())?))
+        Ok((all, memory::with_capacity(block.cell_count() * size_of::<[f32; 5]>(), FIELDS)?))
     };
     let (mut all, mut own): (_, Vec<u8>) = comm.agree(room())?;
     each_cell(simulation, block, field_values, |values| {
@@ -165,7 +193,7 @@ pub(super) fn fields(simulation: &mut Simulation, decomposition: &Decomposition)
     let [gx, gy, _] = decomposition.domain.cells;
     for (rank, bytes) in blocks.into_iter().enumerate() {
         each_value(decomposition.block(rank), &bytes, |[x, y, z], values| {
-            all.set(x + gx * (y + gy * z), values);
+            set(&mut all, x + gx * (y + gy * z), values);
         });
     }
     Ok(all)

@@ -1,10 +1,8 @@
-//! What things cost in a time step, and the memory of a run: what `check`, `study`, the cuts of the box and `bench` estimate with.
+//! Costs of a time step and memory of a run, for the estimates of `check`, `study` and `bench` and for the cuts of the box.
 //!
-//! The times are of one thread of a shared 2-core virtual machine (AMD EPYC), means over 25 to 100 steps, least of
-//! four runs. Only ratios matter for the cuts; absolute times scale with the machine ([`time_estimate`](super::time_estimate)).
-//!
-//! `turbid bench CASE --threads 1 --json` gave the times of the stages. `N` is cells per diameter; `hindered_settling` and
-//! `cubes_settling` are the cases of that name, `ellipsoids` is `hindered_settling` with axes 2 : 1 : 1.
+//! Times of the stages by `turbid bench CASE --threads 1 --json` on a shared 2-core virtual machine (AMD EPYC), means over 25 to 100
+//! steps, least of four runs; the cuts depend on ratios only. `N` is cells per diameter, `ellipsoids` is `hindered_settling` with
+//! axes 2 : 1 : 1.
 //!
 //! | constant | from |
 //! |---|---|

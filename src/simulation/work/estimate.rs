@@ -30,10 +30,7 @@ pub struct TimeEstimate {
     pub calibrated: bool,
 }
 
-/// Time of a step of a case on the ranks that it asks for.
-///
-/// # Errors
-/// [`Error::Input`](crate::Error::Input) if these are too many.
+/// Time of a step of a case on the ranks that it asks for, or [`Error::Input`](crate::Error::Input) if these are too many.
 pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
     let cut = decompose(setup)?;
     let calibration = file().and_then(|path| Calibration::read(&path));
@@ -88,10 +85,7 @@ impl Calibration {
         Some(read).filter(|read| *read == here && sound)
     }
 
-    /// Keeps it for later estimates of this user, if there is a place for it; the file.
-    ///
-    /// # Errors
-    /// [`Error::Io`](crate::Error::Io) if it cannot be written.
+    /// Writes it for later estimates of this user, if there is a folder for it; the file.
     pub fn keep(&self) -> Result<Option<PathBuf>> {
         let path = file();
         if let Some(path) = &path {

@@ -5,8 +5,8 @@
 //! efficiency     = work on one rank / (ranks x longest time of a rank)
 //! ```
 //!
-//! The last term stands for the global reduction of every eighth step. The work of a rank counts what is done twice:
-//! ghosts, and faces to pack. Messages do not hide behind work here, so the efficiency is a lower bound.
+//! The last term is the global reduction of every eighth step. The work of a rank includes ghosts and the packing of faces. Messages do
+//! not hide behind work here, so the efficiency is a lower bound.
 
 use super::{Work, costs};
 use crate::coupling::CONTROL_INTERVAL;
@@ -22,9 +22,9 @@ use std::collections::BTreeMap;
 const PARTICLE: usize = size_of::<Particle>() + size_of::<[f64; 6]>();
 /// Bytes of a part of the momentum exchange of a particle.
 const PARTIAL: usize = 56;
-/// Bytes of what a contact does to a particle.
-const SHARE: usize = 64;
-/// Points per axis at which a block is asked where its walls are.
+/// Bytes of the force of a contact on a particle.
+const PAIR_FORCE: usize = 64;
+/// Points per axis at which the walls in a block are sampled.
 const POINTS: usize = 16;
 
 /// What a rank sends to another one in a time step.
@@ -136,9 +136,11 @@ impl Work<'_> {
                 }
             }
             if self.has_fluid() {
-                for (rank, share) in shares(cut, std::array::from_fn(|axis| self.slabs(body, cut, axis))) {
-                    ranks[rank].covered += share * body.covered;
-                    ranks[rank].work += share * body.cost;
+                for (rank, part) in
+                    parts_of_blocks(cut, std::array::from_fn(|axis| self.slabs(body, cut, axis)))
+                {
+                    ranks[rank].covered += part * body.covered;
+                    ranks[rank].work += part * body.cost;
                     send(&mut ranks, rank, owner, PARTIAL);
                 }
             }
@@ -151,7 +153,7 @@ impl Work<'_> {
             ranks[rank].contacts += 1;
             ranks[rank].work += contact.cost;
             for i in [first, second] {
-                send(&mut ranks, rank, owners[i], substeps * SHARE);
+                send(&mut ranks, rank, owners[i], substeps * PAIR_FORCE);
             }
         }
         ranks
@@ -212,41 +214,34 @@ impl Work<'_> {
         if self.walls.is_empty() {
             return 1.0;
         }
-        let points = size.map(|n| n.min(POINTS));
-        let at = |axis: usize, p: usize| lo[axis] + (size[axis] * p + size[axis] / 2) / points[axis];
-        let mut count = 0;
-        for z in 0..points[2] {
-            for y in 0..points[1] {
-                count += (0..points[0]).filter(|&x| self.is_swept([at(0, x), at(1, y), at(2, z)])).count();
-            }
-        }
-        count as f64 / points.iter().product::<usize>() as f64
+        let counts = self.swept_points(lo, size, POINTS);
+        counts[0].iter().sum::<f64>() / counts.iter().map(Vec::len).product::<usize>() as f64
     }
 
-    /// The slabs of an axis in which a body lies, and its share in each.
+    /// Slabs of an axis in which a body lies, and its part in each.
     fn slabs(&self, body: &super::Body, cut: &Decomposition, axis: usize) -> BTreeMap<usize, f64> {
         let mut slabs = BTreeMap::new();
-        for (layer, share) in body.spread(&self.setup.domain, axis) {
+        for (layer, part) in body.spread(&self.setup.domain, axis) {
             let slab = cut.cuts[axis].partition_point(|&at| at <= layer) - 1;
-            *slabs.entry(slab).or_insert(0.0) += share;
+            *slabs.entry(slab).or_insert(0.0) += part;
         }
         slabs
     }
 }
 
-/// The shares of all blocks, as products of those of the slabs.
-fn shares(cut: &Decomposition, [xs, ys, zs]: [BTreeMap<usize, f64>; 3]) -> Vec<(usize, f64)> {
-    let mut shares = Vec::new();
+/// Parts in all blocks, as products of those in the slabs.
+fn parts_of_blocks(cut: &Decomposition, [xs, ys, zs]: [BTreeMap<usize, f64>; 3]) -> Vec<(usize, f64)> {
+    let mut parts = Vec::new();
     for (&z, of_z) in &zs {
         for (&y, of_y) in &ys {
-            shares.extend(xs.iter().map(|(&x, of_x)| (cut.rank_of([x, y, z]), of_x * of_y * of_z)));
+            parts.extend(xs.iter().map(|(&x, of_x)| (cut.rank_of([x, y, z]), of_x * of_y * of_z)));
         }
     }
-    shares
+    parts
 }
 
-/// Populations that leave a block in direction `d`: five per cell of a face, one per cell of an edge, less at the rims,
-/// where the diagonal ones go to another neighbour.
+/// Populations that leave a block in direction `d`: five per cell of a face, one per cell of an edge, fewer at the rims, where the
+/// diagonal ones go to another neighbour.
 fn numbers_across(d: [isize; 3], size: [usize; 3]) -> usize {
     C.iter()
         .filter(|c| (0..3).all(|a| d[a] == 0 || c[a] == d[a]))

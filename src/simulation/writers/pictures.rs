@@ -1,24 +1,17 @@
 //! Pictures of a run: which plane they show, and colours that mean the same in all of them.
 
 use super::vtk::parsed;
-use super::{FileEstimate, Need, RootOutput, Writer, WriterState};
+use super::{FileEstimate, Need, RootOutput, Writer, WriterState, slice_plane};
 use crate::case::Setup;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::Numbered;
 use crate::output::directory::PICTURES;
-use crate::output::picture::{Clock, Cut, Plane, Scene, write_side_view, write_slice};
+use crate::output::picture::{Clock, Plane, Scene, write_side_view, write_slice};
 use crate::particle::Particle;
 
 /// Bytes of a picture.
 const BYTES: f64 = 3e5;
-
-/// The plane that pictures of a case show.
-pub(super) fn plane(setup: &Setup) -> Plane {
-    let cut = setup.plan.output.picture_plane;
-    let cut = cut.map(|(normal, position)| Cut { normal, position });
-    Plane::of(&setup.domain, setup.gravity, cut)
-}
 
 /// Writes a slice through the fluid with the particles that it cuts; without a fluid all particles from the side.
 pub(super) struct Pictures<'a> {
@@ -30,7 +23,7 @@ pub(super) struct Pictures<'a> {
 
 impl<'a> Pictures<'a> {
     pub(super) fn new(setup: &'a Setup) -> Self {
-        Self { setup, plane: plane(setup), range: setup.plan.output.picture_range }
+        Self { setup, plane: slice_plane(setup), range: setup.plan.output.picture_range }
     }
 }
 

@@ -5,14 +5,16 @@ use super::vtk::parsed;
 use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::error::{Error, Result};
+#[cfg(feature = "pictures")]
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
     Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, SeriesRow, SeriesWriter, Summary, directory,
     estimate_mean, particle_series, series, settled,
 };
 use crate::particle::Particle;
-use crate::simulation::observe::{settles_for_ever, settling_direction};
-use crate::simulation::references::references;
+use crate::simulation::observe::settles_for_ever;
+#[cfg(feature = "pictures")]
+use crate::simulation::{observe::settling_direction, references::references};
 use serde::{Deserialize, Serialize};
 
 /// Samples over a run whose rows nobody asked for: averages need them.
@@ -67,6 +69,31 @@ impl<'a> Series<'a> {
     }
 }
 
+#[cfg(feature = "pictures")]
+impl Series<'_> {
+    /// The plot of the settling velocity, of its `mean` over an interval of t*, and of that after the transient; nothing for
+    /// particles that do not settle.
+    fn draw(&self, mean: Option<([f64; 2], Estimate)>, settled: Option<(f64, Estimate)>) -> Result<()> {
+        let (setup, samples) = (self.setup, &self.samples);
+        let Some(fluid) = setup.fluid.as_ref().filter(|_| settling_direction(setup).is_some()) else {
+            return Ok(());
+        };
+        if samples.settling.is_empty() {
+            return Ok(());
+        }
+        let references = references(&fluid.scales, setup.volume_fraction);
+        let plot = SettlingPlot {
+            case: &setup.provenance.name,
+            t_star: &samples.t_star,
+            velocity: &samples.settling,
+            mean,
+            settled,
+            references: if settles_for_ever(setup) { &references } else { &[] },
+        };
+        write_settling(&self.files.settling_plot(), &plot)
+    }
+}
+
 impl Writer for Series<'_> {
     fn name(&self) -> &'static str {
         "series"
@@ -103,7 +130,7 @@ impl Writer for Series<'_> {
                 ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
             )),
         };
-        series.write(row)?;
+        series.write(&[row])?;
         paths.write(row.step, row.time, &output.selected)
     }
 
@@ -158,21 +185,8 @@ impl Writer for Series<'_> {
         let settled = (steady.then(|| settled(settling)).flatten())
             .map(|settled| (t_star[settled.first], settled.estimate));
         let averaged_over = mean.map(|_| [t_star[first], t_star[t_star.len() - 1]]);
-        if let Some(fluid) = &setup.fluid
-            && settling_direction(setup).is_some()
-            && !settling.is_empty()
-        {
-            let references = references(&fluid.scales, setup.volume_fraction);
-            let plot = SettlingPlot {
-                case: &setup.provenance.name,
-                t_star,
-                velocity: settling,
-                mean: averaged_over.zip(mean),
-                settled,
-                references: if steady { &references } else { &[] },
-            };
-            write_settling(&self.files.settling_plot(), &plot)?;
-        }
+        #[cfg(feature = "pictures")]
+        self.draw(averaged_over.zip(mean), settled)?;
         let viscosity = estimate_mean(samples.viscosity.get(first..).unwrap_or(&[]));
         let error = |of: Option<Estimate>| of.and_then(|estimate| estimate.standard_error);
         let over_schiller_naumann = summary.scales.stokes_velocity / summary.scales.schiller_naumann_velocity;

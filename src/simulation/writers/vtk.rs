@@ -1,83 +1,81 @@
 //! Files for `ParaView`: fields, particles as points, their surfaces, contacts, force chains, and the walls.
-//!
-//! Each kind is a [`Format`]; [`Vtk`] makes a writer of it, with the index of its pieces and its collection.
 
 use super::{FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
-use crate::domain::{Block, Decomposition};
+use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::output::directory::{CONTACTS, FIELDS, FORCE_CHAINS, PARTICLES, SURFACES};
 use crate::output::{
-    Collection, FieldSnapshot, Numbered, ParticlePoints, ParticleSurfaces, write_contacts,
-    write_contacts_index, write_fields, write_fields_index, write_force_chains, write_force_chains_index,
-    write_walls,
+    Collection, Numbered, ParticlePoints, ParticleSurfaces, PolyData, contacts, force_chains, write_fields,
+    write_fields_index, write_walls,
 };
 use crate::particle::{FEW_TRIANGLES, surface_triangles};
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The writers of all these files.
 pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let plan = &setup.plan.output;
     let points = ParticlePoints::new(&setup.templates, &setup.sections, &setup.frames);
     let surfaces = ParticleSurfaces::new(&setup.templates, &setup.sections, &setup.particles);
-    let mut writers: Vec<Box<dyn Writer + '_>> = vec![
-        Vtk::boxed(setup, plan.fields_every, FieldFiles),
-        Vtk::boxed(setup, plan.particles_every, PointFiles(points)),
-        Vtk::boxed(setup, plan.surfaces_every, SurfaceFiles(surfaces)),
-        Vtk::boxed(setup, plan.contacts_every, ContactFiles),
-        Vtk::boxed(setup, plan.contacts_every, ForceChainFiles),
-    ];
+    let mut writers: Vec<Box<dyn Writer + '_>> = Vec::new();
+    for (files, every, format) in [
+        (FIELDS, plan.fields_every, Format::Fields),
+        (PARTICLES, plan.particles_every, Format::Points(points)),
+        (SURFACES, plan.surfaces_every, Format::Surfaces(surfaces)),
+        (CONTACTS, plan.contacts_every, Format::Contacts),
+        (FORCE_CHAINS, plan.contacts_every, Format::ForceChains),
+    ] {
+        let collection = Collection::new(files.collection(&plan.directory));
+        writers.push(Box::new(Vtk { setup, files, every, format, collection }));
+    }
     writers.push(Box::new(Walls { setup, written: false }));
     writers
 }
 
-/// What a file is, about how many bytes it has, and on what these depend.
-type Bytes = (&'static str, f64, &'static str);
-
 /// A kind of numbered file.
-trait Format {
-    /// The names of its files.
-    const FILES: Numbered;
-
-    /// What is in a file.
-    const NEEDS: &'static [Need];
-
-    /// Writes a file, or a piece of one.
-    fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()>;
-
-    /// Writes the index of the pieces of a file; its path.
-    fn index(&self, setup: &Setup, file: &Path, time: f64, cut: &Decomposition) -> Result<PathBuf>;
-
-    fn estimate(&self, setup: &Setup) -> Option<Bytes>;
+enum Format {
+    /// Velocity, pressure and solid fraction of all cells.
+    Fields,
+    /// Particles as points, with the forces of the fluid.
+    Points(ParticlePoints),
+    Surfaces(ParticleSurfaces),
+    /// A point for each contact.
+    Contacts,
+    /// Lines from the centres of particles to their contacts.
+    ForceChains,
 }
 
 /// Writes the files of a format and lists them in its collection.
-struct Vtk<'a, F> {
+struct Vtk<'a> {
     setup: &'a Setup,
+    files: Numbered,
     every: u64,
-    format: F,
+    format: Format,
     collection: Collection,
 }
 
-impl<'a, F: Format + 'a> Vtk<'a, F> {
-    fn boxed(setup: &'a Setup, every: u64, format: F) -> Box<dyn Writer + 'a> {
-        Box::new(Self {
-            collection: Collection::new(F::FILES.collection(&setup.plan.output.directory)),
-            setup,
-            every,
-            format,
-        })
+impl Vtk<'_> {
+    fn file(&self, step: u64) -> PathBuf {
+        self.files.file(&self.setup.plan.output.directory, step)
     }
 
-    fn file(&self, step: u64) -> PathBuf {
-        F::FILES.file(&self.setup.plan.output.directory, step)
+    /// The contents of a file, unless it is one of fields.
+    fn data(&self, output: &RankOutput) -> Option<PolyData> {
+        let domain = &self.setup.domain;
+        Some(match &self.format {
+            Format::Fields => return None,
+            Format::Points(points) => points.data(domain, &output.particles, output.loads.as_deref()),
+            Format::Surfaces(surfaces) => surfaces.data(domain, &output.particles, true),
+            Format::Contacts => contacts(&output.contacts),
+            Format::ForceChains => force_chains(domain, output.partners(), &output.contacts),
+        })
     }
 }
 
-impl<F: Format> Writer for Vtk<'_, F> {
+impl Writer for Vtk<'_> {
     fn name(&self) -> &'static str {
-        F::FILES.name()
+        self.files.name()
     }
 
     fn every(&self) -> u64 {
@@ -85,25 +83,41 @@ impl<F: Format> Writer for Vtk<'_, F> {
     }
 
     fn needs(&self) -> Vec<Need> {
-        F::NEEDS.to_vec()
+        match self.format {
+            Format::Fields => vec![Need::Fields],
+            Format::Points(_) => vec![Need::Particles, Need::Loads],
+            Format::Surfaces(_) => vec![Need::Particles],
+            Format::Contacts | Format::ForceChains => vec![Need::Contacts],
+        }
     }
 
     fn write(&mut self, output: &RankOutput) -> Result<()> {
         let path = output.path(self.file(output.step));
-        self.format.write(self.setup, &path, output)
+        match (self.data(output), &output.fields) {
+            (Some(data), _) => data.write(&path),
+            (None, Some(fields)) => {
+                write_fields(&path, &self.setup.domain, &output.block, output.time, fields)
+            }
+            (None, None) => Ok(()),
+        }
     }
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
-        let file = self.file(output.step);
-        let listed = match output.pieces {
-            Some(cut) => self.format.index(self.setup, &file, output.time, cut)?,
-            None => file,
-        };
+        let (setup, mut listed) = (self.setup, self.file(output.step));
+        if let Some(cut) = output.pieces {
+            let blocks: Vec<Block> = (0..cut.ranks()).map(|rank| cut.block(rank)).collect();
+            let mut none = RankOutput::empty(None, blocks[0], output.step, output.time);
+            none.loads = setup.fluid.as_ref().map(|_| Vec::new());
+            listed = match self.data(&none) {
+                Some(data) => data.write_index(&listed, blocks.len())?,
+                None => write_fields_index(&listed, &setup.domain, output.time, &blocks)?,
+            };
+        }
         self.collection.add(output.time, &listed)
     }
 
     fn numbered(&self) -> Option<Numbered> {
-        Some(F::FILES)
+        Some(self.files)
     }
 
     fn state(&mut self) -> Result<WriterState> {
@@ -111,14 +125,32 @@ impl<F: Format> Writer for Vtk<'_, F> {
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
-        let entries = parsed(self.name(), state)?;
-        let path = F::FILES.collection(&self.setup.plan.output.directory);
-        self.collection = Collection::resume(path, entries)?;
+        let path = self.files.collection(&self.setup.plan.output.directory);
+        self.collection = Collection::resume(path, parsed(self.name(), state)?)?;
         Ok(())
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
-        let (name, bytes, remark) = self.format.estimate(self.setup)?;
+        let particles = self.setup.particles.len() as f64;
+        let (name, bytes, remark) = match self.format {
+            Format::Fields => {
+                let bytes = (size_of::<[f32; 5]>() * self.setup.fluid_cells()) as f64;
+                ("field output", bytes, " before compression")
+            }
+            Format::Points(_) => ("particle output", 360.0 * particles, ""),
+            Format::Surfaces(_) => {
+                let one_each = self.setup.particles.iter().map(|p| (p.template as usize, 1));
+                let fine = surface_triangles(&self.setup.templates, one_each);
+                // Many are drawn once less refined.
+                let triangles = if fine > FEW_TRIANGLES { fine / 4 } else { fine };
+                // 35 bytes of a triangle with its part of the points.
+                ("surface output", 35.0 * triangles as f64, "")
+            }
+            // In a bed a particle is responsible for three contacts: 160 bytes of each, with its two lines of force chains.
+            Format::Contacts => ("contact output", 160.0 * 3.0 * particles, ", a bed's contacts"),
+            // Counted with the contacts.
+            Format::ForceChains => return None,
+        };
         Some(FileEstimate::of(self, end_step, name, bytes, remark))
     }
 }
@@ -128,128 +160,6 @@ pub(super) fn parsed<T: for<'de> Deserialize<'de>>(name: &str, state: &WriterSta
     T::deserialize(state).map_err(|error| {
         Error::Input(format!("the state of the writer of {name} in the common state: {error}"))
     })
-}
-
-/// Velocity, pressure and solid fraction of all cells.
-struct FieldFiles;
-
-impl Format for FieldFiles {
-    const FILES: Numbered = FIELDS;
-    const NEEDS: &'static [Need] = &[Need::Fields];
-
-    fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
-        let Some(fields) = &output.fields else {
-            return Ok(());
-        };
-        let snapshot = FieldSnapshot {
-            domain: setup.domain,
-            block: output.block,
-            time: output.time,
-            velocity: &fields.velocity,
-            pressure: &fields.pressure,
-            solid_fraction: &fields.solid_fraction,
-        };
-        write_fields(path, &snapshot)
-    }
-
-    fn index(&self, setup: &Setup, file: &Path, time: f64, cut: &Decomposition) -> Result<PathBuf> {
-        let blocks: Vec<Block> = (0..cut.ranks()).map(|rank| cut.block(rank)).collect();
-        write_fields_index(file, &setup.domain, time, &blocks)
-    }
-
-    fn estimate(&self, setup: &Setup) -> Option<Bytes> {
-        let bytes = size_of::<[f32; 5]>() * setup.fluid_cells();
-        Some(("field output", bytes as f64, " before compression"))
-    }
-}
-
-/// Particles as points, with the forces of the fluid.
-struct PointFiles(ParticlePoints);
-
-impl Format for PointFiles {
-    const FILES: Numbered = PARTICLES;
-    const NEEDS: &'static [Need] = &[Need::Particles, Need::Loads];
-
-    fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
-        let loads = output.loads.as_deref();
-        (self.0).write(path, &setup.domain, &output.particles, loads)
-    }
-
-    fn index(&self, setup: &Setup, file: &Path, _: f64, cut: &Decomposition) -> Result<PathBuf> {
-        (self.0).write_index(file, &setup.domain, setup.fluid.is_some(), cut.ranks())
-    }
-
-    fn estimate(&self, setup: &Setup) -> Option<Bytes> {
-        Some(("particle output", 360.0 * setup.particles.len() as f64, ""))
-    }
-}
-
-/// Particles as surfaces.
-struct SurfaceFiles(ParticleSurfaces);
-
-impl Format for SurfaceFiles {
-    const FILES: Numbered = SURFACES;
-    const NEEDS: &'static [Need] = &[Need::Particles];
-
-    fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
-        (self.0).write(path, &setup.domain, &output.particles)
-    }
-
-    fn index(&self, setup: &Setup, file: &Path, _: f64, cut: &Decomposition) -> Result<PathBuf> {
-        (self.0).write_index(file, &setup.domain, cut.ranks())
-    }
-
-    /// 35 bytes of a triangle, with its share of points.
-    fn estimate(&self, setup: &Setup) -> Option<Bytes> {
-        let one_each = setup.particles.iter().map(|p| (p.template as usize, 1));
-        let fine = surface_triangles(&setup.templates, one_each);
-        // Many are drawn once less refined.
-        let triangles = if fine > FEW_TRIANGLES { fine / 4 } else { fine };
-        Some(("surface output", 35.0 * triangles as f64, ""))
-    }
-}
-
-/// A point for each contact.
-struct ContactFiles;
-
-impl Format for ContactFiles {
-    const FILES: Numbered = CONTACTS;
-    const NEEDS: &'static [Need] = &[Need::Contacts];
-
-    fn write(&self, _: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
-        write_contacts(path, &output.contacts)
-    }
-
-    fn index(&self, _: &Setup, file: &Path, _: f64, cut: &Decomposition) -> Result<PathBuf> {
-        write_contacts_index(file, cut.ranks())
-    }
-
-    /// Of a bed, where a particle is responsible for three contacts: 160 bytes of each, with its two lines of force chains.
-    fn estimate(&self, setup: &Setup) -> Option<Bytes> {
-        let bytes = 160.0 * 3.0 * setup.particles.len() as f64;
-        Some(("contact output", bytes, ", a bed's contacts"))
-    }
-}
-
-/// Lines from the centres of particles to their contacts.
-struct ForceChainFiles;
-
-impl Format for ForceChainFiles {
-    const FILES: Numbered = FORCE_CHAINS;
-    const NEEDS: &'static [Need] = &[Need::Contacts];
-
-    fn write(&self, setup: &Setup, path: &Path, output: &RankOutput) -> Result<()> {
-        write_force_chains(path, &setup.domain, output.partners(), &output.contacts)
-    }
-
-    fn index(&self, setup: &Setup, file: &Path, _: f64, cut: &Decomposition) -> Result<PathBuf> {
-        write_force_chains_index(file, &setup.domain, cut.ranks())
-    }
-
-    /// Counted with the contacts.
-    fn estimate(&self, _: &Setup) -> Option<Bytes> {
-        None
-    }
 }
 
 /// The walls, once, beside the first file of particles.

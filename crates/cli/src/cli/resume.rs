@@ -8,7 +8,7 @@ use turbid::simulation::{self, RunOptions};
 pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
     let (setup, options) = simulation::agreed(prepare(arguments))?;
     let summary = simulation::resume(&setup, &options)?;
-    run::ended(summary.as_ref(), &setup.plan.output.directory, &options)
+    run::ended(summary.as_ref(), &setup.plan.output.directory, arguments.manner.quiet)
 }
 
 /// The saved case, and what the signals set: what can fail on one process of an MPI job alone.

@@ -1,8 +1,10 @@
 //! `turbid run`.
 
+use super::progress::Terminal;
 use super::terminal::{say, warn};
 use super::{Manner, RunArguments, load, preflight, signals};
 use std::path::Path;
+use std::sync::Arc;
 use turbid::case::Setup;
 use turbid::error::{Error, Result};
 use turbid::output::Summary;
@@ -16,13 +18,13 @@ pub(super) const STOPPING: &str = "stopping, writing a checkpoint";
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
     let (setup, options) = simulation::agreed(prepare(arguments))?;
-    if !options.quiet {
+    if !arguments.manner.quiet {
         for advice in preflight::advice(&setup) {
             warn(&advice);
         }
     }
     let summary = simulation::run(&setup, &options)?;
-    ended(summary.as_ref(), &setup.plan.output.directory, &options)
+    ended(summary.as_ref(), &setup.plan.output.directory, arguments.manner.quiet)
 }
 
 /// The case, and what the signals set: what can fail on one process of an MPI job alone.
@@ -40,8 +42,11 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
 
 /// How a run is asked to behave, by arguments and from now on by [signals], the first of which `answer` is printed for.
 pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOptions> {
-    let options =
-        RunOptions { quiet: manner.quiet, max_walltime: manner.max_walltime, ..RunOptions::default() };
+    let options = RunOptions {
+        progress: Some(Arc::new(Terminal::new(manner.quiet))),
+        max_walltime: manner.max_walltime,
+        ..RunOptions::default()
+    };
     signals::listen(&options, answer)?;
     Ok(options)
 }
@@ -50,8 +55,8 @@ pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOption
 ///
 /// # Errors
 /// [`Error::Interrupted`], or what all processes of an MPI job make of it, if the run was stopped before its end.
-pub(super) fn ended(summary: Option<&Summary>, directory: &Path, options: &RunOptions) -> Result<()> {
-    if let Some(summary) = summary.filter(|_| !options.quiet) {
+pub(super) fn ended(summary: Option<&Summary>, directory: &Path, quiet: bool) -> Result<()> {
+    if let Some(summary) = summary.filter(|_| !quiet) {
         say(&headline(summary, directory));
     }
     simulation::agreed(match summary {

@@ -1,6 +1,7 @@
 //! `turbid study`.
 
 use super::machine::in_time;
+use super::progress::Terminal;
 use super::terminal::{say, warn};
 use super::{Manner, preflight, run};
 use crate::checks::Score;
@@ -10,8 +11,10 @@ use clap::Args;
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
 use std::path::PathBuf;
+use std::sync::Arc;
 use turbid::comm;
 use turbid::error::{Error, Result};
+use turbid::simulation::RunOptions;
 
 /// Which study, and how.
 #[derive(Debug, Args)]
@@ -60,11 +63,15 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     }
     // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
     let options = run::options(&arguments.manner, run::STOPPING)?;
-    let quiet = options.quiet;
-    let mut manner = study::Manner { run: options, only: arguments.only.clone() };
+    let quiet = arguments.manner.quiet;
     // Lines every few seconds for hours are of no use.
-    manner.run.quiet = quiet || !stderr().is_terminal();
+    let progress = Arc::new(Terminal::new(quiet || !stderr().is_terminal()));
+    let options = RunOptions { progress: Some(progress.clone()), ..options };
+    let manner = study::Manner { run: options, only: arguments.only.clone() };
     let outcome = study::execute(&mut study, &manner, &preflight::refuse_what_does_not_fit, &mut |event| {
+        if let Event::Failed { .. } = event {
+            progress.clear();
+        }
         tell(event, quiet)
     })?;
     let document = study.document()?;

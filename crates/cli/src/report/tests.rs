@@ -21,7 +21,7 @@ fn write_series(directory: &Path) {
             max_overlap: 0.01,
             ..SeriesRow::default()
         };
-        series.write(&row).unwrap();
+        series.write(&[row]).unwrap();
     }
 }
 

@@ -129,7 +129,7 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
         let study = load(&place).unwrap();
         let mut setup = case::load(&study.case, &study.plan.runs[0].options).unwrap();
         setup.plan.output.directory = place.path().join(folder).join("some_name");
-        let options = RunOptions { quiet: true, ..RunOptions::default() };
+        let options = RunOptions::default();
         simulation::run(&setup, &options).unwrap();
         setup.plan.output.directory.join("summary.json")
     };
@@ -164,7 +164,7 @@ fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
     let study = load(&place).unwrap();
     let mut setup = case::load(&study.case, &study.plan.runs[1].options).unwrap();
     setup.plan.output.directory = study.out.join(&study.plan.runs[1].name);
-    let options = RunOptions { quiet: true, ..RunOptions::default() };
+    let options = RunOptions::default();
     options.stop.store(true, std::sync::atomic::Ordering::Relaxed);
     simulation::run(&setup, &options).unwrap();
     let study = load(&place).unwrap();

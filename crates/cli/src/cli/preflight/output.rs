@@ -68,7 +68,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut setup = from_text(CASE, "case", &[]).unwrap();
         setup.plan.output.directory = folder.path().to_path_buf();
-        let options = RunOptions { quiet: true, ..RunOptions::default() };
+        let options = RunOptions::default();
         run(&setup, &options).unwrap();
         for files in file_estimates(&setup) {
             let (name, range) = match files.name {

@@ -1,22 +1,79 @@
 //! Progress of a run on standard error: a bar on a terminal, otherwise a plain line every few seconds.
 
+use turbid::case::Setup;
+use turbid::simulation::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a run is, as far as progress is concerned.
-#[derive(Clone, Copy, Debug)]
-pub struct Workload {
-    /// Number of fluid steps to run, those before `first` included.
-    pub steps: u64,
-    /// Steps done before this run, which goes on from there.
-    pub first: u64,
-    /// Number of cells; 0 without a fluid, whose speed is then told in steps.
-    pub cells: usize,
+/// Shows the run at hand; quiet, only its warnings.
+pub(super) struct Terminal {
+    quiet: bool,
+    display: Mutex<Option<Display>>,
+}
+
+impl Terminal {
+    pub(super) fn new(quiet: bool) -> Self {
+        Self { quiet, display: Mutex::new(None) }
+    }
+
+    fn display(&self) -> MutexGuard<'_, Option<Display>> {
+        self.display.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes away what is shown of a run that has failed.
+    pub(super) fn clear(&self) {
+        *self.display() = None;
+    }
+}
+
+impl Progress for Terminal {
+    fn start(&self, setup: &Setup, first: u64) {
+        let work = Workload {
+            steps: setup.plan.end_step,
+            first,
+            cells: setup.fluid_cells(),
+            time_step: setup.time_step,
+            stokes_time: setup.stokes_time(),
+        };
+        *self.display() = (!self.quiet).then(|| Display::new(work));
+    }
+
+    fn step(&self, step: u64) {
+        if let Some(display) = &mut *self.display() {
+            display.update(step, Instant::now());
+        }
+    }
+
+    fn warn(&self, text: &str) {
+        let text = format!("warning: {text}");
+        match &mut *self.display() {
+            Some(display) => display.note(&text),
+            None => drop(writeln!(std::io::stderr(), "{text}")),
+        }
+    }
+
+    fn finish(&self, step: u64) {
+        if let Some(mut display) = self.display().take() {
+            display.finish(step, Instant::now());
+        }
+    }
+}
+
+/// Size of a run.
+#[derive(Clone, Copy)]
+struct Workload {
+    /// Steps of the whole run, those before `first` included.
+    steps: u64,
+    /// Steps done before.
+    first: u64,
+    /// Number of cells; 0 without a fluid, where the speed is in steps.
+    cells: usize,
     /// Time step (s).
-    pub time_step: f64,
-    /// Unit of `t*` (s); without, times are told in seconds.
-    pub stokes_time: Option<f64>,
+    time_step: f64,
+    /// Unit of `t*` (s); without, times are in seconds.
+    stokes_time: Option<f64>,
 }
 
 impl Workload {
@@ -39,8 +96,8 @@ impl Workload {
     }
 }
 
-/// Shows how far a run has come; used by one rank only.
-pub struct Progress {
+/// How far a run has come.
+struct Display {
     work: Workload,
     target: Target,
     interval: Duration,
@@ -52,7 +109,6 @@ pub struct Progress {
 }
 
 enum Target {
-    Quiet,
     Bar(ProgressBar),
     Lines(Box<dyn Write + Send>),
 }
@@ -64,12 +120,9 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Weight of the newest rate: the estimate follows a change within a few updates and does not flicker.
 const NEW_WEIGHT: f64 = 0.3;
 
-impl Progress {
-    /// Starts the clock; shows nothing if `quiet`.
-    pub fn new(work: Workload, quiet: bool) -> Self {
-        let (target, interval) = if quiet {
-            (Target::Quiet, LINE_INTERVAL)
-        } else if std::io::stderr().is_terminal() {
+impl Display {
+    fn new(work: Workload) -> Self {
+        let (target, interval) = if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(Some(work.steps), ProgressDrawTarget::stderr());
             (Target::Bar(bar.with_style(bar_style())), BAR_INTERVAL)
         } else {
@@ -82,14 +135,8 @@ impl Progress {
         Self { work, target, interval, start, shown: start, shown_step: work.first, rate: 0.0 }
     }
 
-    /// Tells that `step` steps are done; cheap enough to call after every step.
-    pub fn update(&mut self, step: u64) {
-        if !matches!(self.target, Target::Quiet) {
-            self.update_at(step, Instant::now());
-        }
-    }
-
-    fn update_at(&mut self, step: u64, now: Instant) {
+    /// Shows that `step` steps are done, if it is time to.
+    fn update(&mut self, step: u64, now: Instant) {
         let elapsed = now.duration_since(self.shown);
         if elapsed < self.interval {
             return;
@@ -103,7 +150,6 @@ impl Progress {
         (self.shown, self.shown_step) = (now, step);
         let text = self.status(step);
         match &mut self.target {
-            Target::Quiet => {}
             Target::Bar(bar) => {
                 bar.set_message(text);
                 bar.set_position(step);
@@ -117,32 +163,15 @@ impl Progress {
     }
 
     /// Prints a line without disturbing the bar.
-    pub fn note(&mut self, text: &str) {
+    fn note(&mut self, text: &str) {
         match &mut self.target {
-            Target::Quiet => {}
             Target::Bar(bar) => bar.println(text),
-            Target::Lines(out) => {
-                let _ = writeln!(out, "{text}");
-            }
+            Target::Lines(out) => drop(writeln!(out, "{text}")),
         }
     }
 
-    /// Prints a warning, even if nothing else is shown.
-    pub fn warn(&mut self, text: &str) {
-        let text = format!("warning: {text}");
-        if let Target::Quiet = self.target {
-            let _ = writeln!(std::io::stderr(), "{text}");
-        } else {
-            self.note(&text);
-        }
-    }
-
-    /// Ends the display after `step` steps and says how fast they were on average.
-    pub fn finish(&mut self, step: u64) {
-        self.finish_at(step, Instant::now());
-    }
-
-    fn finish_at(&mut self, step: u64, now: Instant) {
+    /// Ends the display after `step` steps with their average speed.
+    fn finish(&mut self, step: u64, now: Instant) {
         let seconds = now.duration_since(self.start).as_secs_f64();
         let (name, time, unit) = self.work.time(step);
         let done = step.saturating_sub(self.work.first);
@@ -153,8 +182,6 @@ impl Progress {
         );
         if let Target::Bar(bar) = &self.target {
             bar.finish_and_clear();
-        }
-        if let Target::Bar(_) = self.target {
             // After the bar is gone this is an ordinary line.
             self.target = Target::Lines(Box::new(std::io::stderr()));
         }
@@ -210,7 +237,8 @@ mod tests {
     #[test]
     fn without_a_fluid_time_is_in_seconds_and_speed_in_steps() {
         let dry = Workload { cells: 0, stokes_time: None, ..WORK };
-        let mut progress = Progress::with_target(dry, Target::Quiet, BAR_INTERVAL, Instant::now());
+        let mut progress =
+            Display::with_target(dry, Target::Lines(Box::new(Sink::default())), BAR_INTERVAL, Instant::now());
         progress.rate = 100.0;
         assert_eq!(progress.status(500), "t 0.050 of 0.100 s  100 steps/s  ETA 0:05");
     }
@@ -220,12 +248,12 @@ mod tests {
         let sink = Sink::default();
         let start = Instant::now();
         let mut progress =
-            Progress::with_target(WORK, Target::Lines(Box::new(sink.clone())), Duration::from_secs(5), start);
+            Display::with_target(WORK, Target::Lines(Box::new(sink.clone())), Duration::from_secs(5), start);
         // Ten steps a second, told after every step.
         for step in 1..=110 {
-            progress.update_at(step, start + Duration::from_millis(100 * step));
+            progress.update(step, start + Duration::from_millis(100 * step));
         }
-        progress.finish_at(110, start + Duration::from_secs(11));
+        progress.finish(110, start + Duration::from_secs(11));
         let text = String::from_utf8(sink.0.lock().unwrap().clone()).unwrap();
         assert_eq!(
             text.lines().collect::<Vec<_>>(),
@@ -242,21 +270,12 @@ mod tests {
         let bar = ProgressBar::with_draw_target(Some(WORK.steps), ProgressDrawTarget::hidden());
         let target = Target::Bar(bar.clone().with_style(bar_style()));
         let start = Instant::now();
-        let mut progress = Progress::with_target(WORK, target, BAR_INTERVAL, start);
-        progress.update_at(50, start + Duration::from_secs(5));
+        let mut progress = Display::with_target(WORK, target, BAR_INTERVAL, start);
+        progress.update(50, start + Duration::from_secs(5));
         assert_eq!(bar.message(), "t* 2.5 of 50.0  20.0 MLUPS  ETA 1:35");
         assert_eq!(bar.position(), 50);
-        progress.finish_at(1000, start + Duration::from_secs(100));
+        progress.finish(1000, start + Duration::from_secs(100));
         assert!(bar.is_finished());
-    }
-
-    #[test]
-    fn quiet_means_nothing_is_shown_not_even_the_end() {
-        let mut progress = Progress::new(WORK, true);
-        progress.update(1);
-        progress.note("x");
-        progress.finish(2);
-        assert!(matches!(progress.target, Target::Quiet));
     }
 
     #[test]
