@@ -196,7 +196,7 @@ impl Simulation {
     }
 
     /// Bytes of a checkpoint, about, of all ranks.
-    pub(crate) fn checkpoint_bytes(setup: &Setup) -> f64 {
+    pub fn checkpoint_bytes(setup: &Setup) -> f64 {
         (setup.domain.cell_count() * AnyFluid::saved_bytes(setup.plan.precision)) as f64
     }
 }
