@@ -61,24 +61,11 @@ impl Builder {
     }
 
     /// Which directions are periodic: `domain.periodic`. The others are closed by walls at rest.
-    ///
-    /// ```
-    /// let setup = turbid::Builder::example().periodic([true, true, false]).setup()?;
-    /// assert_eq!(setup.walls.len(), 2);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn periodic(self, periodic: [bool; 3]) -> Self {
         self.set("domain.periodic", periodic)
     }
 
     /// Velocity (m/s) of a closed face, along itself: `domain.faces`. Faces are `"x-"`, `"x+"` to `"z+"`.
-    ///
-    /// ```
-    /// let lid = turbid::Builder::example().periodic([true, true, false]);
-    /// let setup = lid.face_velocity("z+", [1e-2, 0.0, 0.0]).setup()?;
-    /// assert_eq!(setup.walls[1].motion.velocity.x, 1e-2);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn face_velocity(self, face: &str, velocity: impl Into<[f64; 3]>) -> Self {
         self.set(&format!("domain.faces.{face}.velocity"), velocity.into())
     }
@@ -110,25 +97,11 @@ impl Builder {
     }
 
     /// Storage of the fluid, four or eight bytes per number: `fluid.precision`.
-    ///
-    /// ```
-    /// use turbid::fluid::Precision;
-    /// let setup = turbid::Builder::example().precision(Precision::F64).setup()?;
-    /// assert_eq!(setup.plan.precision, Precision::F64);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn precision(self, precision: Precision) -> Self {
         self.set("fluid.precision", precision)
     }
 
     /// How fluid and particles are coupled: `lattice.coupling`.
-    ///
-    /// ```
-    /// use turbid::case::file::Coupling;
-    /// let setup = turbid::Builder::example().coupling(Coupling::Paper).setup()?;
-    /// assert!(!setup.expect_fluid().solids.is_saturated());
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn coupling(self, coupling: Coupling) -> Self {
         self.set("lattice.coupling", coupling)
     }
@@ -157,12 +130,6 @@ impl Builder {
     }
 
     /// Coefficient of restitution (-): `contact.restitution`.
-    ///
-    /// ```
-    /// let setup = turbid::Builder::example().restitution(0.8).friction(0.3, 0.2).setup()?;
-    /// assert_eq!(setup.contact.unwrap().pairs[0].restitution, 0.8);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn restitution(self, restitution: f64) -> Self {
         self.set("contact.restitution", restitution)
     }
@@ -229,13 +196,6 @@ impl Builder {
     }
 
     /// The case as the text of a case file; a [shape of its own](Particles::of_shape) stands in it by name only.
-    ///
-    /// ```
-    /// let text = turbid::Builder::example().to_toml();
-    /// assert!(text.contains("[[particles]]"));
-    /// assert_eq!(turbid::case::from_text(&text, "again", &[])?.particles.len(), 1);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn to_toml(&self) -> String {
         let mut case = self.case.clone();
         if case.table.get("run").is_none_or(|run| run.get("end").is_none()) {
@@ -273,12 +233,6 @@ impl Builder {
     }
 
     /// The whole case on one rank, at rest; see [`Simulation`] for all that comes after.
-    ///
-    /// ```
-    /// let mut simulation = turbid::Builder::example().build()?;
-    /// simulation.step()?;
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     ///
     /// # Errors
     /// As [`setup`](Self::setup) and [`Simulation::solo`].

@@ -16,7 +16,6 @@ mod dry;
 mod engine;
 pub mod file;
 mod files;
-pub mod forms;
 mod hertz;
 mod kinds;
 pub mod located;

@@ -42,14 +42,6 @@ impl Particles {
     }
 
     /// Boxes with edges along x, y and z.
-    ///
-    /// ```
-    /// use turbid::{Builder, Particles};
-    /// let tile = Particles::cuboids([1e-3, 1e-3, 4e-4], 2500.0).at([2e-3; 3]);
-    /// let setup = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(8.0, 0.6).particles(tile).setup()?;
-    /// assert_eq!(setup.templates[0].shape.kind(), "cuboid");
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn cuboids(edges: impl Into<[f64; 3]>, density: f64) -> Self {
         Self::shaped("cuboid", &[("edges", numbers(edges.into()))], density)
     }
@@ -71,22 +63,13 @@ impl Particles {
         Self::shaped("capsule", &lengths, density)
     }
 
-    /// Superellipsoids with axes along x, y and z, from end to end, and [exponents](crate::case::file::SuperellipsoidSection).
+    /// Superellipsoids with axes along x, y and z, from end to end, and [exponents](crate::case::file::ShapeSection::Superellipsoid).
     pub fn superellipsoids(axes: impl Into<[f64; 3]>, exponents: [f64; 2], density: f64) -> Self {
         let lengths = [("axes", numbers(axes.into())), ("exponents", exponents.to_vec().into())];
         Self::shaped("superellipsoid", &lengths, density)
     }
 
     /// Convex hulls of these points.
-    ///
-    /// ```
-    /// use turbid::{Builder, Particles};
-    /// let corners = [[0.0; 3], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]];
-    /// let corner = Particles::polyhedra(&corners, 2500.0).at([2e-3; 3]);
-    /// let setup = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(12.0, 0.6).particles(corner).setup()?;
-    /// assert!((setup.templates[0].shape.volume() - 1e-9 / 6.0).abs() < 1e-18);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
     pub fn polyhedra(points: &[[f64; 3]], density: f64) -> Self {
         let points: Vec<Value> = points.iter().copied().map(numbers).collect();
         let shape = [("vertices", points.into()), ("hull", true.into())];

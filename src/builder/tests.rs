@@ -67,3 +67,33 @@ fn a_shape_of_its_own_has_one_size() {
     );
     assert!(case::from_text(&text.to_toml(), "again", &[]).is_err(), "its name alone is no body");
 }
+
+#[test]
+fn every_method_sets_its_key() {
+    let example = || Builder::example();
+    let closed =
+        example().periodic([true, true, false]).face_velocity("z+", [1e-2, 0.0, 0.0]).setup().unwrap();
+    assert_eq!((closed.walls.len(), closed.walls[1].motion.velocity.x), (2, 1e-2));
+    let wide = example().precision(Precision::F64).coupling(Coupling::Homogenised).setup().unwrap();
+    assert_eq!(wide.plan.precision, Precision::F64);
+    assert!(!wide.expect_fluid().solids.is_saturated());
+    let hard = example().restitution(0.8).friction(0.3, 0.2).setup().unwrap().contact.unwrap();
+    assert_eq!((hard.pairs[0].restitution, hard.pairs[0].friction_kinetic), (0.8, 0.2));
+    let again = case::from_text(&example().to_toml(), "again", &[]).unwrap();
+    assert_eq!(again.particles.len(), 1);
+    example().build().unwrap().step().unwrap();
+}
+
+#[test]
+fn bodies_have_the_shape_that_is_asked_for() {
+    let corners = [[0.0; 3], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3]];
+    for (bodies, kind, volume) in [
+        (Particles::cuboids([1e-3, 1e-3, 4e-4], 2500.0), "cuboid", 4e-10),
+        (Particles::polyhedra(&corners, 2500.0), "polyhedron", 1e-9 / 6.0),
+    ] {
+        let builder = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(12.0, 0.6);
+        let setup = builder.particles(bodies.at([2e-3; 3])).setup().unwrap();
+        assert_eq!(setup.templates[0].shape.kind(), kind);
+        assert!((setup.templates[0].shape.volume() - volume).abs() < 1e-18);
+    }
+}

@@ -1,215 +1,157 @@
-//! Checks of single values, each with key, place, value and remedy in its message.
+//! The case as a document: the position of every key, and errors with key, position, value and remedy.
 
 use super::FluidSetup;
-use super::file::{Duration, Every};
-use super::forms::Triple;
-use super::located::Located;
+use super::file::{Case, Duration, Every};
+use super::schema;
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use std::ops::{Range, RangeInclusive};
+use std::fmt::Display;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
-/// Lengths of time that steps are counted with (s).
+/// Times with which steps are counted (s).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
     pub(super) time_step: f64,
+    /// Infinite where nothing settles.
     pub(super) stokes_time: f64,
 }
 
 impl Clock {
-    /// Nothing settles without a fluid.
     pub(super) fn of(time_step: f64, fluid: Option<&FluidSetup>) -> Self {
         Self { time_step, stokes_time: fluid.map_or(f64::INFINITY, |fluid| fluid.scales.stokes_time) }
     }
 }
 
-/// A value that one of several alternatives may have.
-pub(super) trait Alternative {
-    /// Where it stands, if it is given in a section at `section`.
-    fn place(&self, section: &Range<usize>) -> Option<Range<usize>>;
+/// A parsed case. Keys are paths such as `particles.0.shape`.
+pub(super) struct Document<'a> {
+    source: &'a Source,
+    tree: Spanned<DeTable<'a>>,
 }
 
-impl<T> Alternative for Option<Located<T>> {
-    fn place(&self, _: &Range<usize>) -> Option<Range<usize>> {
-        self.as_ref().map(|value| value.span.clone())
-    }
-}
-
-impl<T> Alternative for Option<Vec<Located<T>>> {
-    fn place(&self, section: &Range<usize>) -> Option<Range<usize>> {
-        let first = |list: &Vec<Located<T>>| list.first().map_or(section.clone(), |value| value.span.clone());
-        self.as_ref().map(first)
-    }
-}
-
-impl<T, const N: usize> Alternative for Option<[Located<T>; N]> {
-    fn place(&self, _: &Range<usize>) -> Option<Range<usize>> {
-        self.as_ref().map(|list| list[0].span.clone())
-    }
-}
-
-impl Source {
-    /// A finite number above 0.
-    pub(super) fn positive(&self, key: &str, number: &Located<f64>, remedy: &str) -> Result<f64> {
-        self.satisfies(key, number, |x| x > 0.0, "a finite number above 0", remedy)
+impl<'a> Document<'a> {
+    /// The document, the case that it describes, and its text with the options applied.
+    pub(super) fn parse(source: &'a Source) -> Result<(Self, Case, String)> {
+        let tree = source.tree(&schema::of::<Case>())?;
+        let (table, text) = source.effective(tree.clone())?;
+        let case = table.try_into().map_err(|e| source.type_error(&e))?;
+        Ok((Self { source, tree }, case, text))
     }
 
-    /// A finite number that fulfils `condition`, which `wanted` puts in words.
-    pub(super) fn satisfies(
-        &self,
-        key: &str,
-        number: &Located<f64>,
-        condition: impl Fn(f64) -> bool,
-        wanted: &str,
-        remedy: &str,
-    ) -> Result<f64> {
-        let value = number.value;
-        if value.is_finite() && condition(value) {
-            return Ok(value);
+    /// The innermost value on the path of a key, and whether it is that of the key itself.
+    fn find(&self, key: &str) -> Option<(&Spanned<DeValue<'a>>, bool)> {
+        let mut names = key.split('.');
+        let mut value = self.tree.get_ref().get(names.next()?)?;
+        for name in names {
+            let tree = value.get_ref();
+            let Some(inner) = tree.get(name).or_else(|| tree.get(name.parse::<usize>().ok()?)) else {
+                return Some((value, false));
+            };
+            value = inner;
         }
-        Err(self.out_of_range(key, &number.span, &value.to_string(), wanted, remedy))
+        Some((value, true))
     }
 
-    /// A whole number in a range, which `wanted` puts in words.
-    pub(super) fn whole(
-        &self,
-        key: &str,
-        number: &Located<u32>,
-        range: RangeInclusive<u32>,
-        wanted: &str,
-        remedy: &str,
-    ) -> Result<u32> {
-        let value = number.value;
-        if range.contains(&value) {
-            return Ok(value);
-        }
-        Err(self.out_of_range(key, &number.span, &value.to_string(), wanted, remedy))
+    /// Position of the value of a key; that of its section if it has its default, empty without one.
+    pub(super) fn span(&self, key: &str) -> Range<usize> {
+        self.find(key).map_or(0..0, |(value, _)| value.span())
     }
 
-    /// Three finite numbers.
-    pub(super) fn finite(&self, key: &str, span: &Range<usize>, numbers: [f64; 3]) -> Result<[f64; 3]> {
-        match numbers.iter().find(|x| !x.is_finite()) {
-            Some(bad) => Err(self.out_of_range(key, span, &bad.to_string(), "finite numbers", "")),
-            None => Ok(numbers),
+    /// True if the case gives the key.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.find(key).is_some_and(|(_, found)| found)
+    }
+
+    /// The number at a key.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        match self.find(key)? {
+            (value, true) => match value.get_ref() {
+                DeValue::Float(number) => number.as_str().parse().ok(),
+                DeValue::Integer(number) => number.as_str().parse().ok(),
+                _ => None,
+            },
+            _ => None,
         }
     }
 
-    /// Three finite numbers as a vector.
-    pub(super) fn vector(&self, key: &str, span: &Range<usize>, numbers: &Triple) -> Result<Vec3> {
-        let values = numbers.each_ref().map(|x| x.value);
-        Ok(self.finite(key, span, values)?.into())
+    /// The one key of a table such as `{ sphere = { ... } }`.
+    pub(super) fn choice(&self, key: &str) -> &str {
+        let table = self.find(key).and_then(|(value, _)| value.get_ref().as_table());
+        table.and_then(|table| table.keys().next()).map_or("", |name| name.get_ref())
     }
 
-    /// Three finite numbers as a unit vector.
-    pub(super) fn direction(&self, key: &str, span: &Range<usize>, numbers: &Triple) -> Result<Vec3> {
-        (self.vector(key, span, numbers)?.try_normalize(0.0)).ok_or_else(|| {
-            let wanted = "a direction of any length but 0";
-            self.out_of_range(key, span, "[0, 0, 0]", wanted, "e.g. [0, 0, 1]")
-        })
+    /// An error at one key.
+    pub(super) fn error(&self, key: &str, title: &str, label: &str, remedy: &str) -> Error {
+        self.error_at(&[(key, label)], title, remedy)
+    }
+
+    /// An error that several keys make together, each with a label.
+    pub(super) fn error_at(&self, keys: &[(&str, &str)], title: &str, remedy: &str) -> Error {
+        let spans: Vec<_> = keys.iter().map(|(key, label)| (self.span(key), *label)).collect();
+        let places: Vec<_> = spans.iter().map(|(span, label)| (span, *label)).collect();
+        self.source.error_at(&places, title, remedy)
+    }
+
+    /// A warning at one key, rendered.
+    pub(super) fn warning(&self, key: &str, title: &str, label: &str, remedy: &str) -> String {
+        self.source.warning(&self.span(key), title, label, remedy)
     }
 
     /// `key` is `value`, but must be `wanted`.
-    pub(super) fn out_of_range(
-        &self,
-        key: &str,
-        span: &Range<usize>,
-        value: &str,
-        wanted: &str,
-        remedy: &str,
-    ) -> Error {
-        let title = format!("`{key}` is {value}, but must be {wanted}");
-        self.error(span, &title, "out of range", remedy)
+    pub(super) fn out_of_range(&self, key: &str, value: impl Display, wanted: &str, remedy: &str) -> Error {
+        self.source.out_of_range(key, &self.span(key), &value.to_string(), wanted, remedy)
     }
 
-    /// The name of the one alternative of a section, which stands at `place`, that is given.
-    pub(super) fn exactly_one<'a>(
-        &self,
-        section: &str,
-        place: &Range<usize>,
-        alternatives: &[(&'a str, &dyn Alternative)],
-    ) -> Result<&'a str> {
-        let given: Vec<_> =
-            (alternatives.iter()).filter_map(|(name, value)| Some((*name, value.place(place)?))).collect();
-        let names: Vec<String> = alternatives.iter().map(|(name, _)| format!("`{name}`")).collect();
-        let title = |has: &str| {
-            let names = names.join(", ");
-            format!("`{section}` needs exactly one of {names}, but has {has}")
-        };
-        match &given[..] {
-            [(name, _)] => Ok(*name),
-            [] => Err(self.error(place, &title("none"), "none is given here", "add one of them")),
-            [(_, first), (_, second), ..] => {
-                let places = [(first, "given here"), (second, "and here")];
-                Err(self.error_at(&places, &title(&given.len().to_string()), "remove all but one"))
-            }
-        }
+    /// A vector of any length but 0 as a unit vector.
+    pub(super) fn direction(&self, key: &str, vector: [f64; 3]) -> Result<Vec3> {
+        (Vec3::from(vector).try_normalize(0.0)).ok_or_else(|| {
+            self.out_of_range(key, "[0, 0, 0]", "a direction of any length but 0", "e.g. [0, 0, 1]")
+        })
     }
 
     /// A length of time in whole steps, at least one.
-    pub(super) fn steps(&self, key: &str, duration: &Located<Duration>, clock: Clock) -> Result<u64> {
-        let span = &duration.span;
-        let seconds = match duration.value {
+    pub(super) fn steps(&self, key: &str, duration: Duration, clock: Clock) -> Result<u64> {
+        let seconds = match duration {
             Duration::Steps(0) => {
-                return Err(self.out_of_range(key, span, "0 steps", "at least 1 step", "give more steps"));
+                return Err(self.out_of_range(key, "0 steps", "at least 1 step", "give more steps"));
             }
             Duration::Steps(steps) => return Ok(steps),
-            Duration::Time(seconds) => {
-                self.positive(key, &at(span, seconds), "give seconds, e.g. { time = 0.5 }")?
+            Duration::Time(seconds) => seconds,
+            Duration::StokesTimes(_) if !clock.stokes_time.is_finite() => {
+                return Err(self.error(
+                    key,
+                    &format!("`{key}` is in units of t*, but nothing settles in this case"),
+                    "t* is infinite: gravity is zero or the densities are equal",
+                    "use { steps = ... } or { time = ... }",
+                ));
             }
-            Duration::StokesTimes(times) => {
-                let times = self.positive(key, &at(span, times), "e.g. { stokes_times = 50 }")?;
-                if !clock.stokes_time.is_finite() {
-                    return Err(self.error(
-                        span,
-                        &format!("`{key}` is in units of t*, but nothing settles in this case"),
-                        "t* is infinite: gravity is zero or the densities are equal",
-                        "use { steps = ... } or { time = ... }",
-                    ));
-                }
-                times * clock.stokes_time
-            }
+            Duration::StokesTimes(times) => times * clock.stokes_time,
         };
         let steps = (seconds / clock.time_step).round().max(1.0);
         if steps > 1e15 {
             let remedy = format!("one time step is {:.3e} s", clock.time_step);
-            return Err(self.out_of_range(
-                key,
-                span,
-                &format!("{steps:e} steps"),
-                "below 1e15 steps",
-                &remedy,
-            ));
+            return Err(self.out_of_range(key, format!("{steps:e} steps"), "below 1e15 steps", &remedy));
         }
         Ok(steps as u64)
     }
 
-    /// Steps between outputs; 0 is never.
+    /// Steps between outputs, by default `default`; 0 is never.
     pub(super) fn interval(
         &self,
         key: &str,
-        every: Option<&Located<Every>>,
+        every: Option<Every>,
         clock: Clock,
         default: u64,
     ) -> Result<u64> {
-        let Some(every) = every else {
-            return Ok(default.max(1));
+        let duration = match every {
+            None => return Ok(default.max(1)),
+            Some(Every::Never) => return Ok(0),
+            Some(Every::Time(x)) => Duration::Time(x),
+            Some(Every::Steps(n)) => Duration::Steps(n),
+            Some(Every::StokesTimes(x)) => Duration::StokesTimes(x),
         };
-        let duration = match every.value {
-            Every::Never => return Ok(0),
-            Every::Time(x) => Duration::Time(x),
-            Every::Steps(n) => Duration::Steps(n),
-            Every::StokesTimes(x) => Duration::StokesTimes(x),
-        };
-        self.steps(key, &at(&every.span, duration), clock).map_err(|e| match every.value {
-            Every::Steps(0) => {
-                self.out_of_range(key, &every.span, "0 steps", "at least 1 step", "\"never\" switches it off")
-            }
-            _ => e,
-        })
+        self.steps(key, duration, clock)
     }
-}
-
-/// A value at a known place.
-pub(super) fn at<T>(span: &Range<usize>, value: T) -> Located<T> {
-    Located { value, span: span.clone() }
 }

@@ -1,6 +1,5 @@
-//! A document held against the schema of its type: keys that are unknown or missing, values of another type, lists of another
-//! length, numbers out of range. Each is named with its whole key, its place and a remedy, which is the comment of the key. Numbers
-//! of values that have several forms, such as `[4, 5, 6]` or `{ diameters = [4, 5, 6] }`, are checked where they are used.
+//! Compares a document with the schema of its type: keys that are unknown, missing or exclude each other, values of another type,
+//! lists of another length, numbers out of range. Errors have the whole key, its position and a remedy, the comment of the key.
 
 use super::source::{Source, nearest};
 use crate::error::{Error, Result};
@@ -25,10 +24,10 @@ const REPEATED: usize = 40;
 /// One form that a value may have.
 type Form = Map<String, Json>;
 
-/// Refuses a document that does not have the form that its schema describes.
+/// Refuses a document that does not fit its schema.
 pub(super) fn check(source: &Source, document: &DeTable<'_>, schema: &Json) -> Result<()> {
     let check = Check { source, schema };
-    check.table(document, &(0..0), &check.forms(schema), "", true)
+    check.table(document, &(0..0), &check.forms(schema), "")
 }
 
 struct Check<'a> {
@@ -56,8 +55,14 @@ impl<'a> Check<'a> {
         forms.into_iter().flatten().flat_map(|schema| self.forms(schema)).collect()
     }
 
-    /// A value, and the numbers in it if they have `ranges` to keep.
-    fn value(&self, value: &Spanned<DeValue<'_>>, schema: &'a Json, key: &str, ranges: bool) -> Result<()> {
+    /// A value; the range of a number is called that of `range_key`, the key of the list that it is in.
+    fn value(
+        &self,
+        value: &Spanned<DeValue<'_>>,
+        schema: &'a Json,
+        (key, range_key): (&str, &str),
+        remedy: Option<&str>,
+    ) -> Result<()> {
         let condition = self.defined(schema);
         if let Some(then) = condition.get("then") {
             // Our only condition: a table that has one of some keys.
@@ -65,19 +70,15 @@ impl<'a> Check<'a> {
             let mut names = conditions.filter_map(|condition| condition["required"][0].as_str());
             return match value.get_ref() {
                 DeValue::Table(table) if names.any(|name| table.contains_key(name)) => {
-                    self.value(value, then, key, ranges)
+                    self.value(value, then, (key, key), remedy)
                 }
                 _ => Ok(()),
             };
         }
         let all = self.forms(schema);
-        if all.is_empty() {
-            return Ok(());
-        }
-        let ranges = ranges && all.len() == 1;
         let forms: Vec<&Form> = all.iter().copied().filter(|form| takes(form, value.get_ref())).collect();
         let Some(first) = forms.first() else {
-            return Err(self.other_type(value, schema, &all, key));
+            return if all.is_empty() { Ok(()) } else { Err(self.other_type(value, remedy, &all, key)) };
         };
         match value.get_ref() {
             DeValue::String(text) => self.text(text, &value.span(), &forms, key),
@@ -86,45 +87,43 @@ impl<'a> Check<'a> {
                 let Some(items) = first.get("items") else {
                     return Ok(());
                 };
-                for (n, value) in values.iter().enumerate() {
-                    self.value(value, items, &format!("{key}.{n}"), ranges)?;
-                    if ranges {
-                        self.range(value, items, description(schema), key)?;
-                    }
-                }
-                Ok(())
+                values
+                    .iter()
+                    .enumerate()
+                    .try_for_each(|(n, value)| self.value(value, items, (&format!("{key}.{n}"), key), remedy))
             }
-            DeValue::Table(table) => self.table(table, &value.span(), &forms, key, ranges || forms.len() > 1),
+            DeValue::Table(table) => self.table(table, &value.span(), &forms, key),
+            DeValue::Integer(_) | DeValue::Float(_) if forms.len() == 1 => {
+                self.range(value, first, remedy.unwrap_or_default(), range_key)
+            }
             _ => Ok(()),
         }
     }
 
-    /// A number must be finite and within the bounds of its schema, if there are any.
-    fn range(
-        &self,
-        value: &Spanned<DeValue<'_>>,
-        schema: &Json,
-        remedy: Option<&str>,
-        key: &str,
-    ) -> Result<()> {
-        let number = match value.get_ref() {
-            DeValue::Float(number) => number.as_str().parse().ok(),
-            DeValue::Integer(number) => {
-                (i64::from_str_radix(number.as_str(), number.radix()).ok()).map(|n| n as f64)
+    /// A number must be finite and within the bounds of its form.
+    fn range(&self, value: &Spanned<DeValue<'_>>, form: &Form, remedy: &str, key: &str) -> Result<()> {
+        let (number, has) = match value.get_ref() {
+            DeValue::Float(number) => {
+                let number: f64 = number.as_str().parse().unwrap_or(f64::NAN);
+                (number, number.to_string())
             }
-            _ => None,
+            DeValue::Integer(text) => {
+                let number = i64::from_str_radix(text.as_str(), text.radix());
+                (number.map_or(f64::INFINITY, |n| n as f64), text.to_string())
+            }
+            _ => return Ok(()),
         };
-        let Some(number) = number.filter(|_| schema["type"] == "number") else {
-            return Ok(());
-        };
-        let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
-        let (above, least, most) = (bound("exclusiveMinimum"), bound("minimum"), bound("maximum"));
+        let bound = |name: &str| form.get(name).and_then(Json::as_f64);
+        let (above, least) = (bound("exclusiveMinimum"), bound("minimum"));
+        let narrow = form.get("format").is_some_and(|format| format == "uint32");
+        let most = bound("maximum").or(narrow.then(|| f64::from(u32::MAX)));
+        let kind = if form["type"] == "integer" { "a whole number" } else { "a finite number" };
         let wanted = match (above, least, most) {
-            (Some(above), _, None) => format!("a finite number above {above}"),
+            (Some(above), _, None) => format!("{kind} above {above}"),
             (Some(above), _, Some(most)) => format!("above {above} and at most {most}"),
-            (None, Some(least), None) => format!("a finite number of at least {least}"),
+            (None, Some(least), None) => format!("{kind} of at least {least}"),
             (None, Some(least), Some(most)) => format!("at least {least} and at most {most}"),
-            (None, None, _) => return Ok(()),
+            (None, None, _) => kind.to_string(),
         };
         let within = above.is_none_or(|above| number > above)
             && least.is_none_or(|least| number >= least)
@@ -132,8 +131,7 @@ impl<'a> Check<'a> {
         if number.is_finite() && within {
             return Ok(());
         }
-        let remedy = remedy.unwrap_or_default();
-        Err(self.source.out_of_range(key, &value.span(), &number.to_string(), &wanted, remedy))
+        Err(self.source.out_of_range(key, &value.span(), &has, &wanted, remedy))
     }
 
     /// A text must be one of the words that are known, if all of them are.
@@ -164,49 +162,66 @@ impl<'a> Check<'a> {
         Err(self.source.error(span, &title, "of another length", &remedy))
     }
 
-    fn table(
-        &self,
-        table: &DeTable<'_>,
-        span: &Range<usize>,
-        forms: &[&'a Form],
-        key: &str,
-        ranges: bool,
-    ) -> Result<()> {
-        let properties = || forms.iter().filter_map(|form| form.get("properties")?.as_object());
+    fn table(&self, table: &DeTable<'_>, span: &Range<usize>, forms: &[&'a Form], key: &str) -> Result<()> {
+        let properties =
+            || forms.iter().filter_map(|form| Some((*form, form.get("properties")?.as_object()?)));
         let closed = forms.iter().all(|form| form.get("additionalProperties") == Some(&Json::Bool(false)));
         for (name, value) in table {
             let inner = match key {
                 "" => name.get_ref().to_string(),
                 _ => format!("{key}.{}", name.get_ref()),
             };
-            if let Some(schema) = properties().find_map(|known| known.get(name.get_ref().as_ref())) {
-                self.value(value, schema, &inner, ranges)?;
-                if ranges && forms.len() == 1 {
-                    self.range(value, self.defined(schema), description(schema), &inner)?;
-                }
+            let known =
+                properties().find_map(|(form, known)| Some((form, known.get(name.get_ref().as_ref())?)));
+            if let Some((form, schema)) = known {
+                let remedy = description(schema).or(form.get("description").and_then(Json::as_str));
+                self.value(value, schema, (&inner, &inner), remedy)?;
             } else if closed {
-                let known: Vec<&str> = properties().flat_map(Map::keys).map(String::as_str).collect();
+                let known: Vec<&str> =
+                    properties().flat_map(|(_, known)| known.keys()).map(String::as_str).collect();
                 let kind = if forms.len() > 1 { "choice" } else { "key" };
                 return Err(self.unknown(kind, name.get_ref(), &name.span(), &known, key));
             } else if let Some(schema) = forms[0].get("additionalProperties") {
-                self.value(value, schema, &inner, ranges)?;
+                self.value(value, schema, (&inner, &inner), None)?;
             }
         }
-        if let [form] = forms {
-            let required = form.get("required").and_then(Json::as_array).into_iter().flatten();
-            if let Some(missing) = required.filter_map(Json::as_str).find(|name| !table.contains_key(*name)) {
-                let title = format!("the key `{missing}` is missing");
-                let remedy = properties().find_map(|known| description(known.get(missing)?));
-                let remedy = remedy.map(|text| format!("{missing}: {text}")).unwrap_or_default();
-                return Err(self.source.error(span, &title, "must be given here", &remedy));
+        let [form] = forms else {
+            if table.len() == 1 {
+                return Ok(());
             }
-        } else if table.len() != 1 {
             let title =
                 format!("`{key}` must have exactly one of several alternatives, but has {}", table.len());
             let remedy = format!("write {}", alternatives(forms));
             return Err(self.source.error(span, &title, "exactly one", &remedy));
+        };
+        let required = form.get("required").and_then(Json::as_array).into_iter().flatten();
+        if let Some(missing) = required.filter_map(Json::as_str).find(|name| !table.contains_key(*name)) {
+            let title = format!("the key `{missing}` is missing");
+            let remedy = description(&form["properties"][missing]);
+            let remedy = remedy.map(|text| format!("{missing}: {text}")).unwrap_or_default();
+            return Err(self.source.error(span, &title, "must be given here", &remedy));
         }
-        Ok(())
+        self.exactly_one(table, span, form, key)
+    }
+
+    /// A table must have exactly one of the keys that its form lists as alternatives; those of a whole case are
+    /// [checked later](super::dry).
+    fn exactly_one(&self, table: &DeTable<'_>, span: &Range<usize>, form: &Form, key: &str) -> Result<()> {
+        let one_of = form.get("oneOf").and_then(Json::as_array).filter(|_| !key.is_empty());
+        let names: Vec<&str> =
+            one_of.into_iter().flatten().filter_map(|one| one["required"][0].as_str()).collect();
+        let given: Vec<_> = names.iter().filter_map(|name| table.get(*name)).map(Spanned::span).collect();
+        let title =
+            |has: &str| format!("`{key}` needs exactly one of `{}`, but has {has}", names.join("`, `"));
+        match &given[..] {
+            _ if names.is_empty() => Ok(()),
+            [_] => Ok(()),
+            [] => Err(self.source.error(span, &title("none"), "none is given here", "add one of them")),
+            [first, second, ..] => {
+                let places = [(first, "given here"), (second, "and here")];
+                Err(self.source.error_at(&places, &title(&given.len().to_string()), "remove all but one"))
+            }
+        }
     }
 
     fn unknown(&self, kind: &str, name: &str, span: &Range<usize>, known: &[&str], key: &str) -> Error {
@@ -222,7 +237,13 @@ impl<'a> Check<'a> {
         self.source.error(span, &title, &format!("unknown {kind}"), &remedy)
     }
 
-    fn other_type(&self, value: &Spanned<DeValue<'_>>, schema: &Json, forms: &[&Form], key: &str) -> Error {
+    fn other_type(
+        &self,
+        value: &Spanned<DeValue<'_>>,
+        remedy: Option<&str>,
+        forms: &[&Form],
+        key: &str,
+    ) -> Error {
         let has = match value.get_ref() {
             DeValue::String(text) => format!("the text \"{}\"", short(text)),
             DeValue::Integer(number) => number.to_string(),
@@ -249,7 +270,7 @@ impl<'a> Check<'a> {
                 Ok(whole) if whole.fract() == 0.0 => format!("write {whole}"),
                 _ => "without a decimal point".to_string(),
             },
-            _ => description(schema).map(str::to_string).unwrap_or_default(),
+            _ => remedy.unwrap_or_default().to_string(),
         };
         let title = format!("`{key}` is {has}, but must be {wanted}");
         self.source.error(&value.span(), &title, "of another type", &remedy)

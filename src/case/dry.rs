@@ -1,11 +1,9 @@
 //! Particles without a fluid: their time step, and the cells that only the decomposition of the box needs.
 
-use super::checks::Alternative;
-use super::file::{Case, DrySection, LatticeSection};
+use super::checks::Document;
+use super::file::{Case, DrySection, FluidSection, LatticeSection};
 use super::hertz::Hertz;
-use super::located::Located;
 use super::materials::Materials;
-use super::source::Source;
 use crate::error::Result;
 use crate::particle::Template;
 
@@ -13,52 +11,49 @@ use crate::particle::Template;
 const STEPS_PER_CONTACT: f64 = 50.0;
 /// Widest cell in diameters of the smallest particle.
 const WIDEST_CELL: f64 = 0.25;
-/// Times that cells may be smaller, so that the box is a whole number of them.
+/// Factor by which cells may be smaller, so that the box is a whole number of them.
 const FINER: usize = 4;
 
-/// Whether a case has a fluid or is dry, and that it is not both.
+/// The sections that say what surrounds the particles.
 pub(super) enum Medium<'a> {
     /// Fluid and lattice.
-    Wet(&'a Located<super::file::FluidSection>, &'a Located<LatticeSection>),
-    /// Particles alone.
-    Dry(&'a Located<DrySection>),
+    Fluid(&'a FluidSection, &'a LatticeSection),
+    /// Nothing.
+    Dry(&'a DrySection),
 }
 
 impl<'a> Medium<'a> {
-    /// Finds out; what belongs to the fluid has no place in a dry run.
-    pub(super) fn of(source: &Source, case: &'a Case) -> Result<Self> {
-        let Some(dry) = &case.dry else {
-            let missing = |name: &str| {
-                let title = format!("the section [{name}] is missing");
-                let remedy = "a case has [fluid] and [lattice], or [dry] for particles without a fluid";
-                Err(source.error(&(0..0), &title, "", remedy))
-            };
-            return match (&case.fluid, &case.lattice) {
-                (Some(fluid), Some(lattice)) => Ok(Self::Wet(fluid, lattice)),
-                (None, _) => missing("fluid"),
-                (_, None) => missing("lattice"),
-            };
+    /// Refuses a case that has both, or neither, and keys of the fluid in a dry run.
+    pub(super) fn of(document: &Document, case: &'a Case) -> Result<Self> {
+        let missing = |name: &str| {
+            let remedy = "a case has [fluid] and [lattice], or [dry] for particles without a fluid";
+            Err(document.error(name, &format!("the section [{name}] is missing"), "", remedy))
         };
-        let driving = &case.driving;
-        let acceleration = &driving.body_acceleration.span;
-        for (name, span) in [
-            ("[fluid]", case.fluid.as_ref().map(|s| &s.span)),
-            ("[lattice]", case.lattice.as_ref().map(|s| &s.span)),
-            ("`driving.force_balance`", driving.force_balance.as_ref().map(|s| &s.span)),
-            ("`driving.zero_net_flux`", driving.zero_net_flux.as_ref().map(|s| &s.span)),
-            ("`driving.body_acceleration`", Some(acceleration).filter(|s| !s.is_empty())),
+        let dry = match (&case.dry, &case.fluid, &case.lattice) {
+            (Some(dry), ..) => dry,
+            (None, Some(fluid), Some(lattice)) => return Ok(Self::Fluid(fluid, lattice)),
+            (None, None, _) => return missing("fluid"),
+            (None, _, None) => return missing("lattice"),
+        };
+        for key in [
+            "fluid",
+            "lattice",
+            "driving.force_balance",
+            "driving.zero_net_flux",
+            "driving.body_acceleration",
         ] {
-            if let Some(span) = span {
-                let places = [(span, "belongs to a fluid"), (&dry.span, "no fluid here")];
+            if document.has(key) {
+                let name = if key.contains('.') { format!("`{key}`") } else { format!("[{key}]") };
                 let title = format!("{name} has no meaning in a dry run");
-                return Err(source.error_at(&places, &title, "remove one of them"));
+                let places = [(key, "belongs to a fluid"), ("dry", "no fluid here")];
+                return Err(document.error_at(&places, &title, "remove one of them"));
             }
         }
-        let grown = &case.contact.enlargement.span;
-        if !grown.is_empty() {
+        let grown = "contact.enlargement";
+        if document.has(grown) {
             let title = "`contact.enlargement` is in cells of the fluid, of which a dry run has none";
             let remedy = "give `dry.enlargement` in metres";
-            return Err(source.error(grown, title, "in cells", remedy));
+            return Err(document.error(grown, title, "in cells", remedy));
         }
         Ok(Self::Dry(dry))
     }
@@ -66,33 +61,24 @@ impl<'a> Medium<'a> {
 
 /// The time step (s).
 pub(super) fn time_step(
-    source: &Source,
-    section: &Located<DrySection>,
+    dry: &DrySection,
     substeps: u32,
     templates: &[Template],
     materials: &Materials,
-) -> Result<f64> {
-    let dry = &section.value;
-    let choices: [(_, &dyn Alternative); 2] =
-        [("time_step", &dry.time_step), ("impact_speed", &dry.impact_speed)];
-    source.exactly_one("dry", &section.span, &choices)?;
-    if let Some(step) = &dry.time_step {
-        return Ok(step.value);
+) -> f64 {
+    if let Some(step) = dry.time_step {
+        return step;
     }
-    let speed = dry.impact_speed.as_ref().expect("checked by exactly_one");
-    let shortest = templates
-        .iter()
-        .map(|template| Hertz::new(template, materials.stiffest()).duration(speed.value))
-        .fold(f64::INFINITY, f64::min);
-    Ok(f64::from(substeps) * shortest / STEPS_PER_CONTACT)
+    let speed = dry.impact_speed.expect("the schema asks for one of them");
+    let durations = templates.iter().map(|one| Hertz::new(one, materials.stiffest()).duration(speed));
+    f64::from(substeps) * durations.fold(f64::INFINITY, f64::min) / STEPS_PER_CONTACT
 }
 
 /// Edge of the cells (m): at most a quarter of the smallest particle, and a whole part of every edge of the box if one
 /// is found.
 pub(super) fn cell(edges: [f64; 3], templates: &[Template]) -> f64 {
-    let smallest =
-        templates.iter().map(|template| template.shape.equivalent_diameter()).fold(f64::INFINITY, f64::min);
-    let widest = WIDEST_CELL * smallest;
+    let diameters = templates.iter().map(|template| template.shape.equivalent_diameter());
+    let widest = WIDEST_CELL * diameters.fold(f64::INFINITY, f64::min);
     let shortest = edges.iter().copied().fold(f64::INFINITY, f64::min);
     let least = (shortest / widest).ceil().clamp(1.0, 1e9) as usize;
     let fits = |count: &usize| {

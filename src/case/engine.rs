@@ -1,62 +1,61 @@
-//! Which engine moves the particles, and whether it can: LIGGGHTS knows spheres, one law of contact and few walls.
+//! The engine that moves the particles, and whether it can: LIGGGHTS has spheres, one contact law and few walls.
 //!
-//! The limits are those of LIGGGHTS 3.8.0: it ends with an error where a material or a restitution lies outside of them, and
-//! takes other walls for what they are not.
+//! The limits are those of LIGGGHTS 3.8.0: it stops with an error where a material or a restitution lies outside of them, and
+//! misinterprets other walls.
 
+use super::checks::Document;
 use super::file::{Case, EngineKind, GeometryKind, ShapeSection};
-use super::located::Located;
-use super::source::Source;
 use super::walls::PlacedWall;
 use crate::contact::ElasticLaw;
 use crate::dem::{EngineChoice, LiggghtsOptions, commands};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::Surface;
 
 /// LIGGGHTS takes coefficients of restitution above this one.
 const LEAST_RESTITUTION: f64 = 0.05;
 
-/// Most that the components of a direction across an axis may be, over its length.
+/// Largest components of an aligned direction across its axis, over its length.
 const ALIGNED: f64 = 1e-9;
 
 /// The engine that the case asks for, if its sections ask for nothing that the engine lacks.
-pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
-    let (asked, section) = (&case.dem.engine, &case.dem.liggghts);
-    if asked.value == EngineKind::Native {
-        let Some(section) = section else {
+pub(super) fn engine(document: &Document, case: &Case) -> Result<EngineChoice> {
+    let section = &case.dem.liggghts;
+    if case.dem.engine == EngineKind::Native {
+        if section.is_none() {
             return Ok(EngineChoice::Native);
-        };
+        }
         let title = "[dem.liggghts] is given, but `dem.engine` is \"native\"";
-        let places = [(&section.span, "has no effect here"), (&asked.span, "the engine")];
+        let mut places = vec![("dem.liggghts", "has no effect here")];
+        if document.has("dem.engine") {
+            places.push(("dem.engine", "the engine"));
+        }
         let remedy = "set engine = \"liggghts\" in [dem], or remove the section";
-        return Err(source.error_at(&places, title, remedy));
+        return Err(document.error_at(&places, title, remedy));
     }
-    let check = Check { source, case };
-    check.shapes()?;
+    refuse_shapes(document, case)?;
     if case.contact.enabled {
-        check.law()?;
-        check.materials()?;
-        check.restitution()?;
+        refuse_law(document, case)?;
+        refuse_numbers(document, case)?;
     }
     let mut options = LiggghtsOptions::default();
-    if let Some(Located { value: section, .. }) = section {
+    if let Some(section) = section {
         options.process = section.process;
-        for (index, Located { span, value }) in section.commands.iter().enumerate() {
-            options.commands.push(commands::accept(value).map_err(|refusal| {
-                let title = format!("`dem.liggghts.commands.{index}` {}", refusal.title);
-                source.error(span, &title, &refusal.label, &refusal.remedy)
+        for (index, command) in section.commands.iter().enumerate() {
+            options.commands.push(commands::accept(command).map_err(|refusal| {
+                let key = format!("dem.liggghts.commands.{index}");
+                let title = format!("`{key}` {}", refusal.title);
+                document.error(&key, &title, &refusal.label, &refusal.remedy)
             })?);
         }
-        if let Some(timeout) = &section.timeout {
-            options.timeout = timeout.value;
-        }
+        options.timeout = section.timeout.unwrap_or(options.timeout);
     }
     Ok(EngineChoice::Liggghts(options))
 }
 
 /// Refuses walls that the engine does not have; without contacts there are none for it.
 pub(super) fn refuse_walls(
-    source: &Source,
+    document: &Document,
     case: &Case,
     engine: &EngineChoice,
     walls: &[PlacedWall],
@@ -64,7 +63,7 @@ pub(super) fn refuse_walls(
     if *engine == EngineChoice::Native || !case.contact.enabled {
         return Ok(());
     }
-    for PlacedWall { wall, span, .. } in walls {
+    for PlacedWall { wall, key, .. } in walls {
         let velocity = wall.motion.velocity;
         let still = velocity == Vec3::zeros();
         let moves_along = |normal: &Vec3| velocity.dot(normal).abs() > ALIGNED * velocity.norm();
@@ -82,89 +81,64 @@ pub(super) fn refuse_walls(
         let title = format!("the wall \"{}\" {what}, which no wall of LIGGGHTS can", wall.name);
         let remedy = "LIGGGHTS has planes across x, y or z, at rest or sliding along one axis, and circular cylinders \
                       along x, y or z at rest; with other walls take dem.engine = \"native\"";
-        return Err(source.error(span, &title, "this wall", remedy));
+        return Err(document.error(key, &title, "this wall", remedy));
     }
     Ok(())
 }
 
-/// Whether a vector lies along none of the axes.
+/// True for a vector along none of the axes.
 fn lies_askew(vector: &Vec3) -> bool {
     vector.iter().filter(|x| x.abs() > ALIGNED * vector.norm()).count() > 1
 }
 
-/// What LIGGGHTS has no place for, section by section.
-struct Check<'a> {
-    source: &'a Source,
-    case: &'a Case,
+fn refuse_shapes(document: &Document, case: &Case) -> Result<()> {
+    let is_sphere = |shape: &ShapeSection| matches!(shape, ShapeSection::Sphere { .. });
+    let Some(index) = case.particles.iter().position(|section| !is_sphere(&section.shape)) else {
+        return Ok(());
+    };
+    let key = format!("particles.{index}.shape");
+    let name = document.choice(&key);
+    let title = format!("`{key}` is \"{name}\", but LIGGGHTS, `dem.engine`, has spheres only");
+    let places = [(&*key, "not a sphere"), ("dem.engine", "the engine")];
+    let remedy = "take dem.engine = \"native\" for other shapes; Debian's LIGGGHTS is built without them";
+    Err(document.error_at(&places, &title, remedy))
 }
 
-impl Check<'_> {
-    fn shapes(&self) -> Result<()> {
-        for (index, section) in self.case.particles.iter().enumerate() {
-            let shape = &section.value.shape;
-            if matches!(shape.value, ShapeSection::Sphere(_)) {
-                continue;
-            }
-            let name = shape.value.name();
-            let title = format!(
-                "`particles.{index}.shape` is \"{name}\", but LIGGGHTS, `dem.engine`, knows spheres only"
-            );
-            let places = [(&shape.span, "not a sphere"), (&self.case.dem.engine.span, "the engine")];
-            let remedy =
-                "take dem.engine = \"native\" for other shapes; Debian's LIGGGHTS is built without them";
-            return Err(self.source.error_at(&places, &title, remedy));
-        }
-        Ok(())
-    }
+fn refuse_law(document: &Document, case: &Case) -> Result<()> {
+    let (key, value) = if case.contact.law == ElasticLaw::OverlapEnergy {
+        ("contact.law", "overlap_energy")
+    } else if case.contact.geometry == GeometryKind::Sampled {
+        ("contact.geometry", "sampled")
+    } else {
+        return Ok(());
+    };
+    let title = format!("`{key}` is \"{value}\", which LIGGGHTS, `dem.engine`, does not have");
+    let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
+                  elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
+    Err(document.error_at(&[(key, "not in LIGGGHTS"), ("dem.engine", "the engine")], &title, remedy))
+}
 
-    fn law(&self) -> Result<()> {
-        let contact = &self.case.contact;
-        let (key, value, given) = if contact.law.value == ElasticLaw::OverlapEnergy {
-            ("law", "overlap_energy", &contact.law.span)
-        } else if contact.geometry.value == GeometryKind::Sampled {
-            ("geometry", "sampled", &contact.geometry.span)
-        } else {
-            return Ok(());
-        };
-        let title = format!("`contact.{key}` is \"{value}\", which LIGGGHTS, `dem.engine`, does not have");
-        let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
-                      elastic force, \"paper\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
-        let places = [(given, "not in LIGGGHTS"), (&self.case.dem.engine.span, "the engine")];
-        Err(self.source.error_at(&places, &title, remedy))
-    }
-
-    fn materials(&self) -> Result<()> {
-        let contact = [("contact".to_string(), Some(&self.case.contact.poisson_ratio))];
-        let listed = self.case.materials.iter().enumerate();
-        let listed = listed
-            .map(|(index, section)| (format!("materials.{index}"), section.value.poisson_ratio.as_ref()));
-        for (section, ratio) in contact.into_iter().chain(listed) {
-            if let Some(ratio) = ratio.filter(|ratio| ratio.value < 0.0) {
-                let key = format!("{section}.poisson_ratio");
-                return Err(self.beyond(&key, ratio, "from 0 to 0.5 for LIGGGHTS"));
-            }
-        }
-        Ok(())
-    }
-
-    fn restitution(&self) -> Result<()> {
-        let contact = &self.case.contact;
-        let usual = [("contact".to_string(), Some(&contact.restitution))];
-        let pairs = contact.pairs.iter().enumerate();
-        let pairs =
-            pairs.map(|(index, pair)| (format!("contact.pairs.{index}"), pair.value.restitution.as_ref()));
-        for (section, restitution) in usual.into_iter().chain(pairs) {
-            if let Some(number) = restitution.filter(|number| number.value <= LEAST_RESTITUTION) {
-                let wanted = format!("above {LEAST_RESTITUTION} and at most 1 for LIGGGHTS");
-                return Err(self.beyond(&format!("{section}.restitution"), number, &wanted));
-            }
-        }
-        Ok(())
-    }
-
-    fn beyond(&self, key: &str, number: &Located<f64>, wanted: &str) -> Error {
-        let remedy = "LIGGGHTS is told all materials and pairs, also those that touch nothing; dem.engine = \"native\" takes \
-                      this value";
-        self.source.out_of_range(key, &number.span, &number.value.to_string(), wanted, remedy)
-    }
+/// Refuses materials and pairs beyond the limits of LIGGGHTS.
+fn refuse_numbers(document: &Document, case: &Case) -> Result<()> {
+    let contact = &case.contact;
+    let of_contact = |value| [("contact".to_string(), Some(value))];
+    let ratios =
+        case.materials.iter().enumerate().map(|(n, one)| (format!("materials.{n}"), one.poisson_ratio));
+    let ratios = of_contact(contact.poisson_ratio).into_iter().chain(ratios);
+    let restitutions = contact.pairs.iter().enumerate();
+    let restitutions = restitutions.map(|(n, pair)| (format!("contact.pairs.{n}"), pair.restitution));
+    let restitutions = of_contact(contact.restitution).into_iter().chain(restitutions);
+    let ratios =
+        (ratios.filter(|(_, ratio)| ratio.is_some_and(|ratio| ratio < 0.0))).map(|(section, ratio)| {
+            (section + ".poisson_ratio", ratio, "from 0 to 0.5 for LIGGGHTS".to_string())
+        });
+    let wanted = format!("above {LEAST_RESTITUTION} and at most 1 for LIGGGHTS");
+    let restitutions = (restitutions.filter(|(_, one)| one.is_some_and(|one| one <= LEAST_RESTITUTION)))
+        .map(|(section, one)| (section + ".restitution", one, wanted.clone()));
+    let Some((key, value, wanted)) = ratios.chain(restitutions).next() else {
+        return Ok(());
+    };
+    let remedy = "LIGGGHTS is given all materials and pairs, also those that touch nothing; dem.engine = \"native\" takes \
+                  this value";
+    Err(document.out_of_range(&key, value.unwrap_or_default(), &wanted, remedy))
 }

@@ -3,30 +3,25 @@
 //! `turbid check --schema` prints what stands here as a JSON schema. Numbers are in SI units unless said otherwise.
 
 mod contacts;
-mod dem;
 mod particles;
 mod shapes;
 mod walls;
 
-use super::forms::{Gravity, Size};
-use super::located::Located;
 use super::schema::{non_negative, positive};
 use crate::coupling::ForceBalance;
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use contacts::{ContactSection, GeometryKind, MaterialSection, PairSection};
-pub use dem::{DemSection, EngineKind, LiggghtsSection};
-pub use particles::ParticleSection;
-pub use shapes::{
-    CubeSection, CuboidSection, CylinderSection, EllipsoidSection, MeshSection, PolyhedronSection,
-    ShapeSection, SphereSection, SuperellipsoidSection,
+pub use contacts::{
+    ContactSection, DemSection, EngineKind, GeometryKind, LiggghtsSection, MaterialSection, PairSection,
 };
+pub use particles::{Entry, MovingEntry, OrientationSection, ParticleSection, SizeShare, SizeSpread, Sizes};
+pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use walls::{FaceSection, FacesSection, PlaneSection, RoundSection, WallSection};
 
 /// A case of turbid: resolved particles in a fluid in a box, or particles alone (`[dry]`). SI units.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [
     { "required": ["fluid", "lattice", "particles"], "not": { "required": ["dry"] } },
@@ -37,20 +32,20 @@ pub struct Case {
     pub domain: DomainSection,
     /// Walls in the box besides its closed faces.
     #[serde(default)]
-    pub walls: Vec<Located<WallSection>>,
+    pub walls: Vec<WallSection>,
     /// The fluid. A case has either `[fluid]` and `[lattice]`, or `[dry]`.
-    pub fluid: Option<Located<FluidSection>>,
+    pub fluid: Option<FluidSection>,
     /// Cell size, time step and method.
-    pub lattice: Option<Located<LatticeSection>>,
+    pub lattice: Option<LatticeSection>,
     /// Particles without a fluid.
-    pub dry: Option<Located<DrySection>>,
+    pub dry: Option<DrySection>,
     /// Kinds of particles; the diameter of the first kind is the reference length.
     #[serde(default)]
     #[schemars(extend("minItems" = 1))]
-    pub particles: Vec<Located<ParticleSection>>,
+    pub particles: Vec<ParticleSection>,
     /// Materials that particles and walls name.
     #[serde(default)]
-    pub materials: Vec<Located<MaterialSection>>,
+    pub materials: Vec<MaterialSection>,
     /// Contacts of particles with each other and with walls. The defaults are those of Marquardt et al. (2024).
     #[serde(default)]
     pub contact: ContactSection,
@@ -68,102 +63,117 @@ pub struct Case {
 }
 
 /// The box.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DomainSection {
-    /// Edges: `[x, y, z]` in m, or `{ diameters = [x, y, z] }`. Rounded to whole cells, with a warning.
-    pub size: Located<Size>,
+    /// Edges: `[x, y, z]` in metres, or `{ diameters = [x, y, z] }`. Rounded to whole cells, with a warning.
+    pub size: Size,
     /// Periodic directions; the others are closed by no-slip walls. Default `[true, true, true]`.
     #[serde(default = "all_periodic")]
-    pub periodic: Located<[bool; 3]>,
+    pub periodic: [bool; 3],
     /// Motion and material of closed faces: `"z+" = { velocity = [1e-3, 0, 0] }`. Default: all at rest.
     #[serde(default)]
     pub faces: FacesSection,
 }
 
-fn all_periodic() -> Located<[bool; 3]> {
-    [true; 3].into()
+fn all_periodic() -> [bool; 3] {
+    [true; 3]
+}
+
+/// Edges of the box.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Size {
+    /// In metres.
+    Metres(#[schemars(transform = positive)] [f64; 3]),
+    /// In diameters of the first kind of particle.
+    Relative(RelativeSize),
+}
+
+/// Edges of the box in diameters.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RelativeSize {
+    /// Edges in diameters of the first kind of particle (of the sphere of equal volume).
+    #[schemars(transform = positive)]
+    pub diameters: [f64; 3],
 }
 
 /// Particles without a fluid: exactly one of `time_step`, `impact_speed`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{ "required": ["time_step"] }, { "required": ["impact_speed"] }]))]
 pub struct DrySection {
     /// Time step (s), of which contacts should last 50 or more.
     #[schemars(transform = positive)]
-    pub time_step: Option<Located<f64>>,
+    pub time_step: Option<f64>,
     /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the shortest Hertz impact of spheres of the
     /// same volume at this speed (between flat faces an impact may last half as long).
     #[schemars(transform = positive)]
-    pub impact_speed: Option<Located<f64>>,
+    pub impact_speed: Option<f64>,
     /// By how much every surface is grown for contacts (m). Default 0.
-    #[serde(default = "nothing")]
+    #[serde(default)]
     #[schemars(transform = non_negative)]
-    pub enlargement: Located<f64>,
-}
-
-fn nothing() -> Located<f64> {
-    0.0.into()
+    pub enlargement: f64,
 }
 
 /// The fluid: its density, and exactly one of `viscosity`, `archimedes`, `galileo`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{ "required": ["viscosity"] }, { "required": ["archimedes"] }, { "required": ["galileo"] }]))]
 pub struct FluidSection {
     /// Density (kg/m^3).
     #[schemars(transform = positive)]
-    pub density: Located<f64>,
+    pub density: f64,
     /// Kinematic viscosity nu (m^2/s); water has 1e-6.
     #[schemars(transform = positive)]
-    pub viscosity: Option<Located<f64>>,
+    pub viscosity: Option<f64>,
     /// Archimedes number g |s - 1| D^3 / nu^2 (-) of the first kind of particle, density ratio s.
     #[schemars(transform = positive)]
-    pub archimedes: Option<Located<f64>>,
+    pub archimedes: Option<f64>,
     /// Galileo number (-), the square root of the Archimedes number.
     #[schemars(transform = positive)]
-    pub galileo: Option<Located<f64>>,
+    pub galileo: Option<f64>,
     /// Storage of the populations: "f32" or "f64", twice the memory. Default "f32".
     #[serde(default)]
     pub precision: Precision,
 }
 
 /// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{ "required": ["relaxation_time"] }, { "required": ["time_step"] }]))]
 pub struct LatticeSection {
     /// Cells per diameter of the first kind of particle (-), at least 2; 9 to 27 is usual.
     #[schemars(extend("minimum" = 2))]
-    pub cells_per_diameter: Located<f64>,
+    pub cells_per_diameter: f64,
     /// Relaxation time (time steps), above 0.5; 0.51 to 1 is usual, 0.55 a good start.
     #[schemars(extend("exclusiveMinimum" = 0.5))]
-    pub relaxation_time: Option<Located<f64>>,
+    pub relaxation_time: Option<f64>,
     /// Time step of the fluid (s); dx^2 / (60 nu) gives a relaxation time of 0.55.
     #[schemars(transform = positive)]
-    pub time_step: Option<Located<f64>>,
+    pub time_step: Option<f64>,
     /// Collision operator: "trt" with `magic_parameter`, or "bgk". Default "trt" with the coupling "saturated", "bgk" with
-    /// "paper".
+    /// "homogenised".
     pub collision: Option<CollisionKind>,
     /// Magic parameter of "trt" (-), above 0; 3/16 puts walls exactly half-way between cells, 1/8 particles where they are.
-    /// Default 1/8 with the coupling "saturated", 3/16 with "paper".
+    /// Default 1/8 with the coupling "saturated", 3/16 with "homogenised".
     #[schemars(transform = positive)]
-    pub magic_parameter: Option<Located<f64>>,
+    pub magic_parameter: Option<f64>,
     /// How particles and fluid are coupled: "saturated", partially saturated cells with exact volume fractions, whose drag
-    /// does not depend on the relaxation time, or "paper", the homogenised velocity of Marquardt et al. (2024). Default
+    /// does not depend on the relaxation time, or "homogenised", the homogenised velocity of Marquardt et al. (2024). Default
     /// "saturated".
     #[serde(default)]
     pub coupling: Coupling,
     /// Operator of "saturated" in solid cells: "sc1", "sc2" or "sc3". Default "sc3".
-    pub solid_operator: Option<Located<SolidOperator>>,
-    /// Width of the cosine ramp of the solid fraction of "paper" (cells). Default 0.5.
+    pub solid_operator: Option<SolidOperator>,
+    /// Width of the cosine ramp of the solid fraction of "homogenised" (cells). Default 0.5.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 2))]
-    pub solid_ramp_width: Option<Located<f64>>,
+    pub solid_ramp_width: Option<f64>,
 }
 
 /// Collision operator.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CollisionKind {
     /// Bhatnagar, Gross and Krook: one relaxation time.
@@ -178,7 +188,8 @@ pub enum CollisionKind {
 #[serde(rename_all = "snake_case")]
 pub enum Coupling {
     /// Homogenised velocity by the exact difference, as in Marquardt et al. (2024).
-    Paper,
+    #[serde(alias = "paper")]
+    Homogenised,
     /// Partially saturated cells with exact volume fractions.
     #[default]
     Saturated,
@@ -198,53 +209,63 @@ pub enum SolidOperator {
 }
 
 /// What drives the flow.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrivingSection {
     /// Gravity (m/s^2): `[x, y, z]`, or a number for the direction -z. Default 9.80665.
-    pub gravity: Located<Gravity>,
+    pub gravity: Gravity,
     /// Where the force that balances the submerged weight acts; closed directions have none, their walls bear the
     /// weight. Default "mixture".
-    pub force_balance: Option<Located<ForceBalance>>,
+    pub force_balance: Option<ForceBalance>,
     /// Removes the mean volume flux along periodic directions by a controller. Default: true along those in which no
     /// `body_acceleration` acts, but false in a box that is closed along gravity or has moving walls. `true` together with a
     /// `body_acceleration` along a periodic direction is refused.
-    pub zero_net_flux: Option<Located<bool>>,
+    pub zero_net_flux: Option<bool>,
     /// Uniform acceleration of the fluid besides all else (m/s^2). Default `[0, 0, 0]`.
-    pub body_acceleration: Located<[f64; 3]>,
+    pub body_acceleration: [f64; 3],
 }
 
 impl Default for DrivingSection {
     fn default() -> Self {
         Self {
-            gravity: Gravity::Downwards(9.80665).into(),
+            gravity: Gravity::Downwards(9.80665),
             force_balance: None,
             zero_net_flux: None,
-            body_acceleration: [0.0; 3].into(),
+            body_acceleration: [0.0; 3],
         }
     }
 }
 
-/// How long to run, and with how many threads.
+/// Gravity as a vector, or as a magnitude that points along -z.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Gravity {
+    /// Along -z (m/s^2).
+    Downwards(#[schemars(transform = non_negative)] f64),
+    /// Any direction (m/s^2).
+    Vector([f64; 3]),
+}
+
+/// How long to run, and with how many threads.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunSection {
     /// Length of the run.
-    pub end: Located<Duration>,
+    pub end: Duration,
     /// Averages are taken from here on. Default: one third of the run.
-    pub average_from: Option<Located<Duration>>,
+    pub average_from: Option<Duration>,
     /// Threads; 0 is one per core. Default 0. Results do not depend on it.
     #[serde(default)]
     pub threads: usize,
     /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
-    pub simd: Option<Located<Simd>>,
+    pub simd: Option<Simd>,
 }
 
 /// A length of time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Duration {
-    /// Seconds.
+    /// Seconds, e.g. `{ time = 0.5 }`.
     Time(#[schemars(transform = positive)] f64),
     /// Steps.
     Steps(u64),
@@ -253,27 +274,27 @@ pub enum Duration {
 }
 
 /// How often to write.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Every {
     /// Not at all.
     Never,
     /// Seconds.
     Time(#[schemars(transform = positive)] f64),
-    /// Steps.
+    /// Steps; "never" switches the output off.
     Steps(#[schemars(extend("minimum" = 1))] u64),
     /// Units of `t* = D / u_Stokes`.
     StokesTimes(#[schemars(transform = positive)] f64),
 }
 
 /// How often to write checkpoints.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CheckpointEvery {
     /// Only when the run is stopped or asked for one.
     Never,
-    /// Seconds of the time that the run takes.
-    WallTime(#[schemars(transform = positive)] f64),
+    /// Seconds of wall time.
+    WallTime(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e9))] f64),
     /// Seconds; and at the end.
     Time(#[schemars(transform = positive)] f64),
     /// Steps; and at the end.
@@ -283,48 +304,49 @@ pub enum CheckpointEvery {
 }
 
 /// What to write, when and where.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSection {
     /// Directory for all output, relative to where turbid is started. Default `out/<name of the case file>`.
-    pub directory: Option<Located<String>>,
+    pub directory: Option<String>,
     /// Rows of series.csv, which all means are taken from: cannot be "never". Default: 1000 over the run.
-    pub series_every: Option<Located<Every>>,
+    pub series_every: Option<Every>,
     /// Fields (.vti): velocity, pressure, solid fraction. Default: 5 over the run.
-    pub fields_every: Option<Located<Every>>,
+    pub fields_every: Option<Every>,
     /// Particles as points (.vtp): position, orientation, motion, forces, in double precision. Default: 50 over the run.
-    pub particles_every: Option<Located<Every>>,
+    pub particles_every: Option<Every>,
     /// Surfaces of all particles as triangles (.vtp), 11 kB per sphere. Default: as often as particles, but "never" where
     /// they have more than 100000 triangles: 312 spheres or 8333 cubes.
-    pub surfaces_every: Option<Located<Every>>,
+    pub surfaces_every: Option<Every>,
     /// Contacts (.vtp). Default: as often as particles.
-    pub contacts_every: Option<Located<Every>>,
+    pub contacts_every: Option<Every>,
     /// Pictures (.png). Default: 10 over the run.
-    pub picture_every: Option<Located<Every>>,
+    pub picture_every: Option<Every>,
     /// Plane of the slices in pictures. Default: through the middle of the box, parallel to gravity and if possible to x. In a
     /// dry run its normal is the line of sight.
-    pub picture_plane: Option<Located<PicturePlane>>,
+    pub picture_plane: Option<PicturePlane>,
     /// Speed at the upper end of the colours of all pictures (m/s), rounded up. Default: the largest of u*, the fastest wall,
     /// the fastest particle at the start and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in
     /// none of these, the fastest of the first picture.
-    pub picture_range: Option<Located<f64>>,
-    /// Checkpoints, from which `turbid resume` goes on; the last two are kept. Default `{ wall_time = 600 }`, with the engine
+    #[schemars(transform = positive)]
+    pub picture_range: Option<f64>,
+    /// Checkpoints, from which `turbid resume` continues; the last two are kept. Default `{ wall_time = 600 }`, with the engine
     /// LIGGGHTS "never".
-    pub checkpoint_every: Option<Located<CheckpointEvery>>,
+    pub checkpoint_every: Option<CheckpointEvery>,
 }
 
 /// The plane of a slice.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PicturePlane {
     /// The axis across which it lies: "x", "y" or "z".
     pub normal: Axis,
     /// Coordinate along that axis (m). Default: the middle of the box.
-    pub position: Option<Located<f64>>,
+    pub position: Option<f64>,
 }
 
 /// An axis of the box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
     /// The first.

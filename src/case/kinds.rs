@@ -1,12 +1,9 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
-use super::checks::{Alternative, at};
-use super::file::{Case, MeshSection, ParticleSection, ShapeSection};
+use super::checks::Document;
+use super::file::{Case, LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
 use super::files::Files;
-use super::forms::{LengthUnit, Sizes, Triple};
-use super::located::Located;
 use super::materials::Materials;
-use super::source::Source;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::{Quat, Vec3};
@@ -18,19 +15,13 @@ use crate::shape::{
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Units of length, and how many metres they are.
-const UNITS: [(&str, f64); 5] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("in", 0.0254)];
-
-/// Most sizes of one kind.
-const MAX_SIZES: u32 = 1000;
-
 /// One `[[particles]]` section.
 #[derive(Clone, Debug)]
 pub(super) struct Kind {
     /// Its first template; the others follow.
     pub(super) first: usize,
-    /// Share of the number of particles that each of its templates has (-); they add up to 1.
-    pub(super) shares: Vec<f64>,
+    /// Fraction of its particles that each of its templates has (-).
+    pub(super) fractions: Vec<f64>,
     /// From the body frame to the axes in which the case gives the shape.
     pub(super) rotation: Quat,
 }
@@ -38,7 +29,7 @@ pub(super) struct Kind {
 impl Kind {
     /// Its templates.
     pub(super) fn templates(&self) -> Range<usize> {
-        self.first..self.first + self.shares.len()
+        self.first..self.first + self.fractions.len()
     }
 
     /// Orientation of the body, from that of the shape as the case gives it.
@@ -60,272 +51,163 @@ pub(super) struct Kinds {
 }
 
 impl Kinds {
-    /// The section of each template.
-    pub(super) fn section_of_each(&self) -> Vec<usize> {
-        let of = |(section, kind): (usize, &Kind)| std::iter::repeat_n(section, kind.shares.len());
-        self.sections.iter().enumerate().flat_map(of).collect()
-    }
-
-    /// [`Kind::rotation`] of each template.
-    pub(super) fn frames(&self) -> Vec<Quat> {
-        let of = |kind: &Kind| std::iter::repeat_n(kind.rotation, kind.shares.len());
-        self.sections.iter().flat_map(of).collect()
-    }
-}
-
-/// A shape as the case writes it.
-struct Written {
-    shape: Arc<dyn Shape>,
-    rotation: Quat,
-}
-
-impl Written {
-    fn upright(shape: impl Shape + 'static) -> Self {
-        Self::shared(Arc::new(shape))
-    }
-
-    fn shared(shape: Arc<dyn Shape>) -> Self {
-        Self { shape, rotation: Quat::identity() }
-    }
-}
-
-/// Builds all kinds.
-pub(super) fn kinds(source: &Source, case: &Case, materials: &Materials, files: &Files) -> Result<Kinds> {
-    if case.particles.is_empty() {
-        let what = "the case has no [[particles]]".to_string();
-        let remedy =
-            "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
-        return Err(Error::Case {
-            key: "particles".to_string(),
-            text: format!("{}: {what}; {remedy}", source.path),
-            what,
-            remedy: remedy.to_string(),
-        });
-    }
-    let mut all = Kinds { sections: Vec::new(), templates: Vec::new(), diameter: 0.0 };
-    for (index, section) in case.particles.iter().enumerate() {
-        let kind = &section.value;
-        let key = format!("particles.{index}");
-        let builder = Builder { source, key: &key, section: kind, files };
-        let scale = builder.scale()?;
-        let written = builder.build(scale)?;
-        if index == 0 {
-            all.diameter = written.shape.equivalent_diameter();
+    /// Builds all kinds.
+    pub(super) fn new(
+        document: &Document,
+        case: &Case,
+        materials: &Materials,
+        files: &Files,
+    ) -> Result<Self> {
+        if case.particles.is_empty() {
+            let remedy = "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
+            return Err(document.error("particles", "the case has no `particles`", "", remedy));
         }
-        let material = materials.index(source, &format!("{key}.material"), kind.material.as_ref())?;
-        let sizes = builder.sizes()?;
-        let total: f64 = sizes.iter().map(|(_, share)| share).sum();
-        if !total.is_finite() {
-            return Err(source.error(
-                &section.span,
-                &format!("the shares of `{key}.sizes` are too large to be added up"),
-                "of these",
-                "shares need not add up to 1, but 1 is a good size",
-            ));
+        let mut all = Self { sections: Vec::new(), templates: Vec::new(), diameter: 0.0 };
+        for (index, section) in case.particles.iter().enumerate() {
+            let key = format!("particles.{index}");
+            let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));
+            let shapes = Shapes { document, shape: &section.shape, key: shape_key, files };
+            // Proportions become lengths.
+            let wanted = document.number(&format!("{}.equivalent_diameter", shapes.key));
+            let scale = match wanted {
+                Some(wanted) => wanted / shapes.build(1.0)?.0.equivalent_diameter(),
+                None => 1.0,
+            };
+            let (shape, rotation) = shapes.build(scale)?;
+            if index == 0 {
+                all.diameter = shape.equivalent_diameter();
+            }
+            let material =
+                materials.index(document, &format!("{key}.material"), section.material.as_ref())?;
+            let sizes = sizes(document, &format!("{key}.sizes"), section)?;
+            let total: f64 = sizes.iter().map(|(_, share)| share).sum();
+            if !total.is_finite() {
+                let title = format!("the shares of `{key}.sizes` are too large to be added up");
+                let remedy = "shares need not add up to 1, but 1 is a good size";
+                return Err(document.error(&key, &title, "of these", remedy));
+            }
+            let fractions = sizes.iter().map(|(_, share)| share / total).collect();
+            all.sections.push(Kind { first: all.templates.len(), fractions, rotation });
+            for (size, _) in sizes {
+                let (shape, _) = shapes.build(scale * size)?;
+                all.templates.push(Template { shape, density: section.density, material });
+            }
         }
-        all.sections.push(Kind {
-            first: all.templates.len(),
-            shares: sizes.iter().map(|(_, share)| share / total).collect(),
-            rotation: written.rotation,
-        });
-        for (size, _) in sizes {
-            all.templates.push(Template {
-                shape: builder.build(scale * size)?.shape,
-                density: kind.density.value,
-                material,
-            });
+        Ok(all)
+    }
+
+    /// A property of the section of each template.
+    pub(super) fn of_each<T: Clone>(&self, property: impl Fn(usize, &Kind) -> T) -> Vec<T> {
+        let sections = self.sections.iter().enumerate();
+        sections.flat_map(|(n, kind)| std::iter::repeat_n(property(n, kind), kind.fractions.len())).collect()
+    }
+}
+
+/// Factors on all lengths, and the share of the particles that has each.
+fn sizes(document: &Document, key: &str, section: &ParticleSection) -> Result<Vec<(f64, f64)>> {
+    match &section.sizes {
+        None => Ok(vec![(1.0, 1.0)]),
+        Some(Sizes::Shares(list)) if list.is_empty() => {
+            let remedy = "scales are factors on the lengths of the shape, e.g. 0.8";
+            Err(document.error(key, &format!("`{key}` is empty"), "no size", remedy))
+        }
+        Some(Sizes::Shares(list)) => Ok(list.iter().map(|size| (size.scale, size.share)).collect()),
+        Some(Sizes::Spread(spread)) => {
+            let [low, high] = spread.uniform;
+            if high < low {
+                let wanted = format!("a number of at least {low}");
+                let key = format!("{key}.uniform");
+                return Err(document.out_of_range(&key, high, &wanted, "the smallest factor comes first"));
+            }
+            let steps = spread.steps.unwrap_or(5);
+            let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
+            Ok((0..steps).map(|step| (middle(step), 1.0)).collect())
         }
     }
-    Ok(all)
-}
-
-fn vector(numbers: &Triple) -> Vec3 {
-    numbers.each_ref().map(|number| number.value).into()
 }
 
 /// Builds the shapes of one section.
-struct Builder<'a> {
-    source: &'a Source,
-    key: &'a str,
-    section: &'a ParticleSection,
+struct Shapes<'a> {
+    document: &'a Document<'a>,
+    shape: &'a ShapeSection,
+    /// `particles.0.shape.sphere`.
+    key: String,
     files: &'a Files<'a>,
 }
 
-impl Builder<'_> {
-    fn equivalent_diameter(&self) -> Option<&Located<f64>> {
-        match &self.section.shape.value {
-            ShapeSection::Sphere(_) => None,
-            ShapeSection::Cuboid(s) => s.equivalent_diameter.as_ref(),
-            ShapeSection::Cube(s) => s.equivalent_diameter.as_ref(),
-            ShapeSection::Ellipsoid(s) => s.equivalent_diameter.as_ref(),
-            ShapeSection::Cylinder(s) | ShapeSection::Capsule(s) => s.equivalent_diameter.as_ref(),
-            ShapeSection::Superellipsoid(s) => s.equivalent_diameter.as_ref(),
-            ShapeSection::Polyhedron(s) => s.equivalent_diameter.as_ref(),
-            ShapeSection::Mesh(s) => s.equivalent_diameter.as_ref(),
-        }
-    }
-
-    /// Factor on all lengths that gives the shape the volume asked for (-).
-    fn scale(&self) -> Result<f64> {
-        if let ShapeSection::Cube(cube) = &self.section.shape.value {
-            let choices: [(_, &dyn Alternative); 2] =
-                [("edge", &cube.edge), ("equivalent_diameter", &cube.equivalent_diameter)];
-            self.source.exactly_one(&self.shape_key(), &self.section.shape.span, &choices)?;
-        }
-        let Some(wanted) = self.equivalent_diameter() else {
-            return Ok(1.0);
-        };
-        Ok(wanted.value / self.build(1.0)?.shape.equivalent_diameter())
-    }
-
-    /// The shape with all lengths multiplied by `scale`.
-    fn build(&self, scale: f64) -> Result<Written> {
-        match &self.section.shape.value {
-            ShapeSection::Sphere(sphere) => {
-                Ok(Written::upright(Sphere { radius: 0.5 * scale * sphere.diameter.value }))
-            }
-            ShapeSection::Cuboid(cuboid) => self.made(Cuboid::new(scale * vector(&cuboid.edges))),
+impl Shapes<'_> {
+    /// The shape with all lengths multiplied by `scale`, and the rotation from the body frame to the axes of the case.
+    fn build(&self, scale: f64) -> Result<(Arc<dyn Shape>, Quat)> {
+        match self.shape {
+            ShapeSection::Sphere { diameter } => self.upright(Ok(Sphere { radius: 0.5 * scale * diameter })),
+            ShapeSection::Cuboid { edges, .. } => self.upright(Cuboid::new(scale * Vec3::from(*edges))),
             ShapeSection::Cube(cube) => {
-                let edge = cube.edge.as_ref().map_or(1.0, |edge| edge.value);
-                self.made(Cuboid::new(Vec3::repeat(scale * edge)))
+                self.upright(Cuboid::new(Vec3::repeat(scale * cube.edge.unwrap_or(1.0))))
             }
-            ShapeSection::Ellipsoid(ellipsoid) => {
-                self.made(Ellipsoid::new(0.5 * scale * vector(&ellipsoid.axes)))
+            ShapeSection::Ellipsoid { axes, .. } => {
+                self.upright(Ellipsoid::new(0.5 * scale * Vec3::from(*axes)))
             }
             ShapeSection::Cylinder(cylinder) => {
-                let (diameter, length) = (cylinder.diameter.value, cylinder.length.value);
-                self.made(Cylinder::new(0.5 * scale * diameter, scale * length))
+                self.upright(Cylinder::new(0.5 * scale * cylinder.diameter, scale * cylinder.length))
             }
             ShapeSection::Capsule(capsule) => {
-                let diameter = capsule.diameter.value;
-                let remedy = "`length` is that from tip to tip; for equal ones take a sphere";
-                let length = self.source.satisfies(
-                    &format!("{}.length", self.shape_key()),
-                    &capsule.length,
-                    |length| length > diameter,
-                    &format!("more than its diameter, {diameter}"),
-                    remedy,
-                )?;
-                self.made(Capsule::new(0.5 * scale * diameter, scale * (length - diameter)))
-            }
-            ShapeSection::Superellipsoid(superellipsoid) => {
-                let axes = vector(&superellipsoid.axes);
-                let exponents = superellipsoid.exponents.each_ref().map(|e| e.value);
-                self.made(Superellipsoid::new(0.5 * scale * axes, exponents))
-            }
-            ShapeSection::Polyhedron(given) => {
-                let points: Vec<Vec3> =
-                    (given.vertices.value.iter()).map(|&vertex| scale * Vec3::from(vertex)).collect();
-                let built = if given.hull {
-                    Polyhedron::hull(&points, polyhedron::COMPUTED)
-                } else {
-                    Polyhedron::from_corners(&points, polyhedron::COMPUTED)
-                };
-                let (shape, placement) = built.map_err(|e| self.bad(&given.vertices.span, &e))?;
-                Ok(Written { shape: Arc::new(shape), rotation: placement.rotation })
-            }
-            ShapeSection::Mesh(mesh) => {
-                let name = &mesh.file.value;
-                let unit = self.unit(mesh)?;
-                let path = self.files.path(name);
-                if let Some(shape) = self.files.shape(name) {
-                    // A body of the caller's own has one size.
-                    let factor = scale * unit * mesh.scale.value;
-                    let fixed = (factor - 1.0).abs() < 1e-12;
-                    let problem = format!("a shape of its own cannot be scaled, here by {factor}");
-                    let refused = || self.bad(&mesh.file.span, &ShapeError::Mesh { path, problem });
-                    return fixed.then(|| Written::shared(shape)).ok_or_else(refused);
+                let (diameter, length) = (capsule.diameter, capsule.length);
+                if length <= diameter {
+                    let wanted = format!("more than its diameter, {diameter}");
+                    let remedy = "`length` is that from tip to tip; for equal ones take a sphere";
+                    let key = format!("{}.length", self.key);
+                    return Err(self.document.out_of_range(&key, length, &wanted, remedy));
                 }
-                let (shape, placement) = (self.files.contents(name, input::MESH))
-                    .map_err(|e| format!("cannot be read: {e}"))
-                    .map_err(|problem| ShapeError::Mesh { path: path.clone(), problem })
-                    .and_then(|bytes| mesh::parse(&path, &bytes, scale * unit * mesh.scale.value, mesh.hull))
-                    .map_err(|e| self.bad(&mesh.file.span, &e))?;
-                Ok(Written { shape: Arc::new(shape), rotation: placement.rotation })
+                self.upright(Capsule::new(0.5 * scale * diameter, scale * (length - diameter)))
             }
+            ShapeSection::Superellipsoid { axes, exponents, .. } => {
+                self.upright(Superellipsoid::new(0.5 * scale * Vec3::from(*axes), *exponents))
+            }
+            ShapeSection::Polyhedron { vertices, hull, .. } => {
+                let points: Vec<Vec3> = vertices.iter().map(|&vertex| scale * Vec3::from(vertex)).collect();
+                let build = if *hull { Polyhedron::hull } else { Polyhedron::from_corners };
+                let built = build(&points, polyhedron::COMPUTED);
+                let (shape, placement) = built.map_err(|e| self.bad(".vertices", &e))?;
+                Ok((Arc::new(shape), placement.rotation))
+            }
+            ShapeSection::Mesh(mesh) => self.mesh(mesh, scale),
         }
     }
 
-    /// Metres in the unit of a mesh file.
-    fn unit(&self, section: &MeshSection) -> Result<f64> {
-        let Some(unit) = &section.unit else {
-            return Ok(1.0);
+    fn mesh(&self, section: &MeshSection, scale: f64) -> Result<(Arc<dyn Shape>, Quat)> {
+        let unit = match section.unit {
+            None | Some(LengthUnit::Named(NamedUnit::M)) => 1.0,
+            Some(LengthUnit::Named(NamedUnit::Cm)) => 1e-2,
+            Some(LengthUnit::Named(NamedUnit::Mm)) => 1e-3,
+            Some(LengthUnit::Named(NamedUnit::Um)) => 1e-6,
+            Some(LengthUnit::Named(NamedUnit::In)) => 0.0254,
+            Some(LengthUnit::Metres(metres)) => metres,
         };
-        let key = format!("{}.unit", self.shape_key());
-        let known: Vec<&str> = UNITS.iter().map(|(name, _)| *name).collect();
-        let remedy = format!("known units: {}; or a number of metres", known.join(", "));
-        match &unit.value {
-            LengthUnit::Metres(metres) => self.source.positive(&key, &at(&unit.span, *metres), &remedy),
-            LengthUnit::Name(name) => {
-                let metres = UNITS.iter().find(|(known, _)| known == name);
-                metres.map(|(_, metres)| *metres).ok_or_else(|| {
-                    let value = format!("\"{name}\"");
-                    self.source.out_of_range(&key, &unit.span, &value, "a unit of length", &remedy)
-                })
-            }
+        let (factor, path) = (scale * unit * section.scale, self.files.path(&section.file));
+        let bad = |e: ShapeError| self.bad(".file", &e);
+        if let Some(shape) = self.files.shape(&section.file) {
+            // A body of the caller's own has one size.
+            let problem = format!("a shape of its own cannot be scaled, here by {factor}");
+            let refused = || bad(ShapeError::Mesh { path, problem });
+            return ((factor - 1.0).abs() < 1e-12).then(|| (shape, Quat::identity())).ok_or_else(refused);
         }
+        let (shape, placement) = (self.files.contents(&section.file, input::MESH))
+            .map_err(|e| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {e}") })
+            .and_then(|bytes| mesh::parse(&path, &bytes, factor, section.hull))
+            .map_err(bad)?;
+        Ok((Arc::new(shape), placement.rotation))
     }
 
-    fn made(&self, shape: std::result::Result<impl Shape + 'static, ShapeError>) -> Result<Written> {
-        shape.map(Written::upright).map_err(|e| self.bad(&self.section.shape.span, &e))
+    fn upright<S: Shape + 'static>(
+        &self,
+        shape: std::result::Result<S, ShapeError>,
+    ) -> Result<(Arc<dyn Shape>, Quat)> {
+        shape.map(|shape| (Arc::new(shape) as _, Quat::identity())).map_err(|e| self.bad("", &e))
     }
 
-    /// What the shape says is wrong with it, at its place in the case.
-    fn bad(&self, span: &Range<usize>, error: &ShapeError) -> Error {
-        let title = format!("`{}`: {error}", self.shape_key());
-        self.source.error(span, &title, "no body can be made of this", "")
-    }
-
-    fn shape_key(&self) -> String {
-        format!("{}.shape.{}", self.key, self.section.shape.value.name())
-    }
-
-    /// Factors on all lengths, and their shares.
-    fn sizes(&self) -> Result<Vec<(f64, f64)>> {
-        let Some(sizes) = &self.section.sizes else {
-            return Ok(vec![(1.0, 1.0)]);
-        };
-        let source = self.source;
-        let key = format!("{}.sizes", self.key);
-        let remedy = "scales are factors on the lengths of the shape, e.g. 0.8";
-        match &sizes.value {
-            Sizes::Shares(list) if list.is_empty() => {
-                Err(source.error(&sizes.span, &format!("`{key}` is empty"), "no size", remedy))
-            }
-            Sizes::Shares(list) => list
-                .iter()
-                .map(|entry| {
-                    let scale = source.positive(&format!("{key}.scale"), &entry.value.scale, remedy)?;
-                    let share = source.positive(
-                        &format!("{key}.share"),
-                        &entry.value.share,
-                        "e.g. 0.5 for a half",
-                    )?;
-                    Ok((scale, share))
-                })
-                .collect(),
-            Sizes::Spread(spread) => {
-                let [from, to] = &spread.uniform;
-                let key = format!("{key}.uniform");
-                let low = source.positive(&key, from, remedy)?;
-                let high = source.satisfies(
-                    &key,
-                    to,
-                    |x| x >= low,
-                    &format!("a number of at least {low}"),
-                    "the smallest factor comes first",
-                )?;
-                let steps = match &spread.steps {
-                    Some(steps) => {
-                        let key = format!("{}.sizes.steps", self.key);
-                        let wanted = format!("from 1 to {MAX_SIZES}");
-                        source.whole(&key, steps, 1..=MAX_SIZES, &wanted, "5 is usual")?
-                    }
-                    None => 5,
-                };
-                let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
-                Ok((0..steps).map(|step| (middle(step), 1.0)).collect())
-            }
-        }
+    /// What the shape says is wrong with it, at one of its keys (`.file`) or all of it.
+    fn bad(&self, key: &str, error: &ShapeError) -> Error {
+        let title = format!("`{}`: {error}", self.key);
+        self.document.error(&format!("{}{key}", self.key), &title, "no body can be made of this", "")
     }
 }

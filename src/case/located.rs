@@ -1,16 +1,16 @@
-//! Values that know where in the case file they stand.
+//! Values with their position in the file that they were read from.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// A value and its place (bytes) in the text it was read from; an empty place is a default.
-#[derive(Clone, Debug, PartialEq)]
+/// A value and its position (bytes) in the text; an empty range is a default.
+#[derive(Clone, Debug)]
 pub struct Located<T> {
     /// The value.
     pub value: T,
-    /// Where it stands.
+    /// Its position.
     pub span: Range<usize>,
 }
 
@@ -20,22 +20,10 @@ impl<T> From<T> for Located<T> {
     }
 }
 
-impl<T: Default> Default for Located<T> {
-    fn default() -> Self {
-        T::default().into()
-    }
-}
-
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Located<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let spanned = toml::Spanned::<T>::deserialize(deserializer)?;
         Ok(Self { span: spanned.span(), value: spanned.into_inner() })
-    }
-}
-
-impl<T: Serialize> Serialize for Located<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.value.serialize(serializer)
     }
 }
 

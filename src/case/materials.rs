@@ -1,11 +1,10 @@
 //! Materials by name, and the contact model.
 
+use super::checks::Document;
 use super::file::{Case, GeometryKind};
-use super::located::Located;
-use super::source::{Source, nearest};
+use super::source::nearest;
 use crate::contact::{ContactModel, Geometry, Material, PairParams};
 use crate::error::Result;
-use std::ops::Range;
 
 /// Name of the material of `[contact]`.
 const DEFAULT: &str = "default";
@@ -17,114 +16,103 @@ pub(super) struct Materials {
     elasticity: Vec<Material>,
 }
 
-/// The law has no place for a kinetic coefficient above the static one; a static one of 0 is smooth altogether.
-fn friction_order(source: &Source, key: &str, span: &Range<usize>, pair: &PairParams) -> Result<()> {
+/// The law cannot have a kinetic coefficient above the static one, unless that is 0 and the pair frictionless.
+fn friction_order(document: &Document, section: &str, pair: &PairParams) -> Result<()> {
     let (kinetic, most) = (pair.friction_kinetic, pair.friction_static);
     if most > 0.0 && kinetic > most {
-        let key = format!("{key}.friction_kinetic");
         let wanted = format!("at most the static coefficient, {most}");
-        let remedy = "sliding resists less than sticking; a pair takes what it does not give from [contact]";
-        return Err(source.out_of_range(&key, span, &kinetic.to_string(), &wanted, remedy));
+        let remedy = "sliding resists less than sticking; a pair takes from [contact] what it does not give";
+        let key = format!("{section}.friction_kinetic");
+        return Err(document.out_of_range(&key, kinetic, &wanted, remedy));
     }
     Ok(())
 }
 
-fn or(given: Option<&Located<f64>>, usual: f64) -> f64 {
-    given.map_or(usual, |number| number.value)
-}
-
 impl Materials {
     /// That of `[contact]` first, then those listed.
-    pub(super) fn new(source: &Source, case: &Case) -> Result<Self> {
+    pub(super) fn new(document: &Document, case: &Case) -> Result<Self> {
         let usual = Material {
-            youngs_modulus: case.contact.youngs_modulus.value,
-            poisson_ratio: case.contact.poisson_ratio.value,
+            youngs_modulus: case.contact.youngs_modulus,
+            poisson_ratio: case.contact.poisson_ratio,
         };
         let mut all = Self { names: vec![DEFAULT.to_string()], elasticity: vec![usual] };
         for (index, section) in case.materials.iter().enumerate() {
-            let (key, section) = (format!("materials.{index}"), &section.value);
-            let name = section.name.value.trim();
+            let name = section.name.trim();
             if name.is_empty() || all.names.iter().any(|known| known == name) {
-                let why = if name == DEFAULT {
-                    "the name of the material of [contact]"
-                } else {
-                    "empty or given twice"
+                let key = format!("materials.{index}.name");
+                let why = match name {
+                    DEFAULT => "the name of the material of [contact]",
+                    _ => "empty or given twice",
                 };
-                let title = format!("`{key}.name` is \"{name}\", which is {why}");
+                let title = format!("`{key}` is \"{name}\", which is {why}");
                 let remedy = "every material needs a name of its own";
-                return Err(source.error(&section.name.span, &title, "not a new name", remedy));
+                return Err(document.error(&key, &title, "not a new name", remedy));
             }
             all.elasticity.push(Material {
-                youngs_modulus: or(section.youngs_modulus.as_ref(), usual.youngs_modulus),
-                poisson_ratio: or(section.poisson_ratio.as_ref(), usual.poisson_ratio),
+                youngs_modulus: section.youngs_modulus.unwrap_or(usual.youngs_modulus),
+                poisson_ratio: section.poisson_ratio.unwrap_or(usual.poisson_ratio),
             });
             all.names.push(name.to_string());
         }
         Ok(all)
     }
 
-    /// Index of a material by its name; without one that of `[contact]`.
-    pub(super) fn index(&self, source: &Source, key: &str, name: Option<&Located<String>>) -> Result<usize> {
+    /// Index of the material that a key names; without a name that of `[contact]`.
+    pub(super) fn index(&self, document: &Document, key: &str, name: Option<&String>) -> Result<usize> {
         let Some(name) = name else {
             return Ok(0);
         };
-        if let Some(index) = self.names.iter().position(|known| *known == name.value) {
-            return Ok(index);
-        }
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let known = names.join(", ");
-        let remedy = match nearest(&name.value, &names) {
-            Some(near) => format!("did you mean \"{near}\"? materials here: {known}"),
-            None => format!("materials here: {known}; add a section [[materials]]"),
-        };
-        let title = format!("`{key}` is \"{}\", but there is no such material", name.value);
-        Err(source.error(&name.span, &title, "unknown material", &remedy))
+        (names.iter().position(|known| known == name)).ok_or_else(|| {
+            let known = names.join(", ");
+            let remedy = match nearest(name, &names) {
+                Some(near) => format!("did you mean \"{near}\"? materials here: {known}"),
+                None => format!("materials here: {known}; add a section [[materials]]"),
+            };
+            let title = format!("`{key}` is \"{name}\", but there is no such material");
+            document.error(key, &title, "unknown material", &remedy)
+        })
     }
 
     /// The contact model in SI units, if contacts are on; surfaces are grown by `enlargement` (m).
     pub(super) fn contact(
         &self,
-        source: &Source,
+        document: &Document,
         case: &Case,
         enlargement: f64,
     ) -> Result<Option<ContactModel>> {
         let contact = &case.contact;
-        let samples = &contact.samples;
-        source.whole("contact.samples", samples, 2..=64, "from 2 to 64", "8 is usual")?;
         let usual = PairParams {
-            restitution: contact.restitution.value,
-            friction_static: contact.friction_static.value,
-            friction_kinetic: contact.friction_kinetic.value,
-            transition_velocity: contact.transition_velocity.value,
+            restitution: contact.restitution,
+            friction_static: contact.friction_static,
+            friction_kinetic: contact.friction_kinetic,
+            transition_velocity: contact.transition_velocity,
         };
-        friction_order(source, "contact", &contact.friction_kinetic.span, &usual)?;
+        friction_order(document, "contact", &usual)?;
         let n = self.names.len();
         let mut pairs = vec![usual; n * n];
         let mut given: Vec<(usize, usize)> = Vec::new();
-        for (index, section) in contact.pairs.iter().enumerate() {
+        for (index, pair) in contact.pairs.iter().enumerate() {
             let key = format!("contact.pairs.{index}");
-            let [first, second] = &section.value.materials;
-            let name = format!("{key}.materials");
-            let a = self.index(source, &name, Some(first))?;
-            let b = self.index(source, &name, Some(second))?;
+            let material =
+                |i: usize| self.index(document, &format!("{key}.materials.{i}"), Some(&pair.materials[i]));
+            let (a, b) = (material(0)?, material(1)?);
             let both = (a.min(b), a.max(b));
             if let Some(earlier) = given.iter().position(|pair| *pair == both) {
-                let places = [(&contact.pairs[earlier].span, "given here"), (&section.span, "and here")];
-                let title =
-                    format!("the pair of \"{}\" and \"{}\" is given twice", first.value, second.value);
-                return Err(source.error_at(&places, &title, "remove one of them"));
+                let [first, second] = &pair.materials;
+                let earlier = format!("contact.pairs.{earlier}");
+                let places = [(&*earlier, "given here"), (&*key, "and here")];
+                let title = format!("the pair of \"{first}\" and \"{second}\" is given twice");
+                return Err(document.error_at(&places, &title, "remove one of them"));
             }
             given.push(both);
-            let pair = &section.value;
-            let kinetic = pair.friction_kinetic.as_ref();
             let special = PairParams {
-                restitution: or(pair.restitution.as_ref(), usual.restitution),
-                friction_static: or(pair.friction_static.as_ref(), usual.friction_static),
-                friction_kinetic: or(kinetic, usual.friction_kinetic),
-                transition_velocity: or(pair.transition_velocity.as_ref(), usual.transition_velocity),
+                restitution: pair.restitution.unwrap_or(usual.restitution),
+                friction_static: pair.friction_static.unwrap_or(usual.friction_static),
+                friction_kinetic: pair.friction_kinetic.unwrap_or(usual.friction_kinetic),
+                transition_velocity: pair.transition_velocity.unwrap_or(usual.transition_velocity),
             };
-            let span = kinetic.map_or(&section.span, |n| &n.span);
-            friction_order(source, &key, span, &special)?;
+            friction_order(document, &key, &special)?;
             pairs[a * n + b] = special;
             pairs[b * n + a] = special;
         }
@@ -132,11 +120,11 @@ impl Materials {
             materials: self.elasticity.clone(),
             pairs,
             enlargement,
-            geometry: match contact.geometry.value {
+            geometry: match contact.geometry {
                 GeometryKind::Exact => Geometry::Exact,
-                GeometryKind::Sampled => Geometry::Sampled { samples: samples.value },
+                GeometryKind::Sampled => Geometry::Sampled { samples: contact.samples },
             },
-            law: contact.law.value,
+            law: contact.law,
             damping: contact.damping,
         }))
     }
@@ -144,8 +132,8 @@ impl Materials {
     /// The stiffest of all: its `E / (1 - nu^2)` is largest.
     pub(super) fn stiffest(&self) -> &Material {
         let stiffness = |m: &Material| m.youngs_modulus / (1.0 - m.poisson_ratio * m.poisson_ratio);
-        self.elasticity
-            .iter()
+        let materials = self.elasticity.iter();
+        materials
             .max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
             .expect("there is always that of [contact]")
     }

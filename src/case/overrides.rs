@@ -2,46 +2,77 @@
 
 use super::source::{GivenOption, Source};
 use crate::error::{Error, Result};
+use serde_json::{Map, Value as Json};
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Keys that replace each other: setting one by an option removes the others.
-const ALTERNATIVES: [&[&str]; 8] = [
-    &["viscosity", "archimedes", "galileo"],
-    &["relaxation_time", "time_step", "impact_speed"],
-    &["volume_fraction", "count", "file", "list"],
-    &["time", "steps", "stokes_times"],
-    &["sphere", "cuboid", "cube", "ellipsoid", "cylinder", "capsule", "superellipsoid", "polyhedron", "mesh"],
-    &["diameters"],
-    &["edge", "equivalent_diameter"],
-    &["plane", "pipe", "rod"],
-];
-
-/// One key of each of the alternatives that make up a table of their own.
-const CHOICES: [&str; 3] = ["steps", "sphere", "diameters"];
-
-fn alternatives(key: &str) -> &'static [&'static str] {
-    ALTERNATIVES.iter().find(|group| group.contains(&key)).copied().unwrap_or_default()
+pub(super) struct Alternatives {
+    /// Each group, and whether one of it makes up a table of its own, such as `{ steps = 100 }`.
+    groups: Vec<(Vec<String>, bool)>,
 }
 
-/// Removes what a key that an option sets stands in place of.
-fn make_way(key: &str, table: &mut DeTable<'_>) {
-    for other in alternatives(key) {
-        table.remove(*other);
+impl Alternatives {
+    /// Those of a schema: whatever stands in an `oneOf` or `anyOf` by a single key.
+    pub(super) fn of(schema: &Json) -> Self {
+        let mut all = Self { groups: Vec::new() };
+        all.collect(schema, schema);
+        all
     }
-    if ["file", "list"].contains(&key) {
-        table.remove("sizes");
-        table.remove("seed");
-        table.remove("minimum_gap");
-    }
-}
 
-/// Whether a table holds the one alternative of a choice, such as `{ steps = 100 }`.
-fn is_choice(table: &DeTable<'_>) -> bool {
-    let of_choice = |key: &str| CHOICES.iter().any(|choice| alternatives(key).contains(choice));
-    table.len() == 1 && table.keys().all(|key| of_choice(key.get_ref()))
+    fn collect(&mut self, root: &Json, schema: &Json) {
+        match schema {
+            Json::Array(list) => list.iter().for_each(|schema| self.collect(root, schema)),
+            Json::Object(object) => {
+                for forms in ["oneOf", "anyOf"].iter().filter_map(|name| object.get(*name)?.as_array()) {
+                    let forms = forms.iter().map(|form| {
+                        let name = form["$ref"].as_str().unwrap_or_default();
+                        root.pointer(name.trim_start_matches('#'))
+                            .filter(|_| !name.is_empty())
+                            .unwrap_or(form)
+                    });
+                    let (mut group, mut whole) = (Vec::new(), true);
+                    for form in forms {
+                        let keys = form["properties"].as_object().map(Map::len);
+                        if let (Some([key]), None | Some(1)) =
+                            (form["required"].as_array().map(|k| &k[..]), keys)
+                        {
+                            group.extend(key.as_str().map(str::to_string));
+                            whole &= keys.is_some();
+                        }
+                    }
+                    self.groups.push((group, whole));
+                }
+                let inner = object.iter().filter(|(name, _)| *name != "not");
+                inner.for_each(|(_, schema)| self.collect(root, schema));
+            }
+            _ => {}
+        }
+    }
+
+    fn with<'a>(&'a self, key: &str) -> impl Iterator<Item = &'a (Vec<String>, bool)> {
+        self.groups.iter().filter(move |(group, _)| group.iter().any(|other| other == key))
+    }
+
+    /// Removes what a key that an option sets replaces.
+    fn make_way(&self, key: &str, table: &mut DeTable<'_>) {
+        for other in self.with(key).flat_map(|(group, _)| group) {
+            table.remove(other.as_str());
+        }
+        if ["file", "list"].contains(&key) {
+            for of_random in ["sizes", "seed", "minimum_gap"] {
+                table.remove(of_random);
+            }
+        }
+    }
+
+    /// True for a table that consists of one alternative.
+    fn is_choice(&self, table: &DeTable<'_>) -> bool {
+        let of_choice = |key: &str| self.with(key).any(|(_, whole)| *whole);
+        table.len() == 1 && table.keys().all(|key| of_choice(key.get_ref()))
+    }
 }
 
 /// Keys of a path with their places in it.
@@ -90,7 +121,12 @@ fn plain_keys(path: &str) -> Keys {
 
 impl Source {
     /// Applies one option to the document.
-    pub(super) fn apply<'a>(&'a self, given: &'a GivenOption, document: &mut DeTable<'a>) -> Result<()> {
+    pub(super) fn apply<'a>(
+        &'a self,
+        given: &'a GivenOption,
+        document: &mut DeTable<'a>,
+        alternatives: &Alternatives,
+    ) -> Result<()> {
         let option = &given.span;
         let text = &self.text[option.clone()];
         let Some(length) = given.key else {
@@ -111,7 +147,7 @@ impl Source {
             let span = option.start + at.start..option.start + at.end;
             keys.push(Spanned::new(span, Cow::Owned(key)));
         }
-        self.place(document, &keys, value)
+        self.place(document, &keys, value, alternatives)
     }
 
     /// The value of an option; a bare word is a string, since shells eat quotes.
@@ -135,70 +171,56 @@ impl Source {
         table: &mut DeTable<'a>,
         keys: &[Spanned<Cow<'a, str>>],
         value: Spanned<DeValue<'a>>,
+        alternatives: &Alternatives,
     ) -> Result<()> {
         let (key, rest) = keys.split_first().expect("an option has at least one key");
+        let name = key.get_ref().as_ref();
         // Another choice replaces the old one even if it is misspelt: the message is then about the misspelling.
-        if is_choice(table) && !table.contains_key(key.get_ref().as_ref()) {
+        if alternatives.is_choice(table) && !table.contains_key(name) {
             table.clear();
         }
         let Some(next) = rest.first() else {
-            make_way(key.get_ref(), table);
-            // Removed first, because an old entry would keep its old place.
-            table.remove(key.get_ref().as_ref());
+            alternatives.make_way(name, table);
+            // Removed first, because an old entry would keep its position.
+            table.remove(name);
             table.insert(key.clone(), value);
             return Ok(());
         };
-        if !table.contains_key(key.get_ref().as_ref()) {
+        if !table.contains_key(name) {
             table.insert(key.clone(), Spanned::new(key.span(), DeValue::Table(DeTable::new())));
         }
-        let slot = table.get_mut(key.get_ref().as_ref()).expect("inserted above");
-        let kind = slot.get_ref().type_str();
-        let replaceable = !alternatives(next.get_ref()).is_empty();
-        if slot.get_ref().as_table().is_some_and(is_choice) {
+        let slot = table.get_mut(name).expect("inserted above");
+        if slot.get_ref().as_table().is_some_and(|table| alternatives.is_choice(table)) {
             // What is wrong with the choice from now on is the option's doing.
             let table = std::mem::replace(slot.get_mut(), DeValue::Boolean(false));
             *slot = Spanned::new(key.span().start..value.span().end, table);
         }
-        match slot.get_mut() {
-            DeValue::Table(inner) => self.place(inner, rest, value),
-            _ if replaceable => {
-                *slot = Spanned::new(key.span(), DeValue::Table(DeTable::new()));
-                self.place_again(slot, rest, value)
-            }
-            DeValue::Array(items) => {
-                let count = items.len();
-                let item = next.get_ref().parse().ok().and_then(|i: usize| items.get_mut(i));
-                match (item, rest.len()) {
-                    (Some(item), 1) => {
-                        *item = value;
-                        Ok(())
-                    }
-                    (Some(item), _) => self.place_again(item, &rest[1..], value),
-                    (None, _) => Err(self.no_such_place(
-                        next,
-                        &format!(
-                            "`{}` is an array of {count}: after it comes a number from 0 to {}",
-                            key.get_ref(),
-                            count.saturating_sub(1)
-                        ),
-                    )),
-                }
-            }
-            _ => Err(self.no_such_place(next, &format!("`{}` is a {kind} and holds no keys", key.get_ref()))),
+        if !slot.get_ref().is_table() && alternatives.with(next.get_ref()).next().is_some() {
+            *slot = Spanned::new(key.span(), DeValue::Table(DeTable::new()));
         }
-    }
-
-    fn place_again<'a>(
-        &self,
-        slot: &mut Spanned<DeValue<'a>>,
-        keys: &[Spanned<Cow<'a, str>>],
-        value: Spanned<DeValue<'a>>,
-    ) -> Result<()> {
         let kind = slot.get_ref().type_str();
-        match slot.get_mut() {
-            DeValue::Table(table) => self.place(table, keys, value),
-            _ => Err(self.no_such_place(&keys[0], &format!("this element is a {kind} and holds no keys"))),
+        let DeValue::Array(items) = slot.get_mut() else {
+            let DeValue::Table(inner) = slot.get_mut() else {
+                return Err(self.no_such_place(next, &format!("`{name}` is a {kind} and holds no keys")));
+            };
+            return self.place(inner, rest, value, alternatives);
+        };
+        let count = items.len();
+        let Some(item) = next.get_ref().parse().ok().and_then(|i: usize| items.get_mut(i)) else {
+            let last = count.saturating_sub(1);
+            let why = format!("`{name}` is an array of {count}: after it comes a number from 0 to {last}");
+            return Err(self.no_such_place(next, &why));
+        };
+        let kind = item.get_ref().type_str();
+        match (rest.len(), item.get_mut()) {
+            (1, _) => *item = value,
+            (_, DeValue::Table(table)) => return self.place(table, &rest[1..], value, alternatives),
+            _ => {
+                let why = format!("this element is a {kind} and holds no keys");
+                return Err(self.no_such_place(&rest[1], &why));
+            }
         }
+        Ok(())
     }
 
     fn no_such_place(&self, key: &Spanned<Cow<'_, str>>, why: &str) -> Error {
@@ -210,6 +232,8 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::file::Case;
+    use crate::case::schema;
 
     const TEXT: &str = "# kept only without options\n[fluid]\narchimedes = 10\nname = \"x\"\n\n[[particles]]\n\
                         count = 3\nseed = 2\n\n[run]\nend = { steps = 5 }\n";
@@ -217,7 +241,10 @@ mod tests {
     fn effective(options: &[&str]) -> String {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
         let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
-        source.effective_text(source.document().unwrap()).unwrap()
+        let mut tree = DeTable::parse(TEXT).unwrap();
+        let alternatives = Alternatives::of(&schema::of::<Case>());
+        source.options.iter().for_each(|option| source.apply(option, tree.get_mut(), &alternatives).unwrap());
+        source.effective(tree).unwrap().1
     }
 
     #[test]

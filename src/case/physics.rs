@@ -1,15 +1,12 @@
 //! Gravity, viscosity, time step and collision of a case.
 
 use super::FluidSetup;
-use super::checks::{Alternative, at};
+use super::checks::Document;
 use super::file::{
-    Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection, SolidOperator,
+    Case, CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection, SolidOperator,
 };
-use super::forms::Gravity;
 use super::kinds::Kinds;
-use super::located::Located;
 use super::scales::Reference;
-use super::source::Source;
 use super::walls::PlacedWall;
 use crate::coupling::Fraction;
 use crate::domain::Domain;
@@ -19,41 +16,42 @@ use crate::math::Vec3;
 use crate::units::Units;
 use crate::wall::Motion;
 
+/// Magic parameter with which the drag of partially saturated cells depends least on the relaxation time and the resolution
+/// (validation/drag).
+const SATURATED_MAGIC: f64 = 0.125;
+
 /// Gravity as a vector (m/s^2).
-pub(super) fn gravity(source: &Source, case: &Case) -> Result<Vec3> {
-    let gravity = &case.driving.gravity;
-    let vector = match gravity.value {
-        Gravity::Downwards(g) => {
-            let remedy = "a number is the magnitude and points along -z; give [x, y, z] for other directions";
-            let wanted = "a finite number of at least 0";
-            source.satisfies("driving.gravity", &at(&gravity.span, g), |g| g >= 0.0, wanted, remedy)?;
-            [0.0, 0.0, -g]
-        }
-        Gravity::Vector(vector) => source.finite("driving.gravity", &gravity.span, vector)?,
-    };
-    Ok(vector.into())
+pub(super) fn gravity(case: &Case) -> Vec3 {
+    match case.driving.gravity {
+        Gravity::Downwards(g) => Vec3::new(0.0, 0.0, -g),
+        Gravity::Vector(vector) => vector.into(),
+    }
 }
 
 /// The time step (s) and the fluid.
 pub(super) fn fluid(
-    source: &Source,
-    case: &Case,
-    (section, lattice): (&Located<FluidSection>, &Located<LatticeSection>),
+    document: &Document,
+    driving: &DrivingSection,
+    (section, lattice): (&FluidSection, &LatticeSection),
     kinds: &Kinds,
     domain: &Domain,
     walls: &[PlacedWall],
     gravity: Vec3,
 ) -> Result<(f64, FluidSetup)> {
-    let (density, diameter) = (section.value.density.value, kinds.diameter);
+    let (density, diameter, dx) = (section.density, kinds.diameter, domain.dx);
     let reference =
         Reference { diameter, density_ratio: kinds.templates[0].density / density, gravity: gravity.norm() };
-    let viscosity = viscosity(source, section, &reference)?;
-    let (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
-    let collision = collision(source, &lattice.value)?;
-    let (solids, fraction) = solids(source, &lattice.value)?;
+    let viscosity = viscosity(document, section, &reference)?;
+    let (units, relaxation_time) = match (lattice.relaxation_time, lattice.time_step) {
+        (Some(tau), _) => (Units::from_relaxation_time(dx, tau, viscosity, density), tau),
+        (None, dt) => {
+            let units = Units { dx, dt: dt.expect("the schema asks for one of them"), density };
+            (units, units.relaxation_time(viscosity))
+        }
+    };
+    let (collision, solids, fraction) = collision(document, lattice)?;
     let (body_acceleration, zero_net_flux) =
-        driven(source, &case.driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
-    let force_balance = case.driving.force_balance.as_ref();
+        driven(document, driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
     let scales = reference.scales(viscosity);
     let fluid = FluidSetup {
         density,
@@ -62,7 +60,7 @@ pub(super) fn fluid(
         collision,
         solids,
         fraction,
-        force_balance: force_balance.map_or_else(Default::default, |b| b.value),
+        force_balance: driving.force_balance.unwrap_or_default(),
         zero_net_flux,
         control_rate: (scales.stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter)),
         body_acceleration,
@@ -71,151 +69,95 @@ pub(super) fn fluid(
     Ok((units.dt, fluid))
 }
 
-/// Whether nothing but the controller keeps the fluid from falling or rising, and nothing drags it along.
+/// True if nothing but the controller keeps the fluid from falling or rising, and no wall drags it along.
 fn flux_is_known_to_vanish(domain: &Domain, walls: &[PlacedWall], gravity: Vec3) -> bool {
     let closed = (0..3).any(|i| !domain.periodic[i] && gravity[i] != 0.0);
     let still = Vec3::zeros();
     let moves = |motion: &Motion| motion.velocity != still || motion.angular_velocity != still;
-    let moving = walls.iter().any(|placed| moves(&placed.wall.motion));
-    !closed && !moving
+    !closed && !walls.iter().any(|placed| moves(&placed.wall.motion))
 }
 
 /// Body acceleration (m/s^2), and the directions in which the net flux is controlled: periodic ones along which no body
 /// acceleration drives a flow, if the case asks for it, or by default if the flux is known to `vanish`.
 fn driven(
-    source: &Source,
+    document: &Document,
     driving: &DrivingSection,
     periodic: [bool; 3],
     vanishes: impl Fn() -> bool,
 ) -> Result<(Vec3, [bool; 3])> {
-    let acceleration = &driving.body_acceleration;
-    let (key, span) = ("driving.body_acceleration", &acceleration.span);
-    let vector = source.finite(key, span, acceleration.value)?;
+    let (key, flux) = ("driving.body_acceleration", "driving.zero_net_flux");
+    let vector = driving.body_acceleration;
     let drives = |i: usize| periodic[i] && vector[i] != 0.0;
-    let wanted = match &driving.zero_net_flux {
-        Some(Located { value: true, span: flux }) if (0..3).any(drives) => {
-            let axis = ["x", "y", "z"][(0..3).find(|&i| drives(i)).unwrap_or_default()];
-            return Err(source.error_at(
-                &[
-                    (flux, "removes the flow"),
-                    (span, &format!("drives a flow along {axis}")),
-                ],
-                &format!(
-                    "`driving.zero_net_flux` = true takes away the flow that `{key}` drives along {axis}"
-                ),
-                "leave `zero_net_flux` out: the net flux is then controlled only where nothing drives it; or remove \
-                 `body_acceleration`",
-            ));
-        }
-        Some(given) => given.value,
-        None => vanishes(),
-    };
+    if let (Some(true), Some(axis)) = (driving.zero_net_flux, (0..3).find(|&i| drives(i))) {
+        let axis = ["x", "y", "z"][axis];
+        return Err(document.error_at(
+            &[(flux, "removes the flow"), (key, &format!("drives a flow along {axis}"))],
+            &format!("`{flux}` = true removes the flow that `{key}` drives along {axis}"),
+            "leave `zero_net_flux` out: the net flux is then controlled only where nothing drives it; or remove \
+             `body_acceleration`",
+        ));
+    }
+    let wanted = driving.zero_net_flux.unwrap_or_else(vanishes);
     let controlled = std::array::from_fn(|i| wanted && periodic[i] && !drives(i));
     Ok((vector.into(), controlled))
 }
 
 /// Kinematic viscosity (m^2/s), from whichever number the case gives.
-fn viscosity(source: &Source, section: &Located<FluidSection>, reference: &Reference) -> Result<f64> {
-    let fluid = &section.value;
-    let (viscosity, archimedes, galileo) = (&fluid.viscosity, &fluid.archimedes, &fluid.galileo);
-    let choices: [(_, &dyn Alternative); 3] =
-        [("viscosity", viscosity), ("archimedes", archimedes), ("galileo", galileo)];
-    let name = source.exactly_one("fluid", &section.span, &choices)?;
-    let value = (viscosity.as_ref()).or(archimedes.as_ref()).or(galileo.as_ref());
-    let value = value.expect("checked by exactly_one");
-    let number = value.value;
-    if name == "viscosity" {
-        return Ok(number);
+fn viscosity(document: &Document, fluid: &FluidSection, reference: &Reference) -> Result<f64> {
+    if let Some(viscosity) = fluid.viscosity {
+        return Ok(viscosity);
     }
-    if reference.buoyancy() <= 0.0 {
-        return Err(source.error(
-            &value.span,
-            &format!("`fluid.{name}` cannot give the viscosity of this case"),
+    let buoyancy = reference.buoyancy();
+    if buoyancy <= 0.0 {
+        let name = if fluid.galileo.is_some() { "fluid.galileo" } else { "fluid.archimedes" };
+        return Err(document.error(
+            name,
+            &format!("`{name}` cannot give the viscosity of this case"),
             "it is zero for any viscosity: gravity is zero or the densities are equal",
             "give `viscosity` (m^2/s) instead",
         ));
     }
-    Ok(if name == "galileo" {
-        reference.buoyancy().sqrt() / number
-    } else {
-        (reference.buoyancy() / number).sqrt()
+    Ok(match (fluid.galileo, fluid.archimedes) {
+        (Some(galileo), _) => buoyancy.sqrt() / galileo,
+        (None, archimedes) => (buoyancy / archimedes.expect("the schema asks for one of them")).sqrt(),
     })
 }
 
-/// The units of the lattice, and the relaxation time (time steps).
-fn time_step(
-    source: &Source,
-    section: &Located<LatticeSection>,
-    dx: f64,
-    viscosity: f64,
-    density: f64,
-) -> Result<(Units, f64)> {
-    let lattice = &section.value;
-    let choices: [(_, &dyn Alternative); 2] =
-        [("relaxation_time", &lattice.relaxation_time), ("time_step", &lattice.time_step)];
-    source.exactly_one("lattice", &section.span, &choices)?;
-    if let Some(tau) = &lattice.relaxation_time {
-        let units = Units::from_relaxation_time(dx, tau.value, viscosity, density);
-        return Ok((units, tau.value));
-    }
-    let dt = lattice.time_step.as_ref().expect("checked by exactly_one");
-    let units = Units { dx, dt: dt.value, density };
-    Ok((units, units.relaxation_time(viscosity)))
-}
-
-/// Collision in cells that particles cover, and how their solid fraction follows from the body.
-fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
-    match (lattice.coupling, &lattice.solid_operator, &lattice.solid_ramp_width) {
-        (Coupling::Paper, Some(operator), _) => Err(source.error(
-            &operator.span,
-            "`lattice.solid_operator` belongs to the coupling \"saturated\", but this case has \"paper\"",
-            "has no effect here",
-            "add `coupling = \"saturated\"`, or remove it",
-        )),
-        (Coupling::Saturated, _, Some(width)) => Err(source.error(
-            &width.span,
-            "`lattice.solid_ramp_width` belongs to the coupling \"paper\", but this case has \"saturated\"",
-            "has no effect here",
-            "add `coupling = \"paper\"`, or remove it",
-        )),
-        (Coupling::Paper, None, width) => {
-            let width = width.as_ref().map_or(0.5, |width| width.value);
-            Ok((SolidCollision::ExactDifference, Fraction::Ramp(width)))
+/// The collision operator, the collision in cells that particles cover, and how their solid fraction follows from the body.
+fn collision(document: &Document, lattice: &LatticeSection) -> Result<(Collision, SolidCollision, Fraction)> {
+    let refused = |key: &str, of: &str, wanted: &str, has: &str| {
+        let title = format!("`lattice.{key}` belongs to the {of} \"{wanted}\", but this case has \"{has}\"");
+        let remedy = format!("add `{of} = \"{wanted}\"`, or remove it");
+        Err(document.error(&format!("lattice.{key}"), &title, "has no effect here", &remedy))
+    };
+    let (solids, fraction, usual, usual_magic) = match lattice.coupling {
+        Coupling::Homogenised => {
+            if lattice.solid_operator.is_some() {
+                return refused("solid_operator", "coupling", "saturated", "homogenised");
+            }
+            let ramp = Fraction::Ramp(lattice.solid_ramp_width.unwrap_or(0.5));
+            (SolidCollision::ExactDifference, ramp, CollisionKind::Bgk, 0.1875)
         }
-        (Coupling::Saturated, operator, None) => {
-            let operator = operator.as_ref().map_or_else(Default::default, |o| o.value);
-            let solids = match operator {
+        Coupling::Saturated => {
+            if lattice.solid_ramp_width.is_some() {
+                return refused("solid_ramp_width", "coupling", "homogenised", "saturated");
+            }
+            let solids = match lattice.solid_operator.unwrap_or_default() {
                 SolidOperator::Sc1 => SolidCollision::Sc1,
                 SolidOperator::Sc2 => SolidCollision::Sc2,
                 SolidOperator::Sc3 => SolidCollision::Sc3,
             };
-            Ok((solids, Fraction::VOLUME))
+            (solids, Fraction::VOLUME, CollisionKind::Trt, SATURATED_MAGIC)
         }
-    }
-}
-
-/// Magic parameter with which the drag of partially saturated cells depends least on the relaxation time and the resolution
-/// (validation/drag).
-const SATURATED_MAGIC: f64 = 0.125;
-
-/// The collision operator.
-fn collision(source: &Source, lattice: &LatticeSection) -> Result<Collision> {
-    let key = "lattice.magic_parameter";
-    let (usual, usual_magic) = match lattice.coupling {
-        Coupling::Paper => (CollisionKind::Bgk, 0.1875),
-        Coupling::Saturated => (CollisionKind::Trt, SATURATED_MAGIC),
     };
-    match (lattice.collision.unwrap_or(usual), &lattice.magic_parameter) {
-        (CollisionKind::Bgk, None) => Ok(Collision::Bgk),
-        (CollisionKind::Bgk, Some(magic)) => Err(source.error(
-            &magic.span,
-            &format!("`{key}` belongs to the collision \"trt\", but this case has \"bgk\""),
-            "has no effect here",
-            "add `collision = \"trt\"`, or remove it",
-        )),
-        (CollisionKind::Trt, magic) => {
-            let magic = magic.as_ref().map_or(usual_magic, |magic| magic.value);
-            Ok(Collision::Trt { magic })
+    let collision = match lattice.collision.unwrap_or(usual) {
+        CollisionKind::Trt => Collision::Trt { magic: lattice.magic_parameter.unwrap_or(usual_magic) },
+        CollisionKind::Bgk => {
+            if lattice.magic_parameter.is_some() {
+                return refused("magic_parameter", "collision", "trt", "bgk");
+            }
+            Collision::Bgk
         }
-    }
+    };
+    Ok((collision, solids, fraction))
 }

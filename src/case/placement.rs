@@ -1,16 +1,13 @@
-//! Where the particles of a case are at the start.
+//! Initial positions of the particles of a case.
 
 mod listed;
 mod overlaps;
 mod random;
 
-use super::checks::{Alternative, at};
-use super::file::Case;
+use super::checks::Document;
+use super::file::{Case, Entry, MovingEntry, OrientationSection};
 use super::files::Files;
-use super::forms::{Entry, MovingEntry, OrientationSection, Triple};
 use super::kinds::Kinds;
-use super::located::Located;
-use super::source::Source;
 use super::walls::PlacedWall;
 use crate::domain::Domain;
 use crate::error::Result;
@@ -18,16 +15,15 @@ use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
 use std::collections::HashMap;
-use std::ops::Range;
 
-/// What the case file and its neighbours say about positions.
+/// A case, and all that the positions depend on.
 pub(super) struct Placer<'a> {
-    pub(super) source: &'a Source,
+    pub(super) document: &'a Document<'a>,
     pub(super) case: &'a Case,
     pub(super) domain: Domain,
     pub(super) kinds: &'a Kinds,
     pub(super) walls: &'a [PlacedWall],
-    /// Volume of the box that is in no wall (m^3).
+    /// Volume of the box outside of walls (m^3).
     pub(super) free_volume: f64,
     pub(super) files: &'a Files<'a>,
     /// By how much surfaces are grown for contacts (m); 0 without contacts.
@@ -37,11 +33,11 @@ pub(super) struct Placer<'a> {
 /// Numbers of particles by template.
 type Counts = Vec<(usize, usize)>;
 
-/// A particle and where it was written; its id is final only where the file gave one.
+/// A particle and its key in the case; its id is final only if the file gave one.
 struct Placed {
     particle: Particle,
     has_id: bool,
-    span: Range<usize>,
+    key: String,
     /// `name:line` in a positions file.
     line: Option<String>,
     /// It is part of the state of a run, where contacts overlap.
@@ -53,41 +49,30 @@ impl Placer<'_> {
     pub(super) fn place(&self, places: bool, warnings: &mut Vec<String>) -> Result<(Vec<Particle>, Counts)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
-        for (index, section) in self.case.particles.iter().enumerate() {
-            let kind = &section.value;
+        for (index, kind) in self.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
-            let choices: [(_, &dyn Alternative); 4] = [
-                ("volume_fraction", &kind.volume_fraction),
-                ("count", &kind.count),
-                ("file", &kind.file),
-                ("list", &kind.list),
-            ];
-            let choice = self.source.exactly_one(&key, &section.span, &choices)?;
-            if ["volume_fraction", "count"].contains(&choice) {
+            if kind.file.is_none() && kind.list.is_none() {
                 random.push((index, self.count(index, kind)?));
                 continue;
             }
-            let of_random: [(_, &dyn Alternative); 3] =
-                [("sizes", &kind.sizes), ("seed", &kind.seed), ("minimum_gap", &kind.minimum_gap)];
             // A file may say which size a particle has.
-            for (name, value) in of_random.into_iter().skip(usize::from(choice == "file")) {
-                if let Some(span) = value.place(&section.span) {
-                    let title = format!(
-                        "`{key}.{name}` belongs to random positions, but `{key}` lists its positions"
-                    );
-                    return Err(self.source.error(&span, &title, "has no effect here", "remove it"));
+            let of_random = ["sizes", "seed", "minimum_gap"].iter().skip(usize::from(kind.file.is_some()));
+            for name in of_random.map(|name| format!("{key}.{name}")) {
+                if self.document.has(&name) {
+                    let title =
+                        format!("`{name}` belongs to random positions, but `{key}` lists its positions");
+                    return Err(self.document.error(&name, &title, "has no effect here", "remove it"));
                 }
             }
             if let Some(file) = &kind.file {
                 self.read(index, file, &mut placed)?;
             }
             for (i, entry) in kind.list.iter().flatten().enumerate() {
-                placed.push(self.entry(index, &format!("{key}.list.{i}"), entry)?);
+                placed.push(self.entry(index, format!("{key}.list.{i}"), entry)?);
             }
         }
         self.number(&mut placed)?;
         self.refuse_overlaps(&placed)?;
-        self.refuse_overlaps_with_walls(&placed)?;
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
         let mut counted = Vec::new();
         if places {
@@ -103,33 +88,20 @@ impl Placer<'_> {
         &self.kinds.templates[particle.template as usize]
     }
 
-    fn entry(&self, index: usize, key: &str, entry: &Located<Entry>) -> Result<Placed> {
-        let still: Triple = [at(&entry.span, 0.0), at(&entry.span, 0.0), at(&entry.span, 0.0)];
-        let moving = match &entry.value {
-            Entry::Position(position) => MovingEntry {
-                position: position.clone(),
-                orientation: None,
-                velocity: still.clone(),
-                angular_velocity: still,
-            },
-            Entry::Moving(moving) => (**moving).clone(),
+    fn entry(&self, index: usize, key: String, entry: &Entry) -> Result<Placed> {
+        let moving = match entry {
+            Entry::Position(position) => &MovingEntry { position: *position, ..MovingEntry::default() },
+            Entry::Moving(moving) => moving,
         };
-        let vector = |numbers: &Triple| self.source.vector(key, &entry.span, numbers);
-        let position = self.inside(&format!("`{key}`"), &entry.span, vector(&moving.position)?)?;
+        let position = self.inside(&format!("`{key}`"), &key, moving.position.into())?;
         let kind = &self.kinds.sections[index];
         let given = match &moving.orientation {
             Some(section) => self.orientation(&format!("{key}.orientation"), section)?,
             None => Quat::identity(),
         };
-        let pose = (position, kind.turned(&given));
-        let motion = [vector(&moving.velocity)?, vector(&moving.angular_velocity)?];
-        Ok(Placed {
-            particle: self.particle(0, kind.first, pose, motion),
-            has_id: false,
-            span: entry.span.clone(),
-            line: None,
-            in_motion: false,
-        })
+        let motion = [moving.velocity, moving.angular_velocity].map(Vec3::from);
+        let particle = self.particle(0, kind.first, (position, kind.turned(&given)), motion);
+        Ok(Placed { particle, has_id: false, key, line: None, in_motion: false })
     }
 
     /// A particle at a position with an orientation of its body, a velocity (m/s) and an angular velocity (1/s).
@@ -152,60 +124,51 @@ impl Placer<'_> {
     }
 
     /// An orientation from an axis and an angle, or from a quaternion.
-    fn orientation(&self, key: &str, section: &Located<OrientationSection>) -> Result<Quat> {
-        let (span, given) = (&section.span, &section.value);
-        let choices: [(_, &dyn Alternative); 2] = [("axis", &given.axis), ("quaternion", &given.quaternion)];
+    fn orientation(&self, key: &str, given: &OrientationSection) -> Result<Quat> {
         let example = "e.g. { axis = [0, 0, 1], angle = 45 }";
-        let direction = "not all zero";
-        if self.source.exactly_one(key, span, &choices)? == "quaternion" {
-            if let Some(angle) = &given.angle {
+        let zero = |name: &str, value: &str, remedy: &str| {
+            self.document.out_of_range(&format!("{key}.{name}"), value, "not all zero", remedy)
+        };
+        let (axis, angle) = match (given.axis, given.angle, given.quaternion) {
+            (_, None, Some([i, j, k, w])) => {
+                let norm = (i * i + j * j + k * k + w * w).sqrt();
+                if !norm.is_finite() || norm <= 0.0 {
+                    return Err(zero("quaternion", &format!("{:?}", [i, j, k, w]), "[i, j, k, w]"));
+                }
+                let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
+                return Ok(Quat::new_unchecked(unit));
+            }
+            (_, Some(_), Some(_)) => {
                 let title = format!("`{key}.angle` belongs to an axis, but there is a quaternion");
-                return Err(self.source.error(&angle.span, &title, "has no effect here", "remove it"));
+                let key = format!("{key}.angle");
+                return Err(self.document.error(&key, &title, "has no effect here", "remove it"));
             }
-            let quaternion = given.quaternion.as_ref().expect("checked by exactly_one");
-            let [i, j, k, w] = quaternion.each_ref().map(|x| x.value);
-            let norm = (i * i + j * j + k * k + w * w).sqrt();
-            if !norm.is_finite() || norm <= 0.0 {
-                let value = format!("{:?}", [i, j, k, w]);
-                let key = format!("{key}.quaternion");
-                return Err(self.source.out_of_range(&key, span, &value, direction, "[i, j, k, w]"));
+            (Some(axis), Some(angle), None) => (axis, angle),
+            (_, _, None) => {
+                let title = format!("`{key}` has an axis, but no angle");
+                return Err(self.document.error(key, &title, "by how much?", example));
             }
-            let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
-            return Ok(Quat::new_unchecked(unit));
-        }
-        let axis = given.axis.as_ref().expect("checked by exactly_one");
-        let axis = (self.source).vector(&format!("{key}.axis"), span, axis)?;
-        let Some(axis) = axis.try_normalize(0.0) else {
-            let key = format!("{key}.axis");
-            return Err(self.source.out_of_range(&key, span, "[0, 0, 0]", direction, example));
         };
-        let Some(angle) = &given.angle else {
-            let title = format!("`{key}` has an axis, but no angle");
-            return Err(self.source.error(span, &title, "by how much?", example));
+        let Some(axis) = Vec3::from(axis).try_normalize(0.0) else {
+            return Err(zero("axis", "[0, 0, 0]", example));
         };
-        let key = format!("{key}.angle");
-        let degrees = (self.source).satisfies(&key, angle, |_| true, "a finite number", "in degrees")?;
-        let half = 0.5 * degrees.to_radians();
+        let half = 0.5 * angle.to_radians();
         let (sine, cosine) = (libm::sin(half), libm::cos(half));
         Ok(Quat::new_normalize(Quaternion::from_parts(cosine, axis * sine)))
     }
 
     /// The position if it lies in the box, wrapped: the upper faces are the lower ones.
-    fn inside(&self, what: &str, span: &Range<usize>, position: Vec3) -> Result<Vec3> {
+    fn inside(&self, what: &str, key: &str, position: Vec3) -> Result<Vec3> {
         let size = self.domain.size();
         for i in 0..3 {
-            // A position on a face may be beside it by rounding.
+            // Rounding may put a position on a face beside it.
             let margin = 1e-9 * size[i];
             if !(-margin..=size[i] + margin).contains(&position[i]) {
                 let (x, length, axis) = (position[i], size[i], ["x", "y", "z"][i]);
-                return Err(self.source.error(
-                    span,
-                    &format!(
-                        "{what} lies outside the box: {axis} is {x} m, but must be from 0 to {length} m"
-                    ),
-                    "outside the box",
-                    "positions are in metres, and the box starts at the origin",
-                ));
+                let title =
+                    format!("{what} lies outside the box: {axis} is {x} m, but must be from 0 to {length} m");
+                let remedy = "positions are in metres, and the box starts at the origin";
+                return Err(self.document.error(key, &title, "outside the box", remedy));
             }
         }
         Ok(self.domain.wrap(position))
@@ -218,12 +181,9 @@ impl Placer<'_> {
             if let Some(first) = seen.insert(p.particle.id, i) {
                 let id = p.particle.id;
                 let lines = [&placed[first], p].map(|p| p.line.clone().unwrap_or_default());
-                return Err(self.source.error(
-                    &p.span,
-                    &format!("the id {id} is given twice, in {} and {}", lines[0], lines[1]),
-                    "in this file",
-                    "every particle needs a number of its own; without a column `id` they are numbered in order",
-                ));
+                let title = format!("the id {id} is given twice, in {} and {}", lines[0], lines[1]);
+                let remedy = "every particle needs a number of its own; without a column `id` they are numbered in order";
+                return Err(self.document.error(&p.key, &title, "in this file", remedy));
             }
         }
         let first = seen.keys().max().map_or(0, |id| id + 1);

@@ -2,14 +2,14 @@
 //! mixed up, particles too light for the coupling. Refused or warned of with the place in the case.
 
 use super::Setup;
+use super::checks::Document;
 use super::file::{Case, FluidSection, LatticeSection};
-use super::source::Source;
 use super::speeds::wall_speed;
 use crate::error::Result;
 use crate::particle::Template;
 use std::collections::BTreeSet;
 use std::fmt;
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 
 /// Speed on the lattice (cells per step) above which a case is refused: the scheme becomes unstable near 0.4.
 const LARGEST_SPEED: f64 = 0.3;
@@ -26,21 +26,21 @@ const UNSTABLE_RATIO_CELLS: f64 = 2.0;
 
 /// The case that a [`Setup`] comes from.
 pub(super) struct Written<'a> {
-    pub(super) source: &'a Source,
+    pub(super) document: &'a Document<'a>,
     pub(super) case: &'a Case,
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
     /// Templates of which there are particles.
     pub(super) present: BTreeSet<usize>,
-    /// Where the case has each wall.
-    pub(super) walls: Vec<Range<usize>>,
+    /// The key of each wall.
+    pub(super) walls: Vec<String>,
 }
 
-/// A velocity of the case: of what it is (m/s), which key decides it, and what may be wrong with that.
-struct Velocity<'a> {
+/// A velocity of the case: its name, its value (m/s), the key that decides it, and what may be wrong with that.
+struct Velocity {
     name: String,
     speed: f64,
-    span: &'a Range<usize>,
+    key: String,
     doubt: Option<String>,
 }
 
@@ -86,9 +86,9 @@ impl Setup {
 impl Written<'_> {
     /// Refuses a case that cannot work; what it should be warned of.
     pub(super) fn judge(&self, setup: &Setup) -> Result<Vec<String>> {
-        let mut warnings = self.dynamic_viscosity(setup);
-        warnings.extend(self.light(setup));
-        for Velocity { name, speed, span, doubt } in self.velocities(setup) {
+        let mut warnings: Vec<String> =
+            self.dynamic_viscosity(setup).into_iter().chain(self.light(setup)).collect();
+        for Velocity { name, speed, key, doubt } in self.velocities(setup) {
             let lattice = speed / setup.units().velocity();
             if lattice > LARGEST_SPEED {
                 let remedy = doubt.unwrap_or_else(|| self.slower(setup, lattice));
@@ -96,20 +96,20 @@ impl Written<'_> {
                     "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {LARGEST_SPEED}, which the lattice \
                      cannot follow"
                 );
-                return Err(self.source.error(span, &title, "too fast", &remedy));
+                return Err(self.document.error(&key, &title, "too fast", &remedy));
             }
             if lattice > USUAL_SPEED {
                 let title = format!(
                     "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {USUAL_SPEED}, where the fluid \
                      becomes compressible"
                 );
-                warnings.push(self.source.warning(span, &title, "fast", &self.slower(setup, lattice)));
+                warnings.push(self.document.warning(&key, &title, "fast", &self.slower(setup, lattice)));
             }
         }
         Ok(warnings)
     }
 
-    fn velocities(&self, setup: &Setup) -> Vec<Velocity<'_>> {
+    fn velocities(&self, setup: &Setup) -> Vec<Velocity> {
         let (fluid, mut all) = (setup.expect_fluid(), Vec::new());
         let fastest = (self.present.iter())
             .map(|&template| (template, setup.settling_speed(fluid, template)))
@@ -120,7 +120,7 @@ impl Written<'_> {
             all.push(Velocity {
                 name: format!("the settling velocity of `particles.{section}`"),
                 speed,
-                span: &self.case.particles[section].value.shape.span,
+                key: format!("particles.{section}.shape"),
                 doubt: self.doubt_of_settling(setup, diameter),
             });
         }
@@ -131,21 +131,20 @@ impl Written<'_> {
         });
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
-            let places = self.case.particles[section].value.list.iter().flatten().map(|entry| &entry.span);
-            let place = places.reduce(|a, _| a);
+            let list = if self.case.particles[section].list.is_some() { ".list.0" } else { "" };
             all.push(Velocity {
                 name: format!("the fastest surface of `particles.{section}` at the start"),
                 speed,
-                span: place.unwrap_or(&self.case.particles[section].span),
+                key: format!("particles.{section}{list}"),
                 doubt: (speed > 10.0).then(|| "velocities are in m/s".to_string()),
             });
         }
         let size = setup.domain.size();
-        for (wall, span) in setup.walls.iter().zip(&self.walls) {
+        for (wall, key) in setup.walls.iter().zip(&self.walls) {
             all.push(Velocity {
                 name: format!("the wall \"{}\"", wall.name),
                 speed: wall_speed(wall, &size),
-                span,
+                key: key.clone(),
                 doubt: None,
             });
         }
@@ -154,7 +153,7 @@ impl Written<'_> {
             all.push(Velocity {
                 name: "the flow that `driving.body_acceleration` drives".to_string(),
                 speed: flow.speed,
-                span: &self.case.driving.body_acceleration.span,
+                key: "driving.body_acceleration".to_string(),
                 doubt: (acceleration > 100.0).then(|| {
                     format!(
                         "it is in m/s^2, the gradient of the pressure over the density: is {:.4} meant, from \
@@ -212,39 +211,34 @@ impl Written<'_> {
     }
 
     /// Asks about a viscosity that looks like the dynamic one of water.
-    fn dynamic_viscosity(&self, setup: &Setup) -> Vec<String> {
-        let Some(viscosity) = &self.fluid.viscosity else {
-            return Vec::new();
-        };
+    fn dynamic_viscosity(&self, setup: &Setup) -> Option<String> {
+        let viscosity = self.fluid.viscosity?;
         let like_water = (950.0..1050.0).contains(&setup.fluid_density());
-        if !like_water || !WATER_DYNAMIC.contains(&viscosity.value) {
-            return Vec::new();
+        if !like_water || !WATER_DYNAMIC.contains(&viscosity) {
+            return None;
         }
         let title = format!(
-            "`fluid.viscosity` = {:e} m^2/s is a thousand times that of water: is it the dynamic viscosity, in Pa s?",
-            viscosity.value
+            "`fluid.viscosity` = {viscosity:e} m^2/s is a thousand times that of water: is it the dynamic viscosity, in Pa s?"
         );
         let remedy =
-            format!("if so, divide it by the density: {:.3e} m^2/s", viscosity.value / setup.fluid_density());
-        vec![(self.source).warning(&viscosity.span, &title, "kinematic, in m^2/s", &remedy)]
+            format!("if so, divide it by the density: {:.3e} m^2/s", viscosity / setup.fluid_density());
+        Some(self.document.warning("fluid.viscosity", &title, "kinematic, in m^2/s", &remedy))
     }
 
     /// Particles too light for the explicit coupling.
     fn light(&self, setup: &Setup) -> Option<String> {
         let light = setup.too_light()?;
         let section = setup.sections[light.template];
-        let density = &self.case.particles[section].value.density;
+        let (density, key) = (self.case.particles[section].density, format!("particles.{section}.density"));
         let least = light.limit * setup.fluid_density();
         let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;
-        let remedy = if density.value < 25.0 && setup.fluid_density() > 500.0 {
-            let grams = density.value;
-            format!("densities are in kg/m^3: is {} meant, {grams} g/cm^3?", 1e3 * grams)
+        let remedy = if density < 25.0 && setup.fluid_density() > 500.0 {
+            format!("densities are in kg/m^3: is {} meant, {density} g/cm^3?", 1e3 * density)
         } else if cells <= SUGGESTED.1 {
             format!("take lattice.cells_per_diameter = {cells:.1} or a density of {least:.0} kg/m^3, or more")
         } else {
             format!("take a density of {least:.0} kg/m^3 or more")
         };
-        let title = format!("`particles.{section}.density`: {light}");
-        Some(self.source.warning(&density.span, &title, "light", &remedy))
+        Some(self.document.warning(&key, &format!("`{key}`: {light}"), "light", &remedy))
     }
 }

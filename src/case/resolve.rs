@@ -1,11 +1,10 @@
 //! From what the user wrote to what a run needs: every derived number, and every check on the way.
 
-use super::checks::Clock;
+use super::checks::{Clock, Document};
 use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls};
-use super::file::Case;
 use super::files::{Files, OwnShapes};
-use super::kinds::kinds;
+use super::kinds::Kinds;
 use super::materials::Materials;
 use super::physics::{self, gravity};
 use super::placement::Placer;
@@ -19,9 +18,6 @@ use crate::contact::Contour;
 use crate::error::Result;
 use crate::wall::Wall;
 use std::path::Path;
-
-/// Most sub-steps of the particles in a step.
-const MAX_SUBSTEPS: u32 = 10_000;
 
 /// Reads a case file, applies `--set` options, checks everything and derives every number.
 ///
@@ -78,11 +74,11 @@ pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
 /// As [`from_text`], where the file of a mesh may be a shape of the caller's own.
 pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &OwnShapes) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(&source, name, Files::on_disk(Path::new("")).with_shapes(shapes), true)
+    resolve(&source, name, Files { shapes, ..Files::default() }, true)
 }
 
 /// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how
-/// long to run and what to write; what then has its default by the length of the run keeps the spacing it had.
+/// long to run and what to write; defaults that follow from the length of the run keep the spacing they had.
 ///
 /// # Errors
 /// As [`load`]; and for an option that names any other key than those below `run.` and `output.`.
@@ -90,7 +86,7 @@ pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: 
     // This processor may lack what the one had that the run comes from.
     let simd: Vec<String> = (options.iter().filter(|option| names(option, "run.simd")).cloned()).collect();
     let source = Source::new(title(name), text.to_string(), &simd);
-    let mut setup = resolve(&source, name, Files::saved(files), true)?;
+    let mut setup = resolve(&source, name, Files { saved: Some(files), ..Files::default() }, true)?;
     if !options.is_empty() {
         reschedule(&mut setup, text, options)?;
     }
@@ -99,47 +95,40 @@ pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: 
 
 /// Particles are placed at random if `places`, else counted.
 fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Setup> {
-    let (case, text) = source.parse::<Case>()?;
+    let (document, case, text) = Document::parse(source)?;
+    let document = &document;
     let mut warnings = Vec::new();
-    let medium = Medium::of(source, &case)?;
-    let materials = Materials::new(source, &case)?;
-    let kinds = kinds(source, &case, &materials, &files)?;
+    let medium = Medium::of(document, &case)?;
+    let materials = Materials::new(document, &case)?;
+    let kinds = Kinds::new(document, &case, &materials, &files)?;
     let templates = &kinds.templates;
-    let (lattice, grown) = match &medium {
-        Medium::Wet(_, lattice) => (Some(&lattice.value), &case.contact.enlargement),
-        Medium::Dry(dry) => (None, &dry.value.enlargement),
-    };
-    let domain = domain(source, &case, lattice, &kinds, &mut warnings)?;
+    let lattice = case.lattice.as_ref();
+    let domain = domain(document, &case, lattice, &kinds, &mut warnings)?;
     let enlargement = match &medium {
-        Medium::Wet(..) => domain.dx * grown.value,
-        Medium::Dry(_) => grown.value,
+        Medium::Fluid(..) => domain.dx * case.contact.enlargement,
+        Medium::Dry(dry) => dry.enlargement,
     };
-    let contact = materials.contact(source, &case, enlargement)?;
-    let engine = engine(source, &case)?;
+    let contact = materials.contact(document, &case, enlargement)?;
+    let engine = engine(document, &case)?;
     // As the engine grows them: corners stay sharp.
     let reaches: Vec<f64> = (templates.iter())
         .map(|template| Contour::new(template.shape.clone(), enlargement).reach())
         .collect();
     let reach = reaches.iter().copied().fold(0.0, f64::max);
-    let walls = walls(source, &case, &domain, &materials, reach)?;
-    refuse_walls(source, &case, &engine, &walls)?;
-    let gravity = gravity(source, &case)?;
-    let wanted = format!("at least 1 and at most {MAX_SUBSTEPS}");
-    let substeps = &case.contact.substeps;
-    let substeps = source.whole("contact.substeps", substeps, 1..=MAX_SUBSTEPS, &wanted, "1 is usual")?;
+    let walls = walls(document, &case, &domain, &materials, reach)?;
+    refuse_walls(document, &case, &engine, &walls)?;
+    let gravity = gravity(&case);
+    let substeps = case.contact.substeps;
     let (time_step, fluid) = match &medium {
-        Medium::Wet(section, lattice) => {
-            let (step, fluid) =
-                physics::fluid(source, &case, (section, lattice), &kinds, &domain, &walls, gravity)?;
-            (step, Some(fluid))
+        Medium::Fluid(section, lattice) => {
+            let sections = (*section, *lattice);
+            let fluid = physics::fluid(document, &case.driving, sections, &kinds, &domain, &walls, gravity)?;
+            (fluid.0, Some(fluid.1))
         }
-        Medium::Dry(section) => {
-            let step = dry::time_step(source, section, substeps, templates, &materials)?;
-            (step, None)
-        }
+        Medium::Dry(section) => (dry::time_step(section, substeps, templates, &materials), None),
     };
     let placer = Placer {
-        source,
+        document,
         case: &case,
         domain,
         kinds: &kinds,
@@ -150,7 +139,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     };
     let (particles, random) = placer.place(places, &mut warnings)?;
     if contact.is_some() {
-        refuse_double_contacts(source, &case, &domain, &reaches, &particles)?;
+        refuse_double_contacts(document, &domain, &reaches, &particles)?;
     }
     let counts: Vec<(usize, usize)> =
         (particles.iter().map(|p| (p.template as usize, 1))).chain(random).collect();
@@ -163,15 +152,15 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         size: domain.size(),
         few: are_few(templates, counts),
     };
-    let plan = RunPlan::new(source, &case, &known)?;
-    let (walls, wall_spans): (Vec<Wall>, Vec<_>) =
-        walls.into_iter().map(|placed| (placed.wall, placed.span)).unzip();
+    let plan = RunPlan::new(document, &case, &known)?;
+    let (walls, wall_keys): (Vec<Wall>, Vec<_>) =
+        walls.into_iter().map(|placed| (placed.wall, placed.key)).unzip();
     let mut setup = Setup {
         domain,
         time_step,
         fluid,
-        sections: kinds.section_of_each(),
-        frames: kinds.frames(),
+        sections: kinds.of_each(|section, _| section),
+        frames: kinds.of_each(|_, kind| kind.rotation),
         templates: kinds.templates.into(),
         particles,
         diameter: kinds.diameter,
@@ -185,20 +174,13 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         provenance: Provenance {
             name: name.to_string(),
             text,
-            files: files.into_read(),
+            files: files.read.into_inner(),
             inputs: Vec::new(),
             warnings,
         },
     };
-    if let Medium::Wet(fluid, lattice) = &medium {
-        let written = Written {
-            source,
-            case: &case,
-            fluid: &fluid.value,
-            lattice: &lattice.value,
-            present,
-            walls: wall_spans,
-        };
+    if let Medium::Fluid(fluid, lattice) = medium {
+        let written = Written { document, case: &case, fluid, lattice, present, walls: wall_keys };
         let found = written.judge(&setup)?;
         setup.provenance.warnings.extend(found);
     }

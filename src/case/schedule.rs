@@ -1,6 +1,6 @@
-//! How long to run and what to write: what may change when a run goes on, and the numbers that then stay.
+//! How long to run and what to write: what may change when a run is resumed, and the numbers that then stay.
 
-use super::checks::{Clock, at};
+use super::checks::{Clock, Document};
 use super::file::{Case, CheckpointEvery, Duration, EngineKind, Every};
 use super::overrides::option_keys;
 use super::source::Source;
@@ -26,17 +26,17 @@ pub(super) struct Known<'a> {
 }
 
 impl RunPlan {
-    /// What the sections `[run]` and `[output]` say of a case of which this much is known already.
-    pub(super) fn new(source: &Source, case: &Case, known: &Known) -> Result<Self> {
+    /// The plan that the sections `[run]` and `[output]` describe.
+    pub(super) fn new(document: &Document, case: &Case, known: &Known) -> Result<Self> {
         let clock = known.clock;
-        let end_step = source.steps("run.end", &case.run.end, clock)?;
+        let end_step = document.steps("run.end", case.run.end, clock)?;
         Ok(Self {
             end_step,
-            average_from_step: average_from(source, case, clock, end_step)?,
+            average_from_step: average_from(document, case, clock, end_step)?,
             threads: case.run.threads,
-            precision: case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.value.precision),
-            simd: simd(source, case)?,
-            output: output(source, case, known, end_step)?,
+            precision: case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
+            simd: simd(document, case)?,
+            output: output(document, case, known, end_step)?,
         })
     }
 
@@ -55,8 +55,8 @@ impl RunPlan {
     }
 }
 
-/// Changes the schedule of a case as `options` ask, who name keys of `[run]` and `[output]` only. What has its default by the
-/// length of the run keeps the number of steps it has, and stands in the text from now on.
+/// Changes the schedule of a case by options that name keys of `[run]` and `[output]` only. Defaults that follow from the length
+/// of the run keep the number of steps that they had, and stand in the text from now on.
 pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> Result<()> {
     let particles = setup.particles.iter().map(|p| (p.template as usize, 1));
     let known = Known {
@@ -68,8 +68,8 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     let resolve = |options: &[String]| -> Result<(RunPlan, String)> {
         let source = Source::new(title(known.name), saved.to_string(), options);
         source.refuse_changes_of_the_case()?;
-        let (case, text) = source.parse::<Case>()?;
-        Ok((RunPlan::new(&source, &case, &known)?, text))
+        let (document, case, text) = Document::parse(&source)?;
+        Ok((RunPlan::new(&document, &case, &known)?, text))
     };
     let (mut plan, mut text) = resolve(options)?;
     // Contacts and surfaces are written as often as particles if nothing else is said.
@@ -119,170 +119,145 @@ impl Source {
             let path: Vec<&str> = path.iter().map(String::as_str).collect();
             let remedy = match path[..] {
                 ["output", "directory", ..] => {
-                    "it goes on in its own directory; a copy of that goes on as well"
+                    "a run is resumed in its own directory; a copy of that can be resumed as well"
                 }
                 ["run" | "output", _, ..] => continue,
                 _ => {
-                    "only keys below `run.` and `output.` can; with any other change it is another run, for `turbid run`"
+                    "only keys below `run.` and `output.` can; any other change makes another run, for `turbid run`"
                 }
             };
-            let title = format!("`--set {text}` cannot change a run that goes on");
+            let title = format!("`--set {text}` cannot change a run that is resumed");
             return Err(self.error(&option.span, &title, "not this key", remedy));
         }
         Ok(())
     }
 }
 
-fn average_from(source: &Source, case: &Case, clock: Clock, end_step: u64) -> Result<u64> {
-    let Some(from) = &case.run.average_from else {
-        return Ok(end_step / 3);
-    };
-    let step = match from.value {
-        Duration::Steps(0) => 0,
-        _ => source.steps("run.average_from", from, clock)?,
+fn average_from(document: &Document, case: &Case, clock: Clock, end_step: u64) -> Result<u64> {
+    let key = "run.average_from";
+    let step = match case.run.average_from {
+        None => return Ok(end_step / 3),
+        Some(Duration::Steps(0)) => 0,
+        Some(from) => document.steps(key, from, clock)?,
     };
     if step >= end_step {
-        return Err(source.error_at(
-            &[(&from.span, "averages from here"), (&case.run.end.span, "the run ends here")],
-            &format!("`run.average_from` is step {step}, but the run ends at step {end_step}"),
+        return Err(document.error_at(
+            &[(key, "averages from here"), ("run.end", "the run ends here")],
+            &format!("`{key}` is step {step}, but the run ends at step {end_step}"),
             "average from an earlier time, or run longer",
         ));
     }
     Ok(step)
 }
 
-fn output(source: &Source, case: &Case, known: &Known, end_step: u64) -> Result<OutputPlan> {
+fn output(document: &Document, case: &Case, known: &Known, end_step: u64) -> Result<OutputPlan> {
     let &Known { name, clock, size, few } = known;
     let output = &case.output;
     let directory = match &output.directory {
-        Some(directory) if directory.value.trim().is_empty() => {
+        Some(directory) if directory.trim().is_empty() => {
             let title = "`output.directory` is empty";
-            return Err(source.error(&directory.span, title, "no directory", "\".\" is the current one"));
+            let remedy = "\".\" is the current one";
+            return Err(document.error("output.directory", title, "no directory", remedy));
         }
-        Some(directory) => PathBuf::from(&directory.value),
+        Some(directory) => PathBuf::from(directory),
         None => Path::new("out").join(name),
     };
-    if let Some(every) = &output.series_every
-        && every.value == Every::Never
-    {
-        return Err(source.error(
-            &every.span,
+    if output.series_every == Some(Every::Never) {
+        return Err(document.error(
+            "output.series_every",
             "`output.series_every` is \"never\", but the means of a run are taken from the rows of series.csv",
             "no rows, no means",
             "give an interval, e.g. { steps = 100 }, or leave the key out",
         ));
     }
-    if let Some(pictures) = &output.picture_every
-        && pictures.value != Every::Never
-        && !cfg!(feature = "pictures")
-    {
-        return Err(source.error(
-            &pictures.span,
+    if output.picture_every.is_some_and(|every| every != Every::Never) && !cfg!(feature = "pictures") {
+        return Err(document.error(
+            "output.picture_every",
             "`output.picture_every` needs the cargo feature `pictures`, which this turbid was built without",
             "pictures",
             "leave the key out or give \"never\", or build with the default features",
         ));
     }
-    let every = |key, value: &Option<_>, number| {
-        source.interval(&format!("output.{key}"), value.as_ref(), clock, end_step / number)
-    };
-    if let (Some(_), Some(fields)) = (&case.dry, &output.fields_every)
-        && fields.value != Every::Never
-    {
+    let dry = case.dry.is_some();
+    if dry && output.fields_every.is_some_and(|every| every != Every::Never) {
         let title = "`output.fields_every` has no meaning in a dry run";
-        return Err(source.error(&fields.span, title, "there is no field to write", "remove it"));
+        return Err(document.error("output.fields_every", title, "there is no field to write", "remove it"));
     }
-    let particles_every = every("particles_every", &output.particles_every, 50)?;
+    let every = |key: &str, value: Option<Every>, number: u64| {
+        document.interval(&format!("output.{key}"), value, clock, end_step / number)
+    };
+    let particles_every = every("particles_every", output.particles_every, 50)?;
     Ok(OutputPlan {
         directory,
-        series_every: every("series_every", &output.series_every, 1000)?,
-        fields_every: match &case.dry {
-            Some(_) => 0,
-            None => every("fields_every", &output.fields_every, 5)?,
-        },
+        series_every: every("series_every", output.series_every, 1000)?,
+        fields_every: if dry { 0 } else { every("fields_every", output.fields_every, 5)? },
         particles_every,
-        surfaces_every: match &output.surfaces_every {
-            Some(_) => every("surfaces_every", &output.surfaces_every, 50)?,
-            None if few => particles_every,
-            None => 0,
+        surfaces_every: match output.surfaces_every {
+            None => u64::from(few) * particles_every,
+            asked => every("surfaces_every", asked, 50)?,
         },
-        contacts_every: match &output.contacts_every {
-            Some(_) => every("contacts_every", &output.contacts_every, 50)?,
+        contacts_every: match output.contacts_every {
             None => particles_every,
+            asked => every("contacts_every", asked, 50)?,
         },
-        picture_every: match &output.picture_every {
+        picture_every: match output.picture_every {
             None if !cfg!(feature = "pictures") => 0,
             asked => every("picture_every", asked, 10)?,
         },
-        picture_plane: picture_plane(source, case, size)?,
-        picture_range: match &output.picture_range {
-            Some(speed) => Some(source.positive("output.picture_range", speed, "a speed in m/s")?),
-            None => None,
-        },
-        checkpoint_every: checkpoint_every(source, case, clock)?,
+        picture_plane: picture_plane(document, case, size)?,
+        picture_range: output.picture_range,
+        checkpoint_every: checkpoint_every(document, case, clock)?,
     })
 }
 
 /// Axis and coordinate of the plane of pictures.
-fn picture_plane(source: &Source, case: &Case, size: Vec3) -> Result<Option<(usize, Option<f64>)>> {
+fn picture_plane(document: &Document, case: &Case, size: Vec3) -> Result<Option<(usize, Option<f64>)>> {
     let Some(plane) = &case.output.picture_plane else {
         return Ok(None);
     };
-    let axis = plane.value.normal as usize;
-    let Some(position) = &plane.value.position else {
+    let (axis, key) = (plane.normal as usize, "output.picture_plane.position");
+    let Some(position) = plane.position else {
         return Ok(Some((axis, None)));
     };
-    let key = "output.picture_plane.position";
     if case.dry.is_some() {
         let title =
             format!("`{key}` has no meaning in a dry run, whose pictures show all particles from the side");
-        return Err(source.error(&position.span, &title, "there is no slice", "remove it"));
+        return Err(document.error(key, &title, "there is no slice", "remove it"));
     }
-    let length = size[axis];
-    let within = |x: f64| (0.0..=length).contains(&x);
-    let wanted = format!("from 0 to {length}, the length of the box");
-    source.satisfies(key, position, within, &wanted, "in metres")?;
-    Ok(Some((axis, Some(position.value))))
+    if !(0.0..=size[axis]).contains(&position) {
+        let wanted = format!("from 0 to {}, the length of the box", size[axis]);
+        return Err(document.out_of_range(key, position, &wanted, "in metres"));
+    }
+    Ok(Some((axis, Some(position))))
 }
 
-fn checkpoint_every(source: &Source, case: &Case, clock: Clock) -> Result<CheckpointSpacing> {
-    const KEY: &str = "output.checkpoint_every";
-    let Some(every) = &case.output.checkpoint_every else {
-        return Ok(match case.dem.engine.value {
-            EngineKind::Native => CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL),
-            // LIGGGHTS rounds differently once it has been saved: results would depend on how fast the machine is.
-            EngineKind::Liggghts => CheckpointSpacing::Never,
-        });
-    };
-    let steps = match every.value {
-        CheckpointEvery::Never => return Ok(CheckpointSpacing::Never),
-        CheckpointEvery::WallTime(seconds) => {
-            let (seconds, remedy) = (at(&every.span, seconds), "in seconds; \"never\" switches it off");
-            let seconds =
-                source.satisfies(KEY, &seconds, |s| s > 0.0 && s < 1e9, "above 0 and below 1e9", remedy)?;
+fn checkpoint_every(document: &Document, case: &Case, clock: Clock) -> Result<CheckpointSpacing> {
+    let duration = match case.output.checkpoint_every {
+        // LIGGGHTS rounds differently once it has been saved: results would depend on how fast the machine is.
+        None if case.dem.engine == EngineKind::Liggghts => return Ok(CheckpointSpacing::Never),
+        None => return Ok(CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL)),
+        Some(CheckpointEvery::Never) => return Ok(CheckpointSpacing::Never),
+        Some(CheckpointEvery::WallTime(seconds)) => {
             return Ok(CheckpointSpacing::WallTime(WallTime::from_secs_f64(seconds)));
         }
-        CheckpointEvery::Time(x) => Every::Time(x),
-        CheckpointEvery::Steps(n) => Every::Steps(n),
-        CheckpointEvery::StokesTimes(x) => Every::StokesTimes(x),
+        Some(CheckpointEvery::Time(x)) => Duration::Time(x),
+        Some(CheckpointEvery::Steps(n)) => Duration::Steps(n),
+        Some(CheckpointEvery::StokesTimes(x)) => Duration::StokesTimes(x),
     };
-    let steps = source.interval(KEY, Some(&at(&every.span, steps)), clock, 1)?;
-    Ok(CheckpointSpacing::Steps(steps))
+    Ok(CheckpointSpacing::Steps(document.steps("output.checkpoint_every", duration, clock)?))
 }
 
 /// The instruction set asked for, if this processor has it.
-fn simd(source: &Source, case: &Case) -> Result<Option<Simd>> {
-    let Some(asked) = &case.run.simd else {
-        return Ok(None);
-    };
-    if asked.value.is_available() {
-        return Ok(Some(asked.value));
+fn simd(document: &Document, case: &Case) -> Result<Option<Simd>> {
+    match case.run.simd {
+        Some(asked) if !asked.is_available() => {
+            let best = Simd::best().name();
+            let remedy =
+                format!("leave the key out; the best here is {best}, and results do not depend on it");
+            Err(document.out_of_range("run.simd", asked.name(), "one this processor has", &remedy))
+        }
+        asked => Ok(asked),
     }
-    let remedy = format!(
-        "leave the key out; the best here is {}, and results do not depend on it",
-        Simd::best().name()
-    );
-    Err(source.out_of_range("run.simd", &asked.span, asked.value.name(), "one this processor has", &remedy))
 }
 
 #[cfg(test)]

@@ -1,12 +1,15 @@
-//! JSON schemas of case and study files, for editors and for what [`conform`](super::conform) says.
+//! JSON schemas of case and study files, for editors and for [`conform`](super::conform).
 
 use schemars::{JsonSchema, Schema};
-use serde_json::{Map, Value as Json};
+use serde_json::{Value as Json, json};
+
+/// Words of a choice and their earlier names, which cases may still use.
+const EARLIER_NAMES: [(&str, &str); 2] = [("homogenised", "paper"), ("overlap_volume", "paper")];
 
 /// The schema of a type, without the `null` that TOML cannot write.
 pub fn of<T: JsonSchema>() -> Json {
     let mut schema = schemars::schema_for!(T).to_value();
-    drop_null(&mut schema);
+    adapt(&mut schema);
     schema
 }
 
@@ -14,36 +17,41 @@ pub fn of<T: JsonSchema>() -> Json {
 pub fn text<T: JsonSchema>() -> String {
     // As a schema again, whose keywords have their usual order.
     let schema = Schema::try_from(of::<T>()).expect("an object");
-    let mut text = serde_json::to_string_pretty(&schema).expect("a schema is plain JSON");
-    text.push('\n');
-    text
+    serde_json::to_string_pretty(&schema).expect("a schema is plain JSON") + "\n"
 }
 
-fn drop_null(schema: &mut Json) {
-    match schema {
-        Json::Object(object) => {
-            object.values_mut().for_each(drop_null);
-            object.retain(|_, value| !value.is_null());
-            if let Some(Json::Array(types)) = object.get_mut("type") {
-                types.retain(|kind| kind != "null");
-                if let [one] = &types[..] {
-                    let one = one.clone();
-                    object.insert("type".to_string(), one);
-                }
-            }
-            if let Some(Json::Array(forms)) = object.get_mut("anyOf") {
-                forms.retain(|form| form["type"] != "null");
-                if let [Json::Object(one)] = &mut forms[..] {
-                    let one: Map<String, Json> = std::mem::take(one);
-                    object.remove("anyOf");
-                    for (key, value) in one {
-                        object.entry(key).or_insert(value);
-                    }
-                }
+/// Removes `null` from the types and adds the earlier names of choices.
+fn adapt(schema: &mut Json) {
+    if let Json::Array(list) = schema {
+        list.iter_mut().for_each(adapt);
+    }
+    let Json::Object(object) = schema else {
+        return;
+    };
+    object.values_mut().for_each(adapt);
+    object.retain(|_, value| !value.is_null());
+    if let Some(Json::Array(choices)) = object.get_mut("oneOf") {
+        let names = EARLIER_NAMES.iter().filter(|(name, _)| choices.iter().any(|one| one["const"] == *name));
+        let earlier = names.map(|(name, earlier)| {
+            json!({ "description": format!("Earlier name of \"{name}\"."), "type": "string", "const": earlier })
+        });
+        choices.extend(earlier.collect::<Vec<_>>());
+    }
+    if let Some(Json::Array(types)) = object.get_mut("type") {
+        types.retain(|kind| kind != "null");
+        if let [one] = &types[..] {
+            object["type"] = one.clone();
+        }
+    }
+    if let Some(Json::Array(forms)) = object.get_mut("anyOf") {
+        forms.retain(|form| form["type"] != "null");
+        if let [Json::Object(one)] = &mut forms[..] {
+            let one = std::mem::take(one);
+            object.remove("anyOf");
+            for (key, value) in one {
+                object.entry(key).or_insert(value);
             }
         }
-        Json::Array(list) => list.iter_mut().for_each(drop_null),
-        _ => {}
     }
 }
 
@@ -58,10 +66,9 @@ pub fn non_negative(schema: &mut Schema) {
 }
 
 fn bound(schema: &mut Schema, keyword: &str) {
-    let numbers = if schema.get("items").is_some() {
-        schema.get_mut("items").and_then(Json::as_object_mut)
-    } else {
-        schema.as_object_mut()
+    let numbers = match schema.get("items") {
+        Some(_) => schema.get_mut("items").and_then(Json::as_object_mut),
+        None => schema.as_object_mut(),
     };
     if let Some(numbers) = numbers {
         numbers.insert(keyword.to_string(), 0.into());

@@ -1,6 +1,6 @@
-//! The text of a case: the file, and behind it the `--set` options, so that every place has one number.
+//! The text of a case: the file followed by the `--set` options, so that every position is one number.
 
-use super::overrides::option_keys;
+use super::overrides::{Alternatives, key_length, option_keys};
 use super::{conform, schema};
 use crate::error::{Error, Result};
 use crate::input;
@@ -30,11 +30,11 @@ pub struct Source {
 /// One `--set` option.
 #[derive(Debug)]
 pub struct GivenOption {
-    /// Where it stands in [`Source::text`].
+    /// Position in [`Source::text`].
     pub span: Range<usize>,
     /// Length of its path of keys, if it has a value.
     pub key: Option<usize>,
-    /// `v=` and its value, behind so many blanks that every part of the value has its place in [`Source::text`].
+    /// `v=` and its value, after as many blanks as give every part of the value its position in [`Source::text`].
     pub shifted: String,
 }
 
@@ -62,7 +62,7 @@ impl Source {
                 text.push('\n');
                 let start = text.len();
                 text.push_str(option);
-                let key = super::overrides::key_length(option);
+                let key = key_length(option);
                 let value = key.map_or(option.len(), |length| length + 1);
                 GivenOption {
                     key,
@@ -74,40 +74,39 @@ impl Source {
         Self { path, text, file_length, options }
     }
 
-    /// The document with the options applied, as typed values and as text.
-    pub fn parse<T: DeserializeOwned + JsonSchema>(&self) -> Result<(T, String)> {
-        let schema = schema::of::<T>();
-        self.refuse_foreign(&schema)?;
-        let tree = self.document()?;
-        conform::check(self, tree.get_ref(), &schema)?;
-        let deserializer = toml::de::Deserializer::from(tree.clone());
-        let typed = T::deserialize(deserializer).map_err(|e| self.type_error(&e))?;
-        Ok((typed, self.effective_text(tree)?))
+    /// The document as typed values.
+    pub fn parse<T: DeserializeOwned + JsonSchema>(&self) -> Result<T> {
+        let tree = self.tree(&schema::of::<T>())?;
+        T::deserialize(toml::de::Deserializer::from(tree)).map_err(|e| self.type_error(&e))
     }
 
-    /// The file as TOML, with the options applied.
-    pub(super) fn document(&self) -> Result<Spanned<DeTable<'_>>> {
+    /// The document with the options applied, which has the form that a schema describes.
+    pub(super) fn tree(&self, schema: &Json) -> Result<Spanned<DeTable<'_>>> {
+        self.refuse_foreign(schema)?;
         let mut tree = DeTable::parse(&self.text[..self.file_length]).map_err(|e| self.toml_error(&e))?;
+        let alternatives = Alternatives::of(schema);
         for option in &self.options {
-            self.apply(option, tree.get_mut())?;
+            self.apply(option, tree.get_mut(), &alternatives)?;
         }
+        conform::check(self, tree.get_ref(), schema)?;
         Ok(tree)
     }
 
-    pub(super) fn effective_text(&self, tree: Spanned<DeTable<'_>>) -> Result<String> {
-        if self.options.is_empty() {
-            return Ok(self.text.clone());
-        }
-        let table =
-            toml::Table::deserialize(toml::de::Deserializer::from(tree)).map_err(|e| self.toml_error(&e))?;
-        Ok(toml::to_string(&table).expect("a parsed document can be written"))
+    /// A tree as a table, and as a text: that of the file if there are no options.
+    pub(super) fn effective(&self, tree: Spanned<DeTable<'_>>) -> Result<(toml::Table, String)> {
+        let table = toml::Table::deserialize(toml::de::Deserializer::from(tree));
+        let table = table.map_err(|e| self.type_error(&e))?;
+        let text = match &self.options[..] {
+            [] => self.text.clone(),
+            _ => toml::to_string(&table).expect("a parsed document can be written"),
+        };
+        Ok((table, text))
     }
 
-    /// Refuses a file that has no key of its kind. Its lines are nobody's business, and are not shown.
+    /// Refuses a file that has no key of its kind, without showing its lines: they may be confidential.
     fn refuse_foreign(&self, schema: &Json) -> Result<()> {
-        let known: Vec<&str> = (schema["properties"].as_object().into_iter())
-            .flat_map(|keys| keys.keys().map(String::as_str))
-            .collect();
+        let keys = schema["properties"].as_object().into_iter().flatten();
+        let known: Vec<&str> = keys.map(|(key, _)| key.as_str()).collect();
         let mut lines = self.text[..self.file_length].trim_start_matches('\u{feff}').lines();
         let begins = |line: &str| {
             let line = line.trim_start_matches(|c: char| c.is_whitespace() || "[\"'".contains(c));
@@ -122,7 +121,7 @@ impl Source {
         }
         let kind = schema["title"].as_str().unwrap_or("case").to_lowercase();
         let text = format!(
-            "{}: this is no {kind} of turbid: none of its lines begins with a key of one\n  its keys are: {}",
+            "{}: this is no {kind} of turbid: no line begins with a key of one\n  its keys are: {}",
             self.path,
             known.join(", ")
         );
@@ -146,6 +145,19 @@ impl Source {
         }
     }
 
+    /// `key` is `value`, but must be `wanted`.
+    pub(super) fn out_of_range(
+        &self,
+        key: &str,
+        span: &Range<usize>,
+        value: &str,
+        wanted: &str,
+        remedy: &str,
+    ) -> Error {
+        let title = format!("`{key}` is {value}, but must be {wanted}");
+        self.error(span, &title, "out of range", remedy)
+    }
+
     /// Path of the innermost key that a place belongs to, by its name or its value.
     fn key_at(&self, span: &Range<usize>) -> Option<String> {
         let holds = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
@@ -156,7 +168,7 @@ impl Source {
             return Some(option_keys(&self.text[option.span.clone()]).join("."));
         }
         let document = DeTable::parse(&self.text[..self.file_length]).ok()?;
-        key_in_table(document.get_ref(), &holds)
+        innermost(&DeValue::Table(document.into_inner()), &holds)
     }
 
     /// A text that is no document of the kind it should be; `line` counts from 1.
@@ -229,10 +241,10 @@ impl Source {
         self.parse_error(line, self.render(&[(span, label)], title, remedy))
     }
 
-    /// What is wrong with a value and is not seen in the schema, such as a number that is too large.
-    fn type_error(&self, error: &toml::de::Error) -> Error {
+    /// What is wrong with a value and is not seen in the schema.
+    pub(super) fn type_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
-        self.error(&span, &plain(error.message()), "here", "")
+        self.error(&span, error.message(), "here", "")
     }
 
     /// A number with a comma behind `=`, in the line of `at` and not behind it, and how to write it.
@@ -253,36 +265,21 @@ impl Source {
     }
 }
 
-/// Path of the innermost key of a table whose name or value has a place that `holds`.
-fn key_in_table(table: &DeTable<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Option<String> {
-    table.iter().find_map(|(name, value)| {
-        let inner = key_in(value.get_ref(), holds).map(|inner| format!("{}.{inner}", name.get_ref()));
-        inner.or_else(|| (holds(&name.span()) || holds(&value.span())).then(|| name.get_ref().to_string()))
+/// Path of the innermost key whose name or value has a position that `holds`.
+fn innermost(value: &DeValue<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Option<String> {
+    let children: Vec<(String, Range<usize>, &Spanned<DeValue<'_>>)> = match value {
+        DeValue::Table(table) => {
+            table.iter().map(|(name, value)| (name.get_ref().to_string(), name.span(), value)).collect()
+        }
+        DeValue::Array(values) => {
+            values.iter().enumerate().map(|(n, value)| (n.to_string(), value.span(), value)).collect()
+        }
+        _ => return None,
+    };
+    children.into_iter().find_map(|(name, span, value)| {
+        let inner = innermost(value.get_ref(), holds).map(|inner| format!("{name}.{inner}"));
+        inner.or_else(|| (holds(&span) || holds(&value.span())).then_some(name))
     })
-}
-
-/// As [`key_in_table`], of any value.
-fn key_in(value: &DeValue<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Option<String> {
-    match value {
-        DeValue::Table(table) => key_in_table(table, holds),
-        DeValue::Array(values) => values.iter().enumerate().find_map(|(n, value)| {
-            let inner = key_in(value.get_ref(), holds).map(|inner| format!("{n}.{inner}"));
-            inner.or_else(|| holds(&value.span()).then(|| n.to_string()))
-        }),
-        _ => None,
-    }
-}
-
-/// A message on a whole number that is too large, without the types of the language that reads it.
-fn plain(message: &str) -> String {
-    const WORDS: [(&str, &str); 4] = [
-        ("invalid value: integer ", ""),
-        (", expected u32", " is not a whole number from 0 to 4294967295"),
-        (", expected u64", " is not a whole number of at least 0"),
-        (", expected usize", " is not a whole number of at least 0"),
-    ];
-    let replace = |text: String, (from, to): &(&str, &str)| text.replace(from, to);
-    WORDS.iter().fold(message.to_string(), replace)
 }
 
 /// The name closest to a misspelt one, if any is close.

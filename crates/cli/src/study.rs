@@ -73,7 +73,7 @@ impl Study {
     /// [`Error::Input`](turbid::error::Error::Input) with the place of what is wrong in the study file or in the case; [`Error::Io`](turbid::error::Error::Io) if a file cannot be read.
     pub fn load(path: &Path, out: Option<&Path>, threads: Option<usize>) -> Result<Self> {
         let source = Source::read(path, &[])?;
-        let (file, _) = source.parse::<StudyFile>()?;
+        let file = source.parse::<StudyFile>()?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let case = folder.join(&file.case.value);
         if !case.is_file() {

@@ -113,7 +113,8 @@ pub struct PairParams {
 pub enum ElasticLaw {
     /// From volume and depth, `k E* sqrt(V d)`, as in Marquardt et al. (2024).
     #[default]
-    Paper,
+    #[serde(alias = "paper")]
+    OverlapVolume,
     /// Minus the gradient of an energy of the overlap volume: elastic impacts of edges and corners conserve energy.
     OverlapEnergy,
     /// From the depth alone, `4/3 E* sqrt(R*) d^(3/2)`, with the radii of spheres of equal volume: exactly the static force

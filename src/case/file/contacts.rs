@@ -1,70 +1,70 @@
-//! Contacts and materials as the user writes them.
+//! Contacts, materials and the engine as the user writes them.
 
-use crate::case::located::Located;
 use crate::case::schema::{non_negative, positive};
 use crate::contact::{DampingLaw, ElasticLaw};
+use crate::dem::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Contacts of particles with each other and with walls; the defaults are those of Marquardt et al. (2024).
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactSection {
     /// Whether particles touch at all. Default true.
     pub enabled: bool,
     /// Young's modulus (Pa). Default 5000, far below real materials, so that contacts last many time steps.
     #[schemars(transform = positive)]
-    pub youngs_modulus: Located<f64>,
+    pub youngs_modulus: f64,
     /// Poisson's ratio (-), above -1 and at most 0.5. Default 0.245.
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
-    pub poisson_ratio: Located<f64>,
+    pub poisson_ratio: f64,
     /// Coefficient of restitution (-), above 0 and at most 1. Default 0.926.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
-    pub restitution: Located<f64>,
+    pub restitution: f64,
     /// Static friction coefficient (-). Default 0.32.
     #[schemars(transform = non_negative)]
-    pub friction_static: Located<f64>,
+    pub friction_static: f64,
     /// Kinetic friction coefficient (-), the only one that LIGGGHTS has. Default 0.16.
     #[schemars(transform = non_negative)]
-    pub friction_kinetic: Located<f64>,
+    pub friction_kinetic: f64,
     /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
     #[schemars(transform = positive)]
-    pub transition_velocity: Located<f64>,
+    pub transition_velocity: f64,
     /// By how much every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
     #[schemars(transform = non_negative)]
-    pub enlargement: Located<f64>,
-    /// How the elastic force follows from the overlap. Default "paper".
-    pub law: Located<ElasticLaw>,
+    pub enlargement: f64,
+    /// How the elastic force follows from the overlap. Default "overlap_volume".
+    pub law: ElasticLaw,
     /// How the normal force is damped. Default `"hunt_crossley"`.
     pub damping: DampingLaw,
     /// How overlaps are measured. Default "exact".
-    pub geometry: Located<GeometryKind>,
+    pub geometry: GeometryKind,
     /// Samples per direction of the sampled geometry. Default 8.
     #[schemars(extend("minimum" = 2, "maximum" = 64))]
-    pub samples: Located<u32>,
+    pub samples: u32,
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
     #[schemars(extend("minimum" = 1, "maximum" = 10000))]
-    pub substeps: Located<u32>,
+    pub substeps: u32,
     /// What particular pairs of materials do to each other; all others have the values above.
-    pub pairs: Vec<Located<PairSection>>,
+    pub pairs: Vec<PairSection>,
 }
 
 impl Default for ContactSection {
     fn default() -> Self {
         Self {
             enabled: true,
-            youngs_modulus: 5e3.into(),
-            poisson_ratio: 0.245.into(),
-            restitution: 0.926.into(),
-            friction_static: 0.32.into(),
-            friction_kinetic: 0.16.into(),
-            transition_velocity: 1e-3.into(),
-            enlargement: 0.2.into(),
-            law: ElasticLaw::Paper.into(),
+            youngs_modulus: 5e3,
+            poisson_ratio: 0.245,
+            restitution: 0.926,
+            friction_static: 0.32,
+            friction_kinetic: 0.16,
+            transition_velocity: 1e-3,
+            enlargement: 0.2,
+            law: ElasticLaw::OverlapVolume,
             damping: DampingLaw::HuntCrossley,
-            geometry: GeometryKind::Exact.into(),
-            samples: 8.into(),
-            substeps: 1.into(),
+            geometry: GeometryKind::Exact,
+            samples: 8,
+            substeps: 1,
             pairs: Vec::new(),
         }
     }
@@ -81,36 +81,77 @@ pub enum GeometryKind {
 }
 
 /// What two materials do to each other.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairSection {
     /// The names of the two materials, e.g. `["glass", "steel"]` or `["glass", "glass"]`; "default" is that of
     /// `[contact]`.
-    pub materials: [Located<String>; 2],
+    pub materials: [String; 2],
     /// Coefficient of restitution (-), above 0 and at most 1. Default: that of `[contact]`, as for all that follow.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
-    pub restitution: Option<Located<f64>>,
+    pub restitution: Option<f64>,
     /// Static friction coefficient (-).
     #[schemars(transform = non_negative)]
-    pub friction_static: Option<Located<f64>>,
+    pub friction_static: Option<f64>,
     /// Kinetic friction coefficient (-).
     #[schemars(transform = non_negative)]
-    pub friction_kinetic: Option<Located<f64>>,
+    pub friction_kinetic: Option<f64>,
     /// Speed of transition from static to kinetic friction (m/s).
     #[schemars(transform = positive)]
-    pub transition_velocity: Option<Located<f64>>,
+    pub transition_velocity: Option<f64>,
 }
 
 /// Elasticity of a material that particles and walls name.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSection {
     /// Its name.
-    pub name: Located<String>,
+    pub name: String,
     /// Young's modulus (Pa). Default: that of `[contact]`.
     #[schemars(transform = positive)]
-    pub youngs_modulus: Option<Located<f64>>,
+    pub youngs_modulus: Option<f64>,
     /// Poisson's ratio (-), above -1 and at most 0.5. Default: that of `[contact]`.
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
-    pub poisson_ratio: Option<Located<f64>>,
+    pub poisson_ratio: Option<f64>,
+}
+
+/// What moves the particles.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(extend("dependentSchemas" = {
+    "liggghts": { "properties": { "engine": { "const": "liggghts" } }, "required": ["engine"] }
+}))]
+pub struct DemSection {
+    /// "native", or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`. Default "native".
+    pub engine: EngineKind,
+    /// Settings of LIGGGHTS; only with `engine = "liggghts"`.
+    pub liggghts: Option<LiggghtsSection>,
+}
+
+/// Which engine moves the particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EngineKind {
+    /// That of turbid.
+    #[default]
+    Native,
+    /// LIGGGHTS with its model `hertz tangential history`, whatever `contact.law` and `contact.damping` say. Its one
+    /// coefficient of friction is `friction_kinetic`, or 0 where `friction_static` is 0; `transition_velocity` means nothing
+    /// to it.
+    Liggghts,
+}
+
+/// Settings of LIGGGHTS.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LiggghtsSection {
+    /// "worker": in a process of its own, whose crash ends as an error message; "own": in that of turbid. Default "worker".
+    pub process: LiggghtsProcess,
+    /// LIGGGHTS commands, given after all others of the set-up and before the first step: groups, regions, and fixes that add
+    /// forces (`viscous`, `drag`, `addforce`, `spring`, `spring/self`). All others are refused. Default `[]`.
+    pub commands: Vec<String>,
+    /// Longest time that a worker may take for a step (s); for the set-up and for saving it has ten times as long. Then
+    /// the run ends with an error. Default 60.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]
+    pub timeout: Option<f64>,
 }

@@ -1,14 +1,12 @@
 //! Kinds of particles as the user writes them.
 
 use super::shapes::ShapeSection;
-use crate::case::forms::{Entry, Sizes};
-use crate::case::located::Located;
 use crate::case::schema::{non_negative, positive};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend(
     "oneOf" = [{ "required": ["volume_fraction"] }, { "required": ["count"] }, { "required": ["file"] }, { "required": ["list"] }],
@@ -16,35 +14,108 @@ use serde::{Deserialize, Serialize};
 ))]
 pub struct ParticleSection {
     /// Geometry.
-    pub shape: Located<ShapeSection>,
+    pub shape: ShapeSection,
     /// Density (kg/m^3).
     #[schemars(transform = positive)]
-    pub density: Located<f64>,
+    pub density: f64,
     /// Name of its material. Default "default", which is that of `[contact]`.
-    pub material: Option<Located<String>>,
+    pub material: Option<String>,
     /// Solid volume over volume of the box (-), at most 0.35: random positions and orientations.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.35))]
-    pub volume_fraction: Option<Located<f64>>,
+    pub volume_fraction: Option<f64>,
     /// Number of particles: random positions and orientations.
-    pub count: Option<Located<u64>>,
+    pub count: Option<u64>,
     /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header. A column
     /// `kind` says which section, counted from 0, a line belongs to, and each of them names the file; a column `diameter`
     /// (m) which of the `sizes`; `vx` to `wz` are velocities (m/s, 1/s), with which contacts may overlap.
-    pub file: Option<Located<String>>,
+    pub file: Option<String>,
     /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
-    pub list: Option<Vec<Located<Entry>>>,
+    pub list: Option<Vec<Entry>>,
     /// Sizes of random particles, or of those in a file with a column `diameter`, as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
     /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
-    pub sizes: Option<Located<Sizes>>,
+    pub sizes: Option<Sizes>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
-    pub seed: Option<Located<u64>>,
+    pub seed: Option<u64>,
     /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
     /// least twice the contact enlargement, so that none begins in contact.
     #[schemars(transform = non_negative)]
-    pub minimum_gap: Option<Located<f64>>,
+    pub minimum_gap: Option<f64>,
 }
 
 /// Of keys that only particles at random positions have.
 fn at_random() -> serde_json::Value {
     serde_json::json!({ "not": { "anyOf": [{ "required": ["file"] }, { "required": ["list"] }] } })
+}
+
+/// One particle of a list.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Entry {
+    /// Centre (m), at rest.
+    Position([f64; 3]),
+    /// Centre and motion.
+    Moving(Box<MovingEntry>),
+}
+
+/// One particle of a list with its motion.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MovingEntry {
+    /// Centre (m).
+    pub position: [f64; 3],
+    /// Orientation. Default: the axes of the shape along those of the box.
+    pub orientation: Option<OrientationSection>,
+    /// Velocity (m/s). Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Angular velocity (1/s). Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub angular_velocity: [f64; 3],
+}
+
+/// Orientation of a particle of a list: either `axis` with `angle`, or `quaternion`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["axis", "angle"] }, { "required": ["quaternion"], "not": { "required": ["angle"] } }]))]
+pub struct OrientationSection {
+    /// Axis of the rotation, of any length, e.g. `{ axis = [0, 0, 1], angle = 45 }`.
+    pub axis: Option<[f64; 3]>,
+    /// Angle (degrees), right-handed, e.g. `{ axis = [0, 0, 1], angle = 45 }`.
+    pub angle: Option<f64>,
+    /// Quaternion `[i, j, k, w]` of any length, from the axes of the shape to those of the box.
+    pub quaternion: Option<[f64; 4]>,
+}
+
+/// Sizes of random particles.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Sizes {
+    /// Factors and the fraction of the particles that has each.
+    Shares(Vec<SizeShare>),
+    /// Evenly spread factors.
+    Spread(SizeSpread),
+}
+
+/// One size and how many particles have it.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SizeShare {
+    /// Factor on all lengths of the shape (-), e.g. 0.8.
+    #[schemars(transform = positive)]
+    pub scale: f64,
+    /// Fraction of the number of particles (-), e.g. 0.5; fractions need not add up to 1.
+    #[schemars(transform = positive)]
+    pub share: f64,
+}
+
+/// Sizes evenly spread over a range, the same number of particles in each step.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SizeSpread {
+    /// Smallest and largest factor on all lengths (-), e.g. `[0.8, 1.2]`; each step has the factor in its middle.
+    #[schemars(transform = positive)]
+    pub uniform: [f64; 2],
+    /// Number of sizes, from 1 to 1000. Default 5.
+    #[schemars(extend("minimum" = 1, "maximum" = 1000))]
+    pub steps: Option<u32>,
 }

@@ -2,30 +2,28 @@
 
 use super::{Placed, Placer};
 use crate::case::file::ParticleSection;
-use crate::case::located::Located;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::Vec3;
 use crate::packing::positions::{self, Placement};
 use crate::particle::Particle;
 
-/// Relative difference of diameters that are the same: a text may have few digits.
+/// Relative difference up to which diameters are the same: a text may have few digits.
 const SAME_DIAMETER: f64 = 1e-6;
 
 impl Placer<'_> {
     /// Adds the particles of a section that reads a file: all of it, or the rows of its kind.
-    pub(super) fn read(&self, index: usize, file: &Located<String>, placed: &mut Vec<Placed>) -> Result<()> {
-        let name = self.files.path(&file.value).display().to_string();
-        let text = self
-            .files
-            .contents(&file.value, input::POSITIONS)
+    pub(super) fn read(&self, index: usize, file: &str, placed: &mut Vec<Placed>) -> Result<()> {
+        let name = self.files.path(file).display().to_string();
+        let key = format!("particles.{index}.file");
+        let refused = |title: &str, remedy: &str| self.document.error(&key, title, "this file", remedy);
+        let bytes = self.files.contents(file, input::POSITIONS);
+        let text = bytes
             .and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_string()))
             .map_err(|what| {
                 let title = format!("cannot read the positions file {name}: {what}");
-                let remedy = "the path is relative to the case file";
-                self.source.error(&file.span, &title, "this file", remedy)
+                refused(&title, "the path is relative to the case file")
             })?;
-        let mut read = 0;
         let bad = |text: String| Error::Parse {
             path: name.clone().into(),
             line: (text.strip_prefix(&format!("{name}:")))
@@ -33,14 +31,16 @@ impl Placer<'_> {
                 .unwrap_or(0),
             text,
         };
+        let before = placed.len();
         for placement in positions::parse(&text, &name).map_err(bad)? {
-            if self.is_of_another(index, file, &name, &placement)? {
+            let is_of_another = self.is_of_another(index, file, &name, &placement);
+            if is_of_another.map_err(|(title, remedy)| refused(&title, remedy))? {
                 continue;
             }
-            read += 1;
             let line = format!("{name}:{}", placement.line);
-            let position = self.inside(&line, &file.span, placement.position)?;
-            let template = self.sized(index, file, &name, &placement)?;
+            let position = self.inside(&line, &key, placement.position)?;
+            let template = self.sized(index, &name, &placement);
+            let template = template.map_err(|(title, remedy)| refused(&title, remedy))?;
             let orientation = self.kinds.sections[index].turned(&placement.orientation);
             let id = placement.id.unwrap_or(0);
             let particle = match placement.motion {
@@ -56,81 +56,72 @@ impl Placer<'_> {
             placed.push(Placed {
                 particle,
                 has_id: placement.id.is_some(),
-                span: file.span.clone(),
+                key: key.clone(),
                 line: Some(line),
                 in_motion: placement.motion.is_some(),
             });
         }
-        if read == 0 {
+        if placed.len() == before {
             let title = format!("{name} holds no particles of kind {index}, those of `particles.{index}`");
             let remedy = "kinds are the [[particles]] sections, counted from 0; a section without particles has `count = 0`";
-            return Err(self.source.error(&file.span, &title, "read for these", remedy));
+            return Err(refused(&title, remedy));
         }
         Ok(())
     }
 
-    /// True if a row belongs to another section, which must read the file, too.
+    /// True if a row belongs to another section, which must read the file, too; else an error and its remedy.
     fn is_of_another(
         &self,
         index: usize,
-        file: &Located<String>,
+        file: &str,
         name: &str,
         placement: &Placement,
-    ) -> Result<bool> {
-        let reads = |section: &Located<ParticleSection>| {
-            let named = section.value.file.as_ref();
-            named.is_some_and(|other| other.value == file.value)
-        };
+    ) -> std::result::Result<bool, (String, &'static str)> {
+        let sections = &self.case.particles;
+        let reads = |section: &ParticleSection| section.file.as_deref() == Some(file);
         let Some(kind) = placement.kind else {
-            return match self.case.particles.iter().filter(|section| reads(section)).count() {
+            return match sections.iter().filter(|section| reads(section)).count() {
                 1 => Ok(false),
-                count => {
-                    let title =
-                        format!("{name} has no column `kind`, but {count} [[particles]] sections read it");
-                    let remedy = "a column `kind` says which section, counted from 0, a line belongs to";
-                    Err(self.source.error(&file.span, &title, "one of them", remedy))
-                }
+                count => Err((
+                    format!("{name} has no column `kind`, but {count} [[particles]] sections read it"),
+                    "a column `kind` says which section, counted from 0, a line belongs to",
+                )),
             };
         };
-        let section = usize::try_from(kind.value).ok().and_then(|i| self.case.particles.get(i));
+        let section = usize::try_from(kind.value).ok().and_then(|i| sections.get(i));
         if section.is_some_and(reads) {
             return Ok(kind.value != index as u64);
         }
         let (line, column, kind) = (placement.line, kind.column, kind.value);
         let why = match section {
             Some(_) => format!("`particles.{kind}` does not read this file"),
-            None => format!("the case has {} [[particles]] sections", self.case.particles.len()),
+            None => format!("the case has {} [[particles]] sections", sections.len()),
         };
-        let title = format!("{name}:{line}:{column}: `kind` is {kind}, but {why}");
         let remedy = "a line of kind n belongs to the n-th [[particles]] section, counted from 0: give each the same `file`";
-        Err(self.source.error(&file.span, &title, "this file", remedy))
+        Err((format!("{name}:{line}:{column}: `kind` is {kind}, but {why}"), remedy))
     }
 
-    /// The template of a row: that of its diameter.
+    /// The template of a row: that of its diameter; else an error and its remedy.
     fn sized(
         &self,
         index: usize,
-        file: &Located<String>,
         name: &str,
         placement: &Placement,
-    ) -> Result<usize> {
+    ) -> std::result::Result<usize, (String, &'static str)> {
         let templates = self.kinds.sections[index].templates();
         let Some(diameter) = placement.diameter else {
             if templates.len() == 1 {
                 return Ok(templates.start);
             }
-            let title = format!(
-                "`particles.{index}` has {} sizes, but {name} has no column `diameter`",
-                templates.len()
-            );
+            let count = templates.len();
+            let title = format!("`particles.{index}` has {count} sizes, but {name} has no column `diameter`");
             let remedy =
                 "a column `diameter` (m, of the sphere of equal volume) says which size a particle has";
-            return Err(self.source.error(&file.span, &title, "this file", remedy));
+            return Err((title, remedy));
         };
         let of = |template: usize| self.kinds.templates[template].shape.equivalent_diameter();
         let off = |template: usize| (of(template) - diameter.value).abs();
-        let nearest =
-            (templates.clone().min_by(|a, b| off(*a).total_cmp(&off(*b)))).expect("every kind has a size");
+        let nearest = templates.min_by(|a, b| off(*a).total_cmp(&off(*b))).expect("every kind has a size");
         if off(nearest) <= SAME_DIAMETER * of(nearest) {
             return Ok(nearest);
         }
@@ -143,6 +134,6 @@ impl Placer<'_> {
         );
         let remedy =
             "diameters are those of spheres of equal volume: give the shape this size, or list it in `sizes`";
-        Err(self.source.error(&file.span, &title, "this file", remedy))
+        Err((title, remedy))
     }
 }

@@ -1,4 +1,4 @@
-//! Particles at random places, clear of each other, of those that are listed, and of walls.
+//! Particles at random positions, clear of each other, of those that are listed, and of walls.
 
 use super::Placer;
 use crate::case::file::ParticleSection;
@@ -11,7 +11,6 @@ use crate::packing::relax::{Pose, random_orientations, relax};
 use crate::packing::{self, Ball};
 use crate::particle::Particle;
 use crate::wall::Surface;
-use std::ops::Range;
 
 /// Default gaps in units of those at which surfaces that are grown for contacts just touch.
 const CLEAR: f64 = 1.001;
@@ -20,25 +19,23 @@ impl Placer<'_> {
     /// Number of random particles of a kind, refused if there is no room for them.
     pub(super) fn count(&self, index: usize, kind: &ParticleSection) -> Result<usize> {
         let templates = &self.kinds.templates[self.kinds.sections[index].templates()];
-        let shares = &self.kinds.sections[index].shares;
+        let fractions = &self.kinds.sections[index].fractions;
         let volume: f64 =
-            templates.iter().zip(shares).map(|(template, share)| share * template.shape.volume()).sum();
+            templates.iter().zip(fractions).map(|(template, part)| part * template.shape.volume()).sum();
+        if let Some(fraction) = kind.volume_fraction {
+            return Ok(packing::count_for_volume_fraction(self.free_volume, fraction, volume) as usize);
+        }
+        let count = kind.count.expect("the schema asks for one of them");
         let limit = packing::MAX_VOLUME_FRACTION;
-        if let Some(fraction) = &kind.volume_fraction {
-            return Ok(packing::count_for_volume_fraction(self.free_volume, fraction.value, volume) as usize);
-        }
-        let count = kind.count.as_ref().expect("checked by exactly_one");
         let most = (limit * self.free_volume / volume) as u64;
-        if count.value > most {
-            return Err(self.source.out_of_range(
-                &format!("particles.{index}.count"),
-                &count.span,
-                &count.value.to_string(),
-                &format!("at most {most}"),
-                &format!("random packing goes up to a volume fraction of {limit}; take a larger box or fewer particles"),
-            ));
+        if count > most {
+            let remedy = format!(
+                "random packing goes up to a volume fraction of {limit}; take a larger box or fewer particles"
+            );
+            let key = format!("particles.{index}.count");
+            return Err(self.document.out_of_range(&key, count, &format!("at most {most}"), &remedy));
         }
-        Ok(count.value as usize)
+        Ok(count as usize)
     }
 
     /// Refuses more particles than this process has memory for, before any is placed.
@@ -47,18 +44,16 @@ impl Placer<'_> {
         let Some(room) = memory::rooms().into_iter().find(|room| needed > room.bytes) else {
             return Ok(());
         };
-        let title = format!(
-            "`particles.{index}` asks for {count} particles, which need about {}, but {}",
-            memory::in_bytes(needed),
-            room.limit
-        );
+        let key = format!("particles.{index}");
+        let needed = memory::in_bytes(needed);
+        let title =
+            format!("`{key}` asks for {count} particles, which need about {needed}, but {}", room.limit);
         let remedy = "take fewer or larger particles, or a smaller box";
-        let span = &self.case.particles[index].span;
-        Err(self.source.error(span, &title, "too many for the memory", remedy))
+        Err(self.document.error(&key, &title, "too many for the memory", remedy))
     }
 
-    /// Adds the random particles, at a distance from all others: by default one at which none begins in contact. Where there
-    /// is no room for that, or the case asks for less, it is said in `warnings`.
+    /// Adds the random particles, at a distance from all others: by default one at which none begins in contact. Warns if there
+    /// is no room for that, or if the case asks for less.
     pub(super) fn pack(
         &self,
         random: &[(usize, usize)],
@@ -72,28 +67,23 @@ impl Placer<'_> {
             self.refuse_too_many(index, count)?;
         }
         let clear = CLEAR * 2.0 * self.enlargement;
+        let asked = |index: usize| self.case.particles[index].minimum_gap;
         for &(index, _) in random {
-            let gap = self.case.particles[index].value.minimum_gap.as_ref();
-            if let Some(gap) = gap.filter(|gap| gap.value < clear / CLEAR) {
-                warnings.push(self.begins_in_contact(index, &gap.span, gap.value, clear));
+            if let Some(gap) = asked(index).filter(|gap| *gap < clear / CLEAR) {
+                warnings.push(self.begins_in_contact(index, gap, clear));
             }
         }
         let Err(refused) = self.pack_with(first, random, particles, clear) else {
             return Ok(());
         };
-        let by_default = random.iter().map(|&(index, _)| index);
-        let Some(index) = by_default
-            .filter(|&index| self.case.particles[index].value.minimum_gap.is_none())
-            .find(|_| clear > 0.0)
-        else {
+        let mut by_default = random.iter().map(|&(index, _)| index);
+        let Some(index) = by_default.find(|&index| asked(index).is_none() && clear > 0.0) else {
             return Err(refused);
         };
         self.pack_with(first, random, particles, 0.0)?;
-        let kind = &self.case.particles[index];
-        let gap = 2.0
-            * self.kinds.sections[index].templates().map(|t| self.radius(t)).fold(0.0, f64::max)
-            * packing::DEFAULT_GAP;
-        warnings.push(self.begins_in_contact(index, &kind.span, gap, clear));
+        let radii = self.kinds.sections[index].templates().map(|t| self.radius(t));
+        let gap = 2.0 * radii.fold(0.0, f64::max) * packing::DEFAULT_GAP;
+        warnings.push(self.begins_in_contact(index, gap, clear));
         Ok(())
     }
 
@@ -103,20 +93,17 @@ impl Placer<'_> {
         shape.as_sphere().unwrap_or_else(|| 0.5 * shape.equivalent_diameter())
     }
 
-    fn begins_in_contact(&self, index: usize, span: &Range<usize>, gap: f64, clear: f64) -> String {
-        self.source.warning(
-            span,
-            &format!(
-                "random particles begin in contact: `particles.{index}` keeps gaps of {gap:.3e} m, but surfaces are grown by \
-                 {:.3e} m for contacts",
-                self.enlargement
-            ),
-            "neighbours push each other apart from the start",
-            &format!(
-                "for a start at rest take fewer particles or more cells per diameter, and `minimum_gap` of {clear:.3e} m or \
-                 none"
-            ),
-        )
+    fn begins_in_contact(&self, index: usize, gap: f64, clear: f64) -> String {
+        let title = format!(
+            "random particles begin in contact: `particles.{index}` keeps gaps of {gap:.3e} m, but surfaces are grown by \
+             {:.3e} m for contacts",
+            self.enlargement
+        );
+        let remedy = format!(
+            "for a start at rest take fewer particles or more cells per diameter, and `minimum_gap` of {clear:.3e} m or none"
+        );
+        let label = "neighbours push each other apart from the start";
+        self.document.warning(&format!("particles.{index}.minimum_gap"), &title, label, &remedy)
     }
 
     /// As [`pack`](Self::pack), with default gaps of at least `clear` (m).
@@ -132,20 +119,16 @@ impl Placer<'_> {
         let mut drawn = Vec::new();
         let mut seed = 0_u64;
         for &(index, count) in random {
-            let kind = &self.case.particles[index].value;
+            let kind = &self.case.particles[index];
             for template in self.kinds.sections[index].templates() {
-                gaps[template] = match &kind.minimum_gap {
-                    Some(gap) => gap.value,
-                    None => (2.0 * self.radius(template) * packing::DEFAULT_GAP).max(clear),
-                };
+                let usual = 2.0 * self.radius(template) * packing::DEFAULT_GAP;
+                gaps[template] = kind.minimum_gap.unwrap_or(usual.max(clear));
             }
             for (template, count) in self.allot(index, count) {
                 drawn.extend(std::iter::repeat_n(template, count));
             }
             // One section: its own seed. Several: each of them matters.
-            seed = seed
-                .wrapping_mul(0x9E37_79B9_7F4A_7C15)
-                .wrapping_add(kind.seed.as_ref().map_or(1, |s| s.value));
+            seed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(kind.seed.unwrap_or(1));
         }
         let ball = |template: usize| Ball { radius: self.radius(template), half_gap: 0.5 * gaps[template] };
         let fixed: Vec<(Vec3, Ball)> =
@@ -204,10 +187,10 @@ impl Placer<'_> {
         Ok(())
     }
 
-    /// How many of `count` particles of a kind have which template: its shares, rounded by the largest remainders.
+    /// Number of particles of each template among `count` of a kind: its fractions, rounded by the largest remainders.
     pub(super) fn allot(&self, index: usize, count: usize) -> Vec<(usize, usize)> {
         let kind = &self.kinds.sections[index];
-        let exact: Vec<f64> = kind.shares.iter().map(|share| share * count as f64).collect();
+        let exact: Vec<f64> = kind.fractions.iter().map(|part| part * count as f64).collect();
         let mut counts: Vec<usize> = exact.iter().map(|x| x.floor() as usize).collect();
         let mut order: Vec<usize> = (0..counts.len()).collect();
         order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())));
@@ -219,18 +202,15 @@ impl Placer<'_> {
     }
 
     fn no_room(&self, first: usize, count: usize, solid: f64, grown: f64) -> Error {
-        let kind = &self.case.particles[first];
-        let gap = kind.value.minimum_gap.as_ref().map(|g| &g.span);
-        self.source.error(
-            gap.unwrap_or(&kind.span),
-            &format!("no room for {count} random particles: volume fraction {solid:.3}, with their gaps {grown:.3}"),
-            "random positions",
-            &format!(
-                "random packing goes up to a volume fraction of {} and, with the gaps, {}, less for long or flat bodies; \
-                 take fewer particles, a larger box or a smaller `minimum_gap`",
-                packing::MAX_VOLUME_FRACTION,
-                packing::MAX_GROWN_FRACTION
-            ),
-        )
+        let title = format!(
+            "no room for {count} random particles: volume fraction {solid:.3}, with their gaps {grown:.3}"
+        );
+        let remedy = format!(
+            "random packing goes up to a volume fraction of {} and, with the gaps, {}, less for long or flat bodies; \
+             take fewer particles, a larger box or a smaller `minimum_gap`",
+            packing::MAX_VOLUME_FRACTION,
+            packing::MAX_GROWN_FRACTION
+        );
+        self.document.error(&format!("particles.{first}.minimum_gap"), &title, "random positions", &remedy)
     }
 }

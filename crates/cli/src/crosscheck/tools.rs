@@ -23,7 +23,7 @@ pub(super) type Laws = (ElasticLaw, DampingLaw);
 pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
 
 /// Those of a case that names none.
-pub(super) const OWN: Laws = (ElasticLaw::Paper, DampingLaw::HuntCrossley);
+pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley);
 
 /// Glass.
 pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };

@@ -5,7 +5,7 @@
 //! restitution `e` and approach speed `v`:
 //!
 //! ```text
-//! Paper           F = -n k E* sqrt(V d),   k = 4 / (3 sqrt(pi)),   through x_c
+//! OverlapVolume   F = -n k E* sqrt(V d),   k = 4 / (3 sqrt(pi)),   through x_c
 //! OverlapEnergy   F = -n A E'(V),   torque -M E'(V),   E(V) = K V^(5/4),   K = (8/15) E* R_e^(-3/4) pi^(-5/4)
 //! Hertz           F = -n (4/3) E* sqrt(R_e) d^(3/2),   through x_c
 //! HuntCrossley    F (1 + c v),   c = 1.5 (1 - e) (11 - e) / (1 + 9 e) / u0,   u0 stored when the bodies first approach
@@ -115,7 +115,9 @@ impl PairLaw {
     /// Magnitude of the elastic force (N).
     fn elastic_force(&self, overlap: &Overlap, couple: &Couple) -> f64 {
         let force = match self.elastic {
-            ElasticLaw::Paper => HERTZ_FACTOR * self.modulus * (overlap.volume * overlap.depth).sqrt(),
+            ElasticLaw::OverlapVolume => {
+                HERTZ_FACTOR * self.modulus * (overlap.volume * overlap.depth).sqrt()
+            }
             ElasticLaw::OverlapEnergy => self.pressure(overlap, couple) * overlap.area,
             ElasticLaw::Hertz => {
                 4.0 / 3.0 * self.modulus * (couple.radius() * overlap.depth).sqrt() * overlap.depth
@@ -153,7 +155,7 @@ impl PairLaw {
     /// The normal force (N), positive if it pushes the bodies apart; only [`DampingLaw::Tsuji`] pulls.
     ///
     /// ```text
-    /// Paper           F = k E* sqrt(V d)
+    /// OverlapVolume   F = k E* sqrt(V d)
     /// OverlapEnergy   F = A E'(V)
     /// Hertz           F = 4/3 E* sqrt(R_e) d^(3/2)
     /// ```
@@ -216,7 +218,9 @@ impl PairLaw {
         }
         let levers = [overlap.point, overlap.point - offset];
         let torques = match self.elastic {
-            ElasticLaw::Paper | ElasticLaw::Hertz => [levers[0].cross(&force), levers[1].cross(&-force)],
+            ElasticLaw::OverlapVolume | ElasticLaw::Hertz => {
+                [levers[0].cross(&force), levers[1].cross(&-force)]
+            }
             ElasticLaw::OverlapEnergy => {
                 let pressure = self.pressure(overlap, couple) * factor;
                 let opposite = overlap.moment - offset.cross(&(overlap.normal * overlap.area));

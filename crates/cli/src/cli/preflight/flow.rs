@@ -57,7 +57,7 @@ fn coupling_row(fluid: &FluidSetup) -> Row {
     let operator = match fluid.solids {
         SolidCollision::ExactDifference => {
             let note = format!("exact difference, ramp of {} cells", 2.0 * fluid.fraction.half_layer());
-            return row("coupling", "paper".into(), &note);
+            return row("coupling", "homogenised".into(), &note);
         }
         SolidCollision::Sc1 => "sc1",
         SolidCollision::Sc2 => "sc2",

@@ -13,7 +13,7 @@ const GLASS: ContactParams = ContactParams {
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,
-    law: ElasticLaw::Paper,
+    law: ElasticLaw::OverlapVolume,
     damping: DampingLaw::HuntCrossley,
 };
 
@@ -180,7 +180,7 @@ fn a_dashpot_remembers_nothing_and_is_nothing_without_overlap_or_dissipation() {
     let law = hertz(DampingLaw::Tsuji);
     assert_eq!(law.latch(UNSET, 0.3).to_bits(), UNSET.to_bits());
     let nothing = Overlap { volume: 0.0, area: 0.0, ..cap(1e-3, 0.0) };
-    for elastic in [ElasticLaw::Paper, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz] {
+    for elastic in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz] {
         let law = PairLaw { elastic, ..law };
         assert!(law.normal_force(&nothing, &EQUAL, UNSET, 0.3).abs() < 1e-300);
         let law = PairLaw { dashpot_number: dashpot_number(1.0), ..law };
