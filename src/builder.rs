@@ -126,7 +126,7 @@ impl Builder {
     /// ```
     /// use turbid::case::file::Coupling;
     /// let setup = turbid::Builder::example().coupling(Coupling::Paper).setup()?;
-    /// assert!(!setup.expect_fluid().solids.is_saturated());
+    /// assert!(matches!(setup.expect_fluid().coupling, turbid::coupling::Method::Homogenised(_)));
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn coupling(self, coupling: Coupling) -> Self {

@@ -2,19 +2,17 @@
 
 use super::FluidSetup;
 use super::checks::{Alternative, at};
-use super::file::{
-    Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection, SolidOperator,
-};
+use super::file::{Case, CollisionKind, Coupling, DrivingSection, FluidSection, LatticeSection};
 use super::forms::Gravity;
 use super::kinds::Kinds;
 use super::located::Located;
 use super::scales::Reference;
 use super::source::Source;
 use super::walls::PlacedWall;
-use crate::coupling::Fraction;
+use crate::coupling::{Homogenised, Method, Saturated};
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::fluid::{Collision, SolidCollision};
+use crate::fluid::Collision;
 use crate::math::Vec3;
 use crate::units::Units;
 use crate::wall::Motion;
@@ -50,7 +48,7 @@ pub(super) fn fluid(
     let viscosity = viscosity(source, section, &reference)?;
     let (units, relaxation_time) = time_step(source, lattice, domain.dx, viscosity, density)?;
     let collision = collision(source, &lattice.value)?;
-    let (solids, fraction) = solids(source, &lattice.value)?;
+    let coupling = method(source, &lattice.value)?;
     let (body_acceleration, zero_net_flux) =
         driven(source, &case.driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
     let force_balance = case.driving.force_balance.as_ref();
@@ -60,8 +58,7 @@ pub(super) fn fluid(
         viscosity,
         relaxation_time,
         collision,
-        solids,
-        fraction,
+        coupling,
         force_balance: force_balance.map_or_else(Default::default, |b| b.value),
         zero_net_flux,
         control_rate: (scales.stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter)),
@@ -163,8 +160,8 @@ fn time_step(
     Ok((units, units.relaxation_time(viscosity)))
 }
 
-/// Collision in cells that particles cover, and how their solid fraction follows from the body.
-fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, Fraction)> {
+/// Solid fraction and collision of cells that particles cover.
+fn method(source: &Source, lattice: &LatticeSection) -> Result<Method> {
     match (lattice.coupling, &lattice.solid_operator, &lattice.solid_ramp_width) {
         (Coupling::Paper, Some(operator), _) => Err(source.error(
             &operator.span,
@@ -179,17 +176,11 @@ fn solids(source: &Source, lattice: &LatticeSection) -> Result<(SolidCollision, 
             "add `coupling = \"paper\"`, or remove it",
         )),
         (Coupling::Paper, None, width) => {
-            let width = width.as_ref().map_or(0.5, |width| width.value);
-            Ok((SolidCollision::ExactDifference, Fraction::Ramp(width)))
+            Ok(Method::Homogenised(Homogenised { ramp: width.as_ref().map_or(0.5, |width| width.value) }))
         }
         (Coupling::Saturated, operator, None) => {
             let operator = operator.as_ref().map_or_else(Default::default, |o| o.value);
-            let solids = match operator {
-                SolidOperator::Sc1 => SolidCollision::Sc1,
-                SolidOperator::Sc2 => SolidCollision::Sc2,
-                SolidOperator::Sc3 => SolidCollision::Sc3,
-            };
-            Ok((solids, Fraction::VOLUME))
+            Ok(Method::Saturated(Saturated::new(operator)))
         }
     }
 }
