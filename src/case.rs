@@ -35,10 +35,10 @@ mod speeds;
 mod walls;
 
 use crate::contact::ContactModel;
-use crate::coupling::{ForceBalance, Fraction};
+use crate::coupling::{ForceBalance, Method};
 use crate::dem::EngineChoice;
 use crate::domain::Domain;
-use crate::fluid::{Collision, Precision, Simd, SolidCollision};
+use crate::fluid::{Collision, Precision, Simd};
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
 use crate::units::Units;
@@ -142,10 +142,8 @@ pub struct FluidSetup {
     pub relaxation_time: f64,
     /// Collision operator.
     pub collision: Collision,
-    /// Collision in cells that particles cover.
-    pub solids: SolidCollision,
-    /// The solid fraction of a cell.
-    pub fraction: Fraction,
+    /// Solid fraction and collision of cells that particles cover.
+    pub coupling: Method,
     /// Where the balancing force acts.
     pub force_balance: ForceBalance,
     /// Directions in which a controller removes the mean volume flux.

@@ -119,8 +119,7 @@ impl FluidSystem {
         let (units, templates) = (setup.units(), &setup.templates);
         let coupling = CouplingParams {
             units,
-            solids: of.solids,
-            fraction: of.fraction,
+            method: of.coupling,
             gravity: setup.gravity,
             force_balance: of.force_balance,
         };
@@ -129,7 +128,6 @@ impl FluidSystem {
         let params = FluidParams {
             relaxation_time: of.relaxation_time,
             collision: of.collision,
-            solids: of.solids,
             simd: setup.plan.simd.unwrap_or_else(Simd::best),
         };
         let walls = LatticeWalls::new(&setup.walls, &units);

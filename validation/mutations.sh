@@ -20,8 +20,8 @@ weight|crates/core/src/fluid/kernel.rs|scaled(1.0 / 18.0), scaled(1.0 / 36.0)|sc
 quadratic|crates/core/src/fluid/kernel.rs|c(4.5) * rho, c(3.0) * rho|c(4.0) * rho, c(3.0) * rho
 force_sign|crates/core/src/fluid/kernel.rs|[u[0] + a[0], u[1] + a[1], u[2] + a[2]]|[u[0] - a[0], u[1] - a[1], u[2] - a[2]]
 solid_sign|crates/core/src/fluid/kernel.rs|*odd = open * *odd + b * (v + v)|*odd = open * *odd - b * (v + v)
-solid_weight|crates/core/src/fluid/covered.rs|self.solid * above_half * (through + above_half).recip()|self.solid
-exchange_sign|crates/core/src/fluid/kernel.rs|given * (u[axis] - velocity[axis])|given * (velocity[axis] - u[axis])
+solid_weight|crates/core/src/coupling/saturated/collision.rs|covered.solid * above_half * (through + above_half).recip()|covered.solid
+exchange_sign|crates/core/src/coupling/saturated/collision.rs|given * (u[axis] - velocity[axis])|given * (velocity[axis] - u[axis])
 viscosity|crates/core/src/units.rs|dt: (relaxation_time - 0.5) / 3.0|dt: relaxation_time / 3.0
 prefactor|crates/core/src/contact/law.rs|4.0 / 3.0 * self.modulus * (couple|4.0 / 5.0 * self.modulus * (couple
 TABLE

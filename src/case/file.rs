@@ -9,6 +9,7 @@ mod walls;
 
 use super::schema::{non_negative, positive};
 use crate::coupling::ForceBalance;
+pub use crate::coupling::SolidOperator;
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -193,19 +194,6 @@ pub enum Coupling {
     /// Partially saturated cells with exact volume fractions.
     #[default]
     Saturated,
-}
-
-/// What happens in solid cells of the coupling "saturated".
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SolidOperator {
-    /// Bounce-back of the deviation from equilibrium.
-    Sc1,
-    /// Equilibrium of the solid, and what relaxation leaves.
-    Sc2,
-    /// Bounce-back off a moving wall.
-    #[default]
-    Sc3,
 }
 
 /// What drives the flow.

@@ -2,16 +2,14 @@
 
 use super::FluidSetup;
 use super::checks::Document;
-use super::file::{
-    Case, CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection, SolidOperator,
-};
+use super::file::{Case, CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection};
 use super::kinds::Kinds;
 use super::scales::Reference;
 use super::walls::PlacedWall;
-use crate::coupling::Fraction;
+use crate::coupling::{Homogenised, Method, Saturated};
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::fluid::{Collision, SolidCollision};
+use crate::fluid::Collision;
 use crate::math::Vec3;
 use crate::units::Units;
 use crate::wall::Motion;
@@ -49,7 +47,7 @@ pub(super) fn fluid(
             (units, units.relaxation_time(viscosity))
         }
     };
-    let (collision, solids, fraction) = collision(document, lattice)?;
+    let (collision, coupling) = collision(document, lattice)?;
     let (body_acceleration, zero_net_flux) =
         driven(document, driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
     let scales = reference.scales(viscosity);
@@ -58,8 +56,7 @@ pub(super) fn fluid(
         viscosity,
         relaxation_time,
         collision,
-        solids,
-        fraction,
+        coupling,
         force_balance: driving.force_balance.unwrap_or_default(),
         zero_net_flux,
         control_rate: (scales.stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter)),
@@ -123,31 +120,27 @@ fn viscosity(document: &Document, fluid: &FluidSection, reference: &Reference) -
     })
 }
 
-/// The collision operator, the collision in cells that particles cover, and how their solid fraction follows from the body.
-fn collision(document: &Document, lattice: &LatticeSection) -> Result<(Collision, SolidCollision, Fraction)> {
+/// The collision operator of the fluid, and the coupling to particles.
+fn collision(document: &Document, lattice: &LatticeSection) -> Result<(Collision, Method)> {
     let refused = |key: &str, of: &str, wanted: &str, has: &str| {
         let title = format!("`lattice.{key}` belongs to the {of} \"{wanted}\", but this case has \"{has}\"");
         let remedy = format!("add `{of} = \"{wanted}\"`, or remove it");
         Err(document.error(&format!("lattice.{key}"), &title, "has no effect here", &remedy))
     };
-    let (solids, fraction, usual, usual_magic) = match lattice.coupling {
+    let (coupling, usual, usual_magic) = match lattice.coupling {
         Coupling::Homogenised => {
             if lattice.solid_operator.is_some() {
                 return refused("solid_operator", "coupling", "saturated", "homogenised");
             }
-            let ramp = Fraction::Ramp(lattice.solid_ramp_width.unwrap_or(0.5));
-            (SolidCollision::ExactDifference, ramp, CollisionKind::Bgk, 0.1875)
+            let ramp = lattice.solid_ramp_width.unwrap_or(0.5);
+            (Method::Homogenised(Homogenised { ramp }), CollisionKind::Bgk, 0.1875)
         }
         Coupling::Saturated => {
             if lattice.solid_ramp_width.is_some() {
                 return refused("solid_ramp_width", "coupling", "homogenised", "saturated");
             }
-            let solids = match lattice.solid_operator.unwrap_or_default() {
-                SolidOperator::Sc1 => SolidCollision::Sc1,
-                SolidOperator::Sc2 => SolidCollision::Sc2,
-                SolidOperator::Sc3 => SolidCollision::Sc3,
-            };
-            (solids, Fraction::VOLUME, CollisionKind::Trt, SATURATED_MAGIC)
+            let saturated = Saturated::new(lattice.solid_operator.unwrap_or_default());
+            (Method::Saturated(saturated), CollisionKind::Trt, SATURATED_MAGIC)
         }
     };
     let collision = match lattice.collision.unwrap_or(usual) {
@@ -159,5 +152,5 @@ fn collision(document: &Document, lattice: &LatticeSection) -> Result<(Collision
             Collision::Bgk
         }
     };
-    Ok((collision, solids, fraction))
+    Ok((collision, coupling))
 }

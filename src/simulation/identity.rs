@@ -13,8 +13,8 @@
 
 use crate::case::{FluidSetup, Setup};
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
-use crate::coupling::{ForceBalance, Fraction};
-use crate::fluid::{Collision, Precision, SolidCollision};
+use crate::coupling::{ForceBalance, Method};
+use crate::fluid::{Collision, Precision};
 use crate::math::Vec3;
 use crate::particle::Template;
 use crate::wall::{Surface, Wall};
@@ -35,7 +35,7 @@ pub fn identity(setup: &Setup) -> Json {
         "precision": precision_name(setup.plan.precision),
         "dry": fluid.is_none(),
         "collision": fluid.map(|fluid| collision_name(fluid.collision)),
-        "coupling": fluid.map(|fluid| coupling_name(fluid.solids)),
+        "coupling": fluid.map(|fluid| fluid.coupling.name()),
         "force_balance": fluid.map(|fluid| balance_name(fluid.force_balance)),
         "setup_hash": setup_hash(setup),
     })
@@ -110,15 +110,9 @@ fn collision(collision: Collision) -> Json {
 }
 
 fn fluid(fluid: &FluidSetup) -> Json {
-    let operator = match fluid.solids {
-        SolidCollision::ExactDifference => "exact_difference",
-        SolidCollision::Sc1 => "sc1",
-        SolidCollision::Sc2 => "sc2",
-        SolidCollision::Sc3 => "sc3",
-    };
-    let ramp_width = match fluid.fraction {
-        Fraction::Ramp(width) => Some(width),
-        Fraction::Volume(_) => None,
+    let (operator, ramp_width) = match fluid.coupling {
+        Method::Homogenised(homogenised) => ("exact_difference", Some(homogenised.ramp)),
+        Method::Saturated(saturated) => (saturated.operator.name(), None),
     };
     json!({
         "body_acceleration": vector(fluid.body_acceleration),
@@ -215,11 +209,6 @@ pub(super) fn collision_name(collision: Collision) -> &'static str {
         Collision::Bgk => "bgk",
         Collision::Trt { .. } => "trt",
     }
-}
-
-/// As in the case file.
-pub(super) fn coupling_name(solids: SolidCollision) -> &'static str {
-    if solids.is_saturated() { "saturated" } else { "paper" }
 }
 
 /// As in the case file.

@@ -68,7 +68,7 @@ impl<'a> Work<'a> {
     /// Of the particles and walls of a case.
     pub(crate) fn of(setup: &'a Setup) -> Self {
         let Setup { domain, templates, .. } = setup;
-        let ramp = setup.fluid.as_ref().map(|fluid| fluid.fraction.half_layer());
+        let ramp = setup.fluid.as_ref().map(|fluid| fluid.coupling.half_layer());
         let bodies: Vec<Body> = (setup.particles.iter())
             .map(|particle| {
                 let template = &templates[particle.template as usize];

@@ -9,9 +9,11 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use turbid::comm::Comm;
-use turbid::coupling::{Coupling, CouplingParams, ForceBalance, Fraction};
+use turbid::coupling::{
+    Coupling, CouplingParams, ForceBalance, Homogenised, Method, Saturated, SolidOperator,
+};
 use turbid::domain::{Decomposition, Domain};
-use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd, SolidCollision};
+use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd};
 use turbid::math::{Quat, Vec3, nalgebra::Quaternion};
 use turbid::particle::{Particle, ParticleStore, Template};
 use turbid::shape::{Cuboid, Shape, Sphere};
@@ -35,7 +37,7 @@ const SPHERES: [(f64, f64); 11] = [
 
 /// One row: what is computed.
 struct Row {
-    solids: SolidCollision,
+    method: Method,
     collision: Collision,
     tau: f64,
     /// Cells of the diameter of the sphere of equal volume, nearly.
@@ -48,8 +50,6 @@ struct Row {
     /// Speed of fluid and body in a direction without symmetry (cells per step).
     speed: f64,
     reynolds: f64,
-    /// By how much the faces of a cube are moved out where cells are partially saturated (cells).
-    faces: f64,
 }
 
 /// A random number in (0, 1) of a fixed sequence.
@@ -136,19 +136,13 @@ fn measure(row: &Row) -> Outcome {
         particle.set_orientation(&Quat::new_normalize(q));
     }
     let templates: Arc<[Template]> = Arc::new([Template { shape: shape.clone(), material: 0, density: 1.0 }]);
-    let params = FluidParams {
-        relaxation_time: row.tau,
-        collision: row.collision,
-        solids: row.solids,
-        simd: Simd::best(),
-    };
+    let params = FluidParams { relaxation_time: row.tau, collision: row.collision, simd: Simd::best() };
     let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     let start = drift + along * speed;
     fluid.set_equilibrium(|_| (1.0, start.into()));
     let coupled = CouplingParams {
         units,
-        solids: row.solids,
-        fraction: if row.solids.is_saturated() { Fraction::Volume(row.faces) } else { Fraction::Ramp(0.5) },
+        method: row.method,
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::FluidOnly,
     };
@@ -166,7 +160,7 @@ fn measure(row: &Row) -> Outcome {
             coupling.map(&store);
             coupling.begin_exchange(&fluid);
             let look = step % 7 == 0;
-            let flow = fluid.sweep((along * acceleration).into(), &mut coupling.solids(&store), look);
+            let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), &store, look);
             fluid.exchange();
             let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
             let one = (1_u64 << 42) as f64;
@@ -256,12 +250,13 @@ fn main() {
         }
         let real = |key: &str| -> f64 { pick[key].parse().expect("a number") };
         let whole = |key: &str| -> u64 { pick[key].parse().expect("a whole number") };
+        let saturated = |operator| Method::Saturated(Saturated { operator, face_shift: faces });
         let row = Row {
-            solids: match pick["solids"] {
-                "paper" => SolidCollision::ExactDifference,
-                "sc1" => SolidCollision::Sc1,
-                "sc2" => SolidCollision::Sc2,
-                "sc3" => SolidCollision::Sc3,
+            method: match pick["solids"] {
+                "paper" => Method::Homogenised(Homogenised { ramp: 0.5 }),
+                "sc1" => saturated(SolidOperator::Sc1),
+                "sc2" => saturated(SolidOperator::Sc2),
+                "sc3" => saturated(SolidOperator::Sc3),
                 other => panic!("{other}"),
             },
             collision: if pick["magic"] == "bgk" {
@@ -277,7 +272,6 @@ fn main() {
             place: whole("place"),
             speed: real("speed"),
             reynolds: real("re"),
-            faces,
         };
         let o = measure(&row);
         let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();

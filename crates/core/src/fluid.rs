@@ -5,18 +5,18 @@
 //! exchanged with the neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not
 //! know particles: it receives solid fractions and velocities, and returns the momentum that rows of cells received.
 
+mod bodies;
 mod buffer;
-mod covered;
 mod dispatch;
 mod halo;
-mod kernel;
+pub(crate) mod kernel;
 mod layout;
 mod measure;
 mod observe;
 mod rows;
 mod saved;
-mod simd;
-mod solid;
+pub(crate) mod simd;
+pub(crate) mod solid;
 mod walls;
 
 use crate::comm::Comm;
@@ -24,19 +24,21 @@ use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
 use crate::lattice::{C, Q, shifted_equilibrium};
 use crate::memory;
+pub(crate) use bodies::masked;
+pub use bodies::{BlockSolids, Bodies, Body, ExchangeSum, RigidMotion, RowSegments, Segment, Window};
 use buffer::Buffer;
 pub use dispatch::Real;
 use halo::FluidHalo;
 use kernel::Measured;
 pub use kernel::Number;
-use layout::Layout;
-pub use layout::Phase;
+use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
 #[doc(hidden)]
 pub use rows::Part;
 use rows::RowOrder;
 use serde::{Deserialize, Serialize};
-pub use solid::{CHUNK, NoSolids, SolidRow, Solids};
+pub(crate) use solid::SolidRow;
+pub use solid::{CHUNK, SolidModel};
 use walls::Walls;
 pub use walls::{Boundary, WallLoad, WallMotion};
 
@@ -65,32 +67,6 @@ pub enum Collision {
     },
 }
 
-/// Collision of cells that solids cover; formulas in [`kernel`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SolidCollision {
-    /// Homogenised velocity by the exact difference (Krause et al. 2017).
-    #[default]
-    ExactDifference,
-    /// Partially saturated: bounce-back of the deviation from equilibrium (Noble and Torczynski 1998).
-    Sc1,
-    /// Partially saturated: equilibrium of the solid, and what relaxation leaves.
-    Sc2,
-    /// Partially saturated: bounce-back off a moving wall.
-    Sc3,
-}
-
-impl SolidCollision {
-    /// Returns true if cells are partially saturated.
-    pub fn is_saturated(self) -> bool {
-        self != Self::ExactDifference
-    }
-
-    /// Momentum that the operator gives to a wholly solid cell, over `rho (u_s - u)`.
-    pub(crate) fn momentum(self) -> f64 {
-        if self == Self::Sc3 { 2.0 } else { 1.0 }
-    }
-}
-
 /// Instruction set of the kernels; all give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -115,8 +91,6 @@ pub struct FluidParams {
     pub relaxation_time: f64,
     /// Collision operator.
     pub collision: Collision,
-    /// Collision of cells that solids cover.
-    pub solids: SolidCollision,
     /// Instruction set, which the processor must have.
     pub simd: Simd,
 }
@@ -142,7 +116,7 @@ pub struct Fluid<T: Real> {
     block: Block,
     layout: Layout,
     populations: Buffer<T>,
-    phase: Phase,
+    phase: AaPhase,
     solid_row: SolidRow<T>,
     halo: FluidHalo<T>,
     order: RowOrder,
@@ -151,7 +125,6 @@ pub struct Fluid<T: Real> {
     /// Of the even and of the odd part.
     relaxation_times: [f64; 2],
     collision: Collision,
-    solids: SolidCollision,
     simd: Simd,
     /// The block is as long as the periodic box in x, so it is its own neighbour there.
     wrap_x: bool,
@@ -168,7 +141,7 @@ impl<T: Real> Fluid<T> {
         params: &FluidParams,
         boundary: &Boundary,
     ) -> Result<Self> {
-        let FluidParams { relaxation_time: tau, collision, solids, simd } = *params;
+        let FluidParams { relaxation_time: tau, collision, simd } = *params;
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let order = RowOrder::new(decomposition, comm.rank());
@@ -189,8 +162,8 @@ impl<T: Real> Fluid<T> {
         let mut fluid = Self {
             block,
             populations,
-            phase: Phase::Home,
-            solid_row: SolidRow::new(layout.chunks_per_row(), solids),
+            phase: AaPhase::Even,
+            solid_row: SolidRow::new(layout.chunks_per_row()),
             halo,
             order,
             measured: Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row]) },
@@ -200,7 +173,6 @@ impl<T: Real> Fluid<T> {
                 Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
             },
             collision,
-            solids,
             simd,
             wrap_x: decomposition.grid[0] == 1 && domain.periodic[0],
             domain: *domain,
@@ -220,12 +192,12 @@ impl<T: Real> Fluid<T> {
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
         let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
         let cells = self.domain.cells.map(|n| n as isize);
-        self.phase = Phase::Home;
+        self.phase = AaPhase::Even;
         // Ghosts as well: they hold what left the block in the step before.
         for (z, y, x) in
             (-1..=nz).flat_map(|z| (-1..=ny).flat_map(move |y| (-1..=nx).map(move |x| (z, y, x))))
         {
-            let (place, mut at, mut beyond) = (self.layout.cell(x, y, z), [x, y, z], false);
+            let (slot, mut at, mut beyond) = (self.layout.cell(x, y, z), [x, y, z], false);
             for a in 0..3 {
                 at[a] += lo[a] as isize;
                 beyond |= !self.domain.periodic[a] && !(0..cells[a]).contains(&at[a]);
@@ -240,7 +212,7 @@ impl<T: Real> Fluid<T> {
                 shifted_equilibrium(rho, u)
             };
             for (i, g) in g.into_iter().enumerate() {
-                self.populations[i * self.layout.stride + place] = T::from_f64(g);
+                self.populations[i * self.layout.stride + slot] = T::from_f64(g);
             }
         }
         self.walls.begin(&self.layout, &mut self.populations);
@@ -248,14 +220,13 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// `solids` gives the solid data of each row and gets the momentum that it exchanged; rows come in any order. On
-    /// return, populations that leave the block are being sent to the neighbouring blocks, most of it since the rows
-    /// next to them were swept; the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
-    /// measurements of the cells before the sweep. Collective.
-    pub fn sweep(
+    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations that leave the block are being
+    /// sent to the neighbouring blocks, most of them since the rows next to those were swept; the ghosts are stale until
+    /// [`exchange`](Self::exchange). With `measure`, also returns measurements of the cells before the sweep. Collective.
+    pub fn sweep<B: Bodies>(
         &mut self,
         acceleration: [f64; 3],
-        solids: &mut impl Solids<T>,
+        solids: &mut BlockSolids<T, B>,
         measure: bool,
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
@@ -272,21 +243,25 @@ impl<T: Real> Fluid<T> {
         flow
     }
 
-    fn sweep_part(
+    fn sweep_part<B: Bodies>(
         &mut self,
         part: Part,
         acceleration: [f64; 3],
-        solids: &mut impl Solids<T>,
+        solids: &mut BlockSolids<T, B>,
         flow: Option<&mut Flow>,
     ) {
-        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither. Partially
-        // saturated cells count in pairs: a cell without solids must not be rounded otherwise in their register.
-        let pairs = self.collision != Collision::Bgk || self.solids.is_saturated();
-        match (pairs, !self.walls.is_empty()) {
-            (false, false) => T::sweep::<_, false, false>(self, part, acceleration, solids, flow),
-            (false, true) => T::sweep::<_, false, true>(self, part, acceleration, solids, flow),
-            (true, false) => T::sweep::<_, true, false>(self, part, acceleration, solids, flow),
-            (true, true) => T::sweep::<_, true, true>(self, part, acceleration, solids, flow),
+        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
+        let walls = !self.walls.is_empty();
+        if B::Model::PAIRS || self.collision != Collision::Bgk {
+            match walls {
+                false => T::sweep::<B, true, false>(self, part, acceleration, solids, flow),
+                true => T::sweep::<B, true, true>(self, part, acceleration, solids, flow),
+            }
+        } else {
+            match walls {
+                false => T::sweep::<B, false, false>(self, part, acceleration, solids, flow),
+                true => T::sweep::<B, false, true>(self, part, acceleration, solids, flow),
+            }
         }
     }
 
@@ -317,7 +292,7 @@ impl<T: Real> Fluid<T> {
     /// Populations of a cell of the block after streaming, minus their weights.
     pub fn populations(&self, [x, y, z]: [usize; 3]) -> [T; Q] {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
-        self.layout.places(self.phase, cell).map(|place| self.populations[place])
+        self.layout.slots(self.phase, cell).map(|slot| self.populations[slot])
     }
 }
 

@@ -5,7 +5,7 @@ use crate::fluid::Simd;
 use crate::output::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::simulation::identity::{
-    balance_name, collision_name, coupling_name, precision_name, relaxation_time, setup_hash, surface_name,
+    balance_name, collision_name, precision_name, relaxation_time, setup_hash, surface_name,
 };
 use std::collections::BTreeMap;
 
@@ -52,7 +52,7 @@ pub(super) fn summary(
         shapes: shapes(setup),
         walls: walls(setup),
         collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),
-        coupling: fluid.map(|fluid| coupling_name(fluid.solids).to_owned()),
+        coupling: fluid.map(|fluid| fluid.coupling.name().to_owned()),
         force_balance: fluid.map(|fluid| balance_name(fluid.force_balance).to_owned()),
         net_flux_control: fluid.map(|fluid| {
             let record = simulation.control_record();

@@ -74,7 +74,7 @@ fn a_sphere_is_spread_over_the_cells_that_it_covers() {
         let cell = [n % nx, n / nx % ny, n / nx / ny];
         let centre = Vec3::from(cell.map(|c| (c as f64 + 0.5) * domain.dx));
         let distance = domain.nearest_image(centre - body.position).norm() / domain.dx;
-        if distance < 4.0 + setup.expect_fluid().fraction.half_layer() {
+        if distance < 4.0 + setup.expect_fluid().coupling.half_layer() {
             covered += 1.0;
             for axis in 0..3 {
                 counts[axis][cell[axis]] += 1.0;

@@ -29,7 +29,6 @@ pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
     let params = FluidParams {
         relaxation_time: setup.expect_fluid().relaxation_time,
         collision: setup.expect_fluid().collision,
-        solids: setup.expect_fluid().solids,
         simd: setup.plan.simd.unwrap_or_else(Simd::best),
     };
     let open = Boundary { motions: &[], wall_of: &|_| None };

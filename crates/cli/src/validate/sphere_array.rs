@@ -3,6 +3,7 @@
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Part, Trial};
+use turbid::coupling::Method;
 use std::f64::consts::PI;
 use turbid::case::Setup;
 use turbid::comm::Comm;
@@ -125,7 +126,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
 
     // Independent of the flow: in the steady state the sphere takes up all momentum that is fed in where it is not.
     let cell = setup.domain.dx.powi(3);
-    let free = if setup.expect_fluid().solids.is_saturated() {
+    let free = if matches!(setup.expect_fluid().coupling, Method::Saturated(_)) {
         // Each cell is driven as far as it is fluid, and fractions are exact.
         (1.0 - volume_fraction) * length.powi(3)
     } else {
@@ -141,7 +142,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
 
 /// Cells that no sphere touches with the ramp of its solid fraction.
 fn cells_beside(setup: &Setup, radius: f64) -> usize {
-    let reach = radius + setup.expect_fluid().fraction.half_layer() * setup.domain.dx;
+    let reach = radius + setup.expect_fluid().coupling.half_layer() * setup.domain.dx;
     let [nx, ny, nz] = setup.domain.cells;
     let clear = |n: &usize| {
         let cell = [n % nx, n / nx % ny, n / (nx * ny)];

@@ -1,10 +1,11 @@
 //! A fluid whose precision is chosen at run time. All sweeps are compiled here, once.
 
 use super::Coupling;
+use super::method::sweep_alone;
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::{Boundary, CellState, Flow, Fluid, FluidParams, NoSolids, Precision, WallLoad};
+use crate::fluid::{Boundary, CellState, Flow, Fluid, FluidParams, Precision, WallLoad};
 use crate::particle::ParticleStore;
 
 /// The fluid of one block, of either [`Precision`], in lattice units; see [`Fluid`].
@@ -89,12 +90,12 @@ impl AnyFluid {
         particles: &ParticleStore,
         measure: bool,
     ) -> Option<Flow> {
-        either!(self, fluid => fluid.sweep(acceleration, &mut coupling.solids(particles), measure))
+        either!(self, fluid => coupling.sweep(fluid, acceleration, particles, measure))
     }
 
     /// As [`sweep`](Self::sweep), without particles and without measuring. Collective.
     pub fn sweep_alone(&mut self, acceleration: [f64; 3]) {
-        either!(self, fluid => fluid.sweep(acceleration, &mut NoSolids, false));
+        either!(self, fluid => { sweep_alone(fluid, acceleration, false); });
     }
 
     /// Completes a sweep, as [`Fluid::exchange`]. Collective.
@@ -104,19 +105,14 @@ impl AnyFluid {
 
     /// First cell (of the whole box) that is too fast or not a number, and its speed, as [`Fluid::fault`].
     pub fn fault(&self, coupling: &mut Coupling, particles: &ParticleStore) -> Option<([usize; 3], f64)> {
-        either!(self, fluid => fluid.fault(&mut coupling.solids(particles)))
+        either!(self, fluid => coupling.fault(fluid, particles))
     }
 
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`,
     /// `xy`, `xz`, `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see
     /// [`Fluid::measure`].
     pub fn measure(&self, coupling: &mut Coupling, particles: &ParticleStore) -> (Flow, [i128; 6]) {
-        either!(self, fluid => {
-            let mut stresslet = coupling.stresslet(particles);
-            let (flow, held) = fluid.measure(&mut stresslet);
-            let moments = stresslet.sums();
-            (flow, std::array::from_fn(|i| moments[i] - held[i]))
-        })
+        either!(self, fluid => coupling.measure(fluid, particles))
     }
 
     /// Calls `visit` with the state of each of `cells`, which are of the block, x fastest, as [`Fluid::each_cell`].
@@ -128,8 +124,7 @@ impl AnyFluid {
         particles: &ParticleStore,
         mut visit: impl FnMut(CellState),
     ) {
-        let visit: &mut dyn FnMut(CellState) = &mut visit;
-        either!(self, fluid => fluid.each_cell(cells, acceleration, &mut coupling.solids(particles), visit));
+        either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, particles, &mut visit));
     }
 
     /// Force and torque on each wall in the last step, as [`Fluid::wall_loads`].

@@ -1,6 +1,6 @@
 //! Long-term behaviour of cells inside solids, and at contacts: spheres that spin in place. Lattice units.
 
-use super::tests::{coupled, fluid_for};
+use super::tests::{COUPLINGS, SC3, coupled, fluid_for};
 use super::*;
 use crate::comm::Comm;
 use crate::domain::Domain;
@@ -11,17 +11,10 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 const RADIUS: f64 = 6.0;
-const SATURATED: [SolidCollision; 3] = [SolidCollision::Sc1, SolidCollision::Sc2, SolidCollision::Sc3];
 
 /// The force on the first of some spheres that turn about axes along z with surfaces of this speed, over
 /// `6 pi rho nu R u`, and the largest deviation of the density from its mean.
-fn turning(
-    solids: SolidCollision,
-    relaxation_time: f64,
-    speed: f64,
-    centres: &[Vec3],
-    steps: usize,
-) -> (Vec3, f64) {
+fn turning(solids: Method, relaxation_time: f64, speed: f64, centres: &[Vec3], steps: usize) -> (Vec3, f64) {
     let domain = Domain { periodic: [true; 3], cells: [32, 28, 20], dx: 1.0 };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let params = FluidParams { relaxation_time, ..fluid_for(solids) };
@@ -49,7 +42,7 @@ fn turning(
     for _ in 0..steps {
         coupling.map(&store);
         coupling.begin_exchange(&fluid);
-        fluid.sweep([0.0; 3], &mut coupling.solids(&store), false);
+        coupling.sweep(&mut fluid, [0.0; 3], &store, false);
         fluid.exchange();
         force = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force;
     }
@@ -65,7 +58,7 @@ fn turning(
 
 #[test]
 fn what_is_within_a_sphere_that_spins_on_the_spot_stays_as_it_is() {
-    for solids in SATURATED {
+    for &solids in &COUPLINGS[1..] {
         for relaxation_time in [0.53, 1.0] {
             let (_, off) = turning(solids, relaxation_time, 0.05, &[Vec3::new(12.3, 12.3, 10.2)], 3000);
             println!("{solids:?}, tau {relaxation_time}: densities within {off:.1e}");
@@ -79,7 +72,7 @@ fn spheres_that_slide_along_each_other_are_not_welded_where_they_overlap() {
     let apart = |gap: f64| {
         let first = Vec3::new(11.3, 10.3, 10.2);
         let between = (2.0 + gap) * RADIUS * Vec3::new(0.8, 0.6, 0.0);
-        let (force, off) = turning(SolidCollision::Sc3, 0.65, 0.02, &[first, first + between], 2000);
+        let (force, off) = turning(SC3, 0.65, 0.02, &[first, first + between], 2000);
         let tangential = force.dot(&Vec3::new(-0.6, 0.8, 0.0));
         println!("gap {gap} R: force {tangential:.2}, densities within {off:.1e}");
         assert!(off < 0.1, "gap {gap}: {off}");

@@ -2,8 +2,8 @@
 //! left their cells then.
 
 use super::Coupling;
-use super::momentum_exchange::ExchangeSum;
 use crate::dem::Load;
+use crate::fluid::ExchangeSum;
 use crate::math::FIXED_POINT_LIMIT;
 use crate::particle::{Particle, ParticleStore};
 use bytemuck::{Pod, Zeroable};

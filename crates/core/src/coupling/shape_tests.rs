@@ -1,13 +1,16 @@
 //! Bodies of every kind on the lattice: the cells they cover, and what volume these add up to.
 
+use super::homogenised::cosine_ramp;
+use super::tests::{bgk, coupled};
 use super::*;
+use crate::comm::Comm;
 use crate::domain::Domain;
+use crate::fluid::{Boundary, Simd};
 use crate::math::{Quat, nalgebra::Quaternion};
 use crate::particle::Template;
 use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use solid_fraction::cosine_ramp;
 use std::sync::Arc;
 
 /// Cells per diameter of the sphere of equal volume.
@@ -38,22 +41,18 @@ fn random_orientation(random: &mut ChaCha8Rng) -> Quat {
 
 /// Solid fraction of every cell of the box, x fastest.
 fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64> {
-    mapped_as(shape, domain, particle, Fraction::Ramp(RAMP))
+    mapped_as(shape, domain, particle, Method::Homogenised(Homogenised { ramp: RAMP }))
 }
 
-/// The same with fractions of either kind.
-fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fraction: Fraction) -> Vec<f64> {
+/// Volume fractions, with the faces of a cube moved out.
+fn volumes(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, face_shift: f64) -> Vec<f64> {
+    let method = Method::Saturated(Saturated { operator: SolidOperator::Sc3, face_shift });
+    mapped_as(shape, domain, particle, method)
+}
+
+fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, method: Method) -> Vec<f64> {
     let units = Units { dx: domain.dx, dt: 1.0, density: 1.0 };
-    let params = CouplingParams {
-        units,
-        solids: match fraction {
-            Fraction::Ramp(_) => SolidCollision::ExactDifference,
-            Fraction::Volume(_) => SolidCollision::Sc3,
-        },
-        fraction,
-        gravity: Vec3::zeros(),
-        force_balance: ForceBalance::Mixture,
-    };
+    let params = CouplingParams { units, ..coupled(method) };
     let template = Template { shape: shape.clone(), density: 1.0, material: 0 };
     let store = ParticleStore {
         templates: Arc::new([template]),
@@ -64,16 +63,10 @@ fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, fractio
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut coupling = Coupling::new(params, &decomposition, 0, shape.circumradius());
     coupling.map(&store);
-    let mut solids = coupling.solids(&store);
-    let mut row = SolidRow::<f64>::new(domain.cells[0].div_ceil(crate::fluid::CHUNK), params.solids);
+    let params = bgk(Simd::Scalar);
+    let fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     let mut all = Vec::with_capacity(domain.cell_count());
-    for z in 0..domain.cells[2] {
-        for y in 0..domain.cells[1] {
-            row.clear();
-            Solids::<f64>::fill(&mut solids, y, z, &mut row);
-            all.extend((0..domain.cells[0]).map(|x| row.cell(x).0));
-        }
-    }
+    coupling.each_cell(&fluid, fluid.block(), [0.0; 3], &store, &mut |cell| all.push(cell.solid_fraction));
     all
 }
 
@@ -134,14 +127,14 @@ fn the_mapped_volume_of_every_body_is_its_own_on_average_over_poses() {
 }
 
 #[test]
-fn the_shares_of_volume_add_up_to_the_volume_of_the_body_on_average_over_poses() {
+fn the_volume_fractions_add_up_to_the_volume_of_the_body_on_average_over_poses() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for shape in shapes() {
         let domain = room(&*shape);
         let (mut sum, mut worst) = (0.0, 0.0_f64);
         for _ in 0..100 {
             let pose = random_pose(&domain, &mut random);
-            let fractions = mapped_as(&shape, domain, pose, Fraction::Volume(0.0));
+            let fractions = volumes(&shape, domain, pose, 0.0);
             assert!(fractions.iter().all(|e| (0.0..=1.0).contains(e)));
             let ratio = fractions.iter().sum::<f64>() * domain.dx.powi(3) / shape.volume();
             sum += ratio;
@@ -163,15 +156,15 @@ fn the_shares_of_volume_add_up_to_the_volume_of_the_body_on_average_over_poses()
 }
 
 #[test]
-fn a_cube_has_the_shares_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
+fn a_cube_has_the_volume_fractions_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let cube: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap());
     let domain = room(&*cube);
     let larger: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::repeat(1.0 + 0.2 * domain.dx)).unwrap());
     for _ in 0..20 {
         let pose = random_pose(&domain, &mut random);
-        let moved = mapped_as(&cube, domain, pose, Fraction::VOLUME);
-        let exact = mapped_as(&larger, domain, pose, Fraction::Volume(0.0));
+        let moved = volumes(&cube, domain, pose, 0.1);
+        let exact = volumes(&larger, domain, pose, 0.0);
         let off = moved.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // At corners the combined fractions do not quite end where the body does, and cells beyond it are left out or
         // not.
@@ -180,7 +173,7 @@ fn a_cube_has_the_shares_of_one_with_its_faces_a_tenth_of_a_cell_further_out() {
 }
 
 #[test]
-fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
+fn a_cell_on_the_surface_of_a_body_has_the_volume_fraction_that_counting_points_says() {
     let mut random = ChaCha8Rng::seed_from_u64(6);
     for shape in shapes() {
         let domain = room(&*shape);
@@ -188,7 +181,7 @@ fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
         let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
         for _ in 0..3 {
             let pose = random_pose(&domain, &mut random);
-            let fractions = mapped_as(&shape, domain, pose, Fraction::Volume(0.0));
+            let fractions = volumes(&shape, domain, pose, 0.0);
             let turn = pose.orientation().inverse();
             let cut = fractions.iter().enumerate().filter(|(_, e)| **e > 0.0 && **e < 1.0);
             for (n, fraction) in cut.step_by(11) {
@@ -210,7 +203,7 @@ fn a_cell_on_the_surface_of_a_body_has_the_share_that_counting_points_says() {
             }
         }
         let rms = f64::sqrt(sum / count);
-        println!("{}: share off by {rms:.4} rms, {worst:.3} at most", shape.kind());
+        println!("{}: fraction off by {rms:.4} rms, {worst:.3} at most", shape.kind());
         // Counting is off by 0.01 to 0.04; edges of cylinders and tight curves of superellipsoids are not flat within
         // a cell.
         let (limit, most) = match shape.kind() {

@@ -14,40 +14,30 @@ use std::sync::Arc;
 pub(super) const UNITS: Units = Units { dx: 0.125, dt: 0.01, density: 1000.0 };
 pub(super) const CELLS: [usize; 3] = [24, 20, 28];
 
-/// The paper's coupling, and partially saturated cells.
-pub(super) const COUPLINGS: [SolidCollision; 4] =
-    [SolidCollision::ExactDifference, SolidCollision::Sc1, SolidCollision::Sc2, SolidCollision::Sc3];
+pub(super) const HOMOGENISED: Method = Method::Homogenised(Homogenised { ramp: 0.5 });
+pub(super) const SC3: Method = saturated(SolidOperator::Sc3);
+pub(super) const COUPLINGS: [Method; 4] =
+    [HOMOGENISED, saturated(SolidOperator::Sc1), saturated(SolidOperator::Sc2), SC3];
 
-pub(super) fn params() -> CouplingParams {
-    coupled(SolidCollision::ExactDifference)
+pub(super) const fn saturated(operator: SolidOperator) -> Method {
+    Method::Saturated(Saturated::new(operator))
 }
 
-pub(super) fn coupled(solids: SolidCollision) -> CouplingParams {
-    CouplingParams {
-        units: UNITS,
-        solids,
-        fraction: if solids.is_saturated() { Fraction::VOLUME } else { Fraction::Ramp(0.5) },
-        gravity: Vec3::zeros(),
-        force_balance: ForceBalance::Mixture,
-    }
+pub(super) fn coupled(method: Method) -> CouplingParams {
+    CouplingParams { units: UNITS, method, gravity: Vec3::zeros(), force_balance: ForceBalance::Mixture }
 }
 
 pub(super) fn bgk(simd: Simd) -> FluidParams {
-    FluidParams {
-        relaxation_time: 0.6,
-        collision: Collision::Bgk,
-        solids: SolidCollision::ExactDifference,
-        simd,
-    }
+    FluidParams { relaxation_time: 0.6, collision: Collision::Bgk, simd }
 }
 
 /// Fluid for a coupling.
-pub(super) fn fluid_for(solids: SolidCollision) -> FluidParams {
-    FluidParams {
-        collision: if solids.is_saturated() { Collision::Trt { magic: 0.125 } } else { Collision::Bgk },
-        solids,
-        ..bgk(Simd::best())
-    }
+pub(super) fn fluid_for(method: Method) -> FluidParams {
+    let collision = match method {
+        Method::Homogenised(_) => Collision::Bgk,
+        Method::Saturated(_) => Collision::Trt { magic: 0.125 },
+    };
+    FluidParams { collision, ..bgk(Simd::best()) }
 }
 
 /// Every rank knows all; owned are those whose centre is in its block.
@@ -68,7 +58,7 @@ pub(super) fn store(
 
 /// Loads on all particles (by id) after `steps` steps from a flow, particles held where they are.
 fn loads_after<T: Real>(
-    solids: SolidCollision,
+    solids: Method,
     particles: &[Particle],
     radius: f64,
     ranks: usize,
@@ -87,7 +77,7 @@ fn loads_after<T: Real>(
         for _ in 0..steps {
             coupling.map(&store);
             coupling.begin_exchange(&fluid);
-            fluid.sweep([0.0; 3], &mut coupling.solids(&store), false);
+            coupling.sweep(&mut fluid, [0.0; 3], &store, false);
             fluid.exchange();
             loads = coupling.loads(&store, Vec3::zeros(), &comm);
         }
@@ -152,7 +142,7 @@ fn a_sphere_thrown_into_fluid_at_rest_feels_added_mass_and_history_but_not_the_f
         for _ in 0..STEPS {
             coupling.map(&store);
             coupling.begin_exchange(&fluid);
-            fluid.sweep([0.0; 3], &mut coupling.solids(&store), false);
+            coupling.sweep(&mut fluid, [0.0; 3], &store, false);
             fluid.exchange();
             impulse -= coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force.z / UNITS.force();
         }
@@ -178,7 +168,7 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
         }
     };
     let inside = Vec3::new(1.43, 1.21, 1.7);
-    let load = |solids: SolidCollision, shift: [usize; 3], ranks: usize| {
+    let load = |solids: Method, shift: [usize; 3], ranks: usize| {
         let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
         let moved = domain.wrap(inside + Vec3::from(shift.map(|n| n as f64 * UNITS.dx)));
         let mut sphere = Particle::at(0, 0, moved);
@@ -217,9 +207,9 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
     let store = store(&decomposition, 0, &particles, 0.6);
     let mut fluid =
         Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none()).unwrap();
-    let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
+    let mut coupling = Coupling::new(coupled(HOMOGENISED), &decomposition, 0, 0.6);
     coupling.map(&store);
-    let flow = fluid.sweep([0.0; 3], &mut coupling.solids(&store), true).unwrap();
+    let flow = coupling.sweep(&mut fluid, [0.0; 3], &store, true).unwrap();
     let mapped = from_fixed_wide(flow.solid) * UNITS.dx.powi(3);
     let exact = 2.0 * store.templates[0].shape.volume();
     assert!((mapped / exact - 1.0).abs() < 0.02, "{mapped} for {exact}");
@@ -229,7 +219,7 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
 fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle) -> ([f64; 3], [f64; 3]) {
     let (mut force, mut torque) = ([0.0; 3], [0.0; 3]);
     for line in 0..CELLS[1] * CELLS[2] {
-        for segment in coupling.lines.line(line) {
+        for segment in coupling.segments.row(line) {
             for x in segment.x..segment.end() {
                 let cell = [x as usize, line % CELLS[1], line / CELLS[1]];
                 let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
@@ -261,7 +251,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
     let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none()).unwrap();
-    let mut coupling = Coupling::new(params(), &decomposition, 0, 0.6);
+    let mut coupling = Coupling::new(coupled(HOMOGENISED), &decomposition, 0, 0.6);
     let mut sphere = Particle::at(0, 0, Vec3::new(0.3, 2.4, 3.4));
     (sphere.velocity, sphere.angular_velocity) = ([0.5, 0.3, 0.4], angular_velocity);
     let mut largest = [0.0_f64; 2];
@@ -271,7 +261,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
         coupling.map(&store);
         let (force, torque) = force_over_links(&fluid, &coupling, &sphere);
         coupling.begin_exchange(&fluid);
-        fluid.sweep([1e-5, 0.0, 0.0], &mut coupling.solids(&store), false);
+        coupling.sweep(&mut fluid, [1e-5, 0.0, 0.0], &store, false);
         fluid.exchange();
         let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
         largest[0] = largest[0].max((load.force / UNITS.force() - Vec3::from(force)).norm());
@@ -302,7 +292,7 @@ fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
     let store = store(&decomposition, 0, &[Particle::at(0, 0, Vec3::new(1.0, 1.0, 1.0))], 0.5);
     let (gravity, acceleration) = (Vec3::new(0.0, 0.0, -10.0), Vec3::new(0.0, 0.5, 3.0));
     for (force_balance, share) in [(ForceBalance::Mixture, 1.0), (ForceBalance::FluidOnly, 0.0)] {
-        let params = CouplingParams { gravity, force_balance, ..params() };
+        let params = CouplingParams { gravity, force_balance, ..coupled(HOMOGENISED) };
         let mut coupling = Coupling::new(params, &decomposition, 0, 0.5);
         coupling.map(&store);
         let load = coupling.loads(&store, acceleration, &Comm::Solo)[0];
@@ -313,7 +303,7 @@ fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
 
 /// A sphere that a jolt sets off in a flow that turns and is driven: what is left over in the balance of momentum of
 /// particle and fluid over all steps (lattice units), and the force of the last step.
-fn left_over(solids: SolidCollision) -> [f64; 2] {
+fn left_over(solids: Method) -> [f64; 2] {
     let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut fluid =
@@ -348,11 +338,11 @@ fn left_over(solids: SolidCollision) -> [f64; 2] {
         coupling.map(&store);
         coupling.begin_exchange(&fluid);
         let mut mass = 0.0;
-        fluid.each_cell(fluid.block(), [0.0; 3], &mut coupling.solids(&store), |cell| {
+        coupling.each_cell(&fluid, fluid.block(), [0.0; 3], &store, &mut |cell| {
             mass += (1.0 - cell.solid_fraction) * (1.0 + cell.density_deviation);
         });
         fed += acceleration * mass;
-        fluid.sweep(acceleration.into(), &mut coupling.solids(&store), false);
+        coupling.sweep(&mut fluid, acceleration.into(), &store, false);
         fluid.exchange();
         force = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force / UNITS.force();
         received += force;

@@ -1,6 +1,6 @@
 //! Hydrodynamic loads on a particle beside a wall, and on the walls.
 
-use super::tests::{CELLS, COUPLINGS, UNITS, coupled, fluid_for, store};
+use super::tests::{CELLS, COUPLINGS, HOMOGENISED, SC3, UNITS, coupled, fluid_for, store};
 use super::*;
 use crate::comm::on_threads;
 use crate::fluid::Boundary;
@@ -33,7 +33,7 @@ struct Outcome {
 }
 
 fn run<T: Real>(
-    solids: SolidCollision,
+    solids: Method,
     grid: [usize; 3],
     particles: &[Particle],
     steps: usize,
@@ -53,7 +53,7 @@ fn run<T: Real>(
         for _ in 0..steps {
             coupling.map(&store);
             coupling.begin_exchange(&fluid);
-            fluid.sweep(acceleration, &mut coupling.solids(&store), false);
+            coupling.sweep(&mut fluid, acceleration, &store, false);
             fluid.exchange();
             loads = coupling.loads(&store, Vec3::zeros(), &comm);
         }
@@ -62,8 +62,8 @@ fn run<T: Real>(
         for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
             let at = [x, y, z];
             let covered = coupling
-                .swept_lines
-                .line(y + ny * z)
+                .swept_segments
+                .row(y + ny * z)
                 .iter()
                 .any(|segment| (segment.x..segment.end()).contains(&(x as u32)));
             let in_wall = walls.wall_of(std::array::from_fn(|a| (at[a] + block.lo[a]) as i64)).is_some();
@@ -129,7 +129,7 @@ fn spheres_and_walls_together_take_up_all_momentum_that_is_fed_in() {
 
 #[test]
 fn loads_beside_walls_are_the_same_bits_on_any_blocks() {
-    for solids in [SolidCollision::ExactDifference, SolidCollision::Sc3] {
+    for solids in [HOMOGENISED, SC3] {
         let load = |grid| run::<f32>(solids, grid, &three(), 60, [3e-5, 1e-5, -2e-5], 1.01).loads;
         let solo = load([1, 1, 1]);
         assert!(solo.iter().all(|load| load.force.norm() > 1e-3 * UNITS.force()));

@@ -1,11 +1,12 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
-use super::kernel::{Keep, Measured, Number, Places, Row, sweep_row};
-use super::layout::{Layout, Phase};
+use super::bodies::{BlockSolids, Bodies};
+use super::kernel::{Measured, Number, RelaxationFactors, Row, Slots, sweep_row};
+use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
 use super::rows::Part;
 use super::simd::Lanes;
-use super::solid::{SolidRow, Solids};
+use super::solid::SolidRow;
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
@@ -14,41 +15,42 @@ use bytemuck::Pod;
 /// Storage type of populations: `f32` or `f64`.
 pub trait Real: Number + Pod + Send + Sync {
     #[doc(hidden)]
-    fn sweep<S: Solids<Self>, const TRT: bool, const WALLS: bool>(
+    fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(
         fluid: &mut Fluid<Self>,
         part: Part,
         acceleration: [f64; 3],
-        solids: &mut S,
+        solids: &mut BlockSolids<Self, B>,
         flow: Option<&mut Flow>,
     );
     #[doc(hidden)]
-    fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> (Flow, [i128; 6]);
+    fn measure<B: Bodies>(fluid: &Fluid<Self>, solids: &mut BlockSolids<Self, B>) -> (Flow, [i128; 6]);
 }
 
-/// [`Solids::fill`] and [`Solids::collect`], compiled for an instruction set and apart from the sweep, so that what
-/// one needs of registers is not at the expense of the other.
-type AskSolids<T, S> =
-    (unsafe fn(&mut S, usize, usize, &mut SolidRow<T>), unsafe fn(&mut S, usize, usize, &SolidRow<T>));
+/// [`BlockSolids::fill`] and [`BlockSolids::collect`], compiled for an instruction set and apart from the sweep, so that
+/// they do not compete for registers.
+type RowFunctions<'a, T, B> = (
+    unsafe fn(&mut BlockSolids<'a, T, B>, usize, &mut SolidRow<T>),
+    unsafe fn(&mut BlockSolids<'a, T, B>, usize, &SolidRow<T>),
+);
 
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
 ///
 /// # Safety
-/// The function that this is inlined into is compiled for the instructions of `R`, and the processor has those and the ones that
-/// `ask` is compiled for.
+/// The function that this is inlined into is compiled for the instructions of `R`, and the processor has those and the ones
+/// that the row functions are compiled for.
 #[inline(always)]
-unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const WALLS: bool>(
+unsafe fn sweep_block<'a, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, const WALLS: bool>(
     fluid: &mut Fluid<T>,
     part: Part,
     acceleration: [f64; 3],
-    solids: &mut S,
+    solids: &mut BlockSolids<'a, T, B>,
     mut flow: Option<&mut Flow>,
-    ask: AskSolids<T, S>,
+    (fill, collect): RowFunctions<'a, T, B>,
 ) {
-    let (fill, collect) = ask;
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
-    let row = row_of(fluid, acceleration);
+    let (row, model) = (row_of(fluid, acceleration), solids.geometry.model());
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
@@ -58,15 +60,15 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
             fluid.solid_row.clear();
             // SAFETY: promised by the caller.
-            unsafe { fill(solids, y, z, &mut fluid.solid_row) };
+            unsafe { fill(solids, y + ny * z, &mut fluid.solid_row) };
             if let Some(walls) = walls {
                 walls.each(|cells| fluid.solid_row.clear_fractions(cells));
             }
-            let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
-            let mut places: Places<T> = [base; Q];
-            for (place, index) in places.iter_mut().zip(indices) {
+            let indices = layout.slots(fluid.phase, layout.cell(0, y as isize, z as isize));
+            let mut slots: Slots<T> = [base; Q];
+            for (slot, index) in slots.iter_mut().zip(indices) {
                 // SAFETY: slots of real cells are inside the buffer (tested in `layout`).
-                *place = unsafe { base.add(index) };
+                *slot = unsafe { base.add(index) };
             }
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
             let dead = walls.map_or(&[][..], |walls| &walls.dead);
@@ -74,9 +76,9 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if flow.is_some() {
-                    sweep_row::<T, R, TRT, true>(&places, &row, dead, solid, measured);
+                    sweep_row::<T, R, B::Model, TRT, true>(&slots, &row, model, dead, solid, measured);
                 } else {
-                    sweep_row::<T, R, TRT, false>(&places, &row, dead, solid, measured);
+                    sweep_row::<T, R, B::Model, TRT, false>(&slots, &row, model, dead, solid, measured);
                 }
             }
             if let Some(walls) = walls {
@@ -91,7 +93,7 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
                 flow.solid += i128::from(solid.fraction_total());
             }
             // SAFETY: promised by the caller.
-            unsafe { collect(solids, y, z, solid) };
+            unsafe { collect(solids, y + ny * z, solid) };
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
                 fluid.walls.bounce_row(entered, populations, y, z);
@@ -109,14 +111,12 @@ unsafe fn sweep_block<T: Real, R: Lanes<T>, S: Solids<T>, const TRT: bool, const
 pub(super) fn row_of<T: Real>(fluid: &Fluid<T>, acceleration: [f64; 3]) -> Row<T> {
     Row {
         chunks: fluid.layout.chunks_per_row(),
-        keep: Keep {
+        factors: RelaxationFactors {
             even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
             odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
         },
         acceleration: acceleration.map(T::from_f64),
-        solids: fluid.solids,
         above_half: T::from_f64(fluid.relaxation_times[0] - 0.5),
-        reflection: T::from_f64(fluid.solids.momentum()),
     }
 }
 
@@ -156,17 +156,23 @@ pub(super) fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize
 /// Periodicity along x within the block, for a row just swept: its populations are still in the cache, while a halo
 /// exchange of x faces would touch a line of memory for every number.
 ///
-/// From `Home` the ghosts at both ends of the row are filled; from `Away` the values that the row wrote to ghosts are
+/// From `Even` the ghosts at both ends of the row are filled; from `Odd` the values that the row wrote to ghosts are
 /// copied back.
 #[inline(always)]
-pub(super) fn wrap_row_x<T: Real>(layout: &Layout, swept: Phase, populations: &mut [T], y: isize, z: isize) {
+pub(super) fn wrap_row_x<T: Real>(
+    layout: &Layout,
+    swept: AaPhase,
+    populations: &mut [T],
+    y: isize,
+    z: isize,
+) {
     let [nx, ny, nz] = layout.size.map(|n| n as isize);
     for j in (1..Q).filter(|&j| C[j][0] != 0) {
         let (ghost, real) = if C[j][0] > 0 { (nx, 0) } else { (-1, nx - 1) };
         let at = |x: isize, y: isize, z: isize| j * layout.stride + layout.cell(x, y, z);
         match swept {
-            Phase::Home => populations[at(ghost, y, z)] = populations[at(real, y, z)],
-            Phase::Away => {
+            AaPhase::Even => populations[at(ghost, y, z)] = populations[at(real, y, z)],
+            AaPhase::Odd => {
                 let (y, z) = (y + C[j][1], z + C[j][2]);
                 if (0..ny).contains(&y) && (0..nz).contains(&z) {
                     populations[at(real, y, z)] = populations[at(ghost, y, z)];
@@ -180,31 +186,31 @@ macro_rules! compiled_for {
     ($t:ty, $lanes:ty, $sweep:ident, $fill:ident, $collect:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
-        fn $fill<S: Solids<$t>>(solids: &mut S, y: usize, z: usize, row: &mut SolidRow<$t>) {
-            solids.fill(y, z, row);
+        fn $fill<B: Bodies>(solids: &mut BlockSolids<$t, B>, row: usize, data: &mut SolidRow<$t>) {
+            solids.fill(row, data);
         }
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
-        fn $collect<S: Solids<$t>>(solids: &mut S, y: usize, z: usize, row: &SolidRow<$t>) {
-            solids.collect(y, z, row);
+        fn $collect<B: Bodies>(solids: &mut BlockSolids<$t, B>, row: usize, data: &SolidRow<$t>) {
+            solids.collect(row, data);
         }
         $(#[target_feature(enable = $feature)])?
-        fn $sweep<S: Solids<$t>, const TRT: bool, const WALLS: bool>(
+        fn $sweep<B: Bodies, const TRT: bool, const WALLS: bool>(
             fluid: &mut Fluid<$t>,
             part: Part,
             acceleration: [f64; 3],
-            solids: &mut S,
+            solids: &mut BlockSolids<$t, B>,
             flow: Option<&mut Flow>,
         ) {
             // SAFETY: `$lanes` and the two functions need the same instructions as this one.
             unsafe {
-                sweep_block::<$t, $lanes, S, TRT, WALLS>(
+                sweep_block::<$t, $lanes, B, TRT, WALLS>(
                     fluid,
                     part,
                     acceleration,
                     solids,
                     flow,
-                    ($fill::<S>, $collect::<S>),
+                    ($fill::<B>, $collect::<B>),
                 );
             }
         }
@@ -214,11 +220,11 @@ macro_rules! compiled_for {
 macro_rules! real {
     ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
-            fn sweep<S: Solids<Self>, const TRT: bool, const WALLS: bool>(
+            fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(
                 fluid: &mut Fluid<Self>,
                 part: Part,
                 acceleration: [f64; 3],
-                solids: &mut S,
+                solids: &mut BlockSolids<$t, B>,
                 flow: Option<&mut Flow>,
             ) {
                 compiled_for!($t, $t, scalar, fill_scalar, collect_scalar);
@@ -231,25 +237,25 @@ macro_rules! real {
                     let (f, a, s) = (fluid, acceleration, solids);
                     return match f.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<S, TRT, WALLS>(f, part, a, s, flow) },
+                        Simd::Avx512 => unsafe { avx512::<B, TRT, WALLS>(f, part, a, s, flow) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<S, TRT, WALLS>(f, part, a, s, flow) },
-                        Simd::Sse2 => sse2::<S, TRT, WALLS>(f, part, a, s, flow),
-                        Simd::Scalar => scalar::<S, TRT, WALLS>(f, part, a, s, flow),
+                        Simd::Avx2 => unsafe { avx2::<B, TRT, WALLS>(f, part, a, s, flow) },
+                        Simd::Sse2 => sse2::<B, TRT, WALLS>(f, part, a, s, flow),
+                        Simd::Scalar => scalar::<B, TRT, WALLS>(f, part, a, s, flow),
                     };
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                scalar::<S, TRT, WALLS>(fluid, part, acceleration, solids, flow);
+                scalar::<B, TRT, WALLS>(fluid, part, acceleration, solids, flow);
             }
 
-            fn measure<S: Solids<Self>>(fluid: &Fluid<Self>, solids: &mut S) -> (Flow, [i128; 6]) {
+            fn measure<B: Bodies>(fluid: &Fluid<Self>, solids: &mut BlockSolids<$t, B>) -> (Flow, [i128; 6]) {
                 // What every processor of the kind has: it waits for memory.
                 #[cfg(target_arch = "x86_64")]
                 use super::simd::$sse2 as Baseline;
                 #[cfg(not(target_arch = "x86_64"))]
                 type Baseline = $t;
                 // SAFETY: this function is compiled for these instructions, as all are.
-                unsafe { measure_block::<$t, Baseline, S>(fluid, solids) }
+                unsafe { measure_block::<$t, Baseline, B>(fluid, solids) }
             }
         }
     };

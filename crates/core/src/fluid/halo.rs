@@ -1,11 +1,11 @@
 //! Ghost cells: which populations cross which face or edge of a block, and their exchange.
 //!
-//! In place, populations cross twice in two steps. After a sweep from [`Phase::Home`] the boundary cells of a block are
+//! In place, populations cross twice in two steps. After a sweep from [`AaPhase::Even`] the boundary cells of a block are
 //! copied to the ghosts of its neighbours (*fill*), which the next sweep reads and writes; after that one the ghosts go
 //! back to the boundary cells they stand for (*return*). Both move the same slots: for a face the 5 populations that
 //! cross it, for an edge 1, for a corner none. Nothing crosses a closed face of the box; see [`walls`](super::walls).
 
-use super::layout::{Layout, Phase};
+use super::layout::{AaPhase, Layout};
 use crate::comm::{Comm, Halo};
 use crate::domain::Decomposition;
 use crate::error::Result;
@@ -36,10 +36,10 @@ struct Message {
 
 impl Message {
     /// Slots that are sent on entering a phase, and slots that are received into.
-    fn runs(&self, entered: Phase) -> (&[Run], &[Run]) {
+    fn runs(&self, entered: AaPhase) -> (&[Run], &[Run]) {
         match entered {
-            Phase::Away => (&self.fill_from, &self.fill_to),
-            Phase::Home => (&self.return_from, &self.return_to),
+            AaPhase::Odd => (&self.fill_from, &self.fill_to),
+            AaPhase::Even => (&self.return_from, &self.return_to),
         }
     }
 
@@ -93,7 +93,7 @@ impl<T: Pod + Send> Pattern<T> {
     }
 
     /// Packs and sends, unless that has been done since the last [`finish`](Self::finish).
-    fn start(&mut self, populations: &[T], entered: Phase) {
+    fn start(&mut self, populations: &[T], entered: AaPhase) {
         if self.under_way || self.messages.is_empty() {
             return;
         }
@@ -117,7 +117,7 @@ impl<T: Pod + Send> Pattern<T> {
     }
 
     /// Waits for the messages of the others and unpacks them.
-    fn finish(&mut self, populations: &mut [T], entered: Phase) {
+    fn finish(&mut self, populations: &mut [T], entered: AaPhase) {
         if !self.under_way {
             return;
         }
@@ -162,12 +162,12 @@ impl<T: Pod + Send> FluidHalo<T> {
     }
 
     /// Sends the populations of the rows that are swept first, which is everything for some neighbours.
-    pub(crate) fn start_early(&mut self, populations: &[T], entered: Phase) {
+    pub(crate) fn start_early(&mut self, populations: &[T], entered: AaPhase) {
         self.early.start(populations, entered);
     }
 
     /// Sends what needs the ends of all rows.
-    pub(crate) fn start_late(&mut self, populations: &[T], entered: Phase) {
+    pub(crate) fn start_late(&mut self, populations: &[T], entered: AaPhase) {
         self.late.start(populations, entered);
     }
 
@@ -177,9 +177,9 @@ impl<T: Pod + Send> FluidHalo<T> {
         self.late.progress();
     }
 
-    /// Makes the ghosts (entering `Away`) or the boundary cells (entering `Home`) whole after a sweep; sends what has
+    /// Makes the ghosts (entering `Odd`) or the boundary cells (entering `Even`) whole after a sweep; sends what has
     /// not been sent.
-    pub(crate) fn exchange(&mut self, populations: &mut [T], entered: Phase) {
+    pub(crate) fn exchange(&mut self, populations: &mut [T], entered: AaPhase) {
         self.early.start(populations, entered);
         self.late.start(populations, entered);
         let (from, to) = self.own.runs(entered);
@@ -260,7 +260,7 @@ mod tests {
     }
 
     /// Slots of a list of runs, in order.
-    fn places(runs: &[Run]) -> Vec<usize> {
+    fn slots(runs: &[Run]) -> Vec<usize> {
         let each = |run: &Run| {
             let Run { start, distance, count } = *run;
             (0..count).map(move |k| start + k * distance)
@@ -278,7 +278,7 @@ mod tests {
         {
             let cut = cut([17, 13, 14], periodic, grid);
             for (rank, phase) in
-                (0..cut.ranks()).flat_map(|rank| [Phase::Home, Phase::Away].map(|phase| (rank, phase)))
+                (0..cut.ranks()).flat_map(|rank| [AaPhase::Even, AaPhase::Odd].map(|phase| (rank, phase)))
             {
                 let [nx, ny, nz] = cut.block(rank).size();
                 let layout = Layout::new([nx, ny, nz], 4).unwrap();
@@ -289,22 +289,22 @@ mod tests {
                     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
                 {
                     let cell = layout.cell(x as isize, y as isize, z as isize);
-                    for place in layout.places(phase, cell) {
-                        writer.insert(place, [y, z]);
+                    for slot in layout.slots(phase, cell) {
+                        writer.insert(slot, [y, z]);
                     }
                 }
                 let (mut sent, mut filled) = (HashSet::new(), HashSet::new());
                 for (peer, message) in Message::all(&layout, &cut, rank) {
                     let (from, to) = message.runs(phase.next());
                     let is_early = peer != rank && !is_late(&cut, rank, peer);
-                    for place in places(from) {
-                        let row = *writer.get(&place).expect("written by the sweep");
+                    for slot in slots(from) {
+                        let row = *writer.get(&slot).expect("written by the sweep");
                         assert!(!is_early || order.is_in(Part::First, row), "{grid:?} {row:?}");
-                        assert!(sent.insert(place), "sent twice");
+                        assert!(sent.insert(slot), "sent twice");
                     }
-                    for place in places(to) {
-                        assert!(!writer.contains_key(&place), "{grid:?} {phase:?}");
-                        assert!(filled.insert(place), "received twice");
+                    for slot in slots(to) {
+                        assert!(!writer.contains_key(&slot), "{grid:?} {phase:?}");
+                        assert!(filled.insert(slot), "received twice");
                     }
                     let count = if peer == rank {
                         &mut own
@@ -329,7 +329,7 @@ mod tests {
                 .collect();
             for (rank, messages) in all.iter().enumerate() {
                 for (&peer, message) in messages {
-                    for entered in [Phase::Home, Phase::Away] {
+                    for entered in [AaPhase::Even, AaPhase::Odd] {
                         let (from, to) = (message.runs(entered).0, all[peer][&rank].runs(entered).1);
                         let counts = |runs: &[Run]| runs.iter().map(|run| run.count).collect::<Vec<_>>();
                         assert_eq!(counts(from), counts(to));
@@ -355,7 +355,7 @@ mod tests {
                 let layout = Layout::new(cut.block(comm.rank()).size(), 4).unwrap();
                 let mut halo = FluidHalo::<f32>::new(&layout, &cut, &comm).unwrap();
                 let mut populations = vec![0.0; layout.len()];
-                for entered in [Phase::Away, Phase::Home] {
+                for entered in [AaPhase::Odd, AaPhase::Even] {
                     let before = comm.traffic().halo;
                     halo.exchange(&mut populations, entered);
                     let sent = comm.traffic().halo - before;

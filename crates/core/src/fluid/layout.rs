@@ -3,22 +3,22 @@
 use super::solid::CHUNK;
 use crate::lattice::{C, Q, opposite};
 
-/// Memory slots that hold the populations between two steps.
+/// Memory slots that hold the populations between two steps (AA pattern).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub(crate) enum AaPhase {
     /// `f_i(x)` after streaming lies at `(x, i)`.
-    Home,
+    Even,
     /// `f_i(x)` after streaming lies at `(x - c_i, opposite i)`: where its sender left it.
-    Away,
+    Odd,
 }
 
-impl Phase {
+impl AaPhase {
     /// The other one; a sweep changes the phase.
     #[must_use]
-    pub fn next(self) -> Self {
+    pub(crate) fn next(self) -> Self {
         match self {
-            Self::Home => Self::Away,
-            Self::Away => Self::Home,
+            Self::Even => Self::Odd,
+            Self::Odd => Self::Even,
         }
     }
 }
@@ -73,8 +73,8 @@ impl Layout {
     }
 
     /// The cell of the block at a slot of [`cell`](Self::cell).
-    pub(crate) fn coordinates(&self, place: usize) -> [usize; 3] {
-        let (row, x) = ((place - CHUNK) / self.pitch, (place - CHUNK) % self.pitch);
+    pub(crate) fn coordinates(&self, slot: usize) -> [usize; 3] {
+        let (row, x) = ((slot - CHUNK) / self.pitch, (slot - CHUNK) % self.pitch);
         let rows = self.size[1] + 2;
         [x, row % rows - 1, row / rows - 1]
     }
@@ -88,16 +88,16 @@ impl Layout {
 
     /// Indices at which the cell at `cell` finds `f_i` after streaming, for each `i`.
     #[inline(always)]
-    pub(crate) fn places(&self, phase: Phase, cell: usize) -> [usize; Q] {
+    pub(crate) fn slots(&self, phase: AaPhase, cell: usize) -> [usize; Q] {
         // A loop: `array::from_fn` is a call for this many.
-        let mut places = [0; Q];
-        for (i, place) in places.iter_mut().enumerate() {
-            *place = match phase {
-                Phase::Home => i * self.stride + cell,
-                Phase::Away => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),
+        let mut slots = [0; Q];
+        for (i, slot) in slots.iter_mut().enumerate() {
+            *slot = match phase {
+                AaPhase::Even => i * self.stride + cell,
+                AaPhase::Odd => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),
             };
         }
-        places
+        slots
     }
 }
 
@@ -107,16 +107,16 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn every_place_belongs_to_exactly_one_cell_in_both_phases() {
+    fn every_slot_belongs_to_exactly_one_cell_in_both_phases() {
         let layout = Layout::new([5, 4, 3], 4).unwrap();
-        for phase in [Phase::Home, Phase::Away] {
+        for phase in [AaPhase::Even, AaPhase::Odd] {
             let mut seen = HashSet::new();
             for z in 0..3 {
                 for y in 0..4 {
                     for x in 0..layout.chunks_per_row() * CHUNK {
-                        for place in layout.places(phase, layout.cell(x as isize, y, z)) {
-                            assert!(place < layout.len());
-                            assert!(seen.insert(place), "{phase:?} {x} {y} {z}");
+                        for slot in layout.slots(phase, layout.cell(x as isize, y, z)) {
+                            assert!(slot < layout.len());
+                            assert!(seen.insert(slot), "{phase:?} {x} {y} {z}");
                         }
                     }
                 }
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_coordinates_of_a_place_lead_back_to_it() {
+    fn the_coordinates_of_a_slot_lead_back_to_it() {
         let layout = Layout::new([21, 4, 3], 8).unwrap();
         for cell in [[0, 0, 0], [20, 0, 1], [7, 3, 2]] {
             let [x, y, z] = cell.map(|c: usize| c as isize);

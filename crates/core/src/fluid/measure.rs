@@ -1,67 +1,113 @@
-//! Measurement of all cells between two steps, equal to that of a measuring sweep, without changing anything.
+//! Measurement of all cells between two steps, equal to that of a measuring sweep, without changing anything; and the
+//! particle stresslet, for the stress of a suspension.
+//!
+//! ```text
+//! S = sum over cells of (r g + g r) / 2 - tau Q,     r from the centre of the particle
+//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so the solid itself carries stress
+//! tau Q = 0           sc2 and exact difference, except for terms of second order in u
+//! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>      exact in steady shear, both couplings, any grid
+//! ```
+//!
+//! `g` is the momentum that the solid of a cell takes in a step: `(1 - B) rho (u - u_s)`, in partially saturated
+//! cells `-b sum c W_solid`. All is a function of the state between two steps, so it costs nothing where it is not
+//! requested. Derivation: `docs/theory/coupling.md`.
+//!
+//! Reference: Batchelor (1970), doi:10.1017/S0022112070000745.
 
-use super::covered::Covered;
+use super::bodies::{BlockSolids, Bodies, masked};
 use super::dispatch::{observe_row, row_of};
-use super::kernel::{Measured, Number, Row, moments};
+use super::kernel::{Measured, Moments, Number, Row, moments, put};
 use super::simd::Lanes;
-use super::solid::{CHUNK, SolidRow, Solids};
-use super::{Flow, Fluid, Real, SolidCollision};
+use super::solid::{CHUNK, Covered, Measure, SolidModel, SolidRow};
+use super::{Flow, Fluid, Real};
 use crate::lattice::Q;
-use crate::math::to_fixed;
+use crate::math::{sum_fixed, to_fixed};
 
-/// Looks at all rows of a block.
+/// Measures all rows of a block: the flow, and the stresslet of all particles (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`) as exact
+/// sums of fixed-point numbers.
 ///
 /// # Safety
 /// The function that this is inlined into is compiled for the instructions of `R`, and the processor has them.
 #[inline(always)]
-pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, S: Solids<T>>(
+pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
     fluid: &Fluid<T>,
-    solids: &mut S,
+    solids: &mut BlockSolids<T, B>,
 ) -> (Flow, [i128; 6]) {
     let ([nx, ny, nz], lo, layout) = (fluid.layout.size, fluid.block.lo, &fluid.layout);
-    let row = row_of(fluid, [0.0; 3]);
-    let mut solid = SolidRow::new(row.chunks, fluid.solids);
+    let (row, model) = (row_of(fluid, [0.0; 3]), solids.geometry.model());
+    let mut solid = SolidRow::new(row.chunks);
     let mut measured = Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]) };
-    let mut held: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
-    let (mut flow, mut all_held) = (Flow::default(), [0; 6]);
+    let mut reflected: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
+    let (mut flow, mut stresslet) = (Flow::default(), [0; 6]);
+    solids.keep_fractions();
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
-        solids.fill(y, z, &mut solid);
+        solids.fill(y + ny * z, &mut solid);
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_fractions(cells));
         }
-        let indices = layout.places(fluid.phase, layout.cell(0, y as isize, z as isize));
-        let places = indices.map(|index| fluid.populations[index..][..row.chunks * CHUNK].as_ptr());
+        let indices = layout.slots(fluid.phase, layout.cell(0, y as isize, z as isize));
+        let slots = indices.map(|index| fluid.populations[index..][..row.chunks * CHUNK].as_ptr());
         let dead = walls.map_or(&[][..], |walls| &walls.dead);
         // SAFETY: the slices above are as long as the chunks.
-        unsafe { measure_row::<T, R>(&places, &row, dead, &mut solid, &mut measured, &mut held) };
+        unsafe {
+            measure_row::<T, R, _>(&slots, &row, model, dead, &mut solid, &mut measured, &mut reflected)
+        };
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_exchanged(cells));
             walls.each(|cells| measured.clear(cells));
         }
         observe_row(&measured, nx, [lo[0], lo[1] + y, lo[2] + z], &mut flow);
         flow.solid += i128::from(solid.fraction_total());
-        if fluid.solids.is_saturated() {
-            let covered = (0..nx).filter(|&x| solid.is_used(x / CHUNK) && solid.permeability[x] < T::ONE);
-            for x in covered {
-                for (all, held) in all_held.iter_mut().zip(&held) {
-                    *all += i128::from(to_fixed(held[x].into()));
-                }
+        for x in (0..nx).filter(|&x| solid.is_used(x / CHUNK) && solid.permeability[x] < T::ONE) {
+            for (sum, reflected) in stresslet.iter_mut().zip(&reflected) {
+                *sum -= i128::from(to_fixed(reflected[x].into()));
             }
         }
-        solids.collect(y, z, &solid);
+        add_moments(solids, y + ny * z, &solid, &mut stresslet);
     }
-    (flow, all_held)
+    (flow, stresslet)
+}
+
+/// Adds the moments of `g` in a row about the centres of its bodies.
+fn add_moments<T: Real, B: Bodies>(
+    solids: &BlockSolids<T, B>,
+    row: usize,
+    solid: &SolidRow<T>,
+    sums: &mut [i128; 6],
+) {
+    let mut fractions = solids.kept_fractions().iter();
+    for segment in solids.segments.row(row) {
+        let centre = solids.bodies[segment.body as usize].motion.centre;
+        for done in (0..segment.count as usize).step_by(CHUNK) {
+            let window = segment.window(done);
+            let n = window.offset.map(f64::from);
+            let [ry, rz] = [n[1] - centre[1], n[2] - centre[2]];
+            let fraction = fractions.next().expect("one for each window");
+            let [taken, _] = solid.exchanged(window.x);
+            let [fx, fy, fz]: [[f64; CHUNK]; 3] = std::array::from_fn(|axis| {
+                masked(&std::array::from_fn(|k| fraction[k] * taken[axis][k]), window.count)
+            });
+            let moments = |moment: &dyn Fn(usize, f64) -> f64| {
+                let at = |k: usize| moment(k, (n[0] + f64::LANE[k]) - centre[0]);
+                i128::from(sum_fixed(&std::array::from_fn::<f64, CHUNK, _>(at)))
+            };
+            sums[0] += moments(&|k, rx| rx * fx[k]);
+            sums[1] += moments(&|k, _| ry * fy[k]);
+            sums[2] += moments(&|k, _| rz * fz[k]);
+            sums[3] += moments(&|k, rx| 0.5 * (rx * fy[k] + ry * fx[k]));
+            sums[4] += moments(&|k, rx| 0.5 * (rx * fz[k] + rz * fx[k]));
+            sums[5] += moments(&|k, _| 0.5 * (ry * fz[k] + rz * fy[k]));
+        }
+    }
 }
 
 /// Flux of momentum minus that of equilibrium: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
 #[inline(always)]
 fn deviation_of_flux<T: Number, R: Lanes<T>>(
     g: &[R; Q],
-    deviation: R,
-    momentum: [R; 3],
-    u: [R; 3],
+    &Moments { deviation, momentum, u, .. }: &Moments<R>,
 ) -> [R; 6] {
     let even = |i: usize| g[i] + g[i + 1];
     let (xy, yx) = (even(7), even(9));
@@ -78,64 +124,54 @@ fn deviation_of_flux<T: Number, R: Lanes<T>>(
     ]
 }
 
-/// Returns the measurements of a [`sweep_row`](super::kernel::sweep_row) of the row, without changing anything.
-/// `incoming` of the solids gets the momentum that they would receive in their cells, per unit of `sum e_k`; `held`
-/// is the fraction of the deviation of the flux of momentum from equilibrium that partially saturated cells would
-/// keep from relaxing, where there are solids.
+/// Measurements of a [`sweep_row`](super::kernel::sweep_row) of the row, without changing anything: its `measured`,
+/// `incoming` of the solids as the momentum that they would receive in their cells per unit of `sum e_k`, and the fraction
+/// of the deviation of the flux of momentum from equilibrium that solids would reflect.
 ///
 /// # Safety
-/// For every `i`, `chunks * CHUNK` numbers can be read at `places[i]`.
+/// For every `i`, `chunks * CHUNK` numbers can be read at `slots[i]`.
 #[inline(always)]
-unsafe fn measure_row<T: Number, R: Lanes<T>>(
-    places: &[*const T; Q],
+unsafe fn measure_row<T: Real, R: Lanes<T>, M: SolidModel>(
+    slots: &[*const T; Q],
     row: &Row<T>,
+    model: M,
     dead: &[bool],
     solids: &mut SolidRow<T>,
     measured: &mut Measured<T>,
-    held: &mut [Vec<T>; 6],
+    reflected: &mut [Vec<T>; 6],
 ) {
     for chunk in (0..row.chunks).filter(|&chunk| dead.get(chunk) != Some(&true)) {
         let is_solid = solids.is_used(chunk);
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
             let mut g = [R::splat(T::ONE); Q];
-            for (g, place) in g.iter_mut().zip(places) {
+            for (g, slot) in g.iter_mut().zip(slots) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-                *g = unsafe { R::load(place.add(x)) };
+                *g = unsafe { R::load(slot.add(x)) };
             }
-            let (deviation, momentum, rho, u) = moments(&g);
-            let mut mean = momentum;
+            let cells = moments(&g);
+            let mut mean = cells.momentum;
             if is_solid {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
                 let covered = unsafe { Covered::<R>::load(solids, x) };
-                let given = if row.solids == SolidCollision::ExactDifference {
-                    covered.solid * rho
-                } else {
-                    let (_, b) = covered.reflecting(R::splat(row.above_half));
-                    for axis in 0..3 {
-                        mean[axis] = covered.with_solid(momentum[axis], rho, axis);
+                let measure: Measure<R> = model.measure(&cells, &covered, row);
+                mean = measure.mean;
+                if let Some(b) = measure.reflected {
+                    for (reflected, stress) in reflected.iter_mut().zip(deviation_of_flux(&g, &cells)) {
+                        // SAFETY: the array has `chunks * CHUNK` numbers.
+                        unsafe { put(reflected, x, b * stress) };
                     }
-                    if row.solids != SolidCollision::Sc2 {
-                        let stress = deviation_of_flux(&g, deviation, momentum, u);
-                        for (held, stress) in held.iter_mut().zip(stress) {
-                            let place = &mut held[x..x + R::WIDTH];
-                            // SAFETY: the slice above has WIDTH numbers.
-                            unsafe { (b * stress).store(place.as_mut_ptr()) };
-                        }
-                    }
-                    b * rho * R::splat(row.reflection)
-                };
+                }
                 for axis in 0..3 {
-                    let force = covered.weight * (given * (u[axis] - covered.velocity[axis]));
-                    let place = &mut solids.incoming[axis][x..x + R::WIDTH];
-                    // SAFETY: the slice above has WIDTH numbers.
-                    unsafe { force.store(place.as_mut_ptr()) };
+                    let relative = cells.u[axis] - covered.velocity[axis];
+                    let force = covered.weight * (measure.received * relative);
+                    // SAFETY: the array has a chunk more than the row.
+                    unsafe { put(&mut solids.incoming[axis], x, force) };
                 }
             }
             for axis in 0..3 {
-                let place = &mut measured.momentum[axis][x..x + R::WIDTH];
-                // SAFETY: the slice above has WIDTH numbers.
-                unsafe { mean[axis].store(place.as_mut_ptr()) };
+                // SAFETY: the array has `chunks * CHUNK` numbers.
+                unsafe { put(&mut measured.momentum[axis], x, mean[axis]) };
             }
         }
     }

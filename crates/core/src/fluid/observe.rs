@@ -1,7 +1,9 @@
 //! Observation of the fluid: fields, the hash of its state, and the memory bandwidth of the machine.
 
+use super::bodies::{BlockSolids, Bodies};
 use super::buffer::Buffer;
-use super::{Flow, Fluid, Real, SPEED_LIMIT, SolidRow, Solids, WallLoad};
+use super::solid::{SolidModel, SolidRow};
+use super::{Flow, Fluid, Real, SPEED_LIMIT, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -34,19 +36,20 @@ impl<T: Real> Fluid<T> {
     /// With exact-difference forcing the velocity lies midway between before and after the collision,
     /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator instead of
     /// `(1 - B)(u_s - u)`.
-    pub fn each_cell(
+    pub fn each_cell<B: Bodies>(
         &self,
         cells: Block,
         acceleration: [f64; 3],
-        solids: &mut impl Solids<T>,
+        solids: &mut BlockSolids<T, B>,
         mut visit: impl FnMut(CellState),
     ) {
         let from = |corner: [usize; 3]| std::array::from_fn(|a| corner[a] - self.block.lo[a]);
         let ([x0, y0, z0], [x1, y1, z1]): ([usize; 3], [usize; 3]) = (from(cells.lo), from(cells.hi));
-        let mut row = SolidRow::new(self.layout.chunks_per_row(), self.solids);
+        let mut row = SolidRow::new(self.layout.chunks_per_row());
+        let (model, t) = (solids.geometry.model(), self.relaxation_times[0] - 0.5);
         for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
             row.clear();
-            solids.fill(y, z, &mut row);
+            solids.fill(y + self.layout.size[1] * z, &mut row);
             for x in x0..x1 {
                 if let Some(motion) = self.walls.of([x, y, z]) {
                     let cell = [x, y, z];
@@ -60,14 +63,9 @@ impl<T: Real> Fluid<T> {
                 }
                 let (rho, u) = self.moments([x, y, z]);
                 let (solid_fraction, solid_velocity) = row.cell(x);
-                let pull = if self.solids.is_saturated() {
-                    let t = self.relaxation_times[0] - 0.5;
-                    self.solids.momentum() * solid_fraction * t / (1.0 - solid_fraction + t)
-                } else {
-                    solid_fraction
-                };
+                let drag = model.drag(solid_fraction, t);
                 let velocity = std::array::from_fn(|a| {
-                    let change = (1.0 - solid_fraction) * acceleration[a] + pull * (solid_velocity[a] - u[a]);
+                    let change = (1.0 - solid_fraction) * acceleration[a] + drag * (solid_velocity[a] - u[a]);
                     u[a] + 0.5 * change
                 });
                 visit(CellState { density_deviation: rho - 1.0, velocity, solid_fraction });
@@ -78,18 +76,16 @@ impl<T: Real> Fluid<T> {
     /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its speed; for
     /// the end of a run, where no measuring sweep follows. What partially saturated cells hold of the fluid within
     /// solids means nothing; there the velocity of the solid counts.
-    pub fn fault(&self, solids: &mut impl Solids<T>) -> Option<([usize; 3], f64)> {
+    pub fn fault<B: Bodies>(&self, solids: &mut BlockSolids<T, B>) -> Option<([usize; 3], f64)> {
         let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
-        let mut row = SolidRow::new(self.layout.chunks_per_row(), self.solids);
+        let mut row = SolidRow::new(self.layout.chunks_per_row());
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             row.clear();
-            solids.fill(y, z, &mut row);
+            solids.fill(y + ny * z, &mut row);
             for x in (0..nx).filter(|&x| self.walls.of([x, y, z]).is_none()) {
-                let (rho, mut u) = self.moments([x, y, z]);
-                if self.solids.is_saturated() {
-                    let (fraction, of_solid) = row.cell(x);
-                    u = std::array::from_fn(|a| (1.0 - fraction) * u[a] + fraction * of_solid[a]);
-                }
+                let (rho, u) = self.moments([x, y, z]);
+                let (fraction, of_solid) = row.cell(x);
+                let u = B::Model::mean_velocity(u, fraction, of_solid);
                 let speed = rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
                 if speed >= SPEED_LIMIT || speed.is_nan() {
                     return Some(([lo[0] + x, lo[1] + y, lo[2] + z], speed));
@@ -99,14 +95,9 @@ impl<T: Real> Fluid<T> {
         None
     }
 
-    /// Measurement that the next measuring [`sweep`](Self::sweep) would make, to the bit; nothing changes, and no
-    /// message is sent. In place of what came into a row, `solids` see the momentum that they would receive there,
-    /// per unit of the sum of fractions.
-    ///
-    /// The second part is the sum of `b` times the flux of momentum beyond equilibrium over partially saturated cells
-    /// (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`, fixed-point numbers): what is reflected does not relax (sc1 and sc3), so
-    /// that their solid carries stress.
-    pub fn measure(&self, solids: &mut impl Solids<T>) -> (Flow, [i128; 6]) {
+    /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles
+    /// ([`measure`](super::measure)); nothing changes, and no message is sent.
+    pub fn measure<B: Bodies>(&self, solids: &mut BlockSolids<T, B>) -> (Flow, [i128; 6]) {
         T::measure(self, solids)
     }
 

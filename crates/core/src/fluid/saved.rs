@@ -2,11 +2,11 @@
 //!
 //! The saved populations are those that *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all
 //! `i`. Every population left one cell, except those reflected by a wall, which follow from what was sent there.
-//! Cells in walls have zeros. On resuming, these numbers are put where a sweep from [`Phase::Home`] leaves them, and
+//! Cells in walls have zeros. On resuming, these numbers are put where a sweep from [`AaPhase::Even`] leaves them, and
 //! all that follows such a sweep is repeated.
 
 use super::dispatch::wrap_row_x;
-use super::{Fluid, Phase, Real};
+use super::{AaPhase, Fluid, Real};
 use crate::domain::Block;
 use crate::lattice::{Q, opposite};
 use crate::math::FIXED_POINT_LIMIT;
@@ -34,8 +34,8 @@ impl<T: Real> Fluid<T> {
     #[inline]
     pub(super) fn left(&self, cell: usize, i: usize) -> usize {
         match self.phase {
-            Phase::Home => (i * self.layout.stride + cell).wrapping_add_signed(self.layout.step(i)),
-            Phase::Away => opposite(i) * self.layout.stride + cell,
+            AaPhase::Even => (i * self.layout.stride + cell).wrapping_add_signed(self.layout.step(i)),
+            AaPhase::Odd => opposite(i) * self.layout.stride + cell,
         }
     }
 
@@ -45,7 +45,7 @@ impl<T: Real> Fluid<T> {
     /// # Errors
     /// The cell with a population that is not finite or too large for the sums of a sweep.
     pub fn restore(&mut self, cells: Block, bytes: &[u8]) -> Result<(), String> {
-        self.phase = Phase::Away;
+        self.phase = AaPhase::Odd;
         let mut saved = bytes.chunks_exact(Self::SAVED_BYTES);
         let lo = self.block.lo;
         for z in cells.lo[2]..cells.hi[2] {
@@ -73,14 +73,14 @@ impl<T: Real> Fluid<T> {
 
     /// Goes on from the cells that have been [restored](Self::restore): what follows a sweep. Collective.
     pub fn resume(&mut self) {
-        self.phase = Phase::Away;
+        self.phase = AaPhase::Odd;
         let [_, ny, nz] = self.layout.size;
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            self.walls.bounce_row(Phase::Away, &mut self.populations, y, z);
+            self.walls.bounce_row(AaPhase::Odd, &mut self.populations, y, z);
             if self.wrap_x {
-                wrap_row_x(&self.layout, Phase::Home, &mut self.populations, y as isize, z as isize);
+                wrap_row_x(&self.layout, AaPhase::Even, &mut self.populations, y as isize, z as isize);
             } else if self.walls.at_row_ends() {
-                self.walls.bounce_row_ends(&self.layout, Phase::Away, &mut self.populations, y, z);
+                self.walls.bounce_row_ends(&self.layout, AaPhase::Odd, &mut self.populations, y, z);
             }
         }
         self.exchange();
@@ -89,17 +89,14 @@ impl<T: Real> Fluid<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Boundary, Collision, FluidParams, NoSolids, Simd, SolidCollision, WallMotion};
+    use super::super::{Boundary, Collision, FluidParams, Simd, WallMotion};
     use super::*;
     use crate::comm::{Comm, on_threads};
+    use crate::coupling::sweep_alone;
     use crate::domain::{Decomposition, Domain};
 
-    const PARAMS: FluidParams = FluidParams {
-        relaxation_time: 0.7,
-        collision: Collision::Trt { magic: 0.1875 },
-        solids: SolidCollision::ExactDifference,
-        simd: Simd::Scalar,
-    };
+    const PARAMS: FluidParams =
+        FluidParams { relaxation_time: 0.7, collision: Collision::Trt { magic: 0.1875 }, simd: Simd::Scalar };
     const ACCELERATION: [f64; 3] = [1e-4, -2e-4, 3e-5];
 
     /// A box with a moving wall at one face, one at rest at the other, and one that turns inside.
@@ -138,7 +135,7 @@ mod tests {
 
     fn advance(fluid: &mut Fluid<f32>, steps: usize) {
         for _ in 0..steps {
-            fluid.sweep(ACCELERATION, &mut NoSolids, false);
+            sweep_alone(fluid, ACCELERATION, false);
             fluid.exchange();
         }
     }

@@ -9,10 +9,8 @@ use std::ops::{Add, Mul, Sub};
 /// A register of `WIDTH` numbers of type `T`.
 ///
 /// Values of the vector types exist only inside functions compiled for their instruction set, which
-/// [`dispatch`](super::kernel) guarantees; that is what makes the intrinsics inside sound.
-pub(crate) trait Lanes<T>:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
-{
+/// [`dispatch`](super::dispatch) guarantees; that is what makes the intrinsics inside sound.
+pub trait Lanes<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// Numbers in the register.
     const WIDTH: usize;
     /// # Safety

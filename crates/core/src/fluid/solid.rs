@@ -1,37 +1,131 @@
-//! Solid data of one row of cells, which exists only while the row is swept.
-//!
-//! The sweep receives solids row by row through [`Solids`]: it fills a row just before the row collides and reads
-//! what came in and went out just after, all in the first-level cache. Nothing is stored per cell of the block.
+//! Solid data of one row of cells, which exists only while the row is swept, and the collision of such cells.
 
-use super::SolidCollision;
-use super::kernel::Number;
+use super::Real;
+use super::bodies::{Body, Segment};
+use super::kernel::{Moments, Number, Row};
+use super::simd::Lanes;
+use crate::lattice::Q;
 use crate::math::to_fixed;
 use std::ops::Range;
 
 /// Cells with one common entry of solid data: the widest register of single precision.
 pub const CHUNK: usize = 16;
 
+/// Method of coupling solids to the fluid: collision of the cells they cover, compiled into the sweep.
+///
+/// # Safety
+/// `collide` stores only to the arrays of its row.
+pub trait SolidModel: Copy {
+    /// Populations relax in pairs of opposite directions, even with one relaxation time: a cell without solids must not be
+    /// rounded differently where it shares a register with one that has some.
+    const PAIRS: bool;
+    /// The momentum of a cell is divided among bodies by their solid fractions.
+    const BY_FRACTION: bool;
+
+    /// `B` of some cells, given their former `B`, the solid fraction that is added, and the sum with it.
+    fn permeability<T: Number>(before: &[T; CHUNK], fraction: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK];
+
+    /// Collides the register of cells at `x` under the acceleration `a`, writes what the solids exchange to `solids`, and
+    /// returns the mean momentum of solid and fluid.
+    ///
+    /// # Safety
+    /// The row has `WIDTH` cells from `x` on.
+    unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
+        self,
+        g: &mut [R; Q],
+        cells: &Moments<R>,
+        a: [R; 3],
+        row: &Row<T>,
+        solids: &mut SolidRow<T>,
+        x: usize,
+    ) -> [R; 3];
+
+    /// What [`collide`](Self::collide) would do to a register of cells.
+    fn measure<T: Real, R: Lanes<T>>(
+        self,
+        cells: &Moments<R>,
+        covered: &Covered<R>,
+        row: &Row<T>,
+    ) -> Measure<R>;
+
+    /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)`; `t = tau - 1/2`.
+    fn drag(self, e: f64, t: f64) -> f64;
+
+    /// Velocity of a cell that tells whether a run diverges.
+    fn mean_velocity(u: [f64; 3], e: f64, u_s: [f64; 3]) -> [f64; 3];
+
+    /// Adds the momentum that the cells of a segment exchanged in this sweep to its body; takes the fractions of its windows
+    /// off the front of `fractions` if the model is [`BY_FRACTION`](Self::BY_FRACTION).
+    fn collect<T: Real>(
+        segment: &Segment,
+        fractions: &mut &[[T; CHUNK]],
+        solids: &SolidRow<T>,
+        body: &mut Body,
+    );
+}
+
+/// Momentum of a register of cells, as a collision would see it.
+pub struct Measure<R> {
+    /// That of solid and fluid.
+    pub(crate) mean: [R; 3],
+    /// What the solids receive, over `u - u_s`.
+    pub(crate) received: R,
+    /// Part of the deviation from equilibrium that the solids reflect, if they reflect any.
+    pub(crate) reflected: Option<R>,
+}
+
+/// Solids in a register of cells.
+pub struct Covered<R> {
+    /// `B`, and `1 - B`.
+    pub(crate) open: R,
+    pub(crate) solid: R,
+    /// `sum e_k`, and one over it.
+    pub(crate) fractions: R,
+    pub(crate) weight: R,
+    /// `u_s`.
+    pub(crate) velocity: [R; 3],
+}
+
+impl<R> Covered<R> {
+    /// Those of the register at cell `x`.
+    ///
+    /// # Safety
+    /// The row has `WIDTH` cells from `x` on.
+    #[inline(always)]
+    pub(crate) unsafe fn load<T: Number>(solids: &SolidRow<T>, x: usize) -> Self
+    where
+        R: Lanes<T>,
+    {
+        // SAFETY: promised by the caller; the arrays hold a chunk more.
+        let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
+        let (open, fractions) = (at(&solids.permeability), at(&solids.fraction_sum));
+        let weight = fractions.max(R::splat(T::TINY)).recip();
+        let [x_sum, y_sum, z_sum] = &solids.velocity_sum;
+        Self {
+            open,
+            solid: R::splat(T::ONE) - open,
+            fractions,
+            weight,
+            velocity: [at(x_sum) * weight, at(y_sum) * weight, at(z_sum) * weight],
+        }
+    }
+}
+
 /// Solid data of the row that is being swept, lattice units.
 ///
-/// Several particles in one cell combine as `B = prod (1 - phi_k)` and `u_s = sum phi_k u_k / sum phi_k`
-/// (Marquardt et al. 2024); call [`add`](Self::add) in ascending order of particle number, so that the products and
-/// sums are the same bits on every decomposition.
-///
-/// In partially saturated cells the fractions are those of the volume, which add up: `B = max(0, 1 - sum e_k)`.
+/// Solids in one cell combine as `u_s = sum phi_k u_k / sum phi_k` (Marquardt et al. 2024) and a permeability `B` by the
+/// [`SolidModel`]; call [`add`](Self::add) in ascending order of particle ids, so that products and sums are the same
+/// bits on every decomposition.
 pub struct SolidRow<T> {
-    /// Collision of these cells.
-    collision: SolidCollision,
     /// `B`. All arrays hold whole chunks and one more, so that windows may reach over the end.
     pub(crate) permeability: Vec<T>,
     /// `sum phi_k`.
     pub(crate) fraction_sum: Vec<T>,
     /// `sum phi_k u_k`.
     pub(crate) velocity_sum: [Vec<T>; 3],
-    /// Written by the sweep: momentum and (moving, shifted) mass that came into the cells. Partially saturated, per
-    /// unit of `sum e_k`: momentum that the solids received, `-b sum c W_solid`, and then the next.
+    /// Written by the sweep: momentum and (moving, shifted) mass that solids receive, and what is subtracted in the next step,
+    /// as the [`SolidModel`] defines it.
     pub(crate) incoming: [Vec<T>; 4],
-    /// Written by the sweep: momentum and (moving, shifted) mass that leave the cells. Partially saturated, per unit of
-    /// `sum e_k`: momentum left within the solids beyond that of their own motion, `e rho (u' - u_s)`.
     pub(crate) outgoing: [Vec<T>; 4],
     /// Chunks with solids; only there the other arrays mean anything.
     used: Vec<bool>,
@@ -49,30 +143,11 @@ fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
     values[x..].first_chunk_mut().expect("a chunk more than the row")
 }
 
-/// The solids on a block, requested row by row during a sweep.
-pub trait Solids<T> {
-    /// Adds all solids to row `(y, z)` of the block, which is empty.
-    fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>);
-    /// Reads the momentum that the row exchanged in this sweep.
-    fn collect(&mut self, y: usize, z: usize, row: &SolidRow<T>);
-}
-
-/// No solids.
-pub struct NoSolids;
-
-impl<T> Solids<T> for NoSolids {
-    #[inline(always)]
-    fn fill(&mut self, _: usize, _: usize, _: &mut SolidRow<T>) {}
-    #[inline(always)]
-    fn collect(&mut self, _: usize, _: usize, _: &SolidRow<T>) {}
-}
-
 impl<T: Number> SolidRow<T> {
-    pub(crate) fn new(chunks: usize, collision: SolidCollision) -> Self {
+    pub(crate) fn new(chunks: usize) -> Self {
         let cells = (chunks + 1) * CHUNK;
         let zeros = || vec![T::ZERO; cells];
         Self {
-            collision,
             permeability: vec![T::ONE; cells],
             fraction_sum: zeros(),
             velocity_sum: std::array::from_fn(|_| zeros()),
@@ -98,7 +173,13 @@ impl<T: Number> SolidRow<T> {
     /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice
     /// units); the fractions after the first `count` are zero.
     #[inline(always)]
-    pub fn add(&mut self, x: usize, count: usize, fraction: &[T; CHUNK], velocity: &[[T; CHUNK]; 3]) {
+    pub(crate) fn add<M: SolidModel>(
+        &mut self,
+        x: usize,
+        count: usize,
+        fraction: &[T; CHUNK],
+        velocity: &[[T; CHUNK]; 3],
+    ) {
         self.used[x / CHUNK] = true;
         self.used[(x + count - 1) / CHUNK] = true;
         // Through local arrays, so that the compiler knows that reads and writes do not alias.
@@ -109,18 +190,7 @@ impl<T: Number> SolidRow<T> {
         }
         *sum = total;
         let permeability = window_mut(&mut self.permeability, x);
-        let mut open = [T::ZERO; CHUNK];
-        if self.collision.is_saturated() {
-            for k in 0..CHUNK {
-                let left = T::ONE - total[k];
-                open[k] = if left > T::ZERO { left } else { T::ZERO };
-            }
-        } else {
-            for k in 0..CHUNK {
-                open[k] = permeability[k] * (T::ONE - fraction[k]);
-            }
-        }
-        *permeability = open;
+        *permeability = M::permeability(permeability, fraction, &total);
         for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
             let sum = window_mut(sum, x);
             let mut total = [T::ZERO; CHUNK];
@@ -167,7 +237,7 @@ impl<T: Number> SolidRow<T> {
     /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without
     /// solids hold anything.
     #[inline(always)]
-    pub fn exchanged(&self, x: usize) -> [[&[T; CHUNK]; 4]; 2] {
+    pub(crate) fn exchanged(&self, x: usize) -> [[&[T; CHUNK]; 4]; 2] {
         let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);
         [
             [window(a, x), window(b, x), window(c, x), window(d, x)],
@@ -176,7 +246,7 @@ impl<T: Number> SolidRow<T> {
     }
 
     /// Solid fraction `1 - B` and velocity `u_s` of a cell.
-    pub fn cell(&self, x: usize) -> (f64, [f64; 3]) {
+    pub(crate) fn cell(&self, x: usize) -> (f64, [f64; 3]) {
         let sum: f64 = self.fraction_sum[x].into();
         let velocity = |sums: &Vec<T>| if sum > 0.0 { sums[x].into() / sum } else { 0.0 };
         (1.0 - self.permeability[x].into(), std::array::from_fn(|a| velocity(&self.velocity_sum[a])))
@@ -192,18 +262,19 @@ impl<T: Number> SolidRow<T> {
 #[allow(clippy::float_cmp)] // these numbers are exact
 mod tests {
     use super::*;
+    use crate::coupling::{Homogenised, Saturated};
     use crate::math::from_fixed;
 
     #[test]
     fn several_particles_in_a_cell_combine_by_product_and_weighted_mean() {
-        let mut row = SolidRow::<f64>::new(2, SolidCollision::ExactDifference);
+        let mut row = SolidRow::<f64>::new(2);
         let mut add = |cells: &[(usize, f64)], velocity: [f64; 3]| {
             let first = cells[0].0;
             let mut fraction = [0.0; CHUNK];
             for &(x, phi) in cells {
                 fraction[x - first] = phi;
             }
-            row.add(first, cells.len(), &fraction, &velocity.map(|u| [u; CHUNK]));
+            row.add::<Homogenised>(first, cells.len(), &fraction, &velocity.map(|u| [u; CHUNK]));
         };
         add(&[(14, 0.25), (15, 1.0), (16, 0.5), (17, 0.5)], [1.0, 0.0, 2.0]);
         add(&[(16, 0.5)], [3.0, 0.0, 2.0]);
@@ -216,11 +287,11 @@ mod tests {
     }
 
     #[test]
-    fn shares_of_the_volume_add_up_to_at_most_the_whole_cell() {
-        let mut row = SolidRow::<f64>::new(1, SolidCollision::Sc3);
-        for share in [0.25, 0.5, 0.75] {
-            let fraction = std::array::from_fn(|k| if k == 3 { share } else { 0.0 });
-            row.add(0, CHUNK, &fraction, &[[2.0 * share; CHUNK]; 3]);
+    fn volume_fractions_add_up_to_at_most_the_whole_cell() {
+        let mut row = SolidRow::<f64>::new(1);
+        for part in [0.25, 0.5, 0.75] {
+            let fraction = std::array::from_fn(|k| if k == 3 { part } else { 0.0 });
+            row.add::<Saturated>(0, CHUNK, &fraction, &[[2.0 * part; CHUNK]; 3]);
             assert_eq!(row.cell(2).0, 0.0);
         }
         let (solid, [u, _, _]) = row.cell(3);

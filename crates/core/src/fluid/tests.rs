@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::comm::on_threads;
+use crate::coupling::{Homogenised, Method, Saturated, SolidOperator, sweep_alone};
 use crate::domain::Domain;
 use crate::math::from_fixed_wide;
 use std::f64::consts::TAU;
@@ -10,7 +11,7 @@ const BOTH: [Collision; 2] = [Collision::Bgk, Collision::Trt { magic: 0.1875 }];
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
 fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
-    FluidParams { relaxation_time, collision: Collision::Bgk, solids: SolidCollision::ExactDifference, simd }
+    FluidParams { relaxation_time, collision: Collision::Bgk, simd }
 }
 
 fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
@@ -23,7 +24,7 @@ fn solo_with<T: Real>(cells: [usize; 3], params: &FluidParams) -> Fluid<T> {
 }
 
 fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
-    fluid.sweep(acceleration, &mut NoSolids, false);
+    sweep_alone(fluid, acceleration, false);
     fluid.exchange();
 }
 
@@ -145,56 +146,83 @@ fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
     (1.0 + 0.01 * wave(x, z), [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
 }
 
-/// Two overlapping cubes of solid near a corner of the box, given cell by cell.
-struct Cubes {
-    cells: [usize; 3],
-    block: Block,
+/// Two overlapping cubes of solid near a corner of the box, given cell by cell; each layer in y has its own velocity.
+struct Cubes<M>(M);
+
+impl<M: SolidModel> Bodies for Cubes<M> {
+    type Model = M;
+
+    fn model(&self) -> M {
+        self.0
+    }
+
+    fn fractions<T: Real>(&self, _: usize, window: &Window, fraction: &mut [T; CHUNK]) {
+        let thin = window.offset[0] % 5 == 0 || window.offset[1] % 5 == 0;
+        fraction[0] = T::from_f64(if thin { 0.3 } else { 1.0 });
+    }
 }
 
-impl<T: Real> Solids<T> for Cubes {
-    fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>) {
-        let [nx, ny, nz] = self.cells;
-        for body in 0..2_usize {
-            for n in 0..216 {
-                let [i, j, k] = [n % 6, n / 6 % 6, n / 36];
-                let at = [(i + nx - 3 + body) % nx, (j + ny - 2) % ny, (k + 1 + 2 * body) % nz];
-                let x = (self.block.lo[0]..self.block.hi[0]).contains(&at[0]);
-                if x && at[1] == self.block.lo[1] + y && at[2] == self.block.lo[2] + z {
-                    let x = at[0] - self.block.lo[0];
-                    let mut fraction = [T::ZERO; CHUNK];
-                    fraction[0] = T::from_f64(if i % 5 == 0 || j % 5 == 0 { 0.3 } else { 1.0 });
-                    let u = [0.02, -0.01 * j as f64, 0.01 * body as f64].map(T::from_f64);
-                    row.add(x, 1, &fraction, &u.map(|u| [u; CHUNK]));
-                }
+/// Evaluates an expression with those of a box of `cells` that lie in `block`.
+fn with_cubes<T: Real, M: SolidModel, R>(
+    cells: [usize; 3],
+    block: Block,
+    model: M,
+    work: impl FnOnce(&mut BlockSolids<T, Cubes<M>>) -> R,
+) -> R {
+    let (mut added, mut bodies) = (Vec::new(), Vec::new());
+    for (cube, j) in (0..2).flat_map(|cube| (0..6).map(move |j| (cube, j))) {
+        let velocity = [0.02, -0.01 * j as f64, 0.01 * cube as f64];
+        let motion = RigidMotion { velocity, ..RigidMotion::default() };
+        let none = ExchangeSum::default();
+        bodies.push(Body { id: 0, reference: [0; 3], motion, exchange: none, departed: none });
+        for (k, i) in (0..6).flat_map(|k| (0..6).map(move |i| (k, i))) {
+            let at = [i + cells[0] - 3 + cube, j + cells[1] - 2, k + 1 + 2 * cube];
+            let at: [usize; 3] = std::array::from_fn(|a| at[a] % cells[a]);
+            if (0..3).all(|a| (block.lo[a]..block.hi[a]).contains(&at[a])) {
+                let [x, y, z] = std::array::from_fn(|a| at[a] - block.lo[a]);
+                let offset = [i, j, k].map(|n| n as i32);
+                let segment =
+                    Segment { body: bodies.len() as u32 - 1, x: x as u32, count: 1, offset, full: [1, 0] };
+                added.push(((y + block.size()[1] * z) as u32, segment));
             }
         }
     }
-
-    fn collect(&mut self, _: usize, _: usize, _: &SolidRow<T>) {}
+    let mut segments = RowSegments::default();
+    segments.sort(block.size()[1] * block.size()[2], &added);
+    work(&mut BlockSolids::new(&segments, &mut bodies, Cubes(model)))
 }
 
-const SOLIDS: [SolidCollision; 4] =
-    [SolidCollision::ExactDifference, SolidCollision::Sc1, SolidCollision::Sc2, SolidCollision::Sc3];
+fn sweep_cubes<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3], method: Method) {
+    let (cells, block) = (fluid.domain.cells, fluid.block());
+    match method {
+        Method::Homogenised(m) => with_cubes(cells, block, m, |s| fluid.sweep(acceleration, s, false)),
+        Method::Saturated(m) => with_cubes(cells, block, m, |s| fluid.sweep(acceleration, s, false)),
+    };
+}
 
-fn hash_after<T: Real>(
-    cells: [usize; 3],
-    ranks: usize,
-    simd: Simd,
-    steps: usize,
-    solids: SolidCollision,
-) -> u64 {
+const fn saturated(operator: SolidOperator) -> Method {
+    Method::Saturated(Saturated::new(operator))
+}
+
+const METHODS: [Method; 4] = [
+    Method::Homogenised(Homogenised { ramp: 0.5 }),
+    saturated(SolidOperator::Sc1),
+    saturated(SolidOperator::Sc2),
+    saturated(SolidOperator::Sc3),
+];
+
+fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize, method: Method) -> u64 {
     let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, ranks).unwrap();
     on_threads(ranks, |comm| {
-        let params = FluidParams {
-            solids,
-            collision: if solids.is_saturated() { Collision::Trt { magic: 0.125 } } else { Collision::Bgk },
-            ..bgk(0.56, simd)
+        let collision = match method {
+            Method::Homogenised(_) => Collision::Bgk,
+            Method::Saturated(_) => Collision::Trt { magic: 0.125 },
         };
+        let params = FluidParams { collision, ..bgk(0.56, simd) };
         let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(disturbed);
         for _ in 0..steps {
-            let mut cubes = Cubes { cells, block: fluid.block() };
-            fluid.sweep([1e-5, 0.0, -2e-5], &mut cubes, false);
+            sweep_cubes(&mut fluid, [1e-5, 0.0, -2e-5], method);
             fluid.exchange();
         }
         fluid.state_hash()
@@ -206,37 +234,38 @@ fn hash_after<T: Real>(
 #[test]
 fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     let cells = [19, 14, 17];
-    let all = SOLIDS.into_iter().zip([20, 21, 20, 21]).chain([(SOLIDS[0], 21)]);
+    let all = METHODS.into_iter().zip([20, 21, 20, 21]).chain([(METHODS[0], 21)]);
     // Miri is a thousand times slower, and wants each access once.
-    let (cases, most) = if cfg!(miri) { (vec![(SOLIDS[0], 2)], 2) } else { (all.collect(), 12) };
-    for (solids, steps) in cases {
+    let (cases, most) = if cfg!(miri) { (vec![(METHODS[0], 2)], 2) } else { (all.collect(), 12) };
+    for (method, steps) in cases {
         let (single, double) = (
-            hash_after::<f32>(cells, 1, Simd::Scalar, steps, solids),
-            hash_after::<f64>(cells, 1, Simd::Scalar, steps, solids),
+            hash_after::<f32>(cells, 1, Simd::Scalar, steps, method),
+            hash_after::<f64>(cells, 1, Simd::Scalar, steps, method),
         );
         assert_ne!(single, double);
         for ranks in [1, 2, 3, 4, 6, 8, 12].into_iter().filter(|ranks| *ranks <= most) {
             for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
                 assert_eq!(
-                    hash_after::<f32>(cells, ranks, simd, steps, solids),
+                    hash_after::<f32>(cells, ranks, simd, steps, method),
                     single,
-                    "f32, {ranks} ranks, {simd:?}, {solids:?}"
+                    "f32, {ranks} ranks, {simd:?}, {method:?}"
                 );
                 assert_eq!(
-                    hash_after::<f64>(cells, ranks, simd, steps, solids),
+                    hash_after::<f64>(cells, ranks, simd, steps, method),
                     double,
-                    "f64, {ranks} ranks, {simd:?}, {solids:?}"
+                    "f64, {ranks} ranks, {simd:?}, {method:?}"
                 );
             }
         }
     }
 }
 
-/// Populations of a cell after its collision, one at a time by the formulas. Solids: fraction, its excess over all
+/// Populations of a cell after its collision, one at a time by the formulas; no operator if it is homogenised. Solids: fraction, its excess over all
 /// bodies, and velocity.
 fn collided(
     g: &[f64; Q],
     params: &FluidParams,
+    operator: Option<SolidOperator>,
     a: [f64; 3],
     (e, overlap, us): (f64, f64, [f64; 3]),
 ) -> [f64; Q] {
@@ -255,28 +284,42 @@ fn collided(
         -0.5 * (there + back) / tau - 0.5 * (there - back) / tau_odd
     };
     let t = tau - 0.5;
-    let (b, force) = if params.solids == SolidCollision::ExactDifference {
+    let (b, force) = if operator.is_none() {
         (0.0, 0.0)
     } else {
         let b = e * t / (1.0 - e + t + 0.01 + 20.0 * t * overlap);
         (b, (1.0 - e) / (1.0 - b))
     };
-    let target: [f64; 3] = std::array::from_fn(|k| match params.solids {
-        SolidCollision::ExactDifference => (1.0 - e) * (u[k] + a[k]) + e * us[k],
-        _ => u[k] + force * a[k],
+    let target: [f64; 3] = std::array::from_fn(|k| match operator {
+        None => (1.0 - e) * (u[k] + a[k]) + e * us[k],
+        Some(_) => u[k] + force * a[k],
     });
     let pushed = shifted_equilibrium(rho, target);
     std::array::from_fn(|i| {
         let k = opposite(i);
         let fluid = relaxed(i) + pushed[i] - eq[i];
-        let operator = match params.solids {
-            SolidCollision::ExactDifference => 0.0,
-            SolidCollision::Sc1 => g[k] - g[i] + solid[i] - eq[k],
-            SolidCollision::Sc2 => solid[i] - eq[i] + relaxed(i),
-            SolidCollision::Sc3 => g[k] - g[i] + solid[i] - solid[k],
+        let operator = match operator {
+            None => 0.0,
+            Some(SolidOperator::Sc1) => g[k] - g[i] + solid[i] - eq[k],
+            Some(SolidOperator::Sc2) => solid[i] - eq[i] + relaxed(i),
+            Some(SolidOperator::Sc3) => g[k] - g[i] + solid[i] - solid[k],
         };
         g[i] + (1.0 - b) * fluid + b * operator
     })
+}
+
+fn solids_of<M: SolidModel>(
+    solids: &mut BlockSolids<f64, Cubes<M>>,
+    all: &[[usize; 3]],
+    [nx, ny, _]: [usize; 3],
+) -> Vec<(f64, f64, [f64; 3])> {
+    let mut of = |&[x, y, z]: &[usize; 3]| {
+        let mut row = SolidRow::<f64>::new(nx.div_ceil(CHUNK));
+        solids.fill(y + ny * z, &mut row);
+        let (e, us) = row.cell(x);
+        (e, row.fraction_sum[x] - e, us)
+    };
+    all.iter().map(&mut of).collect()
 }
 
 /// The slow truth: two lattices, one population at a time, written from the formulae.
@@ -287,10 +330,20 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
         .flat_map(|z| (0..cells[1]).flat_map(move |y| (0..cells[0]).map(move |x| [x, y, z])))
         .collect();
     let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
-    for (solids, collision) in SOLIDS.iter().flat_map(|&s| BOTH.map(|collision| (s, collision))) {
-        let params = FluidParams { collision, solids, ..bgk(0.6, Simd::best()) };
+    for (method, collision) in METHODS.iter().flat_map(|&m| BOTH.map(|collision| (m, collision))) {
+        let params = FluidParams { collision, ..bgk(0.6, Simd::best()) };
+        let operator = match method {
+            Method::Homogenised(_) => None,
+            Method::Saturated(saturated) => Some(saturated.operator),
+        };
         let mut fluid = solo_with::<f64>(cells, &params);
+        let block = fluid.block();
         fluid.set_equilibrium(disturbed);
+        // Fraction, its excess over all bodies, and velocity of the solids in each cell.
+        let solids: Vec<(f64, f64, [f64; 3])> = match method {
+            Method::Homogenised(m) => with_cubes(cells, block, m, |s| solids_of(s, &all, cells)),
+            Method::Saturated(m) => with_cubes(cells, block, m, |s| solids_of(s, &all, cells)),
+        };
         let mut plain: Vec<[f64; Q]> = all
             .iter()
             .map(|&c| {
@@ -299,14 +352,9 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
             })
             .collect();
         for _ in 0..7 {
-            let mut cubes = Cubes { cells, block: fluid.block() };
             let mut next = plain.clone();
             for &c in &all {
-                let mut row = SolidRow::<f64>::new(cells[0].div_ceil(CHUNK), solids);
-                cubes.fill(c[1], c[2], &mut row);
-                let (e, us) = row.cell(c[0]);
-                let overlap = row.fraction_sum[c[0]] - e;
-                let after = collided(&plain[index(c)], &params, a, (e, overlap, us));
+                let after = collided(&plain[index(c)], &params, operator, a, solids[index(c)]);
                 for (i, after) in after.into_iter().enumerate() {
                     let to: [usize; 3] = std::array::from_fn(|k| {
                         (c[k] as isize + C[i][k]).rem_euclid(cells[k] as isize) as usize
@@ -315,13 +363,13 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
                 }
             }
             plain = next;
-            fluid.sweep(a, &mut cubes, false);
+            sweep_cubes(&mut fluid, a, method);
             fluid.exchange();
             for &c in &all {
                 let g = fluid.populations(c);
                 assert!(
                     (0..Q).all(|i| (g[i] - plain[index(c)][i]).abs() < 1e-14),
-                    "cell {c:?}, {solids:?}, {collision:?}"
+                    "cell {c:?}, {method:?}, {collision:?}"
                 );
             }
         }
@@ -334,22 +382,18 @@ fn an_operator_gives_a_solid_cell_the_momentum_that_the_particle_is_told() {
     let us = [0.01, 0.02, -0.03];
     let momentum = |g: &[f64; Q], a: usize| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>();
     let rho = 1.0 + g.iter().sum::<f64>();
-    for solids in &SOLIDS[1..] {
-        let params = FluidParams {
-            solids: *solids,
-            collision: Collision::Trt { magic: 0.125 },
-            ..bgk(0.56, Simd::best())
-        };
+    for operator in [SolidOperator::Sc1, SolidOperator::Sc2, SolidOperator::Sc3] {
+        let params = FluidParams { collision: Collision::Trt { magic: 0.125 }, ..bgk(0.56, Simd::best()) };
         for (e, overlap, force) in [(1.0, 0.0, 0.0), (0.4, 0.0, 1e-3), (0.8, 0.2, 1e-3)] {
-            let after = collided(&g, &params, [force, 0.0, 0.0], (e, overlap, us));
+            let after = collided(&g, &params, Some(operator), [force, 0.0, 0.0], (e, overlap, us));
             let mass: f64 = after.iter().sum();
             assert!((mass - g.iter().sum::<f64>()).abs() < 1e-15);
             let b = e * 0.06 / (1.0 - e + 0.06 + 0.01 + 1.2 * overlap);
             for a in 0..3 {
                 let fed = if a == 0 { (1.0 - e) * rho * force } else { 0.0 };
-                let expected = fed + b * solids.momentum() * (rho * us[a] - momentum(&g, a));
+                let expected = fed + b * operator.momentum() * (rho * us[a] - momentum(&g, a));
                 let given = momentum(&after, a) - momentum(&g, a);
-                assert!((given - expected).abs() < 1e-15, "{solids:?} {e}");
+                assert!((given - expected).abs() < 1e-15, "{operator:?} {e}");
             }
         }
     }
@@ -368,8 +412,8 @@ fn a_measuring_sweep_sees_the_momentum_before_the_collision_and_changes_nothing(
             rho * u[1]
         })
         .sum();
-    let flow = fluid.sweep([0.0; 3], &mut NoSolids, true).unwrap();
-    twin.sweep([0.0; 3], &mut NoSolids, false);
+    let flow = sweep_alone(&mut fluid, [0.0; 3], true).unwrap();
+    sweep_alone(&mut twin, [0.0; 3], false);
     assert!((from_fixed_wide(flow.momentum[1]) - expected).abs() < 1e-5);
     assert!(flow.max_speed > 0.03 && flow.fault.is_none());
     fluid.exchange();
@@ -382,7 +426,7 @@ fn a_cell_that_is_too_fast_or_not_a_number_is_found() {
     for bad in [0.45, f64::NAN] {
         let mut fluid = solo::<f32>([13, 6, 5], 0.6, Simd::best());
         fluid.set_equilibrium(|c| (1.0, if c == [12, 3, 4] { [0.0, bad, 0.0] } else { [0.0; 3] }));
-        let (cell, _) = fluid.sweep([0.0; 3], &mut NoSolids, true).unwrap().fault.expect("a fault");
+        let (cell, _) = sweep_alone(&mut fluid, [0.0; 3], true).unwrap().fault.expect("a fault");
         assert_eq!(cell, [12, 3, 4]);
     }
 }
@@ -401,7 +445,7 @@ fn the_fault_that_is_told_is_the_first_in_the_box_though_rows_next_to_others_are
                 let bad = c == first || c == later;
                 (1.0, if bad { [0.0, 0.45, 0.0] } else { [0.0; 3] })
             });
-            let flow = fluid.sweep([0.0; 3], &mut NoSolids, true);
+            let flow = sweep_alone(&mut fluid, [0.0; 3], true);
             fluid.exchange();
             flow.unwrap().fault.map(|(cell, _)| cell)
         });

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! and the wall gains the momentum `-(f'_-i(x) + f_i(x)) c_i`. In place this is one copy per link after a sweep,
-//! from `near = (x, i)` to `far = (w, -i)` on entering [`Phase::Away`], back on entering [`Phase::Home`]. Links
+//! from `near = (x, i)` to `far = (w, -i)` on entering [`AaPhase::Odd`], back on entering [`AaPhase::Even`]. Links
 //! across the ends of rows ([`RowEnds`]) and between two cells of the block are done within the sweep. Wall cells
 //! that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]). Details: `docs/theory/fluid.md`.
 //!
@@ -15,7 +15,7 @@
 //! Boltzmann Method, Eqs. (5.26) and (5.79).
 
 use super::Real;
-use super::layout::{Layout, Phase};
+use super::layout::{AaPhase, Layout};
 use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
@@ -377,7 +377,7 @@ impl<T: Real> Walls<T> {
     pub(crate) fn bounce_row_ends(
         &self,
         layout: &Layout,
-        entered: Phase,
+        entered: AaPhase,
         populations: &mut [T],
         y: usize,
         z: usize,
@@ -390,8 +390,8 @@ impl<T: Real> Walls<T> {
                     let near = i * layout.stride + layout.cell(ends.last, y, z);
                     let far = opposite(i) * layout.stride + layout.cell(ends.ghost, y - cy, z - cz);
                     let (from, to) = match entered {
-                        Phase::Away => (near, far),
-                        Phase::Home => (far, near),
+                        AaPhase::Odd => (near, far),
+                        AaPhase::Even => (far, near),
                     };
                     let mut g = populations[from];
                     if !ends.corrections.is_empty() {
@@ -416,7 +416,7 @@ impl<T: Real> Walls<T> {
 
     /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
     #[inline(never)]
-    pub(crate) fn bounce_row(&self, entered: Phase, populations: &mut [T], y: usize, z: usize) {
+    pub(crate) fn bounce_row(&self, entered: AaPhase, populations: &mut [T], y: usize, z: usize) {
         let row = z * self.size[1] + y;
         if let (Some(&first), Some(&end)) = (self.early_rows.get(row), self.early_rows.get(row + 1)) {
             self.bounce(&self.early[first..end], entered, populations);
@@ -424,17 +424,17 @@ impl<T: Real> Walls<T> {
     }
 
     /// Bounces the links that lead out of the block, after the halo exchange.
-    pub(crate) fn bounce_late(&self, entered: Phase, populations: &mut [T]) {
+    pub(crate) fn bounce_late(&self, entered: AaPhase, populations: &mut [T]) {
         self.bounce(&self.late, entered, populations);
     }
 
     #[inline(always)]
-    fn bounce(&self, runs: &[Run], entered: Phase, populations: &mut [T]) {
+    fn bounce(&self, runs: &[Run], entered: AaPhase, populations: &mut [T]) {
         for run in runs {
             let far = self.far(run);
             let (from, to) = match entered {
-                Phase::Away => (run.near, far),
-                Phase::Home => (far, run.near),
+                AaPhase::Odd => (run.near, far),
+                AaPhase::Even => (far, run.near),
             };
             let count = run.count as usize;
             if let Some(corrections) = self.corrections_of(run) {
@@ -463,7 +463,7 @@ impl<T: Real> Walls<T> {
         run.near.wrapping_add_signed(self.to_far[usize::from(run.direction)])
     }
 
-    /// Sets `far` of every link so that `near`, given in the phase `Home`, is what came back from it.
+    /// Sets `far` of every link so that `near`, given in the phase `Even`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [T]) {
         for run in self.late.iter().chain(&self.early) {
             let (far, corrections) = (self.far(run), self.corrections_of(run));

@@ -2,7 +2,7 @@
 
 use super::{Row, row};
 use turbid::case::{FluidSetup, Setup};
-use turbid::fluid::{Collision, SolidCollision};
+use turbid::fluid::Collision;
 
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
@@ -52,21 +52,6 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     rows
 }
 
-/// How particles and fluid are coupled.
-fn coupling_row(fluid: &FluidSetup) -> Row {
-    let operator = match fluid.solids {
-        SolidCollision::ExactDifference => {
-            let note = format!("exact difference, ramp of {} cells", 2.0 * fluid.fraction.half_layer());
-            return row("coupling", "homogenised".into(), &note);
-        }
-        SolidCollision::Sc1 => "sc1",
-        SolidCollision::Sc2 => "sc2",
-        SolidCollision::Sc3 => "sc3",
-    };
-    let note = format!("partially saturated cells by volume, operator {operator}");
-    row("coupling", "saturated".into(), &note)
-}
-
 /// Numbers of the lattice and of settling.
 pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let scales = &fluid.scales;
@@ -81,7 +66,7 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
         row("cell", format!("{:.6e} m", setup.domain.dx), ""),
         row("time step", format!("{:.6e} s", setup.time_step), ""),
         row("relaxation time", format!("{:.5}", fluid.relaxation_time), &format!("time steps; {collision}")),
-        coupling_row(fluid),
+        row("coupling", fluid.coupling.name().into(), &fluid.coupling.to_string()),
         row("viscosity", format!("{:.6e} m^2/s", fluid.viscosity), "kinematic"),
     ];
     rows.extend(gap_row(setup));

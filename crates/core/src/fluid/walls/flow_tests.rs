@@ -2,7 +2,8 @@
 
 use super::tests::{AT_REST, MAGIC, domain, face_of, params, sliding, solo, step};
 use super::*;
-use crate::fluid::{Collision, Fluid, FluidParams, NoSolids};
+use crate::coupling::sweep_alone;
+use crate::fluid::{Collision, Fluid, FluidParams};
 use crate::math::from_fixed_wide;
 use std::f64::consts::PI;
 
@@ -265,7 +266,7 @@ fn a_fluid_at_rest_between_resting_walls_stays_exactly_at_rest() {
         step(&mut fluid, [0.0; 3]);
     }
     assert!((0..9).all(|x| fluid.populations([x, 3, 4]).iter().all(|&g| g == 0.0)));
-    let flow = fluid.sweep([0.0; 3], &mut NoSolids, true).unwrap();
+    let flow = sweep_alone(&mut fluid, [0.0; 3], true).unwrap();
     assert_eq!((flow.momentum, flow.square), ([0; 3], 0));
     assert!(fluid.wall_loads().iter().all(|load| *load == WallLoad::default()));
 }

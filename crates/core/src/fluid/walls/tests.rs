@@ -2,8 +2,12 @@
 
 use super::*;
 use crate::comm::{Comm, on_threads};
+use crate::coupling::{Homogenised, sweep_alone};
 use crate::domain::Decomposition;
-use crate::fluid::{CHUNK, Collision, Fluid, FluidParams, NoSolids, Simd, SolidRow, Solids};
+use crate::fluid::{
+    BlockSolids, Bodies, Body, CHUNK, Collision, ExchangeSum, Fluid, FluidParams, RigidMotion, RowSegments,
+    Segment, Simd, Window,
+};
 use crate::lattice::shifted_equilibrium;
 use crate::math::from_fixed_wide;
 
@@ -14,12 +18,7 @@ pub(super) fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
 }
 
 pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
-    FluidParams {
-        relaxation_time,
-        collision,
-        solids: crate::fluid::SolidCollision::ExactDifference,
-        simd: Simd::best(),
-    }
+    FluidParams { relaxation_time, collision, simd: Simd::best() }
 }
 
 /// Fluid on one rank.
@@ -29,7 +28,7 @@ pub(super) fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Bou
 }
 
 pub(super) fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
-    fluid.sweep(acceleration, &mut NoSolids, false);
+    sweep_alone(fluid, acceleration, false);
     fluid.exchange();
 }
 
@@ -108,7 +107,11 @@ impl Tangle {
             let boundary = Boundary { motions: &self.motions, wall_of: &|cell| self.wall_of(cell) };
             let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary).unwrap();
             fluid.set_equilibrium(disturbed);
-            let mut solid = Cube { block: fluid.block() };
+            let segments = cube(fluid.block());
+            let motion = RigidMotion { velocity: [0.02; 3], ..RigidMotion::default() };
+            let none = ExchangeSum::default();
+            let mut bodies = [Body { id: 0, reference: [0; 3], motion, exchange: none, departed: none }];
+            let mut solid = BlockSolids::new(&segments, &mut bodies, Cube);
             for _ in 0..steps {
                 fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, false);
                 fluid.exchange();
@@ -132,25 +135,43 @@ impl Tangle {
     }
 }
 
-/// A cube of solid, given cell by cell.
-struct Cube {
-    block: Block,
-}
+/// A cube of solid that moves along its diagonal.
+struct Cube;
 
-impl<T: Real> Solids<T> for Cube {
-    fn fill(&mut self, y: usize, z: usize, row: &mut SolidRow<T>) {
-        let lo = self.block.lo;
-        for x in 0..self.block.size()[0] {
-            let at = [x + lo[0], y + lo[1], z + lo[2]];
-            if at.iter().zip([5, 4, 6]).all(|(&c, from)| (from..from + 5).contains(&c)) {
-                let mut fraction = [T::ZERO; CHUNK];
-                fraction[0] = T::from_f64(if at[1] == 4 { 0.3 } else { 1.0 });
-                row.add(x, 1, &fraction, &[[T::from_f64(0.02); CHUNK]; 3]);
-            }
-        }
+impl Bodies for Cube {
+    type Model = Homogenised;
+
+    fn model(&self) -> Homogenised {
+        Homogenised { ramp: 0.5 }
     }
 
-    fn collect(&mut self, _: usize, _: usize, _: &SolidRow<T>) {}
+    fn fractions<T: Real>(&self, _: usize, window: &Window, fraction: &mut [T; CHUNK]) {
+        let phi = T::from_f64(if window.offset[1] == 0 { 0.3 } else { 1.0 });
+        fraction[..window.count].fill(phi);
+    }
+}
+
+/// Its cells in a block.
+fn cube(block: Block) -> RowSegments {
+    let mut added = Vec::new();
+    let [x, y, z]: [Vec<usize>; 3] = std::array::from_fn(|a| {
+        (block.lo[a]..block.hi[a]).filter(|&c| ([5, 4, 6][a]..[10, 9, 11][a]).contains(&c)).collect()
+    });
+    for (&z, &y) in z.iter().flat_map(|z| y.iter().map(move |y| (z, y))).filter(|_| !x.is_empty()) {
+        let row = y - block.lo[1] + block.size()[1] * (z - block.lo[2]);
+        let offset = [x[0] as i32 - 5, y as i32 - 4, z as i32 - 6];
+        let segment = Segment {
+            x: (x[0] - block.lo[0]) as u32,
+            count: x.len() as u32,
+            offset,
+            full: [1, 0],
+            ..Segment::default()
+        };
+        added.push((row as u32, segment));
+    }
+    let mut segments = RowSegments::default();
+    segments.sort(block.size()[1] * block.size()[2], &added);
+    segments
 }
 
 /// Closed faces.

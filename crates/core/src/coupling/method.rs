@@ -1,0 +1,185 @@
+//! The methods of coupling: the one place where a method is chosen.
+
+use super::Coupling;
+use super::homogenised::Homogenised;
+use super::mapper::Mapper;
+use super::saturated::Saturated;
+use crate::domain::Block;
+use crate::fluid::{
+    BlockSolids, Bodies, Body, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
+    SolidModel, Window,
+};
+use crate::particle::{Particle, ParticleStore};
+use crate::shape::Shape;
+use std::fmt;
+
+/// Method of coupling particles and fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Homogenised cells ("paper" in case files).
+    Homogenised(Homogenised),
+    /// Partially saturated cells.
+    Saturated(Saturated),
+}
+
+/// Evaluates an expression for the method.
+macro_rules! with_method {
+    ($method:expr, $name:ident => $work:expr) => {
+        match $method {
+            crate::coupling::Method::Homogenised($name) => $work,
+            crate::coupling::Method::Saturated($name) => $work,
+        }
+    };
+}
+pub(super) use with_method;
+
+impl Method {
+    /// Name in case files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Homogenised(_) => "paper",
+            Self::Saturated(_) => "saturated",
+        }
+    }
+
+    /// Half the width of the layer (cells) outside of which cells are wholly solid or wholly fluid.
+    pub fn half_layer(&self) -> f64 {
+        with_method!(self, method => method.half_layer())
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Homogenised(h) => write!(f, "exact difference, ramp of {} cells", h.ramp),
+            Self::Saturated(s) => {
+                write!(f, "partially saturated cells by volume, operator {}", s.operator.name())
+            }
+        }
+    }
+}
+
+/// All that a method does besides the collision of covered cells.
+pub(super) trait CouplingMethod: SolidModel {
+    /// As [`Method::half_layer`].
+    fn half_layer(self) -> f64;
+
+    /// Distance by which the surface of a body is moved in (cells).
+    fn surface_shift(self, _shape: &dyn Shape, _dx: f64) -> f64 {
+        0.0
+    }
+
+    /// Writes the solid fractions of the cells of a window that are not wholly solid.
+    fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]);
+
+    /// Momentum and angular momentum about the reference cell of fluid that fills a body and moves with it, if it counts
+    /// as momentum of the body; lattice units.
+    fn momentum_inside(
+        self,
+        _particle: &Particle,
+        _shape: &dyn Shape,
+        _motion: &RigidMotion,
+        _dx: f64,
+    ) -> ExchangeSum {
+        ExchangeSum::default()
+    }
+
+    /// Corrects the exchange for cells that were covered only in the last sweep or only now. `departed` gives what left a
+    /// cell, `old_of` and `new_of` the index of each body in the other of the two lists, or [`NONE`](super::NONE).
+    fn correct_cover(
+        self,
+        _coupling: &mut Coupling,
+        _departed: &dyn Fn([usize; 3]) -> [f64; 4],
+        _old_of: &[u32],
+        _new_of: &[u32],
+    ) {
+    }
+
+    /// Corrects the exchange of a body in a first step from a fluid that moves already.
+    fn correct_first_step(self, _body: &mut Body) {}
+}
+
+/// The mapped particles of a block.
+struct Mapped<'a, M> {
+    method: M,
+    mappers: Vec<Mapper<'a>>,
+}
+
+impl<M: CouplingMethod> Bodies for Mapped<'_, M> {
+    type Model = M;
+
+    fn model(&self) -> M {
+        self.method
+    }
+
+    #[inline(always)]
+    fn fractions<T: Real>(&self, body: usize, window: &Window, fraction: &mut [T; CHUNK]) {
+        M::fractions(&self.mappers[body], window, fraction);
+    }
+}
+
+impl Coupling {
+    /// The mapped particles as the fluid sees them; `particles` as at [`map`](Self::map).
+    fn solids<'a, T: Real, M: CouplingMethod>(
+        &'a mut self,
+        method: M,
+        particles: &'a ParticleStore,
+    ) -> BlockSolids<'a, T, impl Bodies<Model = M>> {
+        let Self { bodies, surfaces, segments, params, .. } = self;
+        let motions = bodies.iter().map(|body| body.motion).enumerate();
+        let mappers = motions.map(|(i, motion)| surfaces.mapper(particles, i, motion, params)).collect();
+        BlockSolids::new(segments, bodies, Mapped { method, mappers })
+    }
+
+    /// [`Fluid::sweep`] round the mapped particles, which receive their exchange of momentum. Collective.
+    pub fn sweep<T: Real>(
+        &mut self,
+        fluid: &mut Fluid<T>,
+        acceleration: [f64; 3],
+        particles: &ParticleStore,
+        measure: bool,
+    ) -> Option<Flow> {
+        with_method!(self.params.method, method => {
+            fluid.sweep(acceleration, &mut self.solids(method, particles), measure)
+        })
+    }
+
+    /// [`Fluid::measure`] with the mapped particles.
+    pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>, particles: &ParticleStore) -> (Flow, [i128; 6]) {
+        with_method!(self.params.method, method => fluid.measure(&mut self.solids(method, particles)))
+    }
+
+    /// [`Fluid::each_cell`] with the mapped particles.
+    pub fn each_cell<T: Real>(
+        &mut self,
+        fluid: &Fluid<T>,
+        cells: Block,
+        acceleration: [f64; 3],
+        particles: &ParticleStore,
+        visit: &mut dyn FnMut(CellState),
+    ) {
+        with_method!(self.params.method, method => {
+            fluid.each_cell(cells, acceleration, &mut self.solids(method, particles), visit);
+        });
+    }
+
+    /// [`Fluid::fault`] with the mapped particles.
+    pub fn fault<T: Real>(
+        &mut self,
+        fluid: &Fluid<T>,
+        particles: &ParticleStore,
+    ) -> Option<([usize; 3], f64)> {
+        with_method!(self.params.method, method => fluid.fault(&mut self.solids(method, particles)))
+    }
+}
+
+/// [`Fluid::sweep`] without particles. Collective.
+pub(crate) fn sweep_alone<T: Real>(
+    fluid: &mut Fluid<T>,
+    acceleration: [f64; 3],
+    measure: bool,
+) -> Option<Flow> {
+    let (segments, mapped) =
+        (RowSegments::default(), Mapped { method: Homogenised { ramp: 1.0 }, mappers: Vec::new() });
+    fluid.sweep(acceleration, &mut BlockSolids::new(&segments, &mut [], mapped), measure)
+}
