@@ -8,7 +8,7 @@ use super::located::Located;
 use super::source::Source;
 use super::walls::PlacedWall;
 use crate::contact::ElasticLaw;
-use crate::dem::{EngineChoice, LiggghtsOptions, commands};
+use crate::engine::{EngineChoice, LiggghtsOptions, commands};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::wall::Surface;
@@ -47,9 +47,7 @@ pub(super) fn engine(source: &Source, case: &Case) -> Result<EngineChoice> {
                 source.error(span, &title, &refusal.label, &refusal.remedy)
             })?);
         }
-        if let Some(timeout) = &section.timeout {
-            options.timeout = timeout.value;
-        }
+        options.timeout = section.timeout.as_ref().map(|timeout| timeout.value);
     }
     Ok(EngineChoice::Liggghts(options))
 }

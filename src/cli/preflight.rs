@@ -9,7 +9,7 @@ pub(super) mod ranks;
 use super::machine::{cores, in_bytes, in_time};
 use crate::case::{FluidSetup, Setup};
 use crate::comm;
-use crate::dem::{EngineChoice, LiggghtsProcess};
+use crate::engine::{EngineChoice, LiggghtsProcess};
 use crate::error::{Error, Result};
 use crate::fluid::Precision;
 use crate::memory::{self, Room};

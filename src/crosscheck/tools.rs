@@ -5,9 +5,10 @@ use super::{Check, Moment};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use crate::dem::{DemEngine, EngineChoice, LiggghtsOptions, Load, Native, NativeParams};
+use crate::dem::{DemEngine, Load, Native, NativeParams};
 use crate::domain::{Decomposition, Domain};
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
+use crate::engine::{EngineChoice, LiggghtsOptions};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
@@ -23,7 +24,7 @@ pub(super) type Laws = (ElasticLaw, DampingLaw);
 pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
 
 /// Those of a case that names none.
-pub(super) const OWN: Laws = (ElasticLaw::Paper, DampingLaw::HuntCrossley);
+pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley);
 
 /// Glass.
 pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
@@ -140,9 +141,8 @@ impl Scene {
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
-            options: self.options.clone(),
             log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
-            ..LiggghtsParams::default()
+            ..self.options.params()?
         };
         let templates = self.shared_templates();
         Liggghts::new(params, self.whole(), &Comm::Solo, templates, &self.particles)

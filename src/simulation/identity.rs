@@ -148,7 +148,7 @@ fn contact(model: &ContactModel) -> Json {
         },
         "enlargement": model.enlargement,
         "law": match model.law {
-            ElasticLaw::Paper => "paper",
+            ElasticLaw::OverlapVolume => "paper",
             ElasticLaw::OverlapEnergy => "overlap_energy",
             ElasticLaw::Hertz => "hertz",
         },

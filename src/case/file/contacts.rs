@@ -60,7 +60,7 @@ impl Default for ContactSection {
             friction_kinetic: 0.16.into(),
             transition_velocity: 1e-3.into(),
             enlargement: 0.2.into(),
-            law: ElasticLaw::Paper.into(),
+            law: ElasticLaw::OverlapVolume.into(),
             damping: DampingLaw::HuntCrossley,
             geometry: GeometryKind::Exact.into(),
             samples: 8.into(),

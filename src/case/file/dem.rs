@@ -1,7 +1,7 @@
 //! The engine that moves the particles, as the user writes it.
 
 use crate::case::located::Located;
-use crate::dem::LiggghtsProcess;
+use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

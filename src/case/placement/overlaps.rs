@@ -1,7 +1,7 @@
 //! Particles that overlap each other or a wall where the case puts them.
 
 use super::{Placed, Placer};
-use crate::contact::{Body, Contour, Geometry, measure, measure_wall};
+use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::packing::close_pairs;
@@ -43,7 +43,7 @@ impl Placer<'_> {
             let (a, b) = pair;
             let offset = self.domain.nearest_image(positions[b] - positions[a]);
             let [first, second] = [a, b].map(|i| body(&contours, &placed[i].particle));
-            let spheres = [&first, &second].map(|body| body.contour.shape.as_sphere());
+            let spheres = [&first, &second].map(|body| body.grown.shape.as_sphere());
             let most = allowed(placed[a].in_motion && placed[b].in_motion) * radius(a).min(radius(b));
             let what = if let [Some(_), Some(_)] = spheres {
                 if radius(a) + radius(b) - offset.norm() <= most {
@@ -56,7 +56,7 @@ impl Placer<'_> {
                     radius(a) + radius(b)
                 )
             } else {
-                let Some(overlap) = measure(Geometry::Exact, &first, &second, offset) else {
+                let Some(overlap) = overlap(Geometry::Exact, &first, &second, offset) else {
                     continue;
                 };
                 if overlap.depth <= most {
@@ -105,7 +105,7 @@ impl Placer<'_> {
         for (i, p) in placed.iter().enumerate() {
             let body = body(&contours, &p.particle);
             for wall in self.walls {
-                let most = allowed(p.in_motion) * body.contour.shape.circumradius();
+                let most = allowed(p.in_motion) * body.grown.shape.circumradius();
                 let Some(depth) =
                     depth_in(&wall.wall.surface, &body, p.particle.position()).filter(|depth| *depth > most)
                 else {
@@ -134,14 +134,14 @@ impl Placer<'_> {
     }
 
     /// The shapes as they are, for each template.
-    fn contours(&self) -> Vec<Contour> {
+    fn contours(&self) -> Vec<GrownShape> {
         let templates = &self.kinds.templates;
-        (templates.iter()).map(|template| Contour::new(template.shape.clone(), 0.0)).collect()
+        (templates.iter()).map(|template| GrownShape::new(template.shape.clone(), 0.0)).collect()
     }
 }
 
-fn body<'a>(contours: &'a [Contour], particle: &Particle) -> Body<'a> {
-    Body { contour: &contours[particle.template as usize], orientation: particle.orientation() }
+fn body<'a>(contours: &'a [GrownShape], particle: &Particle) -> Body<'a> {
+    Body { grown: &contours[particle.template as usize], orientation: particle.orientation() }
 }
 
 fn name(placed: &Placed) -> String {
@@ -158,7 +158,7 @@ fn through_faces(nearest: Vec3, direct: Vec3) -> &'static str {
 
 /// How deep a body is in a wall (m), if it is.
 fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
-    let shape = &body.contour.shape;
+    let shape = &body.grown.shape;
     let radius = shape.circumradius();
     let clearance = surface.distance(position);
     if clearance >= radius {
@@ -170,7 +170,7 @@ fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
             shape.support(towards).dot(&towards) - clearance
         }
         Surface::Cylinder { .. } if clearance <= 0.0 => radius - clearance,
-        Surface::Cylinder { .. } => measure_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
+        Surface::Cylinder { .. } => overlap_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
     };
     (depth > 0.0).then_some(depth)
 }

@@ -1,7 +1,7 @@
 //! What every rank would have to do and to send in a time step.
 
 use crate::case::Setup;
-use crate::dem::EngineChoice;
+use crate::engine::EngineChoice;
 use crate::simulation::{Forecast, RankForecast};
 
 /// With more ranks than this only the least, the mean and the most are said.

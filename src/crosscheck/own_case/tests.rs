@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::case::from_text;
-use crate::dem::LiggghtsOptions;
+use crate::engine::LiggghtsOptions;
 
 /// Three spheres in a line, the outer ones on their way to the one in the middle.
 const DRY: &str = r#"

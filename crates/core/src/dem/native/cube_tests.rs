@@ -158,8 +158,8 @@ fn tilts() -> Vec<(&'static str, Quat)> {
 fn an_elastic_impact_on_an_edge_or_corner_follows_rigid_impulse_theory() {
     // A soft corner goes deep and turns meanwhile, most with the energy law; stiffer ones come nearer to the theory.
     for (law, modulus, energies, tolerance) in [
-        (ElasticLaw::Paper, 1e7, 0.97..=1.005, 0.03),
-        (ElasticLaw::Paper, 1e9, 0.99..=1.001, 0.015),
+        (ElasticLaw::OverlapVolume, 1e7, 0.97..=1.005, 0.03),
+        (ElasticLaw::OverlapVolume, 1e9, 0.99..=1.001, 0.015),
         (ElasticLaw::OverlapEnergy, 1e7, 0.999..=1.001, 0.13),
         (ElasticLaw::OverlapEnergy, 1e8, 0.999..=1.001, 0.06),
         (ElasticLaw::OverlapEnergy, 1e9, 0.999..=1.001, 0.035),
@@ -187,7 +187,7 @@ fn an_elastic_impact_on_an_edge_or_corner_follows_rigid_impulse_theory() {
 
 #[test]
 fn the_set_restitution_holds_for_edges_and_corners() {
-    for law in [ElasticLaw::Paper, ElasticLaw::OverlapEnergy] {
+    for law in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy] {
         for (what, orientation) in tilts() {
             let bounce = bounce(law, 1e9, 0.7, orientation);
             let (up, spin) = bounce.expected;
@@ -204,7 +204,7 @@ fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
     // Eq. 7 of the paper: mu(a) = tan(slope) at the creep speed a u_k, far below u_k; nothing ever sticks.
     let slope: f64 = 0.1;
     let pair = PairParams { restitution: 0.8, ..MATERIAL.pair };
-    let law = PairLaw::new(&model(pair, ElasticLaw::Paper), 0, 0);
+    let law = PairLaw::new(&model(pair, ElasticLaw::OverlapVolume), 0, 0);
     let (mut low, mut high) = (0.0, pair.transition_velocity);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -225,7 +225,7 @@ fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
     );
     cube.set_orientation(&Quat::from_axis_angle(&Vec3::y_axis(), angle));
     let mut engine =
-        alone(TANK, model(pair, ElasticLaw::Paper), vec![incline], GRAVITY, cubes(EDGE), &[cube]);
+        alone(TANK, model(pair, ElasticLaw::OverlapVolume), vec![incline], GRAVITY, cubes(EDGE), &[cube]);
     run(&mut engine, 50_000, 2e-6);
     let from = first(&engine).position();
     run(&mut engine, 50_000, 2e-6);
@@ -239,7 +239,7 @@ fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
 fn a_soft_edge_or_corner_never_gains_more_than_two_per_cent_and_nothing_by_the_energy_law() {
     for modulus in [1e5, 1e6] {
         for (what, orientation) in tilts() {
-            let [paper, energy] = [ElasticLaw::Paper, ElasticLaw::OverlapEnergy]
+            let [paper, energy] = [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy]
                 .map(|law| bounce(law, modulus, 1.0, orientation).energy);
             println!("{modulus:e} Pa, {what}: {paper:.4} by the paper's law, {energy:.5} by the energy law");
             assert!(paper < 1.02 && (energy - 1.0).abs() < 1e-3);
@@ -259,7 +259,7 @@ fn a_cube_placed_in_touching_rest_on_face_edge_or_corner_never_gains_energy() {
         placed.set_orientation(&orientation);
         let mut engine = alone(
             TANK,
-            model(MATERIAL.pair, ElasticLaw::Paper),
+            model(MATERIAL.pair, ElasticLaw::OverlapVolume),
             vec![floor()],
             GRAVITY,
             cubes(EDGE),
@@ -288,7 +288,7 @@ fn an_elastic_collision_of_two_cubes_keeps_momentum_and_by_the_energy_law_energy
         let (aside, spin) = (noise(0.3e-3), noise(50.0));
         let offset = Vec3::new(0.9e-3, aside.y, aside.z);
         let turns = [noise(1.0), noise(1.0)];
-        for (n, law) in [ElasticLaw::Paper, ElasticLaw::OverlapEnergy].into_iter().enumerate() {
+        for (n, law) in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy].into_iter().enumerate() {
             let middle = Vec3::repeat(6e-3);
             let mut pair = [Particle::at(0, 0, middle - offset), Particle::at(1, 0, middle + offset)];
             for (cube, turn) in pair.iter_mut().zip(&turns) {

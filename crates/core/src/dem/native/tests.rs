@@ -18,7 +18,7 @@ const MATERIAL: ContactParams = ContactParams {
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,
-    law: ElasticLaw::Paper,
+    law: ElasticLaw::OverlapVolume,
     damping: DampingLaw::HuntCrossley,
 };
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::contact::{ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::shape::Sphere;
-use crate::wall::Motion;
+use crate::wall::{Motion, Surface};
 
 pub(super) const MATERIAL: ContactParams = ContactParams {
     material: Material { youngs_modulus: 1e7, poisson_ratio: 0.25 },
@@ -15,7 +15,7 @@ pub(super) const MATERIAL: ContactParams = ContactParams {
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,
-    law: ElasticLaw::Paper,
+    law: ElasticLaw::OverlapVolume,
     damping: DampingLaw::HuntCrossley,
 };
 
@@ -291,7 +291,7 @@ fn unlike_walls_have_their_own_law_with_each_material() {
         pairs: vec![of(0.9), of(0.6), of(0.6), of(0.5)],
         enlargement: 0.0,
         geometry: Geometry::Exact,
-        law: ElasticLaw::Paper,
+        law: ElasticLaw::OverlapVolume,
         damping: DampingLaw::HuntCrossley,
     };
     let templates: Arc<[Template]> =

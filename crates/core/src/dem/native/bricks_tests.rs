@@ -20,7 +20,7 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
         },
         enlargement: 0.05e-3,
         geometry: Geometry::Sampled { samples },
-        law: ElasticLaw::Paper,
+        law: ElasticLaw::OverlapVolume,
         damping: DampingLaw::HuntCrossley,
     };
     let params = NativeParams { contact: Some(contact.into()), substeps: 1, ..NativeParams::default() };
