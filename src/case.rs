@@ -36,8 +36,8 @@ mod walls;
 
 use crate::contact::ContactModel;
 use crate::coupling::{ForceBalance, Method};
-use crate::dem::EngineChoice;
 use crate::domain::Domain;
+use crate::engine::EngineChoice;
 use crate::fluid::{Collision, Precision, Simd};
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};

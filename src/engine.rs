@@ -1,9 +1,79 @@
-//! Which engines this program has been built with.
+//! The engine that a case asks for, and those that this program has been built with.
 
-use crate::dem::EngineChoice;
+pub mod commands;
+
 use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 #[cfg(feature = "liggghts")]
 pub use turbid_liggghts as liggghts;
+
+/// Engine that moves the particles of a case.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum EngineChoice {
+    /// [`Native`](crate::dem::Native).
+    #[default]
+    Native,
+    /// LIGGGHTS, for spheres; needs the cargo feature `liggghts`.
+    Liggghts(LiggghtsOptions),
+}
+
+impl EngineChoice {
+    /// Short name, as that of the [engine](crate::dem::DemEngine::name).
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Liggghts(_) => "liggghts",
+        }
+    }
+}
+
+/// Options of LIGGGHTS beyond those of every engine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LiggghtsOptions {
+    /// Where LIGGGHTS runs.
+    pub process: LiggghtsProcess,
+    /// Commands of the user, given after all others of the set-up and before the first step; any that
+    /// [`commands::accept`] refuses is an error of the set-up.
+    pub commands: Vec<String>,
+    /// Longest time that a worker may take to answer (s), 60 if not given; ten times as long for the set-up and for
+    /// saving.
+    pub timeout: Option<f64>,
+}
+
+#[cfg(feature = "liggghts")]
+impl LiggghtsOptions {
+    /// Parameters of LIGGGHTS with these options, and nothing to move yet.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a command is not one that a case may give.
+    pub fn params(&self) -> Result<liggghts::LiggghtsParams> {
+        for command in &self.commands {
+            commands::accept(command).map_err(|refusal| {
+                let commands::Refusal { title, remedy, .. } = refusal;
+                Error::Input(format!(
+                    "LIGGGHTS refuses the set-up: the command `{command}` {title}; {remedy}"
+                ))
+            })?;
+        }
+        Ok(liggghts::LiggghtsParams {
+            in_this_process: self.process == LiggghtsProcess::Own,
+            commands: self.commands.clone(),
+            timeout: self.timeout,
+            ..liggghts::LiggghtsParams::default()
+        })
+    }
+}
+
+/// Where LIGGGHTS runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LiggghtsProcess {
+    /// In a process of its own, whose crash ends as an error message.
+    #[default]
+    Worker,
+    /// In this process.
+    Own,
+}
 
 /// Whether this program was built with the cargo feature `liggghts`.
 pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");

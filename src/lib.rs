@@ -28,6 +28,7 @@
 //! | [`simulation`] | [`Simulation`], whole runs with their files, benchmarks |
 //! | [`output`], [`checkpoint`] | files of results; saved states |
 //! | [`coupling`] | solid volume fractions, momentum exchange, driving; [`AnyFluid`](coupling::AnyFluid) |
+//! | [`engine`] | which engine moves the particles of a case |
 //! | [`fluid`], [`lattice`] | the lattice Boltzmann fluid of one rank, in lattice units |
 //! | [`dem`], [`contact`] | engines that move particles, contact forces |
 //! | [`particle`], [`shape`], [`wall`] | bodies and walls |

@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck checks simulation case output packing engine fluid dem contact comm memory error",
+        "validate report study crosscheck checks simulation case output packing engine fluid contact comm memory error",
     ),
     (
         "validate",
@@ -36,12 +36,12 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "case",
-        "mesh packing coupling fluid dem contact particle shape wall domain units math input memory error",
+        "mesh engine packing coupling fluid contact particle shape wall domain units math input memory error",
     ),
     ("output", "checkpoint plot dem particle shape wall domain math input error"),
     ("plot", ""),
     ("mesh", "shape math input"),
-    ("engine", "liggghts dem error"),
+    ("engine", "liggghts error"),
     ("liggghts", "dem contact particle shape wall domain comm math error"),
     ("packing", "contact shape wall domain math input"),
     ("checkpoint", "domain comm input memory error"),

@@ -7,7 +7,7 @@ use super::checks::Document;
 use super::file::{Case, EngineKind, GeometryKind, ShapeSection};
 use super::walls::PlacedWall;
 use crate::contact::ElasticLaw;
-use crate::dem::{EngineChoice, LiggghtsOptions, commands};
+use crate::engine::{EngineChoice, LiggghtsOptions, commands};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::Surface;
@@ -48,7 +48,7 @@ pub(super) fn engine(document: &Document, case: &Case) -> Result<EngineChoice> {
                 document.error(&key, &title, &refusal.label, &refusal.remedy)
             })?);
         }
-        options.timeout = section.timeout.unwrap_or(options.timeout);
+        options.timeout = section.timeout;
     }
     Ok(EngineChoice::Liggghts(options))
 }

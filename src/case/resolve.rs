@@ -14,7 +14,7 @@ use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
 use super::{Provenance, RunPlan, Setup};
-use crate::contact::Contour;
+use crate::contact::GrownShape;
 use crate::error::Result;
 use crate::wall::Wall;
 use std::path::Path;
@@ -112,7 +112,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let engine = engine(document, &case)?;
     // As the engine grows them: corners stay sharp.
     let reaches: Vec<f64> = (templates.iter())
-        .map(|template| Contour::new(template.shape.clone(), enlargement).reach())
+        .map(|template| GrownShape::new(template.shape.clone(), enlargement).reach())
         .collect();
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &case, &domain, &materials, reach)?;

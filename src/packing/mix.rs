@@ -20,7 +20,7 @@
 use super::Uniform;
 use super::neighbours::Bins;
 use super::relax::{Pose, body};
-use crate::contact::{Contour, touch, touch_wall};
+use crate::contact::{GrownShape, intersects, intersects_wall};
 use crate::domain::Domain;
 use crate::math::Vec3;
 use crate::wall::Surface;
@@ -53,13 +53,13 @@ const MOVES: u64 = 0x006D_6F76_6573;
 pub fn mix(
     domain: &Domain,
     walls: &[Surface],
-    contours: &[Contour],
+    contours: &[GrownShape],
     poses: &mut [Pose],
     fixed: usize,
     seed: u64,
 ) {
     let mut random = Uniform(ChaCha8Rng::seed_from_u64(seed ^ MOVES));
-    let reaches: Vec<f64> = contours.iter().map(Contour::reach).collect();
+    let reaches: Vec<f64> = contours.iter().map(GrownShape::reach).collect();
     let widest = poses.iter().map(|pose| reaches[pose.contour]).fold(0.0, f64::max);
     let across = domain.size().max() / (2.0 * widest);
     let sweeps = (SWEEPS * across * across)
@@ -89,12 +89,12 @@ pub fn mix(
                 let near = reach + reaches[other.contour];
                 j == i
                     || offset.norm_squared() >= near * near
-                    || !touch(&moved, &body(contours, other), offset)
+                    || !intersects(&moved, &body(contours, other), offset)
             };
             let free = |wall: &Surface| {
                 let distance = wall.distance(after.position);
                 let seen = wall.seen_from(after.position);
-                distance >= reach || (!sphere && distance > 0.0 && !touch_wall(&moved, &seen))
+                distance >= reach || (!sphere && distance > 0.0 && !intersects_wall(&moved, &seen))
             };
             if bins.around(&after.position).all(|bin| bin.iter().all(clear)) && walls.iter().all(free) {
                 bins.shift(i, &before.position, &after.position);

@@ -17,7 +17,7 @@
 //! Computer Graphics Forum 39, section 3.3, without compliance.
 
 use super::Uniform;
-use crate::contact::{Body, Contour, Geometry, PairFinder, measure, measure_wall};
+use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
 use crate::domain::Domain;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::wall::Surface;
@@ -76,7 +76,7 @@ pub fn random_orientations(count: usize, seed: u64) -> Vec<Quat> {
 pub fn relax(
     domain: Domain,
     walls: &[Surface],
-    contours: &[Contour],
+    contours: &[GrownShape],
     poses: &mut [Pose],
     fixed: usize,
 ) -> bool {
@@ -93,7 +93,7 @@ pub fn relax(
             }
             let offset = domain.nearest_image(poses[b].position - poses[a].position);
             let [first, second] = [a, b].map(|i| body(contours, &poses[i]));
-            let Some(overlap) = measure(Geometry::Exact, &first, &second, offset) else {
+            let Some(overlap) = overlap(Geometry::Exact, &first, &second, offset) else {
                 continue;
             };
             touched = true;
@@ -111,7 +111,7 @@ pub fn relax(
                 if seen.distance(Vec3::zeros()) > radii[i] {
                     continue;
                 }
-                let Some(overlap) = measure_wall(Geometry::Exact, &body(contours, &poses[i]), &seen) else {
+                let Some(overlap) = overlap_wall(Geometry::Exact, &body(contours, &poses[i]), &seen) else {
                     continue;
                 };
                 touched = true;
@@ -134,8 +134,8 @@ pub fn relax(
     false
 }
 
-pub(super) fn body<'a>(contours: &'a [Contour], pose: &Pose) -> Body<'a> {
-    Body { contour: &contours[pose.contour], orientation: pose.orientation }
+pub(super) fn body<'a>(contours: &'a [GrownShape], pose: &Pose) -> Body<'a> {
+    Body { grown: &contours[pose.contour], orientation: pose.orientation }
 }
 
 /// Mobility of a body: the inverses of its volume and of its moments of inertia, density 1.
@@ -146,7 +146,7 @@ struct Mover {
 }
 
 impl Mover {
-    fn new(contour: &Contour) -> Self {
+    fn new(contour: &GrownShape) -> Self {
         let volume = contour.shape.volume();
         Self { volume: 1.0 / volume, moments: contour.shape.inertia_per_mass().map(|i| 1.0 / (volume * i)) }
     }
@@ -207,28 +207,28 @@ mod tests {
     }
 
     /// Bodies of equal volume (that of a sphere of diameter 1) at a volume fraction, not yet relaxed.
-    fn thrown(domain: &Domain, shape: Arc<dyn Shape>, fraction: f64) -> (Vec<Contour>, Vec<Pose>) {
+    fn thrown(domain: &Domain, shape: Arc<dyn Shape>, fraction: f64) -> (Vec<GrownShape>, Vec<Pose>) {
         let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
         let ball = Ball { radius: 0.5 * shape.equivalent_diameter(), half_gap: 0.5 * GAP };
         let positions = pack(domain, &[], &[], &vec![ball; count], 1).unwrap();
         let poses = positions.into_iter().zip(random_orientations(count, 1));
         let poses = poses.map(|(position, orientation)| Pose { contour: 0, position, orientation });
-        (vec![Contour::new(shape, 0.5 * GAP)], poses.collect())
+        (vec![GrownShape::new(shape, 0.5 * GAP)], poses.collect())
     }
 
     /// Number of pairs that overlap, and of bodies that overlap a wall, without any gap.
     fn overlaps(domain: &Domain, walls: &[Surface], shape: &Arc<dyn Shape>, poses: &[Pose]) -> usize {
-        let bare = [Contour::new(shape.clone(), 0.0)];
+        let bare = [GrownShape::new(shape.clone(), 0.0)];
         let mut count = 0;
         for (i, a) in poses.iter().enumerate() {
             for b in &poses[..i] {
                 let offset = domain.nearest_image(b.position - a.position);
                 count +=
-                    usize::from(measure(Geometry::Exact, &body(&bare, a), &body(&bare, b), offset).is_some());
+                    usize::from(overlap(Geometry::Exact, &body(&bare, a), &body(&bare, b), offset).is_some());
             }
             for wall in walls {
                 let seen = wall.seen_from(a.position);
-                count += usize::from(measure_wall(Geometry::Exact, &body(&bare, a), &seen).is_some());
+                count += usize::from(overlap_wall(Geometry::Exact, &body(&bare, a), &seen).is_some());
             }
         }
         count

@@ -4,12 +4,13 @@ use crate::case::Setup;
 #[cfg(feature = "liggghts")]
 use crate::comm;
 use crate::comm::Comm;
-use crate::dem::{DemEngine, EngineChoice, Native, NativeParams};
-#[cfg(feature = "liggghts")]
-use crate::dem::{LiggghtsOptions, LiggghtsProcess};
+use crate::dem::{DemEngine, Native, NativeParams};
 use crate::domain::Decomposition;
+use crate::engine::EngineChoice;
 #[cfg(feature = "liggghts")]
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
+#[cfg(feature = "liggghts")]
+use crate::engine::{LiggghtsOptions, LiggghtsProcess};
 #[cfg(feature = "liggghts")]
 use crate::error::Error;
 use crate::error::Result;
@@ -50,10 +51,9 @@ pub(super) fn engine(
                 walls: setup.walls.clone(),
                 gravity: setup.gravity,
                 substeps: setup.substeps,
-                options: options.clone(),
                 log: context.log.clone(),
-                program: None,
                 stop: Arc::clone(&context.stop),
+                ..options.params()?
             };
             let engine = Liggghts::new(params, decomposition, comm, templates, &setup.particles)?;
             Ok(Box::new(engine))

@@ -12,9 +12,9 @@ mod estimate;
 mod forecast;
 
 use crate::case::Setup;
-use crate::contact::{Contour, PairFinder};
-use crate::dem::EngineChoice;
+use crate::contact::{GrownShape, PairFinder};
 use crate::domain::{Domain, Weights};
+use crate::engine::EngineChoice;
 use crate::fluid::{CHUNK, Precision};
 use crate::math::Vec3;
 use crate::particle::Template;
@@ -161,7 +161,7 @@ impl<'a> Work<'a> {
     /// Bounding radii of the particles for contacts by template (m), as the engine has them.
     fn radii(&self) -> Vec<f64> {
         let enlargement = (self.setup.contact.as_ref()).map_or(0.0, |contact| contact.enlargement);
-        let of = |template: &Template| Contour::new(template.shape.clone(), enlargement).reach();
+        let of = |template: &Template| GrownShape::new(template.shape.clone(), enlargement).reach();
         self.setup.templates.iter().map(of).collect()
     }
 

@@ -7,8 +7,8 @@ use crate::common::PROGRAM;
 use std::path::PathBuf;
 use std::sync::Arc;
 use turbid::comm::{Comm, on_threads};
-use turbid::contact::{ContactModel, ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
-use turbid::dem::{DemEngine, LiggghtsOptions, Load, Native, NativeParams};
+use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
+use turbid::dem::{DemEngine, Load, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::math::Vec3;
@@ -23,20 +23,19 @@ const RADIUS: f64 = 0.5e-3;
 const DOMAIN: Domain = Domain { periodic: [true; 3], cells: [32; 3], dx: RADIUS };
 
 fn contact(youngs_modulus: f64, restitution: f64, friction: f64) -> ContactModel {
-    ContactParams {
-        material: Material { youngs_modulus, poisson_ratio: 0.22 },
-        pair: PairParams {
+    ContactModel {
+        materials: vec![Material { youngs_modulus, poisson_ratio: 0.22 }],
+        pairs: vec![PairParams {
             restitution,
             friction_static: friction,
             friction_kinetic: friction,
             transition_velocity: 1e-6,
-        },
+        }],
         enlargement: 0.0,
         geometry: Geometry::Exact,
         law: ElasticLaw::Hertz,
         damping: DampingLaw::Tsuji,
     }
-    .into()
 }
 
 fn params(contact: Option<ContactModel>) -> LiggghtsParams {
@@ -78,10 +77,7 @@ const REST: Load = Load { force: Vec3::new(0.0, 0.0, 0.0), torque: Vec3::new(0.0
 /// With commands of the user.
 fn with_commands(commands: &[&str]) -> LiggghtsParams {
     LiggghtsParams {
-        options: LiggghtsOptions {
-            commands: commands.iter().map(|&c| c.to_owned()).collect(),
-            ..LiggghtsOptions::default()
-        },
+        commands: commands.iter().map(|&c| c.to_owned()).collect(),
         ..params(Some(contact(1e7, 0.7, 0.3)))
     }
 }

@@ -24,12 +24,14 @@ mod sphere_plane;
 mod sphere_polyhedron;
 pub mod sphere_sphere;
 #[cfg(test)]
-mod truth;
+mod tests;
 
-pub use law::{Couple, PairLaw};
-pub use overlap::{Body, Contour, Overlap, measure, measure_wall, touch, touch_wall};
+pub use law::{PairLaw, PairProperties};
+pub use overlap::{Body, GrownShape, Overlap, intersects, intersects_wall, overlap, overlap_wall};
 pub use pairs::PairFinder;
 use serde::{Deserialize, Serialize};
+#[cfg(test)]
+pub(crate) use tests::ContactParams;
 
 /// Materials and model of all contacts, SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,36 +54,6 @@ impl ContactModel {
     /// Properties of a pair of materials, given by their indices.
     pub fn pair(&self, a: usize, b: usize) -> &PairParams {
         &self.pairs[a * self.materials.len() + b]
-    }
-}
-
-/// The same for everything that touches, SI units: a [`ContactModel`] of one material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactParams {
-    /// Elasticity.
-    pub material: Material,
-    /// Restitution and friction.
-    pub pair: PairParams,
-    /// Distance by which the surface of every particle is grown for contacts (m).
-    pub enlargement: f64,
-    /// Method of measuring overlaps.
-    pub geometry: Geometry,
-    /// Law of the elastic force.
-    pub law: ElasticLaw,
-    /// Law of the normal damping.
-    pub damping: DampingLaw,
-}
-
-impl From<ContactParams> for ContactModel {
-    fn from(params: ContactParams) -> Self {
-        Self {
-            materials: vec![params.material],
-            pairs: vec![params.pair],
-            enlargement: params.enlargement,
-            geometry: params.geometry,
-            law: params.law,
-            damping: params.damping,
-        }
     }
 }
 

@@ -2,7 +2,6 @@
 
 pub mod assign;
 pub mod ballistic;
-pub mod commands;
 pub mod exchange;
 pub mod history;
 pub mod integrator;
@@ -18,7 +17,6 @@ pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
 pub use history::Record;
 pub use native::{Native, NativeParams};
-use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Hydrodynamic load on one particle.
@@ -135,53 +133,4 @@ pub trait DemEngine: Send {
     /// [`Error::Input`](crate::Error::Input) on every rank if the parts are damaged, incomplete, or of another engine,
     /// version or case; the native engine then keeps its state.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
-}
-
-/// Engine that moves the particles of a case.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum EngineChoice {
-    /// [`Native`].
-    #[default]
-    Native,
-    /// LIGGGHTS, for spheres; needs the cargo feature `liggghts`.
-    Liggghts(LiggghtsOptions),
-}
-
-impl EngineChoice {
-    /// Short name, as that of the [engine](DemEngine::name).
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Native => "native",
-            Self::Liggghts(_) => "liggghts",
-        }
-    }
-}
-
-/// Options of LIGGGHTS beyond those of every engine.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LiggghtsOptions {
-    /// Where LIGGGHTS runs.
-    pub process: LiggghtsProcess,
-    /// Commands of the user, given after all others of the set-up and before the first step; any that
-    /// [`commands::accept`] refuses is an error of the set-up.
-    pub commands: Vec<String>,
-    /// Longest time that a worker may take to answer (s); ten times as long for the set-up and for saving.
-    pub timeout: f64,
-}
-
-impl Default for LiggghtsOptions {
-    fn default() -> Self {
-        Self { process: LiggghtsProcess::default(), commands: Vec::new(), timeout: 60.0 }
-    }
-}
-
-/// Where LIGGGHTS runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum LiggghtsProcess {
-    /// In a process of its own, whose crash ends as an error message.
-    #[default]
-    Worker,
-    /// In this process.
-    Own,
 }

@@ -2,8 +2,8 @@
 
 use super::protocol::{State, Touch};
 use super::{Liggghts, Master, deck};
-use turbid_core::contact::{Body, Geometry, measure, measure_wall};
-use turbid_core::dem::exchange::Population;
+use turbid_core::contact::{Body, Geometry, overlap, overlap_wall};
+use turbid_core::dem::native::failures::position_text;
 use turbid_core::dem::{ContactState, ContactSummary};
 use turbid_core::error::{Error, Result};
 use turbid_core::math::{Quat, Vec3};
@@ -15,7 +15,7 @@ const DEEPEST: f64 = 0.25;
 impl Liggghts {
     /// A sphere of contact by its index, for the measurement of overlaps.
     fn body(&self, master: &Master, index: usize) -> Body<'_> {
-        Body { contour: &self.contours[master.templates[index]], orientation: Quat::identity() }
+        Body { grown: &self.contours[master.templates[index]], orientation: Quat::identity() }
     }
 
     /// Walls where they stand now: those that LIGGGHTS has move along themselves only.
@@ -51,7 +51,7 @@ impl Liggghts {
                         "particles {} at {} and {other}: overlap {depth:.3e} m deep, more than a quarter of the thickness \
                          {thickness:.3e} m",
                         self.ids[first],
-                        Population::place(Vec3::from(states[first].position)),
+                        position_text(Vec3::from(states[first].position)),
                     ),
                 });
             }
@@ -91,11 +91,11 @@ impl Liggghts {
         let (second, overlap) = if touch.is_wall == 1 {
             let surface = self.params.walls.get(touch.second as usize)?.surface.seen_from(position);
             let wall = ContactState::of_wall(touch.second as usize);
-            (wall, measure_wall(Geometry::Exact, &body, &surface)?)
+            (wall, overlap_wall(Geometry::Exact, &body, &surface)?)
         } else {
             let second = touch.second as usize;
             let offset = domain.nearest_image(*master.positions.get(second)? - position);
-            let overlap = measure(Geometry::Exact, &body, &self.body(master, second), offset)?;
+            let overlap = overlap(Geometry::Exact, &body, &self.body(master, second), offset)?;
             (self.ids[second], overlap)
         };
         let normal = Vec3::from(touch.force);

@@ -74,7 +74,7 @@ pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         space,
         after,
         last,
-        user: params.options.commands.clone(),
+        user: params.commands.clone(),
         walls: walls.len(),
         log_file: params.log.clone(),
     })

@@ -31,14 +31,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use turbid_core::comm::Comm;
-use turbid_core::contact::{ContactModel, Contour, PairFinder};
-use turbid_core::dem::assign::Neighbourhood;
-use turbid_core::dem::exchange::Population;
+use turbid_core::contact::{ContactModel, GrownShape, PairFinder};
+use turbid_core::dem::assign::GhostLayer;
+use turbid_core::dem::exchange::LocalParticles;
 use turbid_core::dem::integrator::{self, Inertia};
 use turbid_core::dem::native::face_passed;
-use turbid_core::dem::native::failures::outside;
-use turbid_core::dem::saved::{Case, Saved};
-use turbid_core::dem::{ContactState, ContactSummary, DemEngine, LiggghtsOptions, LiggghtsProcess, Load};
+use turbid_core::dem::native::failures::{outside, position_text};
+use turbid_core::dem::saved::Saved;
+use turbid_core::dem::{ContactState, ContactSummary, DemEngine, Load};
 use turbid_core::domain::Decomposition;
 use turbid_core::error::{Error, Result};
 use turbid_core::math::Vec3;
@@ -62,8 +62,14 @@ pub struct LiggghtsParams {
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](DemEngine::advance), at least one.
     pub substeps: u32,
-    /// Where it runs, and commands of the user.
-    pub options: LiggghtsOptions,
+    /// Whether LIGGGHTS runs in this process instead of a worker.
+    pub in_this_process: bool,
+    /// Commands of the user, given after all others of the set-up and before the first step. The caller checks them: a
+    /// command of LIGGGHTS can read and write any file.
+    pub commands: Vec<String>,
+    /// Longest time that a worker may take to answer (s), 60 if not given; ten times as long for the set-up and for
+    /// saving.
+    pub timeout: Option<f64>,
     /// File to whose end goes all that LIGGGHTS says in the set-up, and all that a worker prints; without, it is thrown away.
     pub log: Option<PathBuf>,
     /// The turbid program, to be started as the worker; without, the program that runs now.
@@ -110,12 +116,12 @@ struct Master {
 pub struct Liggghts {
     params: LiggghtsParams,
     rank: usize,
-    near: Neighbourhood,
-    population: Population,
+    near: GhostLayer,
+    population: LocalParticles,
     /// By template.
     inertias: Vec<Inertia>,
     /// By template.
-    contours: Vec<Contour>,
+    contours: Vec<GrownShape>,
     /// Ids of all particles, ascending; their place is the index in LIGGGHTS.
     ids: Vec<u64>,
     master: Option<Master>,
@@ -149,14 +155,14 @@ impl Liggghts {
             )));
         }
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let contours: Vec<Contour> =
-            (templates.iter()).map(|t| Contour::new(t.shape.clone(), enlargement)).collect();
-        let reach: Vec<f64> = contours.iter().map(Contour::reach).collect();
+        let contours: Vec<GrownShape> =
+            (templates.iter()).map(|t| GrownShape::new(t.shape.clone(), enlargement)).collect();
+        let reach: Vec<f64> = contours.iter().map(GrownShape::reach).collect();
         let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
         let rank = comm.rank();
-        let near = Neighbourhood::new(decomposition, rank, &reach);
+        let near = GhostLayer::new(decomposition, rank, &reach);
         let mut engine = Self {
-            population: Population::new(&near, rank, templates, Vec::new()),
+            population: LocalParticles::new(&near, templates, Vec::new()),
             params,
             rank,
             near,
@@ -182,8 +188,7 @@ impl Liggghts {
             let (orientation, spin) = (particle.orientation(), particle.angular_velocity());
             particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
         }
-        let templates = self.population.store.templates.clone();
-        self.population = Population::new(&self.near, self.rank, templates, all.iter().copied());
+        self.population.replace(&self.near, all.iter().map(|particle| (*particle, Load::default())));
         let outcome = if self.rank == 0 { self.launch(&all, saved) } else { Ok(()) };
         // The others learn whether it has worked.
         self.failed = comm.any(outcome.is_err());
@@ -208,9 +213,10 @@ impl Liggghts {
             let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
             let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
             let atoms = (all.iter().zip(&radii)).map(|(p, &radius)| self.atom(p, radius)).collect();
-            let mut process = match self.params.options.process {
-                LiggghtsProcess::Own => Process::Own(Session::new()),
-                LiggghtsProcess::Worker => Process::Worker(Worker::start(&self.params).map_err(refused)?),
+            let mut process = if self.params.in_this_process {
+                Process::Own(Session::new())
+            } else {
+                Process::Worker(Worker::start(&self.params).map_err(refused)?)
             };
             let request = match saved {
                 None => Request::Open(plan, atoms),
@@ -331,7 +337,7 @@ impl Liggghts {
                         what: format!(
                             "particle {} at {}: moved {moved:.3e} m in one step, more than a cell ({:.3e} m)",
                             particle.id,
-                            Population::place(particle.position()),
+                            position_text(particle.position()),
                             domain.dx
                         ),
                     })
@@ -451,22 +457,13 @@ impl DemEngine for Liggghts {
 
     /// A set-up that LIGGGHTS refuses leaves an engine that has failed.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let case = Case {
-            census: self.population.census(comm),
-            walls: self.params.walls.len(),
-            domain: self.near.decomposition().domain,
-        };
-        let saved = Saved::join(NAME, parts, &case, (self.rank, comm.size()))?;
+        let current = (&self.near, &self.population, self.params.walls.len());
+        let saved = Saved::load(NAME, parts, current, comm)?;
         // The contacts there are already are not the first of theirs.
         let begun: u64 = parts.iter().filter_map(|part| Saved::begun(part)).sum();
         self.begin(comm, &saved.particles, Some(saved.own))?;
         self.step = saved.substep;
-        self.population = Population::loaded(
-            &self.near,
-            self.rank,
-            self.population.store.templates.clone(),
-            saved.particles.into_iter().zip(saved.loads),
-        );
+        self.population.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
         let states: Vec<State> = (self.master.iter().flat_map(|master| &master.positions))
             .map(|position| State { position: (*position).into(), ..State::default() })
             .collect();

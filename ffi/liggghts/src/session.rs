@@ -17,7 +17,6 @@ use super::protocol::{Atom, Plan, Push, Reply, Request, State, Touch, wall_fix};
 use super::worker;
 use std::fs::File;
 use std::os::fd::AsRawFd;
-use turbid_core::dem::commands;
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
 /// the surfaces (3 each).
@@ -121,13 +120,7 @@ impl Session {
     pub(super) fn finish(&self, plan: &Plan, resumes: bool) -> Outcome<()> {
         let instance = self.instance()?;
         instance.commands(&plan.last)?;
-        // The case has been checked when it was read; here, nothing passes that has come another way.
-        let user = plan.user.iter().map(|command| {
-            commands::accept(command)
-                .map_err(|refusal| format!("the command `{command}` {}; {}", refusal.title, refusal.remedy))
-        });
-        let user: Vec<String> = user.collect::<Outcome<_>>()?;
-        instance.commands(user.iter().filter(|c| !(resumes && c.starts_with("group "))))?;
+        instance.commands(plan.user.iter().filter(|c| !(resumes && c.starts_with("group "))))?;
         // Sets the loads to zero, and finds out whatever is wrong.
         instance.command("run 0")?;
         // What follows would be a line for every step.

@@ -103,7 +103,7 @@ impl Worker {
                 waited: Duration::ZERO,
                 limit: Duration::ZERO,
             }),
-            timeout: Duration::from_secs_f64(params.options.timeout),
+            timeout: Duration::from_secs_f64(params.timeout.unwrap_or(60.0)),
             log_file: log.map(Path::to_owned),
             logged,
         })

@@ -1,7 +1,7 @@
 //! Particles that overlap each other or a wall at the start.
 
 use super::{Placed, Placer};
-use crate::contact::{Body, Contour, Geometry, measure, measure_wall};
+use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::packing::close_pairs;
@@ -51,13 +51,13 @@ impl Placer<'_> {
             return Ok(());
         }
         let templates = self.kinds.templates.iter();
-        let contours: Vec<Contour> =
-            templates.map(|template| Contour::new(template.shape.clone(), 0.0)).collect();
+        let contours: Vec<GrownShape> =
+            templates.map(|template| GrownShape::new(template.shape.clone(), 0.0)).collect();
         self.refuse_pairs(placed, &contours)?;
         self.refuse_in_walls(placed, &contours)
     }
 
-    fn refuse_pairs(&self, placed: &[Placed], contours: &[Contour]) -> Result<()> {
+    fn refuse_pairs(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
         let radius = |i: usize| self.template(&placed[i].particle).shape.circumradius();
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
@@ -67,11 +67,11 @@ impl Placer<'_> {
             let offset = self.domain.nearest_image(direct);
             let [one, other] = [a, b].map(|i| body(contours, &placed[i].particle));
             let most = allowed(placed[a].in_motion && placed[b].in_motion) * radius(a).min(radius(b));
-            let spheres = [&one, &other].iter().all(|body| body.contour.shape.as_sphere().is_some());
+            let spheres = [&one, &other].iter().all(|body| body.grown.shape.as_sphere().is_some());
             let depth = if spheres {
                 radius(a) + radius(b) - offset.norm()
             } else {
-                measure(Geometry::Exact, &one, &other, offset).map_or(0.0, |overlap| overlap.depth)
+                overlap(Geometry::Exact, &one, &other, offset).map_or(0.0, |overlap| overlap.depth)
             };
             if depth <= most {
                 continue;
@@ -101,11 +101,11 @@ impl Placer<'_> {
         Err(self.document.error_at(places, &title, &remedy))
     }
 
-    fn refuse_in_walls(&self, placed: &[Placed], contours: &[Contour]) -> Result<()> {
+    fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
         let (mut first, mut overlaps) = (None, Overlaps::default());
         for p in placed {
             let body = body(contours, &p.particle);
-            let most = allowed(p.in_motion) * body.contour.shape.circumradius();
+            let most = allowed(p.in_motion) * body.grown.shape.circumradius();
             for wall in self.walls {
                 let depth = depth_in(&wall.wall.surface, &body, p.particle.position());
                 if let Some(depth) = depth.filter(|depth| *depth > most) {
@@ -126,8 +126,8 @@ impl Placer<'_> {
     }
 }
 
-fn body<'a>(contours: &'a [Contour], particle: &Particle) -> Body<'a> {
-    Body { contour: &contours[particle.template as usize], orientation: particle.orientation() }
+fn body<'a>(contours: &'a [GrownShape], particle: &Particle) -> Body<'a> {
+    Body { grown: &contours[particle.template as usize], orientation: particle.orientation() }
 }
 
 fn name(placed: &Placed) -> String {
@@ -137,7 +137,7 @@ fn name(placed: &Placed) -> String {
 
 /// Depth of a body in a wall (m), if it overlaps it.
 fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
-    let shape = &body.contour.shape;
+    let shape = &body.grown.shape;
     let radius = shape.circumradius();
     let clearance = surface.distance(position);
     if clearance >= radius {
@@ -149,7 +149,7 @@ fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
             shape.support(towards).dot(&towards) - clearance
         }
         Surface::Cylinder { .. } if clearance <= 0.0 => radius - clearance,
-        Surface::Cylinder { .. } => measure_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
+        Surface::Cylinder { .. } => overlap_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
     };
     (depth > 0.0).then_some(depth)
 }

@@ -2,7 +2,7 @@
 
 use super::Placer;
 use crate::case::file::ParticleSection;
-use crate::contact::Contour;
+use crate::contact::GrownShape;
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
 use crate::memory;
@@ -165,10 +165,10 @@ impl Placer<'_> {
                 orientation: if is_sphere(template) { Quat::identity() } else { orientation },
             }))
             .collect();
-        let contours: Vec<Contour> = templates
+        let contours: Vec<GrownShape> = templates
             .iter()
             .zip(&gaps)
-            .map(|(template, gap)| Contour::new(template.shape.clone(), 0.5 * gap))
+            .map(|(template, gap)| GrownShape::new(template.shape.clone(), 0.5 * gap))
             .collect();
         // Spheres are clear of each other already.
         if poses.iter().any(|pose| !is_sphere(pose.contour))

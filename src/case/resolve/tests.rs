@@ -1,8 +1,8 @@
 //! Claims about what a case resolves to.
 
 use super::*;
-use crate::contact::{Body, Contour, Geometry, measure, measure_wall};
-use crate::dem::{EngineChoice, LiggghtsOptions, LiggghtsProcess};
+use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
+use crate::engine::{EngineChoice, LiggghtsOptions, LiggghtsProcess};
 use crate::fluid::Collision;
 use crate::math::{Quat, Vec3};
 
@@ -136,7 +136,7 @@ fn the_native_engine_moves_the_particles_unless_the_case_asks_for_liggghts_in_a_
     let options = LiggghtsOptions {
         process: LiggghtsProcess::Own,
         commands: vec!["group a type 1".to_string(), "fix slow a viscous 1e-6".to_string()],
-        timeout: 60.0,
+        timeout: None,
     };
     assert_eq!(full.engine, EngineChoice::Liggghts(options));
     assert_eq!(bare.name(), "liggghts");
@@ -308,21 +308,21 @@ fn bodies_of_all_kinds_share_a_closed_box_without_overlap() {
         "lattice.cells_per_diameter=9",
     ]);
     assert!(setup.volume_fraction > 0.3);
-    let contours: Vec<Contour> =
-        (setup.templates.iter()).map(|t| Contour::new(t.shape.clone(), 0.0)).collect();
+    let contours: Vec<GrownShape> =
+        (setup.templates.iter()).map(|t| GrownShape::new(t.shape.clone(), 0.0)).collect();
     let body = |p: &crate::particle::Particle| Body {
-        contour: &contours[p.template as usize],
+        grown: &contours[p.template as usize],
         orientation: p.orientation(),
     };
     for (i, a) in setup.particles.iter().enumerate() {
         for b in &setup.particles[..i] {
             let offset = setup.domain.nearest_image(b.position() - a.position());
-            let overlap = measure(Geometry::Exact, &body(a), &body(b), offset);
+            let overlap = overlap(Geometry::Exact, &body(a), &body(b), offset);
             assert!(overlap.is_none(), "{a:?} {b:?}");
         }
         for wall in &setup.walls {
             let seen = wall.surface.seen_from(a.position());
-            assert!(measure_wall(Geometry::Exact, &body(a), &seen).is_none());
+            assert!(overlap_wall(Geometry::Exact, &body(a), &seen).is_none());
         }
     }
 }

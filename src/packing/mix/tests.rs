@@ -1,7 +1,7 @@
 //! Claims about mixed bodies: they lie as in a fluid of hard bodies in equilibrium, and keep what packing promises.
 
 use super::*;
-use crate::contact::{Geometry, measure, measure_wall};
+use crate::contact::{Geometry, overlap, overlap_wall};
 use crate::math::Quat;
 use crate::packing::relax::{random_orientations, relax};
 use crate::packing::{Ball, count_for_volume_fraction, pack};
@@ -22,7 +22,7 @@ fn packed(
     fraction: f64,
     gap: f64,
     seed: u64,
-) -> (Vec<Contour>, Vec<Pose>) {
+) -> (Vec<GrownShape>, Vec<Pose>) {
     let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
     let ball = Ball { radius: 0.5, half_gap: 0.5 * gap };
     let positions = pack(domain, walls, &[], &vec![ball; count], seed).unwrap();
@@ -33,7 +33,7 @@ fn packed(
         position,
         orientation: if sphere { Quat::identity() } else { orientation },
     });
-    let contours = vec![Contour::new(shape.clone(), 0.5 * gap)];
+    let contours = vec![GrownShape::new(shape.clone(), 0.5 * gap)];
     let mut poses: Vec<Pose> = poses.collect();
     if !sphere {
         assert!(relax(*domain, walls, &contours, &mut poses, 0));
@@ -130,7 +130,7 @@ fn the_density_varies_over_the_box_as_the_compressibility_says() {
 fn two_slabs_lie_as_if_thrown_until_they_do_not_overlap() {
     const THROWS: u64 = 3000;
     let (domain, shape) = (cube(2), cuboid([3.0, 2.0, 1.0]));
-    let contours = vec![Contour::new(shape, 0.0)];
+    let contours = vec![GrownShape::new(shape, 0.0)];
     let mut random = Uniform(ChaCha8Rng::seed_from_u64(1));
     // Parts of the pairs whose centres are near, and whose shortest axes are about parallel.
     let look = |poses: &[Pose]| {
@@ -149,7 +149,7 @@ fn two_slabs_lie_as_if_thrown_until_they_do_not_overlap() {
                 orientation: turns[i],
             });
             let offset = domain.nearest_image(poses[1].position - poses[0].position);
-            if !touch(&body(&contours, &poses[0]), &body(&contours, &poses[1]), offset) {
+            if !intersects(&body(&contours, &poses[0]), &body(&contours, &poses[1]), offset) {
                 break poses;
             }
         };
@@ -193,11 +193,11 @@ fn bodies_keep_their_gap_and_stay_between_walls() {
             assert_eq!(domain.wrap(a.position), a.position);
             for b in &poses[..i] {
                 let offset = domain.nearest_image(b.position - a.position);
-                let overlap = measure(Geometry::Exact, &body(&contours, a), &body(&contours, b), offset);
+                let overlap = overlap(Geometry::Exact, &body(&contours, a), &body(&contours, b), offset);
                 assert!(overlap.is_none(), "{}: {overlap:?}", shape.kind());
             }
             for wall in &walls {
-                let overlap = measure_wall(Geometry::Exact, &body(&contours, a), &wall.seen_from(a.position));
+                let overlap = overlap_wall(Geometry::Exact, &body(&contours, a), &wall.seen_from(a.position));
                 assert!(overlap.is_none(), "{}: {overlap:?}", shape.kind());
             }
         }

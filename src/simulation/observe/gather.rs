@@ -67,7 +67,7 @@ pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> b
 /// The particles that this rank knows, ascending by id, and with them all that its contacts are between. Collective.
 ///
 /// The rank that is responsible for a contact knows both particles, also after they have moved
-/// ([`Neighbourhood`](crate::dem::assign::Neighbourhood)); only an engine that has all contacts at one rank names others.
+/// ([`GhostLayer`](crate::dem::assign::GhostLayer)); only an engine that has all contacts at one rank names others.
 pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Particle> {
     let (comm, store) = (&simulation.comm, simulation.dem.particles());
     let mut known = store.particles.clone();

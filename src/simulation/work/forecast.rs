@@ -10,9 +10,9 @@
 
 use super::{Work, costs};
 use crate::coupling::CONTROL_INTERVAL;
-use crate::dem::EngineChoice;
-use crate::dem::assign::Neighbourhood;
+use crate::dem::assign::GhostLayer;
 use crate::domain::Decomposition;
+use crate::engine::EngineChoice;
 use crate::fluid::CHUNK;
 use crate::lattice::C;
 use crate::particle::Particle;
@@ -119,7 +119,7 @@ impl Work<'_> {
         self.add_peers(cut, &mut ranks);
         let native = self.setup.engine == EngineChoice::Native;
         let substeps = self.setup.substeps as usize;
-        let near = Neighbourhood::new(cut.clone(), 0, &self.radii());
+        let near = GhostLayer::new(cut.clone(), 0, &self.radii());
         let owners: Vec<usize> = self.bodies.iter().map(|body| near.owner(body.position)).collect();
         let send = |ranks: &mut [RankForecast], from: usize, to: usize, bytes: usize| {
             if from != to {
@@ -128,7 +128,7 @@ impl Work<'_> {
         };
         for (body, &owner) in self.bodies.iter().zip(&owners) {
             ranks[owner].particles += 1;
-            for rank in near.who_knows(body.position, body.template) {
+            for rank in near.ranks_with(body.position, body.template) {
                 ranks[rank].work += self.particle();
                 ranks[rank].ghosts += usize::from(rank != owner);
                 if native {
@@ -149,7 +149,7 @@ impl Work<'_> {
             let of = |i: usize| (owners[i], self.bodies[i].position, self.bodies[i].template);
             let first = contact.first;
             let second = contact.second.unwrap_or(first);
-            let rank = near.responsible(of(first), of(second)).unwrap_or(owners[first]);
+            let rank = near.evaluating_rank(of(first), of(second)).unwrap_or(owners[first]);
             ranks[rank].contacts += 1;
             ranks[rank].work += contact.cost;
             for i in [first, second] {
@@ -197,7 +197,7 @@ impl Work<'_> {
             (self.setup.templates.iter()).map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         for (rank, forecast) in ranks.iter_mut().enumerate() {
             if native {
-                for peer in Neighbourhood::new(cut.clone(), rank, &radii).peers {
+                for peer in GhostLayer::new(cut.clone(), rank, &radii).peers {
                     forecast.sends.entry(peer).or_default().messages += 3 * self.setup.substeps as usize;
                 }
             }

@@ -4,7 +4,7 @@ use super::{DOMAIN, REST, advanced, contact, engine, moving, params, tank, templ
 use std::os::unix::fs::PermissionsExt;
 use std::sync::Arc;
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, LiggghtsProcess, Native, NativeParams};
+use turbid::dem::{DemEngine, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::math::Vec3;
@@ -65,18 +65,13 @@ fn stiffness_beyond_the_usual_bounds_of_liggghts_is_accepted() {
 
 #[test]
 fn in_this_process_an_error_leaves_the_next_case_as_it_would_have_been() {
-    let own = |mut params: LiggghtsParams| {
-        params.options.process = LiggghtsProcess::Own;
-        params
-    };
+    let own = |params: LiggghtsParams| LiggghtsParams { in_this_process: true, ..params };
     let model = Some(contact(1e7, 0.7, 0.3));
     let run = || advanced(engine(own(params(model.clone())), &three()).unwrap(), 600, 1e-6).unwrap();
     let first = run().particles().owned().to_vec();
     let in_worker = advanced(engine(params(model.clone()), &three()).unwrap(), 600, 1e-6).unwrap();
     assert_eq!(first, in_worker.particles().owned(), "here and there");
-    for commands in
-        [&["print nonsense"][..], &["fix extra nobody viscous 1"], &["fix extra all viscous 1 scale 2 1"]]
-    {
+    for commands in [&["fix extra nobody viscous 1"], &["fix extra all viscous 1 scale 2 1"]] {
         let error = engine(own(with_commands(commands)), &three()).unwrap_err();
         assert!(error.to_string().contains("LIGGGHTS refuses"), "{error}");
         assert_eq!(run().particles().owned(), first, "after {commands:?}");

@@ -9,7 +9,7 @@ pub(super) mod ranks;
 use super::machine::{cores, in_bytes, in_time};
 use turbid::case::{FluidSetup, Setup};
 use turbid::comm;
-use turbid::dem::{EngineChoice, LiggghtsProcess};
+use turbid::engine::{EngineChoice, LiggghtsProcess};
 use turbid::error::{Error, Result};
 use turbid::fluid::Precision;
 use turbid::memory::{self, Room};

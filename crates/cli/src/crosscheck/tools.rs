@@ -140,9 +140,8 @@ impl Scene {
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
-            options: self.options.clone(),
             log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
-            ..LiggghtsParams::default()
+            ..self.options.params()?
         };
         let templates = self.shared_templates();
         Liggghts::new(params, self.whole(), &Comm::Solo, templates, &self.particles)

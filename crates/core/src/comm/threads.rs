@@ -1,7 +1,7 @@
 //! Ranks that are threads of one process: messages are exchanged by swapping buffers.
 
 use super::traffic::Counters;
-use super::{Comm, Halo, UNDER_WAY, buffers, sent};
+use super::{Comm, Pattern, Transport, buffers};
 use crate::error::{Error, Result};
 use bytemuck::Pod;
 use std::any::Any;
@@ -22,15 +22,13 @@ type AnyMailbox = Arc<dyn Any + Send + Sync>;
 
 /// State common to all ranks of a run.
 struct Shared {
-    size: usize,
     failed: AtomicBool,
     /// Mailboxes by (plan, from, to); plans are counted alike on every rank.
     mailboxes: Mutex<HashMap<(usize, usize, usize), AnyMailbox>>,
     arrived: AtomicUsize,
     generation: AtomicUsize,
-    /// One slot a rank for the current collective.
+    /// Of each rank, for the current collective.
     slots: Vec<Mutex<Vec<u8>>>,
-    sums: Vec<Mutex<Vec<i64>>>,
 }
 
 /// One of several ranks that are threads of this process.
@@ -48,6 +46,16 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Shared {
+    fn new(ranks: usize) -> Self {
+        Self {
+            failed: AtomicBool::new(false),
+            mailboxes: Mutex::default(),
+            arrived: AtomicUsize::new(0),
+            generation: AtomicUsize::new(0),
+            slots: (0..ranks).map(|_| Mutex::default()).collect(),
+        }
+    }
+
     /// Waits until `ready`, politely; panics if another rank has failed.
     fn wait(&self, mut ready: impl FnMut() -> bool) {
         let mut tries = 0_u32;
@@ -131,58 +139,28 @@ impl<T> Mailbox<T> {
 }
 
 impl ThreadComm {
-    pub(super) fn rank(&self) -> usize {
-        self.rank
-    }
-
-    pub(super) fn size(&self) -> usize {
-        self.shared.size
-    }
-
-    pub(super) fn counters(&self) -> &Counters {
-        &self.counters
-    }
-
-    pub(super) fn barrier(&self) {
-        let shared = &*self.shared;
-        let generation = shared.generation.load(Ordering::Acquire);
-        if shared.arrived.fetch_add(1, Ordering::AcqRel) + 1 == shared.size {
-            shared.arrived.store(0, Ordering::Release);
-            shared.generation.fetch_add(1, Ordering::AcqRel);
-        } else {
-            shared.wait(|| shared.generation.load(Ordering::Acquire) != generation);
+    fn new(rank: usize, shared: &Arc<Shared>) -> Self {
+        Self {
+            rank,
+            shared: shared.clone(),
+            plans: AtomicUsize::new(0),
+            counters: Arc::default(),
+            post: Mutex::default(),
         }
     }
 
-    pub(super) fn sum(&self, values: &mut [i64]) {
-        *lock(&self.shared.sums[self.rank]) = values.to_vec();
-        self.barrier();
-        values.fill(0);
-        for slot in &self.shared.sums {
-            for (value, part) in values.iter_mut().zip(lock(slot).iter()) {
-                *value = value.wrapping_add(*part);
+    /// The only rank.
+    pub(super) fn solo() -> Self {
+        Self::new(0, &Arc::new(Shared::new(1)))
+    }
+
+    /// Replaces `values` by what `join` makes of those of all ranks.
+    fn reduce<T: Pod>(&self, values: &mut [T], join: impl Fn(T, T) -> T) {
+        for (rank, bytes) in self.all_gather(bytemuck::cast_slice(values).to_vec()).iter().enumerate() {
+            for (value, part) in values.iter_mut().zip(bytemuck::pod_collect_to_vec::<u8, T>(bytes)) {
+                *value = if rank == 0 { part } else { join(*value, part) };
             }
         }
-        self.barrier();
-    }
-
-    pub(super) fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
-        *lock(&self.shared.slots[self.rank]) = bytes;
-        self.barrier();
-        let all = self.shared.slots.iter().map(|slot| lock(slot).clone()).collect();
-        self.barrier();
-        all
-    }
-
-    pub(super) fn gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
-        *lock(&self.shared.slots[self.rank]) = bytes;
-        self.barrier();
-        let mut all = Vec::new();
-        if self.rank == 0 {
-            all = self.shared.slots.iter().map(|slot| std::mem::take(&mut *lock(slot))).collect();
-        }
-        self.barrier();
-        all
     }
 
     /// The mailbox of a plan for one direction; the first caller makes it.
@@ -192,26 +170,11 @@ impl ThreadComm {
         entry.clone().downcast().expect("all ranks make the same plans")
     }
 
-    pub(super) fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
-        const PLAN: usize = 0;
-        let boxes: Vec<_> = {
-            let mut post = lock(&self.post);
-            let mut of = |peer| {
-                post.entry(peer)
-                    .or_insert_with(|| {
-                        [self.mailbox(PLAN, self.rank, peer), self.mailbox(PLAN, peer, self.rank)]
-                    })
-                    .clone()
-            };
-            peers.iter().map(|&peer| of(peer)).collect()
-        };
-        for ([out, _], message) in boxes.iter().zip(messages) {
-            out.put(message, &self.shared);
-        }
-        boxes.iter().map(|[_, incoming]| incoming.take(&self.shared)).collect()
-    }
-
-    pub(super) fn halo<T: Pod + Send>(&self, peers: &[usize], lengths: &[usize]) -> Result<Box<dyn Halo<T>>> {
+    pub(super) fn pattern<T: Pod + Send>(
+        &self,
+        peers: &[usize],
+        lengths: &[usize],
+    ) -> Result<Box<dyn Pattern<T>>> {
         let plan = self.plans.fetch_add(1, Ordering::Relaxed) + 1;
         let links = peers
             .iter()
@@ -223,13 +186,71 @@ impl ThreadComm {
                 back: self.mailbox(plan, peer, self.rank),
             })
             .collect();
-        Ok(Box::new(ThreadHalo {
-            links,
-            shared: self.shared.clone(),
-            sent: sent::<T>(self.rank, peers, lengths),
-            counters: self.counters.clone(),
-            under_way: false,
-        }))
+        Ok(Box::new(ThreadPattern { links, shared: self.shared.clone() }))
+    }
+}
+
+impl Transport for ThreadComm {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.shared.slots.len()
+    }
+
+    fn counters(&self) -> &Arc<Counters> {
+        &self.counters
+    }
+
+    fn barrier(&self) {
+        let shared = &*self.shared;
+        let generation = shared.generation.load(Ordering::Acquire);
+        if shared.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.size() {
+            shared.arrived.store(0, Ordering::Release);
+            shared.generation.fetch_add(1, Ordering::AcqRel);
+        } else {
+            shared.wait(|| shared.generation.load(Ordering::Acquire) != generation);
+        }
+    }
+
+    fn sum(&self, values: &mut [i64]) {
+        self.reduce(values, i64::wrapping_add);
+    }
+
+    fn max(&self, values: &mut [f64]) {
+        self.reduce(values, f64::max);
+    }
+
+    fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        *lock(&self.shared.slots[self.rank]) = bytes;
+        self.barrier();
+        let all = self.shared.slots.iter().map(|slot| lock(slot).clone()).collect();
+        self.barrier();
+        all
+    }
+
+    fn gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        *lock(&self.shared.slots[self.rank]) = bytes;
+        self.barrier();
+        let mut all = Vec::new();
+        if self.rank == 0 {
+            all = self.shared.slots.iter().map(|slot| std::mem::take(&mut *lock(slot))).collect();
+        }
+        self.barrier();
+        all
+    }
+
+    fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        const PLAN: usize = 0;
+        let mut post = lock(&self.post);
+        for (&peer, message) in peers.iter().zip(messages) {
+            let [out, _] = post.entry(peer).or_insert_with(|| {
+                [self.mailbox(PLAN, self.rank, peer), self.mailbox(PLAN, peer, self.rank)]
+            });
+            out.put(message, &self.shared);
+        }
+        peers.iter().map(|peer| post[peer][1].take(&self.shared)).collect()
     }
 }
 
@@ -242,43 +263,29 @@ struct Link<T> {
 
 /// A message is the sender's buffer itself; the buffer that comes back in the other direction replaces it, so
 /// nothing is copied and, lengths being equal both ways, nothing allocated.
-struct ThreadHalo<T> {
+struct ThreadPattern<T> {
     links: Vec<Link<T>>,
     shared: Arc<Shared>,
-    /// Messages to others, and bytes in them.
-    sent: [usize; 2],
-    counters: Arc<Counters>,
-    under_way: bool,
 }
 
-impl<T: Pod + Send> Halo<T> for ThreadHalo<T> {
+impl<T: Pod + Send> Pattern<T> for ThreadPattern<T> {
     fn send(&mut self, link: usize) -> &mut [T] {
-        assert!(!self.under_way, "{UNDER_WAY}");
         &mut self.links[link].outgoing
     }
 
     fn start(&mut self) {
-        assert!(!self.under_way, "{UNDER_WAY}");
-        self.under_way = true;
-        self.counters.halo.add(self.sent[0], self.sent[1]);
-        self.counters.halo.time(|| {
-            for link in &mut self.links {
-                link.out.put(std::mem::take(&mut link.outgoing), &self.shared);
-            }
-        });
+        for link in &mut self.links {
+            link.out.put(std::mem::take(&mut link.outgoing), &self.shared);
+        }
     }
 
     fn finish(&mut self) {
-        self.counters.halo.time(|| {
-            for link in &mut self.links {
-                link.outgoing = std::mem::replace(&mut link.incoming, link.back.take(&self.shared));
-            }
-        });
-        self.under_way = false;
+        for link in &mut self.links {
+            link.outgoing = std::mem::replace(&mut link.incoming, link.back.take(&self.shared));
+        }
     }
 
     fn received(&self, link: usize) -> &[T] {
-        assert!(!self.under_way, "{UNDER_WAY}");
         &self.links[link].incoming
     }
 }
@@ -308,24 +315,9 @@ fn start<R: Send>(
     thread: impl Fn(usize) -> Builder,
     body: impl Fn(Comm) -> R + Sync,
 ) -> Result<Vec<R>> {
-    let shared = Arc::new(Shared {
-        size: ranks,
-        failed: AtomicBool::new(false),
-        mailboxes: Mutex::default(),
-        arrived: AtomicUsize::new(0),
-        generation: AtomicUsize::new(0),
-        slots: (0..ranks).map(|_| Mutex::default()).collect(),
-        sums: (0..ranks).map(|_| Mutex::default()).collect(),
-    });
+    let shared = Arc::new(Shared::new(ranks));
     let run = &|rank: usize| {
-        let shared = shared.clone();
-        let comm = ThreadComm {
-            rank,
-            shared: shared.clone(),
-            plans: AtomicUsize::new(0),
-            counters: Arc::default(),
-            post: Mutex::default(),
-        };
+        let comm = ThreadComm::new(rank, &shared);
         let result = catch_unwind(AssertUnwindSafe(|| body(Comm::Threads(comm))));
         if result.is_err() {
             shared.failed.store(true, Ordering::Relaxed);
@@ -349,23 +341,16 @@ fn start<R: Send>(
         });
         Ok::<_, Error>(results.collect())
     })?;
-    let (mut good, mut bad) = (Vec::new(), Vec::new());
-    for result in results {
-        match result {
-            Ok(value) => good.push(value),
-            Err(panic) => bad.push(panic),
-        }
-    }
     let follows = |panic: &Box<dyn Any + Send>| {
-        panic.downcast_ref::<String>().is_some_and(|text| text.contains(ANOTHER_RANK))
-            || panic.downcast_ref::<&str>().is_some_and(|text| text.contains(ANOTHER_RANK))
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        text.or(panic.downcast_ref::<&str>().copied()).is_some_and(|text| text.contains(ANOTHER_RANK))
     };
-    if let Some(first) =
-        bad.iter().position(|panic| !follows(panic)).or(if bad.is_empty() { None } else { Some(0) })
-    {
-        resume_unwind(bad.swap_remove(first));
+    let (good, mut bad): (Vec<_>, Vec<_>) = results.into_iter().partition(std::result::Result::is_ok);
+    bad.sort_by_key(|result| result.as_ref().is_err_and(follows));
+    match bad.into_iter().next() {
+        Some(Err(panic)) => resume_unwind(panic),
+        _ => Ok(good.into_iter().flatten().collect()),
     }
-    Ok(good)
 }
 
 /// The error for thread `rank` of `ranks`.

@@ -106,21 +106,21 @@ impl PairLaw {
     /// The pressure `E'(V)` of [`ElasticLaw::OverlapEnergy`] (Pa).
     ///
     /// `R_e^-3 = (1/R_a + 1/R_b)^3`; the fourth root is two square roots, alike on every machine.
-    fn pressure(&self, overlap: &Overlap, couple: &Couple) -> f64 {
-        let curvature = 1.0 / couple.radii[0] + 1.0 / couple.radii[1];
+    fn pressure(&self, overlap: &Overlap, pair: &PairProperties) -> f64 {
+        let curvature = 1.0 / pair.radii[0] + 1.0 / pair.radii[1];
         let part = overlap.volume * curvature * curvature * curvature;
         ENERGY_FACTOR * self.modulus * part.sqrt().sqrt()
     }
 
     /// Magnitude of the elastic force (N).
-    fn elastic_force(&self, overlap: &Overlap, couple: &Couple) -> f64 {
+    fn elastic_force(&self, overlap: &Overlap, pair: &PairProperties) -> f64 {
         let force = match self.elastic {
             ElasticLaw::OverlapVolume => {
                 HERTZ_FACTOR * self.modulus * (overlap.volume * overlap.depth).sqrt()
             }
-            ElasticLaw::OverlapEnergy => self.pressure(overlap, couple) * overlap.area,
+            ElasticLaw::OverlapEnergy => self.pressure(overlap, pair) * overlap.area,
             ElasticLaw::Hertz => {
-                4.0 / 3.0 * self.modulus * (couple.radius() * overlap.depth).sqrt() * overlap.depth
+                4.0 / 3.0 * self.modulus * (pair.radius() * overlap.depth).sqrt() * overlap.depth
             }
         };
         // Volume and depth of nearly nothing may come out below zero.
@@ -137,7 +137,14 @@ impl PairLaw {
     ///
     /// # Reference
     /// Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028; bound on `c v`: ours.
-    fn damped(&self, elastic: f64, depth: f64, couple: &Couple, damping: f64, approach: f64) -> [f64; 2] {
+    fn damped(
+        &self,
+        elastic: f64,
+        depth: f64,
+        pair: &PairProperties,
+        damping: f64,
+        approach: f64,
+    ) -> [f64; 2] {
         match self.damping {
             DampingLaw::HuntCrossley => {
                 let damped = damping.max(0.0) * approach;
@@ -145,7 +152,7 @@ impl PairLaw {
                 [factor.max(0.0), 0.0]
             }
             DampingLaw::Tsuji if depth > 0.0 => {
-                let resistance = self.dashpot_number * (couple.mass() * (elastic / depth)).sqrt();
+                let resistance = self.dashpot_number * (pair.mass() * (elastic / depth)).sqrt();
                 [1.0, resistance * approach]
             }
             DampingLaw::Tsuji => [1.0, 0.0],
@@ -162,9 +169,9 @@ impl PairLaw {
     ///
     /// damped: `F (1 + c v)` or `F + sqrt(5) b sqrt(m* F / d) v`, with approach speed `v` (m/s) and `damping` from
     /// [`latch`](Self::latch).
-    pub fn normal_force(&self, overlap: &Overlap, couple: &Couple, damping: f64, approach: f64) -> f64 {
-        let elastic = self.elastic_force(overlap, couple);
-        let [factor, dashpot] = self.damped(elastic, overlap.depth, couple, damping, approach);
+    pub fn normal_force(&self, overlap: &Overlap, pair: &PairProperties, damping: f64, approach: f64) -> f64 {
+        let elastic = self.elastic_force(overlap, pair);
+        let [factor, dashpot] = self.damped(elastic, overlap.depth, pair, damping, approach);
         elastic * factor + dashpot
     }
 
@@ -200,13 +207,13 @@ impl PairLaw {
         &self,
         overlap: &Overlap,
         offset: Vec3,
-        couple: &Couple,
+        pair: &PairProperties,
         velocity: Vec3,
         damping: f64,
     ) -> Action {
         let approach = velocity.dot(&overlap.normal);
-        let elastic = self.elastic_force(overlap, couple);
-        let [factor, dashpot] = self.damped(elastic, overlap.depth, couple, damping, approach);
+        let elastic = self.elastic_force(overlap, pair);
+        let [factor, dashpot] = self.damped(elastic, overlap.depth, pair, damping, approach);
         let normal = elastic * factor + dashpot;
         let sliding = velocity - overlap.normal * approach;
         let speed = sliding.norm();
@@ -222,7 +229,7 @@ impl PairLaw {
                 [levers[0].cross(&force), levers[1].cross(&-force)]
             }
             ElasticLaw::OverlapEnergy => {
-                let pressure = self.pressure(overlap, couple) * factor;
+                let pressure = self.pressure(overlap, pair) * factor;
                 let opposite = overlap.moment - offset.cross(&(overlap.normal * overlap.area));
                 let through_centre = friction + overlap.normal * dashpot;
                 [
@@ -237,14 +244,14 @@ impl PairLaw {
 
 /// Sizes and masses of the two bodies of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Couple {
+pub struct PairProperties {
     /// Radii of the spheres of equal volume (m), infinite for a wall.
     pub radii: [f64; 2],
     /// Masses (kg), infinite for a wall.
     pub masses: [f64; 2],
 }
 
-impl Couple {
+impl PairProperties {
     /// Effective radius (m), `1/R_e = 1/R_a + 1/R_b`; that of a body and a wall is that of the body.
     pub fn radius(&self) -> f64 {
         self.radii[0] / (1.0 + self.radii[0] / self.radii[1])

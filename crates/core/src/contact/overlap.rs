@@ -32,7 +32,7 @@ pub struct Overlap {
 /// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
 /// all points within the enlargement.
 #[derive(Clone, Debug)]
-pub struct Contour {
+pub struct GrownShape {
     /// The shape as it is.
     pub shape: Arc<dyn Shape>,
     /// By how much its surface is grown (m).
@@ -40,7 +40,7 @@ pub struct Contour {
     solid: Option<Arc<Solid>>,
 }
 
-impl Contour {
+impl GrownShape {
     /// Prepares a shape, grown by `enlargement` (m).
     pub fn new(shape: Arc<dyn Shape>, enlargement: f64) -> Self {
         let solid = shape.as_polyhedron().map(|p| Arc::new(Solid::new(p, enlargement)));
@@ -65,7 +65,7 @@ impl Contour {
 #[derive(Clone, Copy, Debug)]
 pub struct Body<'a> {
     /// Geometry.
-    pub contour: &'a Contour,
+    pub grown: &'a GrownShape,
     /// Maps the body frame to the world frame.
     pub orientation: Quat,
 }
@@ -80,9 +80,9 @@ enum Form<'a> {
 
 impl Body<'_> {
     fn form(&self) -> Form<'_> {
-        match (&self.contour.solid, self.contour.shape.as_sphere()) {
+        match (&self.grown.solid, self.grown.shape.as_sphere()) {
             (Some(solid), _) => Form::Solid(solid),
-            (None, Some(radius)) => Form::Sphere(radius + self.contour.enlargement),
+            (None, Some(radius)) => Form::Sphere(radius + self.grown.enlargement),
             (None, None) => Form::Other,
         }
     }
@@ -100,7 +100,7 @@ const COINCIDENT: f64 = 1e-6;
 ///
 /// `offset` (m) is the centre of the second body relative to the first, the nearest image in a periodic box. Pairs
 /// without a closed form are sampled with [`sampled::DEFAULT_SAMPLES`].
-pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) -> Option<Overlap> {
+pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) -> Option<Overlap> {
     let samples = match geometry {
         Geometry::Sampled { samples } => samples,
         Geometry::Exact => match (first.form(), second.form()) {
@@ -118,33 +118,33 @@ pub fn measure(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
         },
     };
     // Coinciding bodies have no direction from one to the other: any will do.
-    let least = COINCIDENT * first.contour.reach();
+    let least = COINCIDENT * first.grown.reach();
     let offset = if offset.norm() < least { Vec3::x() * least } else { offset };
     sampled::overlap(first, second, offset, samples)
 }
 
-/// Returns true if two bodies overlap, as [`measure`] of the exact geometry finds, but faster and without a size.
+/// Returns true if two bodies overlap, as [`overlap()`] of the exact geometry finds, but faster and without a size.
 /// Overlaps so small that samples miss them count.
-pub fn touch(first: &Body, second: &Body, offset: Vec3) -> bool {
-    let reach = first.contour.reach() + second.contour.reach();
+pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
+    let reach = first.grown.reach() + second.grown.reach();
     if offset.norm_squared() >= reach * reach {
         return false;
     }
     match (first.form(), second.form()) {
         (Form::Sphere(_), Form::Sphere(_)) => true,
         (Form::Solid(a), Form::Solid(b)) => {
-            polyhedra::touch(a, &first.rotation(), b, &second.rotation(), offset)
+            polyhedra::intersects(a, &first.rotation(), b, &second.rotation(), offset)
         }
         (Form::Sphere(_), Form::Solid(_)) | (Form::Solid(_), Form::Sphere(_)) => {
-            measure(Geometry::Exact, first, second, offset).is_some()
+            overlap(Geometry::Exact, first, second, offset).is_some()
         }
-        _ => sampled::touch(first, second, offset),
+        _ => sampled::intersects(first, second, offset),
     }
 }
 
 /// Overlap of a body with a wall, seen from the centre of the body; `None` if they do not touch. The normal points
 /// from the body into the wall.
-pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
+pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
     let samples = match (geometry, wall) {
         (Geometry::Sampled { samples }, _) => samples,
         (Geometry::Exact, Surface::Plane { point, normal }) => {
@@ -160,22 +160,22 @@ pub fn measure_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
     sampled::overlap_wall(body, wall, samples)
 }
 
-/// Returns true if a body overlaps a wall, as [`measure_wall`] of the exact geometry finds, but faster at planes.
-pub fn touch_wall(body: &Body, wall: &Surface) -> bool {
+/// Returns true if a body overlaps a wall, as [`overlap_wall`] of the exact geometry finds, but faster at planes.
+pub fn intersects_wall(body: &Body, wall: &Surface) -> bool {
     match (body.form(), wall) {
         (Form::Other, Surface::Plane { normal, .. }) => {
             let along = body.orientation.inverse_transform_vector(normal);
-            let lowest = body.contour.shape.support(-along).dot(&along);
-            wall.distance(Vec3::zeros()) + lowest < body.contour.enlargement
+            let lowest = body.grown.shape.support(-along).dot(&along);
+            wall.distance(Vec3::zeros()) + lowest < body.grown.enlargement
         }
-        _ => measure_wall(Geometry::Exact, body, wall).is_some(),
+        _ => overlap_wall(Geometry::Exact, body, wall).is_some(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::truth::{random, random_direction, random_turn};
+    use crate::contact::tests::{random, random_direction, random_turn};
     use crate::shape::polyhedron::SINGLE_PRECISION;
     use crate::shape::{Capsule, Cuboid, Ellipsoid, Polyhedron, Sphere};
 
@@ -188,20 +188,20 @@ mod tests {
             Arc::new(Ellipsoid::new(Vec3::new(0.7, 0.5, 0.3)).unwrap()),
             Arc::new(Capsule::new(0.4, 0.8).unwrap()),
         ];
-        let contours = shapes.map(|shape| Contour::new(shape, 0.02));
+        let shapes = shapes.map(|shape| GrownShape::new(shape, 0.02));
         let mut random = random(3);
         let (mut touching, mut small) = (0, 0);
         for n in 0..6000 {
-            let [first, second] = [n % 5, n / 5 % 5]
-                .map(|i| Body { contour: &contours[i], orientation: random_turn(&mut random) });
-            let reach = first.contour.reach() + second.contour.reach();
+            let [first, second] =
+                [n % 5, n / 5 % 5].map(|i| Body { grown: &shapes[i], orientation: random_turn(&mut random) });
+            let reach = first.grown.reach() + second.grown.reach();
             let offset = random_direction(&mut random) * (0.4 + 0.6 * (n % 97) as f64 / 97.0) * reach;
-            let touches = touch(&first, &second, offset);
-            let overlap = measure(Geometry::Exact, &first, &second, offset);
+            let touches = intersects(&first, &second, offset);
+            let overlap = overlap(Geometry::Exact, &first, &second, offset);
             touching += u32::from(touches);
             let wall = Surface::Plane { point: offset, normal: -offset.normalize() };
-            let beside = measure_wall(Geometry::Exact, &first, &wall).is_some();
-            if touch_wall(&first, &wall) != beside {
+            let beside = overlap_wall(Geometry::Exact, &first, &wall).is_some();
+            if intersects_wall(&first, &wall) != beside {
                 assert!(!beside, "{n}");
                 small += 1;
             }
@@ -221,27 +221,27 @@ mod tests {
         let surface = Cuboid::new(Vec3::repeat(1.0)).unwrap().surface_mesh(0);
         let triangles: Vec<Vec3> =
             (surface.triangles.iter().flatten()).map(|&corner| surface.points[corner as usize]).collect();
-        let plain = Contour::new(Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()), 0.01);
+        let plain = GrownShape::new(Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()), 0.01);
         let others = [
             Polyhedron::from_corners(&corners, 1e-9).unwrap(),
             Polyhedron::hull(&triangles, SINGLE_PRECISION).unwrap(),
         ]
-        .map(|(shape, placement)| (Contour::new(Arc::new(shape), 0.01), placement));
+        .map(|(shape, placement)| (GrownShape::new(Arc::new(shape), 0.01), placement));
         let mut random = random(1);
         let wall = Surface::Plane { point: Vec3::new(0.0, 0.0, -0.5), normal: Vec3::new(0.36, 0.48, 0.8) };
         for _ in 0..100 {
             let turns = [random_turn(&mut random), random_turn(&mut random)];
             let offset = random_direction(&mut random);
-            let both = |contour, more: Quat| {
-                let bodies = turns.map(|turn| Body { contour, orientation: turn * more });
+            let both = |grown, more: Quat| {
+                let bodies = turns.map(|turn| Body { grown, orientation: turn * more });
                 [
-                    measure(Geometry::Exact, &bodies[0], &bodies[1], offset),
-                    measure_wall(Geometry::Exact, &bodies[0], &wall),
+                    overlap(Geometry::Exact, &bodies[0], &bodies[1], offset),
+                    overlap_wall(Geometry::Exact, &bodies[0], &wall),
                 ]
             };
             let expected = both(&plain, Quat::identity());
-            for (contour, placement) in &others {
-                for (one, other) in expected.iter().zip(both(contour, placement.rotation)) {
+            for (grown, placement) in &others {
+                for (one, other) in expected.iter().zip(both(grown, placement.rotation)) {
                     let (Some(one), Some(other)) = (one, other) else {
                         assert!(one.is_none() && other.is_none());
                         continue;
@@ -262,9 +262,9 @@ mod tests {
     fn enlarged_spheres_touch_across_the_gap_between_their_surfaces() {
         let offset = Vec3::new(0.0, 2.1, 0.0);
         let with = |enlargement| {
-            let contour = Contour::new(Arc::new(Sphere { radius: 1.0 }), enlargement);
-            let body = Body { contour: &contour, orientation: Quat::identity() };
-            measure(Geometry::Exact, &body, &body, offset)
+            let grown = GrownShape::new(Arc::new(Sphere { radius: 1.0 }), enlargement);
+            let body = Body { grown: &grown, orientation: Quat::identity() };
+            overlap(Geometry::Exact, &body, &body, offset)
         };
         assert_eq!(with(0.0), None);
         let overlap = with(0.1).unwrap();
@@ -281,10 +281,10 @@ mod tests {
         ];
         for shape in shapes {
             let volume = shape.volume();
-            let contour = Contour::new(shape, 0.0);
-            let body = Body { contour: &contour, orientation: Quat::from_euler_angles(0.3, -0.2, 0.5) };
-            let overlap = measure(Geometry::Exact, &body, &body, Vec3::zeros());
-            let kind = contour.shape.kind();
+            let grown = GrownShape::new(shape, 0.0);
+            let body = Body { grown: &grown, orientation: Quat::from_euler_angles(0.3, -0.2, 0.5) };
+            let overlap = overlap(Geometry::Exact, &body, &body, Vec3::zeros());
+            let kind = grown.shape.kind();
             let overlap = overlap.unwrap_or_else(|| panic!("{kind}: not seen"));
             assert!((overlap.volume / volume - 1.0).abs() < 0.1, "{kind}: {} of {volume}", overlap.volume);
         }

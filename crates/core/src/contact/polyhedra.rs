@@ -67,7 +67,7 @@ pub(super) fn overlap(
 }
 
 /// Returns true if two polyhedra overlap, as [`overlap`] does, but without clipping.
-pub(super) fn touch(
+pub(super) fn intersects(
     first: &Solid,
     to_world: &Mat3,
     second: &Solid,

@@ -40,7 +40,7 @@ const NOWHERE: f64 = 1e-3;
 ///
 /// `offset` (m) is the centre of the second body relative to the first.
 pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Option<Overlap> {
-    let reach = first.contour.reach() + second.contour.reach();
+    let reach = first.grown.reach() + second.grown.reach();
     let distance = offset.norm_squared();
     if distance.is_nan() || distance >= reach * reach {
         return None;
@@ -61,7 +61,7 @@ pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Optio
 }
 
 /// Returns true if two bodies overlap.
-pub(super) fn touch(first: &Body, second: &Body, offset: Vec3) -> bool {
+pub(super) fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
     let sides = [Side::body(first, Vec3::zeros()), Side::body(second, offset)];
     portal::normal(&sides[0], &sides[1], offset).is_some()
 }
@@ -75,7 +75,7 @@ fn in_order(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Option<O
 /// Overlap of a body with a wall, by `samples` lines per direction; the wall as seen from the centre of the body.
 pub fn overlap_wall(body: &Body, wall: &Surface, samples: u32) -> Option<Overlap> {
     let height = wall.distance(Vec3::zeros());
-    if height.is_nan() || height >= body.contour.reach() {
+    if height.is_nan() || height >= body.grown.reach() {
         return None;
     }
     let sides = [Side::body(body, Vec3::zeros()), Side::Wall(*wall)];

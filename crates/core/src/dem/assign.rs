@@ -2,40 +2,14 @@
 
 use crate::domain::{Decomposition, around};
 use crate::math::Vec3;
+use crate::particle::ParticleStore;
 
-/// The rank that evaluates a contact.
-///
-/// 1. Both bodies have one owner: that rank.
-/// 2. Otherwise the lower owner that has both.
-/// 3. Otherwise the lowest rank that has both; `None` if there is none.
-///
-/// # Reference
-/// Marquardt, Hafen, Krause (2024), doi:10.1016/j.cpc.2024.109321, section 3.3.
-fn responsible(
-    owners: [usize; 2],
-    knows_both: impl Fn(usize) -> bool,
-    lowest_that_knows_both: impl FnOnce() -> Option<usize>,
-) -> Option<usize> {
-    let [a, b] = owners;
-    if a == b {
-        return Some(a);
-    }
-    [a.min(b), a.max(b)].into_iter().find(|&rank| knows_both(rank)).or_else(lowest_that_knows_both)
-}
+/// Middle and half edge (m) of a block along each axis.
+type Zone = [[f64; 2]; 3];
 
-/// Block of a rank as a middle and half edges (m), for many questions.
-#[derive(Clone, Copy, Debug)]
-struct Zone {
-    middle: Vec3,
-    half: Vec3,
-}
-
-impl Zone {
-    fn of(decomposition: &Decomposition, rank: usize) -> Self {
-        let place = decomposition.place(rank);
-        let slabs: [[f64; 2]; 3] = std::array::from_fn(|i| slab(decomposition, i, place[i]));
-        Self { middle: Vec3::from_fn(|i, _| slabs[i][0]), half: Vec3::from_fn(|i, _| slabs[i][1]) }
-    }
+fn zone(decomposition: &Decomposition, rank: usize) -> Zone {
+    let index = decomposition.place(rank);
+    std::array::from_fn(|axis| slab(decomposition, axis, index[axis]))
 }
 
 /// Middle and half width (m) of the slab with index `p` along an axis.
@@ -48,19 +22,20 @@ fn slab(decomposition: &Decomposition, axis: usize, p: usize) -> [f64; 2] {
 ///
 /// Holds the blocks of this rank and its peers; all else is found from the cuts of the box.
 #[derive(Clone, Debug)]
-pub struct Neighbourhood {
-    decomposition: Decomposition,
-    rank: usize,
-    own: Zone,
+pub struct GhostLayer {
+    /// This rank.
+    pub rank: usize,
     /// Ranks with which messages are exchanged, ascending; mutual.
     pub peers: Vec<usize>,
+    decomposition: Decomposition,
+    own: Zone,
     /// Those of the peers.
     zones: Vec<Zone>,
     /// Distance to the block within which a particle of each template is a ghost (m).
     reach: Vec<f64>,
 }
 
-impl Neighbourhood {
+impl GhostLayer {
     /// For particles that lie in spheres of these radii (m, by template), enlarged for contacts.
     ///
     /// A rank has a particle if its centre is at most `R + R_max + 2 dx` from the rank's block: enough for every
@@ -69,14 +44,13 @@ impl Neighbourhood {
         let dx = decomposition.domain.dx;
         let largest = radii.iter().copied().fold(0.0, f64::max);
         let reach: Vec<f64> = (radii.iter()).map(|radius| radius + largest + 2.0 * dx).collect();
-        // The sender is the owner of before the move.
+        // The sender is the owner before the move.
         let furthest = reach.iter().copied().fold(0.0, f64::max) + 1.5 * dx;
         let peers = decomposition.neighbours(rank, furthest);
-        let zone = |rank| Zone::of(&decomposition, rank);
         Self {
-            own: zone(rank),
-            zones: peers.iter().map(|&peer| zone(peer)).collect(),
             rank,
+            own: zone(&decomposition, rank),
+            zones: peers.iter().map(|&peer| zone(&decomposition, peer)).collect(),
             peers,
             reach,
             decomposition,
@@ -100,28 +74,25 @@ impl Neighbourhood {
 
     fn zone(&self, rank: usize) -> Zone {
         if rank == self.rank {
-            self.own
-        } else {
-            match self.peers.binary_search(&rank) {
-                Ok(link) => self.zones[link],
-                Err(_) => Zone::of(&self.decomposition, rank),
-            }
+            return self.own;
         }
+        (self.peers.binary_search(&rank))
+            .map_or_else(|_| zone(&self.decomposition, rank), |link| self.zones[link])
     }
 
     /// Returns true if `rank` has a particle of this template at a wrapped position, as owner or as a ghost.
-    pub fn knows(&self, rank: usize, position: Vec3, template: u64) -> bool {
-        self.holds(&self.zone(rank), position, template)
+    pub fn is_ghost_on(&self, rank: usize, position: Vec3, template: u64) -> bool {
+        self.is_in(&self.zone(rank), position, template)
     }
 
-    /// Returns true if `peers[link]` has a particle of this template at a wrapped position, as owner or as a ghost.
-    pub fn peer_knows(&self, link: usize, position: Vec3, template: u64) -> bool {
-        self.holds(&self.zones[link], position, template)
+    /// The same for `peers[link]`.
+    pub fn is_ghost_on_peer(&self, link: usize, position: Vec3, template: u64) -> bool {
+        self.is_in(&self.zones[link], position, template)
     }
 
-    fn holds(&self, zone: &Zone, position: Vec3, template: u64) -> bool {
+    fn is_in(&self, zone: &Zone, position: Vec3, template: u64) -> bool {
         let reach = self.reach[template as usize];
-        (0..3).all(|i| self.is_near(i, position[i], [zone.middle[i], zone.half[i]], reach))
+        (0..3).all(|axis| self.is_near(axis, position[axis], zone[axis], reach))
     }
 
     /// Returns true if a coordinate lies within `reach` (m) of a slab.
@@ -130,59 +101,54 @@ impl Neighbourhood {
         self.decomposition.domain.shorter_way(axis, offset) <= half + reach
     }
 
-    /// All ranks that have a particle of this template at a wrapped position, its owner included, ascending.
-    pub fn who_knows(&self, position: Vec3, template: u64) -> Vec<usize> {
-        let [xs, ys, zs] = std::array::from_fn(|axis| self.slabs_that_know(axis, position, template));
-        let mut ranks = Vec::with_capacity(xs.len() * ys.len() * zs.len());
-        for &z in &zs {
-            for &y in &ys {
-                ranks.extend(xs.iter().map(|&x| self.decomposition.rank_of([x, y, z])));
-            }
-        }
-        ranks
-    }
-
-    /// The slabs of an axis whose ranks have a particle as far as that axis goes, ascending. Only slabs around that
-    /// of the owner are tested.
-    fn slabs_that_know(&self, axis: usize, position: Vec3, template: u64) -> Vec<usize> {
+    /// All ranks that have a particle of this template at a wrapped position, its owner included, ascending. Only slabs
+    /// around those of the owner are tested.
+    pub fn ranks_with(&self, position: Vec3, template: u64) -> Vec<usize> {
         let cut = &self.decomposition;
         let reach = self.reach[template as usize];
-        let owner = cut.place(self.owner(position))[axis];
-        around(owner, cut.grid[axis], cut.domain.periodic[axis], |p| {
-            self.is_near(axis, position[axis], slab(cut, axis, p), reach)
-        })
+        let owner = cut.place(self.owner(position));
+        cut.ranks_in(std::array::from_fn(|axis| {
+            around(owner[axis], cut.grid[axis], cut.domain.periodic[axis], |p| {
+                self.is_near(axis, position[axis], slab(cut, axis, p), reach)
+            })
+        }))
     }
 
     /// The rank that evaluates the contact of two particles, each with its owner, wrapped position and template: the
     /// same answer on every rank.
-    pub fn responsible(&self, a: (usize, Vec3, u64), b: (usize, Vec3, u64)) -> Option<usize> {
-        let knows_both = |rank| {
-            let zone = self.zone(rank);
-            [a, b].iter().all(|&(_, position, template)| self.holds(&zone, position, template))
-        };
-        responsible([a.0, b.0], knows_both, || self.lowest_that_knows([a, b].map(|(_, x, t)| (x, t))))
-    }
-
-    /// The lowest rank that has both of two particles.
     ///
-    /// Ranks have a particle axis by axis, so those that have both are a product of slabs along x, y and z, and the
-    /// lowest is at the lowest of each.
-    fn lowest_that_knows(&self, [a, b]: [(Vec3, u64); 2]) -> Option<usize> {
-        let mut place = [0; 3];
-        for axis in 0..3 {
-            let of_b = self.slabs_that_know(axis, b.0, b.1);
-            let of_a = self.slabs_that_know(axis, a.0, a.1);
-            place[axis] = of_a.into_iter().find(|p| of_b.contains(p))?;
+    /// 1. Both have one owner: that rank.
+    /// 2. Otherwise the lower owner that has both.
+    /// 3. Otherwise the lowest rank that has both; `None` if there is none.
+    ///
+    /// # Reference
+    /// Marquardt, Hafen, Krause (2024), doi:10.1016/j.cpc.2024.109321, section 3.3.
+    pub fn evaluating_rank(&self, a: (usize, Vec3, u64), b: (usize, Vec3, u64)) -> Option<usize> {
+        if a.0 == b.0 {
+            return Some(a.0);
         }
-        Some(self.decomposition.rank_of(place))
+        let has_both = |&rank: &usize| {
+            let zone = self.zone(rank);
+            [a, b].iter().all(|&(_, position, template)| self.is_in(&zone, position, template))
+        };
+        let owners = [a.0.min(b.0), a.0.max(b.0)];
+        owners.into_iter().find(has_both).or_else(|| self.ranks_with(a.1, a.2).into_iter().find(has_both))
     }
 
-    /// Low corner and edges (m) of the part of space in which `rank` has particles.
-    pub fn window(&self, rank: usize) -> (Vec3, Vec3) {
+    /// The rank that evaluates the contact of the particles with these indices.
+    pub fn evaluating_rank_of(&self, pair: [usize; 2], store: &ParticleStore) -> Option<usize> {
+        let [a, b] = pair.map(|k| {
+            let particle = &store.particles[k];
+            (store.owners[k] as usize, particle.position(), particle.template)
+        });
+        self.evaluating_rank(a, b)
+    }
+
+    /// Low corner and edges (m) of the part of space in which this rank has particles.
+    pub fn window(&self) -> (Vec3, Vec3) {
         let reach = self.reach.iter().copied().fold(0.0, f64::max) + self.decomposition.domain.dx;
-        let zone = self.zone(rank);
-        let half = zone.half + Vec3::repeat(reach);
-        (zone.middle - half, 2.0 * half)
+        let half = Vec3::from_fn(|axis, _| self.own[axis][1] + reach);
+        (Vec3::from_fn(|axis, _| self.own[axis][0]) - half, 2.0 * half)
     }
 }
 
@@ -193,38 +159,20 @@ mod tests {
     use proptest::prelude::*;
 
     /// By asking all ranks.
-    fn responsible_by_exhaustive_search(
-        near: &Neighbourhood,
+    fn by_exhaustive_search(
+        near: &GhostLayer,
         a: (usize, Vec3, u64),
         b: (usize, Vec3, u64),
     ) -> Option<usize> {
-        let knows_both = |rank: usize| [a, b].iter().all(|&(_, x, t)| near.knows(rank, x, t));
-        let lowest = || (0..near.ranks()).find(|&rank| knows_both(rank));
-        responsible([a.0, b.0], knows_both, lowest)
-    }
-
-    #[test]
-    fn a_contact_of_one_owner_belongs_to_that_owner() {
-        assert_eq!(responsible([5, 5], |_| false, || None), Some(5));
-    }
-
-    #[test]
-    fn a_contact_of_two_owners_belongs_to_the_lower_that_knows_both() {
-        assert_eq!(responsible([6, 2], |_| true, || None), Some(2));
-        assert_eq!(responsible([2, 6], |_| true, || None), Some(2));
-        assert_eq!(responsible([2, 6], |rank| rank != 2, || None), Some(6));
-    }
-
-    #[test]
-    fn a_contact_that_no_owner_knows_belongs_to_the_lowest_rank_that_does() {
-        assert_eq!(responsible([2, 6], |_| false, || Some(4)), Some(4));
-        assert_eq!(responsible([2, 6], |_| false, || None), None);
+        let has_both = |&rank: &usize| [a, b].iter().all(|&(_, x, t)| near.is_ghost_on(rank, x, t));
+        let owners = [a.0.min(b.0), a.0.max(b.0)];
+        if a.0 == b.0 { Some(a.0) } else { owners.into_iter().chain(0..near.ranks()).find(has_both) }
     }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
         #[test]
-        fn all_ranks_find_the_responsible_rank_of_an_exhaustive_search_for_any_cuts(
+        fn all_ranks_find_the_evaluating_rank_of_an_exhaustive_search_for_any_cuts(
             widths in [
                 prop::collection::vec(4..9_usize, 1..6),
                 prop::collection::vec(4..9_usize, 1..6),
@@ -241,7 +189,7 @@ mod tests {
             let domain = Domain { periodic, cells: [0, 1, 2].map(|i| cuts[i][cuts[i].len() - 1]), dx: 0.7 };
             let cut = Decomposition::with_cuts(domain, cuts);
             let all: Vec<_> =
-                (0..cut.ranks()).map(|rank| Neighbourhood::new(cut.clone(), rank, &radii)).collect();
+                (0..cut.ranks()).map(|rank| GhostLayer::new(cut.clone(), rank, &radii)).collect();
             let size = domain.size();
             for (n, (first, offset)) in places.iter().enumerate() {
                 let inside = |x: Vec3| {
@@ -253,20 +201,15 @@ mod tests {
                     let x = inside(x);
                     (cut.owner(x), x, template)
                 });
-                let expected = responsible_by_exhaustive_search(&all[0], a, b);
-                let pair = [a, b].map(|(_, x, t)| (x, t));
-                let lowest = (0..cut.ranks())
-                    .find(|&rank| pair.iter().all(|&(x, t)| all[0].knows(rank, x, t)));
+                let expected = by_exhaustive_search(&all[0], a, b);
                 for near in &all {
-                    prop_assert_eq!(near.responsible(a, b), expected);
-                    prop_assert_eq!(near.responsible(b, a), expected);
-                    // The third rule, which a pair that touches never needs.
-                    prop_assert_eq!(near.lowest_that_knows(pair), lowest);
+                    prop_assert_eq!(near.evaluating_rank(a, b), expected);
+                    prop_assert_eq!(near.evaluating_rank(b, a), expected);
                     for (rank, other) in all.iter().enumerate() {
-                        prop_assert_eq!(near.knows(rank, a.1, a.2), other.knows(rank, a.1, a.2));
+                        prop_assert_eq!(near.is_ghost_on(rank, a.1, a.2), other.is_ghost_on(rank, a.1, a.2));
                     }
-                    let who: Vec<usize> = (0..cut.ranks()).filter(|&r| near.knows(r, a.1, a.2)).collect();
-                    prop_assert_eq!(near.who_knows(a.1, a.2), who);
+                    let who: Vec<usize> = (0..cut.ranks()).filter(|&r| near.is_ghost_on(r, a.1, a.2)).collect();
+                    prop_assert_eq!(near.ranks_with(a.1, a.2), who);
                 }
             }
         }
@@ -277,7 +220,7 @@ mod tests {
         let domain = Domain { periodic: [true, true, false], cells: [16, 12, 20], dx: 0.5 };
         let radii = [0.95, 0.35];
         let cut = Decomposition::new(domain, 12).unwrap();
-        let near = Neighbourhood::new(cut.clone(), 0, &radii);
+        let near = GhostLayer::new(cut.clone(), 0, &radii);
         for n in 0..2000_u32 {
             let part = |k: u32| f64::from(n * k % 1999) / 1999.0;
             let at = Vec3::new(part(7), part(31), part(101)).component_mul(&domain.size());
@@ -285,7 +228,7 @@ mod tests {
             let partner = domain.wrap(at + direction * (radii[0] + radii[1]));
             let partner = Vec3::new(partner.x, partner.y, partner.z.clamp(0.0, domain.size().z));
             for owner in [cut.owner(at), cut.owner(partner)] {
-                assert!(near.knows(owner, at, 0) && near.knows(owner, partner, 1));
+                assert!(near.is_ghost_on(owner, at, 0) && near.is_ghost_on(owner, partner, 1));
             }
         }
     }
@@ -298,19 +241,17 @@ mod tests {
         for cut in equal.into_iter().chain([uneven]) {
             let ranks = cut.ranks();
             let all: Vec<_> =
-                (0..ranks).map(|rank| Neighbourhood::new(cut.clone(), rank, &[0.45, 0.35])).collect();
+                (0..ranks).map(|rank| GhostLayer::new(cut.clone(), rank, &[0.45, 0.35])).collect();
             for n in 0..500_u32 {
                 let part = |k: u32| f64::from(n * k % 499) / 499.0;
                 let at = Vec3::new(part(7), part(31), part(101)).component_mul(&domain.size());
                 let owner = all[0].owner(at);
-                assert!(all[0].knows(owner, at, 1));
-                for rank in (0..ranks).filter(|&rank| rank != owner && all[0].knows(rank, at, 0)) {
+                assert!(all[0].is_ghost_on(owner, at, 1));
+                for rank in (0..ranks).filter(|&rank| rank != owner && all[0].is_ghost_on(rank, at, 0)) {
                     assert!(all[owner].peers.contains(&rank) && all[rank].peers.contains(&owner));
-                    let gap = 0.8 + 0.1 + 1.0;
-                    assert!(cut.is_within(rank, at, gap * (1.0 + 1e-12)));
                 }
                 for (link, &peer) in all[owner].peers.iter().enumerate() {
-                    assert_eq!(all[owner].peer_knows(link, at, 0), all[0].knows(peer, at, 0));
+                    assert_eq!(all[owner].is_ghost_on_peer(link, at, 0), all[0].is_ghost_on(peer, at, 0));
                 }
             }
         }

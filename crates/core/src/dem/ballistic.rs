@@ -1,9 +1,9 @@
 //! The shortest engine: particles keep their velocity (or stay fixed), whatever the loads. For fixed arrays and for
 //! tests of the coupling.
 
-use super::assign::Neighbourhood;
-use super::exchange::Population;
-use super::saved::{Case, Saved};
+use super::assign::GhostLayer;
+use super::exchange::LocalParticles;
+use super::saved::Saved;
 use super::{ContactState, ContactSummary, DemEngine, Load, integrator};
 use crate::comm::Comm;
 use crate::domain::Decomposition;
@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// An engine without forces.
 #[derive(Clone, Debug)]
 pub struct Ballistic {
-    near: Neighbourhood,
-    population: Population,
+    near: GhostLayer,
+    local: LocalParticles,
 }
 
 impl Ballistic {
@@ -28,14 +28,14 @@ impl Ballistic {
         all: &[Particle],
     ) -> Self {
         let radii: Vec<f64> = templates.iter().map(|t| t.shape.circumradius()).collect();
-        let near = Neighbourhood::new(decomposition, rank, &radii);
-        let population = Population::new(&near, rank, templates, all.iter().copied());
-        Self { near, population }
+        let near = GhostLayer::new(decomposition, rank, &radii);
+        let local = LocalParticles::new(&near, templates, all.iter().copied());
+        Self { near, local }
     }
 
     /// The loads of the last [`advance`](DemEngine::advance), one per owned particle.
     pub fn last_loads(&self) -> &[Load] {
-        &self.population.loads
+        &self.local.loads
     }
 }
 
@@ -49,20 +49,20 @@ impl DemEngine for Ballistic {
     }
 
     fn particles(&self) -> &ParticleStore {
-        &self.population.store
+        &self.local.store
     }
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
-        let Self { near, population } = self;
-        assert_eq!(loads.len(), population.store.owned);
-        population.loads.copy_from_slice(loads);
-        for particle in &mut population.store.particles[..loads.len()] {
+        let Self { near, local } = self;
+        assert_eq!(loads.len(), local.store.owned);
+        local.loads.copy_from_slice(loads);
+        for particle in &mut local.store.particles[..loads.len()] {
             let position = particle.position() + particle.velocity() * dt;
             particle.position = near.decomposition().domain.wrap(position).into();
             let orientation = integrator::turned(&particle.orientation(), particle.angular_velocity(), dt);
             particle.set_orientation(&orientation);
         }
-        population.refresh(near, comm);
+        local.refresh(near, comm);
         Ok(())
     }
 
@@ -77,20 +77,15 @@ impl DemEngine for Ballistic {
     fn save(&self) -> Result<Vec<u8>> {
         let saved = Saved {
             particles: self.particles().owned().to_vec(),
-            loads: self.population.loads.clone(),
+            loads: self.local.loads.clone(),
             ..Saved::default()
         };
         Ok(saved.write(self.name()))
     }
 
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let case =
-            Case { census: self.population.census(comm), walls: 0, domain: self.near.decomposition().domain };
-        let ranks = (comm.rank(), comm.size());
-        let saved = Saved::join(self.name(), parts, &case, ranks)?;
-        let templates = self.population.store.templates.clone();
-        let all = saved.particles.into_iter().zip(saved.loads);
-        self.population = Population::loaded(&self.near, comm.rank(), templates, all);
+        let saved = Saved::load(self.name(), parts, (&self.near, &self.local, 0), comm)?;
+        self.local.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
         Ok(())
     }
 }

@@ -1,87 +1,72 @@
 //! The particles of one rank, and the messages that update owners and ghosts when particles move.
 
 use super::Load;
-use super::assign::Neighbourhood;
+use super::assign::GhostLayer;
 use crate::comm::Comm;
-use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, Template};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
-/// Owned particles and ghosts, with the loads on the owned ones.
+/// Owned particles and ghosts, with their loads.
 #[derive(Clone, Debug)]
-pub struct Population {
+pub struct LocalParticles {
     /// The particles.
     pub store: ParticleStore,
     /// Loads on the owned particles; `loads.len() == store.owned`.
     pub loads: Vec<Load>,
     /// Loads of the last sub-step on the ghosts, in their order.
     pub ghost_loads: Vec<Load>,
-    rank: usize,
-    incoming: Vec<Parcel>,
+    incoming: Vec<MigrationRecord>,
 }
 
 /// A particle on its way to its new owner, or to a rank that has it as a ghost.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-struct Parcel {
+struct MigrationRecord {
     particle: Particle,
     force: [f64; 3],
     torque: [f64; 3],
 }
 
-impl Parcel {
-    fn load(&self) -> Load {
-        Load { force: self.force.into(), torque: self.torque.into() }
+impl MigrationRecord {
+    fn new(particle: Particle, load: &Load) -> Self {
+        Self { particle, force: load.force.into(), torque: load.torque.into() }
     }
 }
 
-impl Population {
-    /// The particles of `all` that `rank` has, owned or as ghosts, without loads.
+impl LocalParticles {
+    /// The particles of `all` that this rank has, owned or as ghosts, without loads.
     pub fn new(
-        near: &Neighbourhood,
-        rank: usize,
+        near: &GhostLayer,
         templates: Arc<[Template]>,
         all: impl IntoIterator<Item = Particle>,
     ) -> Self {
-        let loaded = all.into_iter().map(|particle| (particle, Load::default()));
-        Self::loaded(near, rank, templates, loaded)
-    }
-
-    /// The particles of `all` that `rank` has, owned or as ghosts, with their loads.
-    pub fn loaded(
-        near: &Neighbourhood,
-        rank: usize,
-        templates: Arc<[Template]>,
-        all: impl IntoIterator<Item = (Particle, Load)>,
-    ) -> Self {
-        let mut population = Self {
+        let mut local = Self {
             store: ParticleStore { templates, particles: Vec::new(), owned: 0, owners: Vec::new() },
             loads: Vec::new(),
             ghost_loads: Vec::new(),
-            rank,
             incoming: Vec::new(),
         };
+        local.replace(near, all.into_iter().map(|particle| (particle, Load::default())));
+        local
+    }
+
+    /// Replaces all particles by those of `all` that this rank has, owned or as ghosts, with their loads.
+    pub fn replace(&mut self, near: &GhostLayer, all: impl IntoIterator<Item = (Particle, Load)>) {
+        self.incoming.clear();
         for (mut particle, load) in all {
             particle.position = near.decomposition().domain.wrap(particle.position()).into();
             let owner = near.owner(particle.position());
-            if owner == rank || near.knows(rank, particle.position(), particle.template) {
-                population.incoming.push(Parcel {
-                    particle,
-                    force: load.force.into(),
-                    torque: load.torque.into(),
-                });
+            if owner == near.rank || near.is_ghost_on(near.rank, particle.position(), particle.template) {
+                self.incoming.push(MigrationRecord::new(particle, &load));
             }
         }
-        population.sort_in(near);
-        population
+        self.sort_in(near);
     }
 
     /// After the owned particles have moved (by less than a cell) and been wrapped: hands those that left the block to
-    /// their new owners, with their loads, and replaces all ghosts. One message per peer.
-    ///
-    /// # Collective
-    pub fn refresh(&mut self, near: &Neighbourhood, comm: &Comm) {
+    /// their new owners, with their loads, and replaces all ghosts. One message per peer. Collective.
+    pub fn refresh(&mut self, near: &GhostLayer, comm: &Comm) {
         if near.peers.is_empty() {
             return;
         }
@@ -90,44 +75,37 @@ impl Population {
         for (particle, load) in self.store.owned().iter().zip(&self.loads) {
             let (position, template) = (particle.position(), particle.template);
             let owner = near.owner(position);
-            let parcel = Parcel { particle: *particle, force: load.force.into(), torque: load.torque.into() };
-            let bytes = bytemuck::bytes_of(&parcel);
+            let record = MigrationRecord::new(*particle, load);
             for (link, message) in messages.iter_mut().enumerate() {
-                if near.peers[link] == owner || near.peer_knows(link, position, template) {
-                    message.extend_from_slice(bytes);
+                if near.peers[link] == owner || near.is_ghost_on_peer(link, position, template) {
+                    message.extend_from_slice(bytemuck::bytes_of(&record));
                 }
             }
-            if owner == self.rank || near.knows(self.rank, position, template) {
-                self.incoming.push(parcel);
+            if owner == near.rank || near.is_ghost_on(near.rank, position, template) {
+                self.incoming.push(record);
             }
         }
         for message in comm.exchange(&near.peers, messages) {
-            self.incoming.extend(bytemuck::pod_collect_to_vec::<u8, Parcel>(&message));
+            self.incoming.extend(bytemuck::pod_collect_to_vec::<u8, MigrationRecord>(&message));
         }
         self.sort_in(near);
     }
 
     /// Id and template of the particles of all ranks, ascending. Collective.
-    pub fn census(&self, comm: &Comm) -> Vec<[u64; 2]> {
+    pub fn global_ids(&self, comm: &Comm) -> Vec<[u64; 2]> {
         let own: Vec<[u64; 2]> = (self.store.owned().iter()).map(|p| [p.id, p.template]).collect();
-        let mut all: Vec<[u64; 2]> = comm
-            .all_gather(bytemuck::cast_slice(&own).to_vec())
-            .iter()
-            .flat_map(|bytes| bytemuck::pod_collect_to_vec(bytes))
-            .collect();
+        let all = comm.all_gather(bytemuck::cast_slice(&own).to_vec());
+        let mut all: Vec<[u64; 2]> = bytemuck::pod_collect_to_vec(&all.concat());
         all.sort_unstable();
         all
     }
 
     /// Makes the incoming particles the store: owned before ghosts, each ascending by id.
-    fn sort_in(&mut self, near: &Neighbourhood) {
-        let mut order: Vec<(bool, u64, u32, u32)> = self
-            .incoming
-            .iter()
-            .enumerate()
-            .map(|(index, parcel)| {
-                let owner = near.owner(parcel.particle.position());
-                (owner != self.rank, parcel.particle.id, index as u32, owner as u32)
+    fn sort_in(&mut self, near: &GhostLayer) {
+        let mut order: Vec<(bool, u64, u32, u32)> = (self.incoming.iter().enumerate())
+            .map(|(index, MigrationRecord { particle, .. })| {
+                let owner = near.owner(particle.position());
+                (owner != near.rank, particle.id, index as u32, owner as u32)
             })
             .collect();
         order.sort_unstable();
@@ -137,14 +115,11 @@ impl Population {
         loads.clear();
         ghost_loads.clear();
         for &(ghost, _, index, owner) in &order {
-            let parcel = &incoming[index as usize];
-            store.particles.push(parcel.particle);
+            let MigrationRecord { particle, force, torque } = incoming[index as usize];
+            store.particles.push(particle);
             store.owners.push(owner);
-            if ghost {
-                ghost_loads.push(parcel.load());
-            } else {
-                loads.push(parcel.load());
-            }
+            let list = if ghost { &mut *ghost_loads } else { &mut *loads };
+            list.push(Load { force: force.into(), torque: torque.into() });
         }
         store.owned = loads.len();
     }
@@ -157,11 +132,6 @@ impl Population {
             .or_else(|_| ghosts.binary_search_by_key(&id, |p| p.id).map(|i| i + owned))
             .ok()
     }
-
-    /// Position of a particle, in words.
-    pub fn place(position: Vec3) -> String {
-        format!("({:.6e}, {:.6e}, {:.6e}) m", position.x, position.y, position.z)
-    }
 }
 
 #[cfg(test)]
@@ -169,6 +139,7 @@ mod tests {
     use super::*;
     use crate::comm::on_threads;
     use crate::domain::{Decomposition, Domain};
+    use crate::math::Vec3;
     use crate::shape::Sphere;
 
     #[test]
@@ -186,29 +157,29 @@ mod tests {
             let cut = Decomposition::new(domain, ranks).unwrap();
             on_threads(ranks, |comm| {
                 let rank = comm.rank();
-                let near = Neighbourhood::new(cut.clone(), rank, &[0.3]);
-                let mut population = Population::new(&near, rank, templates.clone(), all.clone());
-                for load in 0..population.loads.len() {
-                    population.loads[load].force.x = population.store.particles[load].id as f64;
+                let near = GhostLayer::new(cut.clone(), rank, &[0.3]);
+                let mut local = LocalParticles::new(&near, templates.clone(), all.clone());
+                for load in 0..local.loads.len() {
+                    local.loads[load].force.x = local.store.particles[load].id as f64;
                 }
                 for step in 1..=50 {
-                    let owned = population.store.owned;
-                    for particle in &mut population.store.particles[..owned] {
+                    let owned = local.store.owned;
+                    for particle in &mut local.store.particles[..owned] {
                         let id = particle.id as f64;
                         let drift = Vec3::new(0.2, -0.003 * id, 0.002 * id);
                         particle.position = domain.wrap(particle.position() + drift).into();
                     }
-                    population.refresh(&near, &comm);
-                    let store = &population.store;
+                    local.refresh(&near, &comm);
+                    let store = &local.store;
                     let mut owned = [store.owned as i64];
                     comm.sum(&mut owned);
                     assert_eq!(owned, [60], "none lost, none doubled, step {step}");
-                    for (particle, load) in store.owned().iter().zip(&population.loads) {
+                    for (particle, load) in store.owned().iter().zip(&local.loads) {
                         assert_eq!(load.force.x as u64, particle.id);
                         assert_eq!(cut.owner(particle.position()), rank);
                     }
                     for (i, particle) in store.particles.iter().enumerate() {
-                        assert_eq!(population.index_of(particle.id), Some(i));
+                        assert_eq!(local.index_of(particle.id), Some(i));
                         assert_eq!(store.owners[i] as usize, cut.owner(particle.position()));
                     }
                     let mut known = [store.particles.len() as i64];
@@ -217,7 +188,8 @@ mod tests {
                         .owned()
                         .iter()
                         .map(|p| {
-                            (0..ranks).filter(|&r| r == rank || near.knows(r, p.position(), 0)).count() as i64
+                            (0..ranks).filter(|&r| r == rank || near.is_ghost_on(r, p.position(), 0)).count()
+                                as i64
                         })
                         .sum()];
                     comm.sum(&mut due);
@@ -271,15 +243,15 @@ mod tests {
                     .collect();
                 let owned = on_threads(cut.ranks(), |comm| {
                     let rank = comm.rank();
-                    let near = Neighbourhood::new(cut.clone(), rank, &[0.03]);
-                    let mut population = Population::new(&near, rank, templates.clone(), all.clone());
-                    let count = population.store.owned;
-                    for particle in &mut population.store.particles[..count] {
+                    let near = GhostLayer::new(cut.clone(), rank, &[0.03]);
+                    let mut local = LocalParticles::new(&near, templates.clone(), all.clone());
+                    let count = local.store.owned;
+                    for particle in &mut local.store.particles[..count] {
                         particle.position = domain.wrap(places[particle.id as usize]).into();
                     }
-                    population.refresh(&near, &comm);
+                    local.refresh(&near, &comm);
                     let ids = |p: &Particle| p.id;
-                    population.store.owned().iter().map(ids).collect::<Vec<u64>>()
+                    local.store.owned().iter().map(ids).collect::<Vec<u64>>()
                 });
                 let mut ids = owned.concat();
                 ids.sort_unstable();

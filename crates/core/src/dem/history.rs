@@ -24,17 +24,15 @@ impl Record {
     }
 }
 
-/// The records of one rank. In each sub-step contacts are visited in ascending order of `(first, second)`: those
-/// [`kept`](Self::keep) live on, the others are forgotten by [`turn`](Self::turn). There may be a second round of other
-/// contacts, after [`begin_again`](Self::begin_again).
+/// The records of one rank. In each sub-step those that are [kept](Self::keep) live on, the others are dropped by
+/// [`advance`](Self::advance).
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// Ascending by `(first, second)`.
     current: Vec<Record>,
     next: Vec<Record>,
+    /// Index in `current` from which [`get`](Self::get) searches.
     cursor: usize,
-    /// Length of `next` at the end of the first round, if there is a second one.
-    first_round: Option<usize>,
 }
 
 impl History {
@@ -49,35 +47,27 @@ impl History {
         &self.current
     }
 
-    /// The record of a pair, if the contact existed. Pairs must be requested in ascending order.
-    pub fn recall(&mut self, first: u64, second: u64) -> Option<Record> {
-        while self.current.get(self.cursor).is_some_and(|r| r.key() < (first, second)) {
+    /// The record of a pair, if the contact existed. Fast for pairs in ascending order.
+    pub fn get(&mut self, first: u64, second: u64) -> Option<Record> {
+        let key = (first, second);
+        if self.cursor > 0 && self.current[self.cursor - 1].key() >= key {
+            self.cursor = 0;
+        }
+        while self.current.get(self.cursor).is_some_and(|r| r.key() < key) {
             self.cursor += 1;
         }
-        self.current.get(self.cursor).filter(|r| r.key() == (first, second)).copied()
+        self.current.get(self.cursor).filter(|r| r.key() == key).copied()
     }
 
-    /// Remembers a contact for the next sub-step. Contacts must come in ascending order.
+    /// Stores a contact for the next sub-step.
     pub fn keep(&mut self, record: Record) {
-        debug_assert!(
-            self.first_round == Some(self.next.len())
-                || self.next.last().is_none_or(|last| last.key() < record.key())
-        );
         self.next.push(record);
     }
 
-    /// Begins the second round of this sub-step, in ascending order again.
-    pub fn begin_again(&mut self) {
-        self.cursor = 0;
-        self.first_round = Some(self.next.len());
-    }
-
-    /// Ends the visit of this sub-step.
-    pub fn turn(&mut self) {
-        if self.first_round.take().is_some_and(|n| n < self.next.len()) {
-            // Two ascending runs: a stable sort merges them.
-            self.next.sort_by_key(Record::key);
-        }
+    /// Ends a sub-step.
+    pub fn advance(&mut self) {
+        // Two ascending runs, those of pairs and of walls: a stable sort merges them.
+        self.next.sort_by_key(Record::key);
         std::mem::swap(&mut self.current, &mut self.next);
         self.next.clear();
         self.cursor = 0;
@@ -85,14 +75,14 @@ impl History {
 
     /// Sends the records of contacts whose evaluating rank has changed to that rank.
     ///
-    /// `responsible` gives the evaluating rank of a record; one without a rank is dropped.
+    /// `evaluating_rank` gives the evaluating rank of a record; one without a rank is dropped.
     ///
     /// # Collective
     pub fn hand_over(
         &mut self,
         comm: &Comm,
         peers: &[usize],
-        mut responsible: impl FnMut(&Record) -> Option<usize>,
+        mut evaluating_rank: impl FnMut(&Record) -> Option<usize>,
     ) {
         if peers.is_empty() {
             return;
@@ -100,7 +90,7 @@ impl History {
         let rank = comm.rank();
         let mut messages: Vec<Vec<u8>> = vec![Vec::new(); peers.len()];
         self.current.retain(|record| {
-            let to = responsible(record);
+            let to = evaluating_rank(record);
             if let Some(link) = to.and_then(|to| peers.binary_search(&to).ok()) {
                 messages[link].extend_from_slice(bytemuck::bytes_of(record));
             }
@@ -128,36 +118,29 @@ mod tests {
     #[test]
     fn a_contact_is_remembered_while_it_is_kept_and_forgotten_after() {
         let mut history = History::new(vec![record(3, 4), record(1, 9)]);
-        assert_eq!(history.recall(1, 2), None);
-        assert_eq!(history.recall(1, 9), Some(record(1, 9)));
+        assert_eq!(history.get(1, 2), None);
+        assert_eq!(history.get(1, 9), Some(record(1, 9)));
         history.keep(record(1, 9));
-        history.turn();
-        assert_eq!(history.recall(1, 9), Some(record(1, 9)));
-        assert_eq!(history.recall(3, 4), None);
-        history.turn();
+        history.advance();
+        assert_eq!(history.get(1, 9), Some(record(1, 9)));
+        assert_eq!(history.get(3, 4), None);
+        history.advance();
         assert!(history.records().is_empty());
     }
 
     #[test]
     fn a_second_round_is_remembered_along_with_the_first() {
         let mut history = History::default();
-        for (first, second) in [(1, 2), (5, 6)] {
+        let rounds = [[(1, 2), (5, 6)], [(1, 90), (3, 90)]].concat();
+        for &(first, second) in &rounds {
+            assert_eq!(history.get(first, second), None);
             history.keep(record(first, second));
         }
-        history.begin_again();
-        for (first, second) in [(1, 90), (3, 90)] {
-            history.keep(record(first, second));
+        history.advance();
+        assert_eq!(history.records(), [record(1, 2), record(1, 90), record(3, 90), record(5, 6)]);
+        for (first, second) in rounds {
+            assert_eq!(history.get(first, second), Some(record(first, second)));
         }
-        history.turn();
-        let all = [record(1, 2), record(1, 90), record(3, 90), record(5, 6)];
-        assert_eq!(history.records(), all);
-        for (first, second) in [(1, 2), (5, 6)] {
-            assert!(history.recall(first, second).is_some());
-        }
-        history.begin_again();
-        assert_eq!(history.recall(1, 90), Some(record(1, 90)));
-        history.turn();
-        assert!(history.records().is_empty());
     }
 
     #[test]

@@ -14,42 +14,42 @@
 //! particles. Bodies that touch through two images at once are left out, and so are images of walls.
 
 #[cfg(test)]
-mod bricks;
+mod bricks_tests;
 #[cfg(test)]
 mod carried_tests;
+mod context;
 #[cfg(test)]
 mod cube_tests;
 #[cfg(test)]
 mod damped_tests;
 pub mod failures;
-mod ledger;
+mod forces;
 #[cfg(test)]
 mod mixed_tests;
 #[cfg(test)]
 mod saved_tests;
-mod scene;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod wall_tests;
 
-use super::assign::Neighbourhood;
-use super::exchange::Population;
+use super::assign::GhostLayer;
+use super::exchange::LocalParticles;
 use super::history::{History, Record};
 use super::integrator::{self, Inertia};
-use super::saved::{Case, Saved};
+use super::saved::Saved;
 use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{ContactModel, Contour, DampingLaw, PairFinder, PairLaw};
+use crate::contact::{ContactModel, DampingLaw, GrownShape, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::Shape;
-use crate::wall::{Surface, Wall};
+use crate::wall::Wall;
+use context::{ContactContext, IdOrder, TemplateConstants};
 use failures::{outside, too_far};
-use ledger::Ledger;
-use scene::{Roll, Scene, responsible_for_pair};
+use forces::ContactForces;
 use std::sync::Arc;
 
 /// Parameters of the native engine.
@@ -68,28 +68,9 @@ pub struct NativeParams {
 /// The native engine.
 #[derive(Clone, Debug)]
 pub struct Native {
-    params: NativeParams,
-    rank: usize,
-    near: Neighbourhood,
-    population: Population,
-    /// By template.
-    inertias: Vec<Inertia>,
-    /// By template.
-    contours: Vec<Contour>,
-    /// Radius of a sphere that holds the enlarged body by template (m).
-    bounds: Vec<f64>,
-    /// Radius of the sphere of equal volume plus enlargement by template (m).
-    radii: Vec<f64>,
-    /// By the materials of the pair, as [`ContactModel::pairs`].
-    laws: Vec<PairLaw>,
-    /// Those of the walls at the last sub-step.
-    surfaces: Vec<Surface>,
-    ledger: Ledger,
-    /// Sub-steps since the start.
-    substep: u64,
-    /// Loads of the previous sub-step by particle, if a law needs them.
-    past: Vec<Load>,
-    roll: Roll,
+    context: ContactContext,
+    order: IdOrder,
+    forces: ContactForces,
 }
 
 impl Native {
@@ -107,45 +88,47 @@ impl Native {
         all: &[Particle],
     ) -> Result<Self> {
         assert!(params.substeps > 0);
-        let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let contours: Vec<Contour> =
-            (templates.iter()).map(|t| Contour::new(t.shape.clone(), enlargement)).collect();
-        let bounds: Vec<f64> = contours.iter().map(Contour::reach).collect();
+        let enlargement = params.contact.as_ref().map_or(0.0, |model| model.enlargement);
+        let constants: Vec<TemplateConstants> = (templates.iter())
+            .map(|template| {
+                let shape = GrownShape::new(template.shape.clone(), enlargement);
+                TemplateConstants {
+                    bound: shape.reach(),
+                    shape,
+                    inertia: Inertia::of(template),
+                    radius: 0.5 * template.shape.equivalent_diameter() + enlargement,
+                }
+            })
+            .collect();
+        let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
         if params.contact.is_some() {
             check_images(&decomposition, all, &bounds)?;
         }
-        let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
-        let near = Neighbourhood::new(decomposition, rank, &bounds);
+        let near = GhostLayer::new(decomposition, rank, &bounds);
         let spun = all.iter().map(|particle| {
             let mut particle = *particle;
-            let (momentum, velocity) = (Vec3::from(particle.angular_momentum), particle.angular_velocity());
-            let inertia = &inertias[particle.template as usize];
-            if momentum == Vec3::zeros() {
-                let momentum = inertia.angular_momentum(&particle.orientation(), velocity);
-                particle.angular_momentum = momentum.into();
+            if particle.angular_momentum == [0.0; 3] {
+                let inertia = &constants[particle.template as usize].inertia;
+                let velocity = particle.angular_velocity();
+                particle.angular_momentum =
+                    inertia.angular_momentum(&particle.orientation(), velocity).into();
             }
             particle
         });
-        let population = Population::new(&near, rank, templates, spun);
-        let (lo, extent) = near.window(rank);
-        let radii = (population.store.templates.iter())
-            .map(|t| 0.5 * t.shape.equivalent_diameter() + enlargement)
-            .collect();
+        let local = LocalParticles::new(&near, templates, spun);
+        let (lo, extent) = near.window();
         Ok(Self {
-            roll: Roll::new(PairFinder::in_window(near.decomposition().domain, lo, extent)),
-            contours,
-            radii,
-            laws: params.contact.as_ref().map_or_else(Vec::new, laws),
-            surfaces: Vec::new(),
-            ledger: Ledger::new(near.peers.len()),
-            substep: 0,
-            past: Vec::new(),
-            params,
-            rank,
-            near,
-            population,
-            inertias,
-            bounds,
+            order: IdOrder::new(PairFinder::in_window(near.decomposition().domain, lo, extent)),
+            forces: ContactForces::new(near.peers.len()),
+            context: ContactContext {
+                laws: params.contact.as_ref().map_or_else(Vec::new, laws),
+                params,
+                templates: constants,
+                near,
+                local,
+                substep: 0,
+                past: Vec::new(),
+            },
         })
     }
 
@@ -153,89 +136,70 @@ impl Native {
     /// `records` are (at least) the histories of the contacts that this rank evaluates, `begun` is the number of
     /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
-        let mine =
-            records.iter().filter(|r| responsible_for(r, &self.near, &self.population) == Some(self.rank));
-        self.ledger.history = History::new(mine.copied().collect());
-        self.ledger.summary.begun = begun;
-        self.substep = substep;
+        let ContactContext { near, local, .. } = &self.context;
+        let mine = records.iter().filter(|r| evaluating_rank_of(r, near, local) == Some(near.rank));
+        self.forces.history = History::new(mine.copied().collect());
+        self.forces.begun = begun;
+        self.context.substep = substep;
     }
 
     /// Histories of the contacts that this rank evaluates, ascending by pair of ids.
     pub fn records(&self) -> &[Record] {
-        self.ledger.history.records()
+        self.forces.history.records()
     }
 
     /// Sub-steps since the start.
     pub fn substep(&self) -> u64 {
-        self.substep
+        self.context.substep
     }
 
     /// Stores the loads of the previous sub-step for the laws that need them.
     fn note_loads(&mut self) {
-        self.past.clear();
-        if self.laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
-            self.past.extend_from_slice(&self.population.loads);
-            self.past.extend_from_slice(&self.population.ghost_loads);
+        let ContactContext { past, laws, local, .. } = &mut self.context;
+        past.clear();
+        if laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
+            past.extend_from_slice(&local.loads);
+            past.extend_from_slice(&local.ghost_loads);
         }
     }
 
     /// One sub-step; all messages are exchanged even if it fails.
     fn advance_once(&mut self, comm: &Comm, dt: f64) -> Result<()> {
         let evaluated = self.evaluate_contacts(dt);
-        self.ledger.add_up(comm, &self.near, &self.population);
+        self.forces.reduce(comm, &self.context.near, &self.context.local);
         let moved = self.integrate(dt);
-        self.population.refresh(&self.near, comm);
-        let (near, population) = (&self.near, &self.population);
-        self.ledger.history.hand_over(comm, &near.peers, |record| responsible_for(record, near, population));
-        self.substep += 1;
+        let ContactContext { near, local, substep, .. } = &mut self.context;
+        local.refresh(near, comm);
+        self.forces.history.hand_over(comm, &near.peers, |record| evaluating_rank_of(record, near, local));
+        *substep += 1;
         evaluated.and(moved)
     }
 
     /// Forces of the contacts that this rank evaluates, at the current positions.
     fn evaluate_contacts(&mut self, dt: f64) -> Result<()> {
-        self.ledger.open();
-        let Some(contact) = &self.params.contact else {
+        let Self { context, order, forces } = self;
+        forces.clear();
+        let Some(model) = &context.params.contact else {
             return Ok(());
         };
-        let scene = Scene {
-            contact,
-            contours: &self.contours,
-            bounds: &self.bounds,
-            radii: &self.radii,
-            inertias: &self.inertias,
-            laws: &self.laws,
-            store: &self.population.store,
-            near: &self.near,
-            rank: self.rank,
-            substep: self.substep,
-            dt,
-            gravity: self.params.gravity,
-            past: (self.substep > 0 && !self.past.is_empty()).then_some(&self.past[..]),
-        };
-        let mut outcome = scene.pairs(&mut self.roll, &mut self.ledger);
-        if !self.params.walls.is_empty() {
-            let time = self.substep as f64 * dt;
-            self.surfaces.clear();
-            (self.surfaces).extend(self.params.walls.iter().map(|wall| wall.surface_at(time)));
-            let walls = (&self.params.walls[..], &self.surfaces[..]);
-            outcome = outcome.and(scene.walls(walls, time, &mut self.ledger));
-        }
-        self.ledger.close();
-        outcome
+        let pairs = context.pairs(model, dt, order, forces);
+        let walls = context.walls(model, dt, forces);
+        forces.finish();
+        pairs.and(walls)
     }
 
     /// Moves the owned particles. One that would leave the range of the method stays where it is.
     fn integrate(&mut self, dt: f64) -> Result<()> {
-        let domain = self.near.decomposition().domain;
-        let owned = self.population.store.owned;
+        let ContactContext { params, templates, near, local, substep, .. } = &mut self.context;
+        let (domain, substep) = (near.decomposition().domain, *substep);
         let mut failure = Ok(());
-        for (i, particle) in self.population.store.particles[..owned].iter_mut().enumerate() {
-            let contact = &self.ledger.totals[i];
-            let inertia = &self.inertias[particle.template as usize];
-            let mut load = self.population.loads[i];
-            load.force += self.params.gravity * inertia.mass;
+        for (i, particle) in local.store.particles[..local.store.owned].iter_mut().enumerate() {
+            let contact = &self.forces.totals[i];
+            let inertia = &templates[particle.template as usize].inertia;
+            let mut load = local.loads[i];
+            load.force += params.gravity * inertia.mass;
             let before = *particle;
-            if self.substep == 0 {
+            if substep == 0 {
                 integrator::start(particle, contact);
             }
             integrator::step(particle, inertia, &load, contact, dt);
@@ -243,10 +207,9 @@ impl Native {
             let lost = if particle.is_finite() && moved <= domain.dx {
                 particle.position = domain.wrap(particle.position()).into();
                 face_passed(&domain, particle.position())
-                    .map(|face| outside(self.substep, &before, particle, face, &self.params.walls))
+                    .map(|face| outside(substep, &before, particle, face, &params.walls))
             } else {
-                let force = load.force + contact.force;
-                Some(too_far(self.substep, &before, particle, force, domain.dx))
+                Some(too_far(substep, &before, particle, load.force + contact.force, domain.dx))
             };
             if let Some(error) = lost {
                 *particle = before;
@@ -264,13 +227,12 @@ fn laws(model: &ContactModel) -> Vec<PairLaw> {
 }
 
 /// The rank that evaluates the contact of a record, if this rank has all its particles.
-fn responsible_for(record: &Record, near: &Neighbourhood, population: &Population) -> Option<usize> {
-    let i = population.index_of(record.first)?;
+fn evaluating_rank_of(record: &Record, near: &GhostLayer, local: &LocalParticles) -> Option<usize> {
+    let i = local.index_of(record.first)?;
     if ContactState::wall_of(record.second).is_some() {
-        return Some(population.store.owners[i] as usize);
+        return Some(local.store.owners[i] as usize);
     }
-    let j = population.index_of(record.second)?;
-    responsible_for_pair(i, j, near, &population.store)
+    near.evaluating_rank_of([i, local.index_of(record.second)?], &local.store)
 }
 
 /// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
@@ -327,58 +289,54 @@ impl DemEngine for Native {
     }
 
     fn particles(&self) -> &ParticleStore {
-        &self.population.store
+        &self.context.local.store
     }
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
-        assert_eq!(loads.len(), self.population.store.owned);
-        assert_eq!((comm.rank(), comm.size()), (self.rank, self.near.ranks()));
+        let ContactContext { near, local, params, .. } = &self.context;
+        assert_eq!(loads.len(), local.store.owned);
+        assert_eq!((comm.rank(), comm.size()), (near.rank, near.ranks()));
+        let substeps = params.substeps;
         self.note_loads();
-        self.population.loads.copy_from_slice(loads);
+        self.context.local.loads.copy_from_slice(loads);
         let mut outcome = Ok(());
-        for substep in 0..self.params.substeps {
+        for substep in 0..substeps {
             if substep > 0 {
                 self.note_loads();
             }
-            outcome = outcome.and(self.advance_once(comm, dt / f64::from(self.params.substeps)));
+            outcome = outcome.and(self.advance_once(comm, dt / f64::from(substeps)));
         }
         outcome
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.ledger.summary
+        self.forces.summary()
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
-        self.ledger.states.clone()
+        self.forces.states.clone()
     }
 
     fn save(&self) -> Result<Vec<u8>> {
         let saved = Saved {
-            substep: self.substep,
-            begun: self.ledger.summary.begun,
-            particles: self.population.store.owned().to_vec(),
-            loads: self.population.loads.clone(),
+            substep: self.context.substep,
+            begun: self.forces.begun,
+            particles: self.particles().owned().to_vec(),
+            loads: self.context.local.loads.clone(),
             records: self.records().to_vec(),
-            states: self.ledger.states.clone(),
+            states: self.forces.states.clone(),
             own: Vec::new(),
         };
         Ok(saved.write(self.name()))
     }
 
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let case = Case {
-            census: self.population.census(comm),
-            walls: self.params.walls.len(),
-            domain: self.near.decomposition().domain,
-        };
-        let saved = Saved::join(self.name(), parts, &case, (self.rank, comm.size()))?;
-        let templates = self.population.store.templates.clone();
-        let all = saved.particles.into_iter().zip(saved.loads);
-        self.population = Population::loaded(&self.near, self.rank, templates, all);
-        self.ledger = Ledger::new(self.near.peers.len());
+        let ContactContext { near, local, params, .. } = &mut self.context;
+        let saved = Saved::load("native", parts, (near, local, params.walls.len()), comm)?;
+        local.replace(near, saved.particles.into_iter().zip(saved.loads));
+        self.forces = ContactForces::new(near.peers.len());
+        self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);
-        self.ledger.recount(saved.states);
         Ok(())
     }
 }

@@ -4,7 +4,10 @@
 //! and the contacts of the last sub-step, as plain data of this machine, and at the end the engine's own data. All
 //! parts together are the run: a reader picks what its own rank has, so the number of ranks may change.
 
+use super::assign::GhostLayer;
+use super::exchange::LocalParticles;
 use super::{ContactState, Load, Record};
+use crate::comm::Comm;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -142,13 +145,29 @@ impl Saved {
         whole.ok_or_else(|| format!("has {} bytes, which are not those its head counts", bytes.len()))
     }
 
+    /// The state that the ranks of an earlier run saved as `parts`, for an engine that has these particles and this
+    /// number of walls. Collective.
+    ///
+    /// # Errors
+    /// As [`join`](Self::join).
+    pub fn load(
+        engine: &str,
+        parts: &[Vec<u8>],
+        (near, local, walls): (&GhostLayer, &LocalParticles, usize),
+        comm: &Comm,
+    ) -> Result<Self> {
+        let domain = near.decomposition().domain;
+        let case = Case { global_ids: local.global_ids(comm), walls, domain };
+        Self::join(engine, parts, &case, (comm.rank(), comm.size()))
+    }
+
     /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of
     /// contacts begun, that are the business of `rank` of `size`: as they were for the same number of ranks, and
     /// together always all.
     ///
     /// # Errors
     /// [`Error::Input`], the same on every rank, if the parts are damaged, incomplete, or of another engine, version or case.
-    pub fn join(engine: &str, parts: &[Vec<u8>], case: &Case, (rank, size): (usize, usize)) -> Result<Self> {
+    fn join(engine: &str, parts: &[Vec<u8>], case: &Case, (rank, size): (usize, usize)) -> Result<Self> {
         let refuse = |what: String| {
             Error::Input(format!("the saved state of the {engine} engine cannot be used: {what}"))
         };
@@ -185,29 +204,28 @@ impl Saved {
 
 /// Constraints on a saved state.
 #[derive(Clone, Debug)]
-pub struct Case {
+struct Case {
     /// Id and template of all particles, ascending.
-    pub census: Vec<[u64; 2]>,
+    global_ids: Vec<[u64; 2]>,
     /// Number of walls.
-    pub walls: usize,
-    /// The box.
-    pub domain: Domain,
+    walls: usize,
+    domain: Domain,
 }
 
 impl Case {
     /// Checks that all `parts` together can be the state of this case; returns the reason if not.
     fn is_of(&self, parts: &[Saved]) -> std::result::Result<(), String> {
         let particles = parts.iter().flat_map(|part| &part.particles);
-        let mut census: Vec<[u64; 2]> = particles.map(|p| [p.id, p.template]).collect();
-        census.sort_unstable();
-        if let Some(twice) = census.windows(2).find(|pair| pair[0][0] == pair[1][0]) {
+        let mut global_ids: Vec<[u64; 2]> = particles.map(|p| [p.id, p.template]).collect();
+        global_ids.sort_unstable();
+        if let Some(twice) = global_ids.windows(2).find(|pair| pair[0][0] == pair[1][0]) {
             return Err(format!("particle {} is in it twice", twice[0][0]));
         }
-        if census != self.census {
+        if global_ids != self.global_ids {
             return Err(format!(
                 "it holds {} particles, which are not the {} of this case; continue with the case it was written by",
-                census.len(),
-                self.census.len()
+                global_ids.len(),
+                self.global_ids.len()
             ));
         }
         let records = parts.iter().flat_map(|part| &part.records);
@@ -231,7 +249,7 @@ impl Case {
                 return Err(format!("the load on particle {} is not finite", particle.id));
             }
         }
-        let known = |id: u64| self.census.binary_search_by_key(&id, |[id, _]| *id).is_ok();
+        let known = |id: u64| self.global_ids.binary_search_by_key(&id, |[id, _]| *id).is_ok();
         let states = part.states.iter().map(|state| (state.first, state.second));
         for (first, second) in part.records.iter().map(Record::key).chain(states) {
             let partner = match ContactState::wall_of(second) {
@@ -272,7 +290,7 @@ mod tests {
     const BOX: Domain = Domain { periodic: [true, true, false], cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
-        Case { census: vec![[3, 0], [5, 1], [9, 0]], walls: 2, domain: BOX }
+        Case { global_ids: vec![[3, 0], [5, 1], [9, 0]], walls: 2, domain: BOX }
     }
 
     /// Two ranks' states of three particles, with a contact of two of them and one with a wall.
@@ -331,10 +349,13 @@ mod tests {
         assert_eq!(alone.records, [parts[0].records[0], parts[1].records[0]]);
         assert_eq!(alone.states, [parts[1].states[0], parts[0].states[0]], "ascending");
         for rank in 0..3 {
-            let share = Saved::join("native", &written, &case(), (rank, 3)).unwrap();
+            let pair_force = Saved::join("native", &written, &case(), (rank, 3)).unwrap();
             let (begun, states) = (parts.get(rank)).map_or((0, &[][..]), |part| (part.begun, &part.states));
-            assert_eq!((share.begun, &share.states[..]), (begun, states));
-            assert_eq!((share.particles, share.records), (alone.particles.clone(), alone.records.clone()));
+            assert_eq!((pair_force.begun, &pair_force.states[..]), (begun, states));
+            assert_eq!(
+                (pair_force.particles, pair_force.records),
+                (alone.particles.clone(), alone.records.clone())
+            );
         }
     }
 

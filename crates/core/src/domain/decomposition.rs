@@ -124,31 +124,23 @@ impl Decomposition {
         self.rank_of(std::array::from_fn(|i| self.cuts[i].partition_point(|&cut| cut <= cell[i]) - 1))
     }
 
-    /// Returns true if some periodic image of a wrapped position lies within `reach` (m) of the rank's block.
-    ///
-    /// The distance is taken direction by direction (a box grown by `reach`), so this is never too small.
-    pub fn is_within(&self, rank: usize, position: Vec3, reach: f64) -> bool {
-        let place = self.place(rank);
-        (0..3).all(|i| {
-            let [lo, hi] = self.slab(i, place[i]);
-            // Nearest image of the position to the middle of the block.
-            let offset = (position[i] - 0.5 * (lo + hi)).abs();
-            self.domain.shorter_way(i, offset) <= 0.5 * (hi - lo) + reach
-        })
-    }
-
     /// All other ranks whose blocks come within `reach` (m) of this rank's block, ascending.
     pub fn neighbours(&self, rank: usize, reach: f64) -> Vec<usize> {
         let place = self.place(rank);
-        let [xs, ys, zs] = std::array::from_fn(|axis| self.slabs_near(axis, place[axis], reach));
-        let mut near = Vec::with_capacity(xs.len() * ys.len() * zs.len());
-        for &z in &zs {
-            for &y in &ys {
-                near.extend(xs.iter().map(|&x| self.rank_of([x, y, z])));
-            }
-        }
+        let mut near = self.ranks_in(std::array::from_fn(|axis| self.slabs_near(axis, place[axis], reach)));
         near.retain(|&other| other != rank);
         near
+    }
+
+    /// The ranks at all grid indices that these slabs of the three axes have in common, ascending.
+    pub(crate) fn ranks_in(&self, [xs, ys, zs]: [Vec<usize>; 3]) -> Vec<usize> {
+        let mut ranks = Vec::with_capacity(xs.len() * ys.len() * zs.len());
+        for &z in &zs {
+            for &y in &ys {
+                ranks.extend(xs.iter().map(|&x| self.rank_of([x, y, z])));
+            }
+        }
+        ranks
     }
 
     /// The slabs of an axis that come within `reach` (m) of the one with index `p`, that one included, ascending.

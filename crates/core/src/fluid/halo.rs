@@ -79,7 +79,7 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
 /// Messages that go together.
 struct Pattern<T> {
     messages: Vec<Message>,
-    halo: Box<dyn Halo<T>>,
+    halo: Halo<T>,
     under_way: bool,
 }
 

@@ -1,5 +1,5 @@
-use crate::dem::assign::Neighbourhood;
-use crate::dem::exchange::Population;
+use crate::dem::assign::GhostLayer;
+use crate::dem::exchange::LocalParticles;
 use crate::domain::Decomposition;
 use crate::simulation::work::Work;
 use crate::simulation::work::tests::{bed, suspension};
@@ -21,9 +21,8 @@ fn all_cells_particles_and_contacts_are_somebodys_and_ghosts_are_those_of_the_en
             let all: f64 = work.bodies.iter().map(|body| body.covered).sum();
             assert!((covered / all - 1.0).abs() < 1e-9);
             for (rank, forecast) in forecast.ranks.iter().enumerate() {
-                let near = Neighbourhood::new(cut.clone(), rank, &work.radii());
-                let population =
-                    Population::new(&near, rank, setup.templates.clone(), setup.particles.clone());
+                let near = GhostLayer::new(cut.clone(), rank, &work.radii());
+                let population = LocalParticles::new(&near, setup.templates.clone(), setup.particles.clone());
                 let (owned, known) = (population.store.owned, population.store.particles.len());
                 assert_eq!((forecast.particles, forecast.ghosts), (owned, known - owned));
                 assert!(near.peers.iter().all(|peer| forecast.sends[peer].messages >= 3));

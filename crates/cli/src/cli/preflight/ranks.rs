@@ -1,7 +1,7 @@
 //! What every rank would have to do and to send in a time step.
 
 use turbid::case::Setup;
-use turbid::dem::EngineChoice;
+use turbid::engine::EngineChoice;
 use turbid::simulation::{Forecast, RankForecast};
 
 /// With more ranks than this only the least, the mean and the most are said.

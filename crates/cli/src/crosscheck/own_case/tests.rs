@@ -2,7 +2,7 @@
 
 use super::*;
 use turbid::case::from_text;
-use turbid::dem::LiggghtsOptions;
+use turbid::engine::LiggghtsOptions;
 
 /// Three spheres in a line, the outer ones on their way to the one in the middle.
 const DRY: &str = r#"

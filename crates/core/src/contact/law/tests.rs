@@ -18,11 +18,11 @@ const GLASS: ContactParams = ContactParams {
 };
 
 /// The spheres of [`lens`].
-const EQUAL: Couple = Couple { radii: [1e-3; 2], masses: [1e-5; 2] };
+const EQUAL: PairProperties = PairProperties { radii: [1e-3; 2], masses: [1e-5; 2] };
 
 /// Bodies of these radii (m) and of unlike masses.
-fn couple(radii: [f64; 2]) -> Couple {
-    Couple { radii, masses: [1e-5, if radii[1] < 1.0 { 3e-5 } else { f64::INFINITY }] }
+fn pair(radii: [f64; 2]) -> PairProperties {
+    PairProperties { radii, masses: [1e-5, if radii[1] < 1.0 { 3e-5 } else { f64::INFINITY }] }
 }
 
 fn law() -> PairLaw {
@@ -92,8 +92,8 @@ fn a_small_cap_cut_off_by_a_wall_follows_hertz_by_all_laws() {
     let (radius, depth): (f64, f64) = (1e-3, 1e-8);
     for law in [law(), energy_law(), hertz(DampingLaw::Tsuji)] {
         let hertz = 4.0 / 3.0 * law.modulus * radius.sqrt() * f64::powf(depth, 1.5);
-        let couple = couple([radius, f64::INFINITY]);
-        let force = law.normal_force(&cap(radius, depth), &couple, UNSET, 0.0);
+        let pair = pair([radius, f64::INFINITY]);
+        let force = law.normal_force(&cap(radius, depth), &pair, UNSET, 0.0);
         assert!((force / hertz - 1.0).abs() < 1e-5, "{}", force / hertz);
     }
 }
@@ -114,7 +114,7 @@ fn the_hertz_law_is_the_closed_form_of_the_depth_for_equal_and_unlike_spheres_an
             for ratio in [1e-8, 1e-6, 1e-4, 1e-2, 1e-1] {
                 let depth = ratio * 1e-3;
                 let closed = 4.0 / 3.0 * modulus * radius.sqrt() * f64::powf(depth, 1.5);
-                let force = law.normal_force(&cap(1e-3, depth), &couple(radii), UNSET, 0.0);
+                let force = law.normal_force(&cap(1e-3, depth), &pair(radii), UNSET, 0.0);
                 off = off.max((force / closed - 1.0).abs());
             }
         }
@@ -128,19 +128,19 @@ fn the_papers_law_over_hertz_is_the_ratio_of_a_lens_or_cap_to_its_limit() {
     let hertz = hertz(DampingLaw::HuntCrossley);
     for d in [1e-4, 1e-3, 1e-2, 1e-1_f64] {
         let (radius, depth) = (1e-3, d * 1e-3);
-        let ratio = |overlap: &Overlap, couple: &Couple| {
-            let [paper, depth] = [&law(), &hertz].map(|law| law.normal_force(overlap, couple, UNSET, 0.0));
+        let ratio = |overlap: &Overlap, pair: &PairProperties| {
+            let [paper, depth] = [&law(), &hertz].map(|law| law.normal_force(overlap, pair, UNSET, 0.0));
             paper / depth
         };
         let equal = ratio(&lens(depth), &EQUAL);
         assert!((equal / (1.0 - d / 6.0).sqrt() - 1.0).abs() < 1e-11, "spheres, {d}");
-        let plane = ratio(&cap(radius, depth), &couple([radius, f64::INFINITY]));
+        let plane = ratio(&cap(radius, depth), &pair([radius, f64::INFINITY]));
         assert!((plane / (1.0 - d / 3.0).sqrt() - 1.0).abs() < 1e-13, "plane, {d}");
         // Radii R and 0.6 R: V = pi d^2 (D^2 + 2 D s - 3 (a - b)^2) / (12 D), R_e = 0.375 R.
         let unlike = sphere_sphere::overlap(radius, 0.6e-3, Vec3::x() * (1.6e-3 - depth)).unwrap();
         let distance = 1.6 - d;
         let lens = (distance * (distance + 3.2) - 3.0 * 0.16) / (12.0 * distance) / 0.375;
-        let measured = ratio(&unlike, &couple([radius, 0.6e-3]));
+        let measured = ratio(&unlike, &pair([radius, 0.6e-3]));
         println!("d/R {d:e}: {equal:.9} {measured:.9} {plane:.9}");
         assert!((measured / lens.sqrt() - 1.0).abs() < 1e-11, "unlike spheres, {d}");
     }
@@ -160,7 +160,7 @@ fn the_dashpot_on_hertz_is_that_of_liggghts() {
             let stiffness = 2.0 * law.modulus * (radius * depth).sqrt();
             let dashpot = 2.0 * (5.0_f64 / 6.0).sqrt() * b * (stiffness * mass).sqrt() * approach;
             let [still, moving] =
-                [0.0, approach].map(|v| law.normal_force(&cap(1e-3, depth), &couple(radii), UNSET, v));
+                [0.0, approach].map(|v| law.normal_force(&cap(1e-3, depth), &pair(radii), UNSET, v));
             assert!(((moving - still) / dashpot - 1.0).abs() < 1e-9, "{moving} {still} {dashpot}");
         }
     }
@@ -206,7 +206,7 @@ fn the_force_of_the_energy_law_is_the_derivative_of_its_energy() {
     for distance in [1.399e-3, 1.35e-3, 1.1e-3] {
         let step = 1e-9;
         let slope = (energy(distance + step) - energy(distance - step)) / (2.0 * step);
-        let force = law.normal_force(&at(distance), &couple(radii), UNSET, 0.0);
+        let force = law.normal_force(&at(distance), &pair(radii), UNSET, 0.0);
         assert!((force / -slope - 1.0).abs() < 1e-5, "{force} {slope}");
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::contact::sphere_sphere;
-use crate::contact::truth::{
+use crate::contact::tests::{
     self, frame, gradient_error, in_solid, random, random_direction, random_solid, random_turn,
 };
 use crate::math::Quat;
@@ -35,7 +35,7 @@ fn compare_with_lines(seed: u64, runs: u32, make: impl Fn(&mut ChaCha8Rng) -> So
         let Some(overlap) = measured(&a, &b, turns, offset) else {
             let first = in_solid(&a, matrix(turns[0]), Vec3::zeros());
             let second = in_solid(&b, matrix(turns[1]), offset);
-            let missed = truth::any(&first, &second, 0.5 * offset, 1.0);
+            let missed = tests::any(&first, &second, 0.5 * offset, 1.0);
             assert!(!missed, "an overlap was not seen");
             continue;
         };
@@ -49,7 +49,7 @@ fn compare_with_lines(seed: u64, runs: u32, make: impl Fn(&mut ChaCha8Rng) -> So
             if errors.iter().zip(BOUNDS).all(|(error, bound)| *error < bound) {
                 break;
             }
-            let truth = truth::lines(
+            let truth = tests::lines(
                 &in_solid(&a, matrix(turns[0]), Vec3::zeros()),
                 &in_solid(&b, matrix(turns[1]), offset),
                 &frame(overlap.normal),

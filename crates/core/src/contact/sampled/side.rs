@@ -44,11 +44,11 @@ pub(super) enum Side<'a> {
 impl<'a> Side<'a> {
     pub(super) fn body(body: &'a Body<'a>, centre: Vec3) -> Self {
         Self::Body {
-            shape: body.contour.shape.as_ref(),
+            shape: body.grown.shape.as_ref(),
             to_body: body.rotation().transpose(),
             centre,
-            growth: body.contour.enlargement,
-            solid: body.contour.solid(),
+            growth: body.grown.enlargement,
+            solid: body.grown.solid(),
         }
     }
 

@@ -1,6 +1,6 @@
 use super::*;
-use crate::contact::truth::{self, frame as axes_along, in_sphere, random, random_direction, random_turn};
-use crate::contact::{Contour, Geometry, measure, measure_wall, sphere_plane, sphere_sphere};
+use crate::contact::tests::{self, frame as axes_along, in_sphere, random, random_direction, random_turn};
+use crate::contact::{self, Geometry, GrownShape, sphere_plane, sphere_sphere};
 use crate::math::Quat;
 use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Shape, Sphere, Superellipsoid, SurfaceMesh};
 use rand::Rng;
@@ -65,12 +65,12 @@ impl<S: Shape> Shape for Counting<S> {
     }
 }
 
-fn contour(shape: impl Shape + 'static, enlargement: f64) -> Contour {
-    Contour::new(Arc::new(shape), enlargement)
+fn grown(shape: impl Shape + 'static, enlargement: f64) -> GrownShape {
+    GrownShape::new(Arc::new(shape), enlargement)
 }
 
-fn body(contour: &Contour, orientation: Quat) -> Body<'_> {
-    Body { contour, orientation }
+fn body(grown: &GrownShape, orientation: Quat) -> Body<'_> {
+    Body { grown, orientation }
 }
 
 /// Largest errors of sampled spheres against the lens: volume, depth, force `sqrt(V d)`, area, angle of the normals
@@ -78,8 +78,8 @@ fn body(contour: &Contour, orientation: Quat) -> Body<'_> {
 fn compare_with_lens(radius: f64, deep: f64, enlargement: f64, runs: u32) -> ([f64; 5], u64) {
     let mut random = random(7);
     let counting = Counting::new(Sphere { radius });
-    let contour = Contour::new(counting.clone(), enlargement);
-    let body = body(&contour, Quat::identity());
+    let grown = GrownShape::new(counting.clone(), enlargement);
+    let body = body(&grown, Quat::identity());
     let (mut worst, mut asked) = ([0.0_f64; 5], 0);
     for _ in 0..runs {
         let offset = random_direction(&mut random) * (2.0 * (radius + enlargement) - deep);
@@ -134,7 +134,7 @@ fn in_ellipsoid(axes: Vec3, turn: Quat, centre: Vec3) -> impl Fn(Vec3, Vec3) -> 
 fn sampled_ellipsoids_agree_with_lines_through_them() {
     let axes = Vec3::new(1.0, 0.6, 0.4);
     let counting = Counting::new(Ellipsoid::new(axes).unwrap());
-    let contour = Contour::new(counting.clone(), 0.0);
+    let grown = GrownShape::new(counting.clone(), 0.0);
     let mut random = random(11);
     let (mut touching, mut worst, mut most, mut sum) = (0, [0.0_f64; 5], 0, 0);
     while touching < 200 {
@@ -142,11 +142,11 @@ fn sampled_ellipsoids_agree_with_lines_through_them() {
         let offset = random_direction(&mut random) * random.random_range(0.7..1.9);
         let inside = [in_ellipsoid(axes, turns[0], Vec3::zeros()), in_ellipsoid(axes, turns[1], offset)];
         counting.take();
-        let [first, second] = turns.map(|turn| body(&contour, turn));
+        let [first, second] = turns.map(|turn| body(&grown, turn));
         let measured = overlap(&first, &second, offset, 8);
         let asked = counting.take();
         let Some(measured) = measured else {
-            assert!(!truth::any(&inside[0], &inside[1], 0.5 * offset, 1.0), "not seen");
+            assert!(!tests::any(&inside[0], &inside[1], 0.5 * offset, 1.0), "not seen");
             continue;
         };
         if measured.depth > 0.3 {
@@ -155,7 +155,7 @@ fn sampled_ellipsoids_agree_with_lines_through_them() {
         touching += 1;
         (most, sum) = (most.max(asked), sum + asked);
         let frame = axes_along(measured.normal);
-        let truth = truth::lines(&inside[0], &inside[1], &frame, measured.point, 2.0, 96).unwrap();
+        let truth = tests::lines(&inside[0], &inside[1], &frame, measured.point, 2.0, 96).unwrap();
         let errors = [
             (measured.volume / truth.volume - 1.0).abs(),
             (measured.point - truth.centre).norm() / truth.area.norm().sqrt(),
@@ -175,11 +175,11 @@ fn sampled_ellipsoids_agree_with_lines_through_them() {
 
 #[test]
 fn the_area_is_minus_the_gradient_of_the_volume_to_a_few_per_cent() {
-    let contour = contour(Ellipsoid::new(Vec3::new(1.0, 0.6, 0.4)).unwrap(), 0.05);
+    let grown = grown(Ellipsoid::new(Vec3::new(1.0, 0.6, 0.4)).unwrap(), 0.05);
     let mut random = random(12);
     for _ in 0..40 {
         let turns = [random_turn(&mut random), random_turn(&mut random)];
-        let [first, second] = turns.map(|turn| body(&contour, turn));
+        let [first, second] = turns.map(|turn| body(&grown, turn));
         let offset = random_direction(&mut random);
         let at = |shift: Vec3| overlap(&first, &second, offset + shift, 16);
         let Some(here) = at(Vec3::zeros()) else { continue };
@@ -196,13 +196,13 @@ fn the_area_is_minus_the_gradient_of_the_volume_to_a_few_per_cent() {
 #[test]
 fn a_cube_face_down_on_a_wall_is_a_cuboid() {
     let edge = 1.209;
-    let cube = contour(Cuboid::new(Vec3::repeat(edge)).unwrap(), 0.0);
+    let cube = grown(Cuboid::new(Vec3::repeat(edge)).unwrap(), 0.0);
     let mut random = random(13);
     for depth in [1e-5, 0.008, 0.1] {
         let turn = random_turn(&mut random);
         let normal = turn * Vec3::z();
         let wall = Surface::Plane { point: -normal * (0.5 * edge - depth), normal };
-        let overlap = measure_wall(SAMPLED, &body(&cube, turn), &wall).unwrap();
+        let overlap = contact::overlap_wall(SAMPLED, &body(&cube, turn), &wall).unwrap();
         assert!((overlap.volume / (edge * edge * depth) - 1.0).abs() < 0.01, "{overlap:?}");
         assert!(
             (overlap.depth / depth - 1.0).abs() < 1e-3 && (overlap.area / (edge * edge) - 1.0).abs() < 0.01
@@ -213,7 +213,7 @@ fn a_cube_face_down_on_a_wall_is_a_cuboid() {
 
 #[test]
 fn sampled_cubes_and_walls_agree_with_the_exact_ones() {
-    let cube = contour(Cuboid::new(Vec3::repeat(1.0)).unwrap(), 0.0);
+    let cube = grown(Cuboid::new(Vec3::repeat(1.0)).unwrap(), 0.0);
     let mut random = random(14);
     let (mut squares, mut runs, mut worst) = (0.0, 0.0, 0.0_f64);
     for _ in 0..300 {
@@ -222,8 +222,14 @@ fn sampled_cubes_and_walls_agree_with_the_exact_ones() {
         let offset = random_direction(&mut random) * random.random_range(0.8..1.5);
         let wall = Surface::Plane { point: offset * 0.5, normal: -offset.normalize() };
         for (exact, sampled) in [
-            (measure(Geometry::Exact, &first, &second, offset), measure(SAMPLED, &first, &second, offset)),
-            (measure_wall(Geometry::Exact, &first, &wall), measure_wall(SAMPLED, &first, &wall)),
+            (
+                contact::overlap(Geometry::Exact, &first, &second, offset),
+                contact::overlap(SAMPLED, &first, &second, offset),
+            ),
+            (
+                contact::overlap_wall(Geometry::Exact, &first, &wall),
+                contact::overlap_wall(SAMPLED, &first, &wall),
+            ),
         ] {
             let Some(exact) = exact else {
                 assert!(sampled.is_none_or(|o| o.volume < 1e-12), "{sampled:?}");
@@ -250,15 +256,15 @@ fn sampled_cubes_and_walls_agree_with_the_exact_ones() {
 fn no_contact_is_lost_however_thin() {
     let mut random = random(15);
     let axes = Vec3::new(1.0, 0.7, 0.5);
-    let contour = contour(Ellipsoid::new(axes).unwrap(), 0.0);
+    let grown = grown(Ellipsoid::new(axes).unwrap(), 0.0);
     for depth in [1e-2, 1e-4, 1e-6, 1e-8] {
         for _ in 0..30 {
             let turns = [random_turn(&mut random), random_turn(&mut random)];
-            let [first, second] = turns.map(|turn| body(&contour, turn));
+            let [first, second] = turns.map(|turn| body(&grown, turn));
             // Both furthest points along a direction, put on each other and moved together.
             let along = random_direction(&mut random);
             let furthest =
-                |turn: Quat, along: Vec3| turn * contour.shape.support(turn.inverse_transform_vector(&along));
+                |turn: Quat, along: Vec3| turn * grown.shape.support(turn.inverse_transform_vector(&along));
             let offset = furthest(turns[0], along) - furthest(turns[1], -along) - along * depth;
             let overlap = overlap(&first, &second, offset, 8).expect("they touch");
             assert!((overlap.depth / depth - 1.0).abs() < 0.2, "{depth} {overlap:?}");
@@ -274,12 +280,12 @@ fn no_contact_is_lost_however_thin() {
 
 #[test]
 fn a_sphere_on_a_wall_makes_a_cap_and_one_below_is_whole() {
-    let sphere = contour(Sphere { radius: 1.0 }, 0.1);
+    let sphere = grown(Sphere { radius: 1.0 }, 0.1);
     for depth in [1e-8, 1e-4, 0.1, 1.0, 2.0, 2.19, 2.3, 5.0] {
         let normal = Vec3::new(0.48, 0.6, 0.64);
         let wall = Surface::Plane { point: normal * (depth - 1.1), normal };
-        let exact = measure_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
-        let sampled = measure_wall(SAMPLED, &body(&sphere, Quat::identity()), &wall).unwrap();
+        let exact = contact::overlap_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
+        let sampled = contact::overlap_wall(SAMPLED, &body(&sphere, Quat::identity()), &wall).unwrap();
         assert!((sampled.volume / exact.volume - 1.0).abs() < 0.02, "{depth} {sampled:?} {exact:?}");
         assert!((sampled.depth / exact.depth - 1.0).abs() < 0.01, "{depth} {sampled:?} {exact:?}");
         assert!((sampled.point - exact.point).norm() < 0.03 * exact.depth.sqrt());
@@ -296,17 +302,17 @@ fn a_sphere_on_a_wall_makes_a_cap_and_one_below_is_whole() {
 #[test]
 fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
     let axis = Vec3::new(0.6, 0.0, 0.8);
-    let shapes: [(Contour, Quat); 3] = [
-        (contour(Sphere { radius: 1.0 }, 0.0), Quat::identity()),
-        (contour(Capsule::new(0.5, 1.5).unwrap(), 0.0), random_turn(&mut random(16))),
-        (contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0), random_turn(&mut random(17))),
+    let shapes: [(GrownShape, Quat); 3] = [
+        (grown(Sphere { radius: 1.0 }, 0.0), Quat::identity()),
+        (grown(Capsule::new(0.5, 1.5).unwrap(), 0.0), random_turn(&mut random(16))),
+        (grown(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0), random_turn(&mut random(17))),
     ];
-    for (contour, turn) in &shapes {
+    for (grown, turn) in &shapes {
         for (pipe, distance) in [(true, 2.0), (true, 2.4), (false, 3.4), (false, 3.0)] {
             // The axis passes at `distance`.
             let across = Vec3::new(0.0, 1.0, 0.0);
             let wall = Surface::Cylinder { point: -across * distance, axis, radius: 2.6, pipe };
-            let body = body(contour, *turn);
+            let body = body(grown, *turn);
             let (mut count, mut sum) = (0.0, Vec3::zeros());
             let n = 160;
             let step = 2.6 / f64::from(n);
@@ -315,7 +321,7 @@ fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
                     for i in 0..n {
                         let at =
                             Vec3::new(f64::from(i), f64::from(j), f64::from(k)) * step - Vec3::repeat(1.3);
-                        let inside = contour.shape.signed_distance(turn.inverse_transform_vector(&at)) < 0.0;
+                        let inside = grown.shape.signed_distance(turn.inverse_transform_vector(&at)) < 0.0;
                         if inside && wall.distance(at) < 0.0 {
                             count += 1.0;
                             sum += at;
@@ -324,9 +330,9 @@ fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
                 }
             }
             let volume = count * step * step * step;
-            match measure_wall(Geometry::Exact, &body, &wall) {
+            match contact::overlap_wall(Geometry::Exact, &body, &wall) {
                 Some(overlap) => {
-                    let name = contour.shape.kind();
+                    let name = grown.shape.kind();
                     assert!(
                         (overlap.volume - volume).abs() < 0.03 * volume + 2e-5,
                         "{name} {distance} {overlap:?} {volume}"
@@ -339,7 +345,7 @@ fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
                         );
                     }
                 }
-                None => assert!(volume < 1e-5, "{} {distance}: {volume}", contour.shape.kind()),
+                None => assert!(volume < 1e-5, "{} {distance}: {volume}", grown.shape.kind()),
             }
         }
     }
@@ -347,10 +353,10 @@ fn bodies_in_pipes_and_at_rods_overlap_as_points_say() {
 
 #[test]
 fn a_body_wider_than_its_pipe_is_stuck_on_both_sides() {
-    let sphere = contour(Sphere { radius: 1.0 }, 0.0);
+    let sphere = grown(Sphere { radius: 1.0 }, 0.0);
     let wall =
         Surface::Cylinder { point: Vec3::new(0.01, 0.0, 0.0), axis: Vec3::z(), radius: 0.9, pipe: true };
-    let overlap = measure_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
+    let overlap = contact::overlap_wall(Geometry::Exact, &body(&sphere, Quat::identity()), &wall).unwrap();
     // What a hole of radius 0.9 leaves of a sphere, about.
     let left = 4.0 / 3.0 * std::f64::consts::PI * (1.0_f64 - 0.81).powf(1.5);
     assert!((overlap.volume / left - 1.0).abs() < 0.1, "{overlap:?} {left}");
@@ -358,14 +364,14 @@ fn a_body_wider_than_its_pipe_is_stuck_on_both_sides() {
 
 #[test]
 fn swapping_the_bodies_turns_the_normal_round_and_changes_no_digit() {
-    let contours = [
-        contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.02),
-        contour(Cylinder::new(0.5, 1.2).unwrap(), 0.0),
+    let shapes = [
+        grown(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.02),
+        grown(Cylinder::new(0.5, 1.2).unwrap(), 0.0),
     ];
     let mut random = random(18);
     for _ in 0..50 {
-        let first = body(&contours[0], random_turn(&mut random));
-        let second = body(&contours[1], random_turn(&mut random));
+        let first = body(&shapes[0], random_turn(&mut random));
+        let second = body(&shapes[1], random_turn(&mut random));
         let offset = random_direction(&mut random);
         let (one, other) = (overlap(&first, &second, offset, 8), overlap(&second, &first, -offset, 8));
         let (Some(one), Some(other)) = (one, other) else {
@@ -384,13 +390,13 @@ fn swapping_the_bodies_turns_the_normal_round_and_changes_no_digit() {
 
 #[test]
 fn turning_the_whole_changes_the_view_only() {
-    let contour = contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0);
+    let grown = grown(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.0);
     let mut random = random(19);
     for _ in 0..50 {
         let turns = [random_turn(&mut random), random_turn(&mut random)];
         let (offset, turn) = (random_direction(&mut random) * 1.2, random_turn(&mut random));
         let at = |turn: Quat| {
-            let [first, second] = turns.map(|t| body(&contour, turn * t));
+            let [first, second] = turns.map(|t| body(&grown, turn * t));
             overlap(&first, &second, turn * offset, 8)
         };
         let (Some(one), Some(other)) = (at(Quat::identity()), at(turn)) else {
@@ -406,16 +412,16 @@ fn turning_the_whole_changes_the_view_only() {
 
 #[test]
 fn any_pair_in_any_pose_gives_finite_overlaps_or_none() {
-    let contours = [
-        contour(Sphere { radius: 0.6 }, 0.0),
-        contour(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.01),
-        contour(Cylinder::new(0.5, 1.0).unwrap(), 0.0),
-        contour(Capsule::new(0.4, 1.0).unwrap(), 0.0),
-        contour(Cuboid::new(Vec3::new(1.0, 0.8, 0.6)).unwrap(), 0.02),
+    let shapes = [
+        grown(Sphere { radius: 0.6 }, 0.0),
+        grown(Ellipsoid::new(Vec3::new(1.0, 0.7, 0.5)).unwrap(), 0.01),
+        grown(Cylinder::new(0.5, 1.0).unwrap(), 0.0),
+        grown(Capsule::new(0.4, 1.0).unwrap(), 0.0),
+        grown(Cuboid::new(Vec3::new(1.0, 0.8, 0.6)).unwrap(), 0.02),
     ];
     let quarter = Quat::from_axis_angle(&Vec3::y_axis(), std::f64::consts::FRAC_PI_2);
-    for a in &contours {
-        for b in &contours {
+    for a in &shapes {
+        for b in &shapes {
             for turn in [Quat::identity(), quarter, random_turn(&mut random(20))] {
                 for offset in [0.0, 1e-300, 1e-9, 0.3, 1.0, 1.2, 1.5] {
                     for direction in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
@@ -434,17 +440,17 @@ fn any_pair_in_any_pose_gives_finite_overlaps_or_none() {
             }
         }
     }
-    let sphere = body(&contours[0], Quat::identity());
+    let sphere = body(&shapes[0], Quat::identity());
     assert!(overlap(&sphere, &sphere, Vec3::new(f64::NAN, 0.0, 0.0), 8).is_none());
     let same = overlap(&sphere, &sphere, Vec3::zeros(), 8).unwrap();
-    assert!((same.volume / contours[0].shape.volume() - 1.0).abs() < 0.05 && same.area < 0.1);
+    assert!((same.volume / shapes[0].shape.volume() - 1.0).abs() < 0.05 && same.area < 0.1);
 }
 
 #[test]
 fn boxy_superellipsoids_flat_on_each_other_overlap_nearly_like_boxes() {
     // The exponents are those of the axes' ratios: 0.2 is nearly a box.
-    let contour = contour(Superellipsoid::new(Vec3::new(1.0, 0.7, 0.5), [0.2, 0.2]).unwrap(), 0.0);
-    let body = body(&contour, Quat::identity());
+    let grown = grown(Superellipsoid::new(Vec3::new(1.0, 0.7, 0.5), [0.2, 0.2]).unwrap(), 0.0);
+    let body = body(&grown, Quat::identity());
     let overlap = overlap(&body, &body, Vec3::new(0.0, 0.0, 0.9), 8).unwrap();
     assert!((overlap.depth - 0.1).abs() < 1e-3 && overlap.normal.angle(&Vec3::z()) < 1e-3);
     let cuboid = 2.0 * 1.4 * 0.1;
@@ -453,8 +459,8 @@ fn boxy_superellipsoids_flat_on_each_other_overlap_nearly_like_boxes() {
 
 #[test]
 fn more_samples_come_closer_to_the_lens() {
-    let contours = [1.0, 0.6].map(|radius| contour(Sphere { radius }, 0.0));
-    let [first, second] = contours.each_ref().map(|contour| body(contour, Quat::identity()));
+    let shapes = [1.0, 0.6].map(|radius| grown(Sphere { radius }, 0.0));
+    let [first, second] = shapes.each_ref().map(|grown| body(grown, Quat::identity()));
     let offset = Vec3::new(0.7, 0.9, -0.5);
     let exact = sphere_sphere::overlap(1.0, 0.6, offset).unwrap();
     let error =
@@ -466,11 +472,11 @@ fn more_samples_come_closer_to_the_lens() {
 
 #[test]
 fn the_interval_of_a_line_ends_on_the_surface() {
-    let contour = contour(Cylinder::new(0.5, 1.2).unwrap(), 0.1);
+    let grown = grown(Cylinder::new(0.5, 1.2).unwrap(), 0.1);
     let mut random = random(21);
-    let body = body(&contour, random_turn(&mut random));
+    let body = body(&grown, random_turn(&mut random));
     let side = Side::body(&body, Vec3::new(0.1, 0.2, 0.3));
-    let sphere = in_sphere(contour.reach(), Vec3::new(0.1, 0.2, 0.3));
+    let sphere = in_sphere(grown.reach(), Vec3::new(0.1, 0.2, 0.3));
     for _ in 0..300 {
         let line = Line { from: random_direction(&mut random) * 0.5, along: random_direction(&mut random) };
         match side.intervals(&line, -3.0, 3.0, 1e-12)[0] {
@@ -493,34 +499,34 @@ fn the_interval_of_a_line_ends_on_the_surface() {
 #[test]
 #[ignore = "prints timings"]
 fn speed_of_sampled_pairs() {
-    let contours = [
-        contour(Sphere { radius: 0.5 }, 0.0),
-        contour(Ellipsoid::new(Vec3::new(0.6, 0.5, 0.4)).unwrap(), 0.0),
-        contour(Cylinder::new(0.4, 0.8).unwrap(), 0.0),
-        contour(Capsule::new(0.4, 0.4).unwrap(), 0.0),
-        contour(Superellipsoid::new(Vec3::new(0.6, 0.5, 0.4), [0.5, 0.5]).unwrap(), 0.0),
-        contour(Cuboid::new(Vec3::repeat(0.8)).unwrap(), 0.0),
+    let shapes = [
+        grown(Sphere { radius: 0.5 }, 0.0),
+        grown(Ellipsoid::new(Vec3::new(0.6, 0.5, 0.4)).unwrap(), 0.0),
+        grown(Cylinder::new(0.4, 0.8).unwrap(), 0.0),
+        grown(Capsule::new(0.4, 0.4).unwrap(), 0.0),
+        grown(Superellipsoid::new(Vec3::new(0.6, 0.5, 0.4), [0.5, 0.5]).unwrap(), 0.0),
+        grown(Cuboid::new(Vec3::repeat(0.8)).unwrap(), 0.0),
     ];
     let mut random = random(22);
-    for contour in &contours {
+    for grown in &shapes {
         let (mut touching, mut near) = (Vec::new(), Vec::new());
         while touching.len() < 100 || near.len() < 100 {
             let turns = [random_turn(&mut random), random_turn(&mut random)];
-            let offset = random_direction(&mut random) * random.random_range(0.5..2.0) * contour.reach();
-            let [first, second] = turns.map(|turn| body(contour, turn));
+            let offset = random_direction(&mut random) * random.random_range(0.5..2.0) * grown.reach();
+            let [first, second] = turns.map(|turn| body(grown, turn));
             match overlap(&first, &second, offset, 8) {
                 Some(o) if o.depth < 0.1 => touching.push((turns, offset)),
-                None if offset.norm() < 2.0 * contour.reach() => near.push((turns, offset)),
+                None if offset.norm() < 2.0 * grown.reach() => near.push((turns, offset)),
                 _ => {}
             }
-            if near.is_empty() && contour.shape.as_sphere().is_some() {
+            if near.is_empty() && grown.shape.as_sphere().is_some() {
                 near.extend(std::iter::repeat_n((turns, Vec3::repeat(2.0)), 100));
             }
         }
         for (what, pairs) in [("touching", touching), ("near miss", near)] {
             let start = std::time::Instant::now();
             for (turns, offset) in &pairs {
-                let [first, second] = turns.map(|turn| body(contour, turn));
+                let [first, second] = turns.map(|turn| body(grown, turn));
                 std::hint::black_box(overlap(&first, &second, *offset, 8));
             }
             let time = start.elapsed().as_secs_f64() / pairs.len() as f64;
@@ -528,11 +534,11 @@ fn speed_of_sampled_pairs() {
             for n in 0..75 {
                 for (_, offset) in &pairs {
                     let at = offset * (0.4 + f64::from(n) * 0.002);
-                    std::hint::black_box(contour.shape.signed_distance(at));
+                    std::hint::black_box(grown.shape.signed_distance(at));
                 }
             }
             let plain = start.elapsed().as_secs_f64() * 1000.0 / pairs.len() as f64;
-            let kind = contour.shape.kind();
+            let kind = grown.shape.kind();
             println!("{kind}, {what}: {:.1} us, 75000 distances {:.1} us", time * 1e6, plain * 1e6);
         }
     }

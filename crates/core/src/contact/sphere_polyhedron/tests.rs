@@ -1,6 +1,6 @@
 use super::*;
 use crate::contact::clip::Plane;
-use crate::contact::truth::{
+use crate::contact::tests::{
     self, frame, gradient_error, in_solid, in_sphere, random, random_direction, random_solid, random_turn,
 };
 use crate::contact::{sphere_plane, sphere_sphere};
@@ -30,14 +30,14 @@ fn random_pairs_overlap_as_lines_through_them_say() {
         let first = in_sphere(radius, Vec3::zeros());
         let second = in_solid(&solid, matrix(turn), offset);
         let Some(overlap) = overlap(radius, &solid, &matrix(turn), offset) else {
-            assert!(!truth::any(&first, &second, offset, 1.0));
+            assert!(!tests::any(&first, &second, offset, 1.0));
             continue;
         };
         if overlap.volume < 1e-7 {
             continue;
         }
         touching += 1;
-        let truth = truth::lines(&first, &second, &frame(overlap.normal), overlap.point, 3.0, 128).unwrap();
+        let truth = tests::lines(&first, &second, &frame(overlap.normal), overlap.point, 3.0, 128).unwrap();
         let size = truth.volume.cbrt();
         let area = overlap.normal * overlap.area;
         let errors = [

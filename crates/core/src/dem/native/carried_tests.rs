@@ -5,7 +5,7 @@ use super::wall_tests::{
 };
 use super::*;
 use crate::contact::PairParams;
-use crate::wall::Motion;
+use crate::wall::{Motion, Surface};
 
 /// A sphere that lies on the floor under gravity as deep as its weight presses it.
 fn lying(id: u64, x: f64, y: f64) -> Particle {

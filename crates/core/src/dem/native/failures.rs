@@ -1,46 +1,55 @@
-//! Messages for a state outside the valid range of the method.
+//! Errors for a state outside the valid range of the method.
 
-use crate::contact::Overlap;
-use crate::dem::exchange::Population;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::wall::Wall;
+use std::fmt::Arguments;
 
-/// Two particles overlap by more than a quarter of the thickness of the thinner one (m).
-pub(super) fn too_deep(step: u64, a: &Particle, b: &Particle, overlap: &Overlap, thinner: f64) -> Error {
-    let what = format!(
-        "particles {} at {} and {}: overlap {:.3e} m deep, more than a quarter of the thickness {thinner:.3e} m",
-        a.id,
-        Population::place(a.position()),
-        b.id,
-        overlap.depth
-    );
-    Error::Diverged { step, what }
+/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres
+/// half of the radius.
+const DEEPEST: f64 = 0.25;
+
+/// Coordinates (m) in words.
+pub fn position_text(position: Vec3) -> String {
+    format!("({:.6e}, {:.6e}, {:.6e}) m", position.x, position.y, position.z)
 }
 
-/// A particle overlaps a wall by more than a quarter of its thickness (m).
-pub(super) fn too_deep_in_wall(step: u64, a: &Particle, wall: &Wall, depth: f64, thickness: f64) -> Error {
-    let what = format!(
-        "particle {} at {} and wall `{}`: overlap {depth:.3e} m deep, more than a quarter of its thickness \
-         {thickness:.3e} m",
-        a.id,
-        Population::place(a.position()),
-        wall.name,
-    );
-    Error::Diverged { step, what }
+fn diverged(step: u64, particle: &Particle, what: Arguments) -> Error {
+    let at = position_text(particle.position());
+    Error::Diverged { step, what: format!("particle {} at {at}{what}", particle.id) }
+}
+
+/// Refuses an overlap (m) with `partner` that is too deep for a body of this thickness (m).
+pub(super) fn check_depth(
+    step: u64,
+    a: &Particle,
+    partner: Arguments,
+    depth: f64,
+    thickness: f64,
+) -> Result<()> {
+    if depth <= DEEPEST * thickness {
+        return Ok(());
+    }
+    Err(diverged(
+        step,
+        a,
+        format_args!(
+            " and {partner}: overlap {depth:.3e} m deep, more than a quarter of the thickness {thickness:.3e} m"
+        ),
+    ))
 }
 
 /// The centre of a particle lies behind a wall by more than its circumradius (m).
 pub(super) fn behind_wall(step: u64, a: &Particle, wall: &Wall, distance: f64, radius: f64) -> Error {
-    let what = format!(
-        "particle {} at {}: its centre lies {:.3e} m behind the wall `{}`, more than its circumradius {radius:.3e} m",
-        a.id,
-        Population::place(a.position()),
-        -distance,
-        wall.name,
-    );
-    Error::Diverged { step, what }
+    diverged(
+        step,
+        a,
+        format_args!(
+            ": its centre lies {:.3e} m behind the wall `{}`, more than its circumradius {radius:.3e} m",
+            -distance, wall.name,
+        ),
+    )
 }
 
 /// A particle leaves the box through a face that is not periodic.
@@ -50,26 +59,19 @@ pub fn outside(step: u64, before: &Particle, after: &Particle, face: &str, walls
     } else {
         format!("face {face}, where there is no wall")
     };
-    let what = format!(
-        "particle {} at {}: its centre leaves the domain through its {wall}, to {}",
-        before.id,
-        Population::place(before.position()),
-        Population::place(after.position()),
-    );
-    Error::Diverged { step, what }
+    let to = position_text(after.position());
+    diverged(step, before, format_args!(": its centre leaves the domain through its {wall}, to {to}"))
 }
 
-/// A particle moves further than a cell (`dx`, m) in one sub-step, or nowhere at all.
+/// A particle moves further than a cell (`dx`, m) in one sub-step, or its state is not finite.
 pub(super) fn too_far(step: u64, before: &Particle, after: &Particle, force: Vec3, dx: f64) -> Error {
-    let what = if after.is_finite() {
-        format!(
-            "moved {:.3e} m in one sub-step, more than a cell ({dx:.3e} m), under {:.3e} N",
-            (after.position() - before.position()).amax(),
-            force.norm()
-        )
-    } else {
-        format!("its state is not finite, under {:.3e} N", force.norm())
-    };
-    let place = Population::place(before.position());
-    Error::Diverged { step, what: format!("particle {} at {place}: {what}", before.id) }
+    let force = force.norm();
+    if after.is_finite() {
+        let moved = (after.position() - before.position()).amax();
+        let what = format_args!(
+            ": moved {moved:.3e} m in one sub-step, more than a cell ({dx:.3e} m), under {force:.3e} N"
+        );
+        return diverged(step, before, what);
+    }
+    diverged(step, before, format_args!(": its state is not finite, under {force:.3e} N"))
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::contact::{ContactParams, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::shape::Sphere;
-use crate::wall::Motion;
+use crate::wall::{Motion, Surface};
 
 pub(super) const MATERIAL: ContactParams = ContactParams {
     material: Material { youngs_modulus: 1e7, poisson_ratio: 0.25 },

@@ -1,4 +1,4 @@
-//! Slow reference for the tests: overlaps by many parallel lines, from the intervals of the lines inside each body.
+//! Set-up of tests, and their slow reference: overlaps by many parallel lines, from the intervals of the lines inside each body.
 //!
 //! Lines along each of three axes give the volume (three times), and the component of the area vector along that
 //! axis: `int n_k dA` over the surface of the first body in the second is the cross-section of the lines that leave the
@@ -7,9 +7,34 @@
 use super::clip::Plane;
 use super::overlap::Overlap;
 use super::solid::Solid;
+use super::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use crate::math::{Mat3, Quat, Vec3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+/// The same for everything that touches, SI units: a [`ContactModel`] of one material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ContactParams {
+    pub(crate) material: Material,
+    pub(crate) pair: PairParams,
+    pub(crate) enlargement: f64,
+    pub(crate) geometry: Geometry,
+    pub(crate) law: ElasticLaw,
+    pub(crate) damping: DampingLaw,
+}
+
+impl From<ContactParams> for ContactModel {
+    fn from(params: ContactParams) -> Self {
+        Self {
+            materials: vec![params.material],
+            pairs: vec![params.pair],
+            enlargement: params.enlargement,
+            geometry: params.geometry,
+            law: params.law,
+            damping: params.damping,
+        }
+    }
+}
 
 /// Interval in which the line through a point along a unit vector is inside a body.
 pub(super) type Interval<'a> = dyn Fn(Vec3, Vec3) -> Option<(f64, f64)> + 'a;

@@ -1,0 +1,225 @@
+//! Contacts at one time: overlapping pairs and their relative velocities.
+
+use super::NativeParams;
+use super::failures::{behind_wall, check_depth};
+use super::forces::{ContactForces, ContactInput};
+use crate::contact::{
+    Body, ContactModel, DampingLaw, GrownShape, PairFinder, PairLaw, PairProperties, overlap, overlap_wall,
+};
+use crate::dem::assign::GhostLayer;
+use crate::dem::exchange::LocalParticles;
+use crate::dem::integrator::Inertia;
+use crate::dem::{ContactState, Load};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::{Particle, ParticleStore};
+
+/// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
+/// sub-step to sub-step.
+#[derive(Clone, Debug)]
+pub(super) struct IdOrder {
+    finder: PairFinder,
+    /// Indices of the particles.
+    indices: Vec<u32>,
+    /// Their positions (m).
+    positions: Vec<Vec3>,
+    /// Their bounding radii (m).
+    radii: Vec<f64>,
+}
+
+impl IdOrder {
+    pub(super) fn new(finder: PairFinder) -> Self {
+        Self { finder, indices: Vec::new(), positions: Vec::new(), radii: Vec::new() }
+    }
+
+    /// Lists the particles by ascending id.
+    fn list(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
+        let (owned, all) = (store.owned as u32, store.particles.len() as u32);
+        let id = |k: u32| store.particles[k as usize].id;
+        let (mut next_owned, mut next_ghost) = (0, owned);
+        self.indices.clear();
+        while next_owned < owned || next_ghost < all {
+            let ghost = next_owned == owned || (next_ghost < all && id(next_ghost) < id(next_owned));
+            let next = if ghost { &mut next_ghost } else { &mut next_owned };
+            self.indices.push(*next);
+            *next += 1;
+        }
+        let particles = || self.indices.iter().map(|&k| &store.particles[k as usize]);
+        self.positions.clear();
+        self.positions.extend(particles().map(Particle::position));
+        self.radii.clear();
+        self.radii.extend(particles().map(|p| templates[p.template as usize].bound));
+    }
+}
+
+/// What contacts need of a template.
+#[derive(Clone, Debug)]
+pub(super) struct TemplateConstants {
+    pub(super) shape: GrownShape,
+    /// Radius of a sphere about the centre within which contacts begin (m).
+    pub(super) bound: f64,
+    pub(super) inertia: Inertia,
+    /// Radius of the sphere of equal volume plus enlargement (m).
+    pub(super) radius: f64,
+}
+
+/// Everything that contacts depend on.
+#[derive(Clone, Debug)]
+pub(super) struct ContactContext {
+    pub(super) params: NativeParams,
+    /// As those of the store.
+    pub(super) templates: Vec<TemplateConstants>,
+    /// By the materials of the pair, as [`ContactModel::pairs`].
+    pub(super) laws: Vec<PairLaw>,
+    pub(super) near: GhostLayer,
+    pub(super) local: LocalParticles,
+    /// Sub-steps since the start.
+    pub(super) substep: u64,
+    /// Loads of the previous sub-step by particle, if a law needs them.
+    pub(super) past: Vec<Load>,
+}
+
+impl ContactContext {
+    /// Constants of the template of a particle.
+    pub(super) fn constants(&self, particle: &Particle) -> &TemplateConstants {
+        &self.templates[particle.template as usize]
+    }
+
+    fn body(&self, particle: &Particle) -> Body<'_> {
+        Body { grown: &self.constants(particle).shape, orientation: particle.orientation() }
+    }
+
+    /// Material of a particle.
+    fn material(&self, particle: &Particle) -> usize {
+        self.local.store.template(particle).material
+    }
+
+    /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, as a law needs it.
+    ///
+    /// [`DampingLaw::Tsuji`] exists for comparison with LIGGGHTS, whose velocity Verlet computes forces with the
+    /// velocity of half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
+    fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> Vec3 {
+        let particle = &self.local.store.particles[index];
+        let past = self.past.get(index).filter(|_| self.substep > 0);
+        let (velocity, spin) = match (law.damping, past) {
+            (DampingLaw::HuntCrossley, _) | (DampingLaw::Tsuji, None) => {
+                (particle.velocity(), particle.angular_velocity())
+            }
+            (DampingLaw::Tsuji, Some(past)) => {
+                let inertia = &self.constants(particle).inertia;
+                let half = 0.5 * dt;
+                let weight = self.params.gravity * inertia.mass;
+                let force = Vec3::from(particle.contact_force) + (past.force + weight);
+                let torque = Vec3::from(particle.contact_torque) + past.torque;
+                let momentum = Vec3::from(particle.angular_momentum) - torque * half;
+                (
+                    particle.velocity() - force * (half / inertia.mass),
+                    inertia.angular_velocity(&particle.orientation(), momentum),
+                )
+            }
+        };
+        velocity + spin.cross(lever)
+    }
+
+    /// Contacts of pairs of particles that this rank evaluates, in ascending order of their ids, with sub-steps of `dt`
+    /// (s).
+    pub(super) fn pairs(
+        &self,
+        model: &ContactModel,
+        dt: f64,
+        order: &mut IdOrder,
+        forces: &mut ContactForces,
+    ) -> Result<()> {
+        let (store, near) = (&self.local.store, &self.near);
+        order.list(store, &self.templates);
+        let domain = near.decomposition().domain;
+        let mut outcome = Ok(());
+        for pair in order.finder.find(&order.positions, &order.radii) {
+            let [i, j] = pair.map(|k| order.indices[k as usize] as usize);
+            if near.evaluating_rank_of([i, j], store) != Some(near.rank) {
+                continue;
+            }
+            let [a, b] = [i, j].map(|k| &store.particles[k]);
+            let offset = domain.nearest_image(b.position() - a.position());
+            let Some(overlap) = overlap(model.geometry, &self.body(a), &self.body(b), offset) else {
+                continue;
+            };
+            let levers = [overlap.point, overlap.point - offset];
+            let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
+            let [first, second] = [a, b].map(|p| self.constants(p));
+            let input = ContactInput {
+                ids: [a.id, b.id],
+                indices: [Some(i), Some(j)],
+                law,
+                overlap: &overlap,
+                offset,
+                properties: PairProperties {
+                    radii: [first.radius, second.radius],
+                    masses: [first.inertia.mass, second.inertia.mass],
+                },
+                velocity: self.velocity(i, &levers[0], law, dt) - self.velocity(j, &levers[1], law, dt),
+                point: domain.wrap(a.position() + overlap.point),
+            };
+            forces.evaluate(&input, near, store);
+            if outcome.is_ok() {
+                let thinner = first.shape.shape.thickness().min(second.shape.shape.thickness());
+                let partner = format_args!("particle {}", b.id);
+                outcome = check_depth(self.substep, a, partner, overlap.depth, thinner);
+            }
+        }
+        outcome
+    }
+
+    /// Contacts of the owned particles with walls, with sub-steps of `dt` (s).
+    pub(super) fn walls(&self, model: &ContactModel, dt: f64, forces: &mut ContactForces) -> Result<()> {
+        let time = self.substep as f64 * dt;
+        let walls: Vec<_> = self.params.walls.iter().map(|wall| (wall, wall.surface_at(time))).collect();
+        let (store, near) = (&self.local.store, &self.near);
+        let domain = near.decomposition().domain;
+        let mut outcome = Ok(());
+        for (i, particle) in store.owned().iter().enumerate() {
+            let centre = particle.position();
+            let constants = self.constants(particle);
+            // Ids of walls fall with their index.
+            for (index, (wall, surface)) in walls.iter().enumerate().rev() {
+                let distance = surface.distance(centre);
+                if distance >= constants.bound {
+                    continue;
+                }
+                let radius = constants.shape.shape.circumradius();
+                if distance < -radius {
+                    outcome = outcome
+                        .and_then(|()| Err(behind_wall(self.substep, particle, wall, distance, radius)));
+                    continue;
+                }
+                let Some(overlap) =
+                    overlap_wall(model.geometry, &self.body(particle), &surface.seen_from(centre))
+                else {
+                    continue;
+                };
+                let point = centre + overlap.point;
+                let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
+                let input = ContactInput {
+                    ids: [particle.id, ContactState::of_wall(index)],
+                    indices: [Some(i), None],
+                    law,
+                    overlap: &overlap,
+                    offset: Vec3::zeros(),
+                    properties: PairProperties {
+                        radii: [constants.radius, f64::INFINITY],
+                        masses: [constants.inertia.mass, f64::INFINITY],
+                    },
+                    velocity: self.velocity(i, &overlap.point, law, dt) - wall.velocity(point, time),
+                    point: domain.wrap(point),
+                };
+                forces.evaluate(&input, near, store);
+                if outcome.is_ok() {
+                    let partner = format_args!("wall `{}`", wall.name);
+                    let thickness = constants.shape.shape.thickness();
+                    outcome = check_depth(self.substep, particle, partner, overlap.depth, thickness);
+                }
+            }
+        }
+        outcome
+    }
+}

@@ -1,0 +1,159 @@
+//! Results of the contacts of a sub-step: forces on particles, histories, states for the output.
+
+use crate::comm::Comm;
+use crate::contact::{Overlap, PairLaw, PairProperties, law::UNSET};
+use crate::dem::assign::GhostLayer;
+use crate::dem::exchange::LocalParticles;
+use crate::dem::history::{History, Record};
+use crate::dem::{ContactState, ContactSummary, Load};
+use crate::math::Vec3;
+use crate::particle::ParticleStore;
+use bytemuck::{Pod, Zeroable};
+
+/// Contacts evaluated by one rank, and their effect on its particles. Buffers live from sub-step to sub-step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ContactForces {
+    /// Histories of the contacts.
+    pub(super) history: History,
+    /// Number of contacts that began since the start.
+    pub(super) begun: u64,
+    /// Contacts of this sub-step; after [`finish`](Self::finish) ascending by the ids of the pair.
+    pub(super) states: Vec<ContactState>,
+    /// Contact force and torque by owned particle, after [`reduce`](Self::reduce).
+    pub(super) totals: Vec<Load>,
+    /// Contact forces on owned particles, with their index.
+    local: Vec<(u32, PairForce)>,
+    /// The same for other ranks, by peer.
+    messages: Vec<Vec<u8>>,
+}
+
+/// Force (N) and torque (N m) of the particle or wall `partner` on the particle `to`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct PairForce {
+    to: u64,
+    partner: u64,
+    force: [f64; 3],
+    torque: [f64; 3],
+}
+
+/// Two bodies that overlap.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ContactInput<'a> {
+    /// Ids, the lower one first; a wall stands second.
+    pub(super) ids: [u64; 2],
+    /// Indices of the particles; none for a wall.
+    pub(super) indices: [Option<usize>; 2],
+    /// Law of the two materials.
+    pub(super) law: &'a PairLaw,
+    /// Geometry.
+    pub(super) overlap: &'a Overlap,
+    /// Centre of the second body relative to the first (m); zero for a wall.
+    pub(super) offset: Vec3,
+    /// Sizes and masses.
+    pub(super) properties: PairProperties,
+    /// Velocity of the first body relative to the second at the point of contact (m/s).
+    pub(super) velocity: Vec3,
+    /// The point of contact (m), wrapped.
+    pub(super) point: Vec3,
+}
+
+impl ContactForces {
+    /// For a rank with this number of peers.
+    pub(super) fn new(peers: usize) -> Self {
+        Self { messages: vec![Vec::new(); peers], ..Self::default() }
+    }
+
+    /// Begins a sub-step.
+    pub(super) fn clear(&mut self) {
+        self.local.clear();
+        self.states.clear();
+        self.messages.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Ends the contacts of the sub-step.
+    pub(super) fn finish(&mut self) {
+        self.history.advance();
+        // Two ascending runs, those of pairs and of walls: a stable sort merges them.
+        self.states.sort_by_key(|state| (state.first, state.second));
+    }
+
+    /// Counts of the contacts of the sub-step.
+    pub(super) fn summary(&self) -> ContactSummary {
+        ContactSummary {
+            count: self.states.iter().filter(|state| state.force != [0.0; 3]).count(),
+            max_depth: self.states.iter().map(|state| state.depth).fold(0.0, f64::max),
+            begun: self.begun,
+        }
+    }
+
+    /// Finds or begins the history of a contact, evaluates its force, and [adds](Self::add) it to both bodies.
+    pub(super) fn evaluate(&mut self, input: &ContactInput, near: &GhostLayer, store: &ParticleStore) {
+        let ContactInput { ids: [first, second], law, overlap, velocity, .. } = *input;
+        let begun = &mut self.begun;
+        let mut record = self.history.get(first, second).unwrap_or_else(|| {
+            *begun += 1;
+            Record { first, second, damping: UNSET, age: 0 }
+        });
+        record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
+        record.age += 1;
+        self.history.keep(record);
+        let action = law.act(overlap, input.offset, &input.properties, velocity, record.damping);
+        self.states.push(ContactState {
+            first,
+            second,
+            point: input.point.into(),
+            normal: overlap.normal.into(),
+            force: action.force.into(),
+            depth: overlap.depth,
+            volume: overlap.volume,
+        });
+        let (forces, torques) = ([action.force, -action.force], action.torques);
+        for (side, index) in input.indices.into_iter().enumerate() {
+            if let Some(index) = index {
+                let force = PairForce {
+                    to: input.ids[side],
+                    partner: input.ids[1 - side],
+                    force: forces[side].into(),
+                    torque: torques[side].into(),
+                };
+                self.add(index, force, near, store);
+            }
+        }
+    }
+
+    /// Adds the force on particle `index` (owned or ghost): here, or in the message to its owner.
+    fn add(&mut self, index: usize, force: PairForce, near: &GhostLayer, store: &ParticleStore) {
+        if index < store.owned {
+            self.local.push((index as u32, force));
+        } else if let Ok(link) = near.peers.binary_search(&(store.owners[index] as usize)) {
+            self.messages[link].extend_from_slice(bytemuck::bytes_of(&force));
+        }
+    }
+
+    /// Sends forces to the owners and adds up those on the owned particles, by ascending id of the partner, walls last.
+    /// Collective.
+    pub(super) fn reduce(&mut self, comm: &Comm, near: &GhostLayer, particles: &LocalParticles) {
+        if !near.peers.is_empty() {
+            let before = self.local.len();
+            for message in comm.exchange(&near.peers, self.messages.clone()) {
+                for force in bytemuck::pod_collect_to_vec::<u8, PairForce>(&message) {
+                    if let Some(index) = particles.index_of(force.to) {
+                        self.local.push((index as u32, force));
+                    }
+                }
+            }
+            // Without messages they are in order already: pairs are, and lower partners come first.
+            if self.local.len() > before {
+                self.local.sort_unstable_by_key(|(index, force)| (*index, force.partner));
+            }
+        }
+        self.totals.clear();
+        self.totals.resize(particles.store.owned, Load::default());
+        for (index, force) in &self.local {
+            let total = &mut self.totals[*index as usize];
+            total.force += Vec3::from(force.force);
+            total.torque += Vec3::from(force.torque);
+        }
+    }
+}
