@@ -1,8 +1,7 @@
 //! Horizontal bars, each with its name before and its number behind it.
 
 use crate::colour::{BLUE, INK};
-use crate::drawing::{Align, Drawing, Figure, Pencil};
-use crate::markup::spans;
+use crate::drawing::{Align, Drawing, Figure, Stroke};
 use crate::text::widest;
 
 /// Contents of a figure of bars.
@@ -24,14 +23,14 @@ const ROW: (f32, f32) = (58.0, 34.0);
 impl Bars {
     /// Draws the bars.
     pub fn figure(&self) -> Figure {
-        let names = widest(self.rows.iter().map(|row| spans(&row.0)), TEXT);
-        let numbers = widest(self.rows.iter().map(|row| spans(&row.2)), TEXT);
+        let names = widest(self.rows.iter().map(|row| &*row.0), TEXT);
+        let numbers = widest(self.rows.iter().map(|row| &*row.2), TEXT);
         let left = MARGIN + names.min(0.4 * PAGE) + 20.0;
         let space = PAGE - left - numbers.min(0.4 * PAGE) - 16.0 - MARGIN;
         let length = |value: f64| if value.is_finite() { value.max(0.0) } else { 0.0 };
         let longest = self.rows.iter().map(|row| length(row.1)).fold(f64::MIN_POSITIVE, f64::max);
         let mut drawing = Drawing::default();
-        drawing.text(spans(&self.title), TITLE, (MARGIN, MARGIN + TITLE), Align::Start, INK);
+        drawing.text(&self.title, TITLE, (MARGIN, MARGIN + TITLE), Align::Start, INK);
         let top = MARGIN + 1.9 * TITLE;
         let bottom = top + self.rows.len() as f32 * ROW.0;
         for (i, (name, value, text)) in self.rows.iter().enumerate() {
@@ -40,10 +39,10 @@ impl Bars {
             let right = left + (length(*value) / longest) as f32 * space;
             let half = 0.5 * ROW.1;
             drawing.rectangle((left, middle - half, right, middle + half), BLUE, 1.0);
-            drawing.text(spans(name), TEXT, (left - 16.0, baseline), Align::End, INK);
-            drawing.text(spans(text), TEXT, (right + 16.0, baseline), Align::Start, INK);
+            drawing.text(name, TEXT, (left - 16.0, baseline), Align::End, INK);
+            drawing.text(text, TEXT, (right + 16.0, baseline), Align::Start, INK);
         }
-        drawing.line(vec![(left, top), (left, bottom)], Pencil::new(INK, 2.0));
+        drawing.line(&[(left, top), (left, bottom)], Stroke::new(INK, 2.0));
         Figure { size: (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil()), title: self.title.clone(), drawing }
     }
 }

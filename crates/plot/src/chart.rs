@@ -63,21 +63,21 @@ pub struct Series {
     pub points: Vec<Point>,
 }
 
-/// Appearance of a series.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Appearance of a series, in the order in which they are drawn: open markers let filled ones below them be seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Style {
+    /// Thick and pale, below all others, which should lie on it.
+    Reference,
+    /// A line.
+    Line,
+    /// A dashed line.
+    Dashed,
     /// Filled markers with error bars, joined by a thin line if they ascend; a plain line if there are many.
     #[default]
     Measured,
     /// Open markers with error bars.
     Points,
-    /// A line.
-    Line,
-    /// A dashed line.
-    Dashed,
-    /// Thick and pale, below all others, which should lie on it.
-    Reference,
     /// Dashes over a measured line that should coincide with it; open markers if there are few points.
     Overlaid,
 }
@@ -153,7 +153,7 @@ impl Chart {
         let legend = Legend::new(self, &looks);
         let layout = Layout::new(self, &legend);
         let mut drawing = Drawing::default();
-        layout.draw_words(&mut drawing, self);
+        layout.draw_text(&mut drawing, self);
         legend.draw(&mut drawing, layout.legend);
         for index in 0..layout.panels.len() {
             panel::draw(&mut drawing, self, &layout, index, &looks);

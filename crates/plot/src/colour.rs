@@ -28,9 +28,9 @@ const VIRIDIS: [[u8; 3]; 33] = [
 /// Colour of a value between 0 and 1; values outside take the colour of the nearer end, NaN that of 0.
 pub fn viridis(value: f64) -> [u8; 3] {
     let value = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
-    let place = value * (VIRIDIS.len() - 1) as f64;
-    let below = (place as usize).min(VIRIDIS.len() - 2);
-    let part = place - below as f64;
+    let position = value * (VIRIDIS.len() - 1) as f64;
+    let below = (position as usize).min(VIRIDIS.len() - 2);
+    let part = position - below as f64;
     std::array::from_fn(|i| {
         let (a, b) = (f64::from(VIRIDIS[below][i]), f64::from(VIRIDIS[below + 1][i]));
         (a + part * (b - a)).round() as u8

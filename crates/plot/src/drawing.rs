@@ -2,10 +2,11 @@
 
 use crate::image::Image;
 use crate::svg;
-use crate::text::Span;
+use crate::text;
+use tiny_skia::{Path, PathBuilder, Transform};
 
 /// A position in pixels from the top left corner.
-pub(crate) type Place = (f32, f32);
+pub(crate) type Position = (f32, f32);
 /// An area: left, top, right, bottom.
 pub(crate) type Area = (f32, f32, f32, f32);
 /// Red, green and blue.
@@ -67,23 +68,12 @@ pub(crate) enum Align {
     Upwards,
 }
 
-impl Align {
-    /// Distance from the start of a text of this width to its position, along the direction in which it reads.
-    pub(crate) fn shift(self, width: f32) -> f32 {
-        match self {
-            Self::Start => 0.0,
-            Self::Middle | Self::Upwards => 0.5 * width,
-            Self::End => width,
-        }
-    }
-}
-
 /// Dashes of a line, and the gaps behind them, in its widths.
 pub(crate) const DASHES: &[f32] = &[5.0, 3.0];
 
 /// Colour, width and dashes of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pencil {
+pub(crate) struct Stroke {
     pub(crate) colour: Colour,
     /// Width (pixels).
     pub(crate) width: f32,
@@ -91,13 +81,10 @@ pub(crate) struct Pencil {
     pub(crate) dashes: &'static [f32],
 }
 
-impl Pencil {
+impl Stroke {
+    /// A solid line.
     pub(crate) fn new(colour: Colour, width: f32) -> Self {
-        Self::dashed(colour, width, &[])
-    }
-
-    pub(crate) fn dashed(colour: Colour, width: f32, dashes: &'static [f32]) -> Self {
-        Self { colour, width, dashes }
+        Self { colour, width, dashes: &[] }
     }
 
     /// Lengths of dashes and of the gaps behind them (pixels).
@@ -108,57 +95,70 @@ impl Pencil {
 
 #[derive(Clone, Debug)]
 pub(crate) enum Mark {
-    /// A line; whether it is closed.
-    Line(Vec<Place>, bool, Pencil),
+    Line(Path, Stroke),
     /// An area; its opacity, 0 to 1.
-    Area(Vec<Place>, Colour, f32),
-    /// One line of text; its size, and the position of its baseline.
-    Text(Vec<Span>, f32, Place, Align, Colour),
+    Area(Path, Colour, f32),
     /// Pixels; the position of their top left corner.
     Image(Image, (u32, u32)),
 }
 
-/// Lines, areas and text in the order in which they lie on each other.
+/// Lines, areas and images in the order in which they lie on each other.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Drawing {
-    pub(crate) marks: Vec<Mark>,
-}
+pub(crate) struct Drawing(pub(crate) Vec<Mark>);
 
 impl Drawing {
-    pub(crate) fn line(&mut self, points: Vec<Place>, pencil: Pencil) {
-        if points.len() > 1 {
-            self.marks.push(Mark::Line(points, false, pencil));
-        }
+    pub(crate) fn line(&mut self, points: &[Position], stroke: Stroke) {
+        self.0.extend(path(points, false).map(|path| Mark::Line(path, stroke)));
     }
 
     /// The closed line round an area.
-    pub(crate) fn outline(&mut self, points: Vec<Place>, pencil: Pencil) {
-        self.marks.push(Mark::Line(points, true, pencil));
+    pub(crate) fn outline(&mut self, points: &[Position], stroke: Stroke) {
+        self.0.extend(path(points, true).map(|path| Mark::Line(path, stroke)));
     }
 
     /// A frame whose lines lie outside of the area.
-    pub(crate) fn frame(&mut self, (l, t, r, b): Area, pencil: Pencil) {
-        let h = 0.5 * pencil.width;
-        self.outline(corners((l - h, t - h, r + h, b + h)), pencil);
+    pub(crate) fn frame(&mut self, (l, t, r, b): Area, stroke: Stroke) {
+        let h = 0.5 * stroke.width;
+        self.outline(&corners((l - h, t - h, r + h, b + h)), stroke);
     }
 
-    pub(crate) fn fill(&mut self, points: Vec<Place>, colour: Colour, opacity: f32) {
-        self.marks.push(Mark::Area(points, colour, opacity));
+    pub(crate) fn fill(&mut self, points: &[Position], colour: Colour, opacity: f32) {
+        self.0.extend(path(points, true).map(|path| Mark::Area(path, colour, opacity)));
     }
 
     pub(crate) fn rectangle(&mut self, area: Area, colour: Colour, opacity: f32) {
-        self.fill(corners(area), colour, opacity);
+        self.fill(&corners(area), colour, opacity);
     }
 
-    pub(crate) fn text(&mut self, spans: Vec<Span>, size: f32, at: Place, align: Align, colour: Colour) {
-        self.marks.push(Mark::Text(spans, size, at, align, colour));
-    }
-
-    pub(crate) fn image(&mut self, image: Image, at: (u32, u32)) {
-        self.marks.push(Mark::Image(image, at));
+    /// One line of text, in the markup of [`spans`](crate::markup::spans); `at` is the position of its baseline.
+    pub(crate) fn text(&mut self, text: &str, size: f32, at: Position, align: Align, colour: Colour) {
+        let (path, width) = text::line(text, size);
+        let (shift, degrees) = match align {
+            Align::Start => (0.0, 0.0),
+            Align::Middle => (0.5, 0.0),
+            Align::End => (1.0, 0.0),
+            Align::Upwards => (0.5, -90.0),
+        };
+        let position = Transform::from_translate(-shift * width, 0.0)
+            .post_concat(Transform::from_rotate(degrees))
+            .post_translate(at.0, at.1);
+        let path = path.and_then(|path| path.transform(position));
+        self.0.extend(path.map(|path| Mark::Area(path, colour, 1.0)));
     }
 }
 
-fn corners((l, t, r, b): Area) -> Vec<Place> {
-    vec![(l, t), (r, t), (r, b), (l, b)]
+fn corners((l, t, r, b): Area) -> [Position; 4] {
+    [(l, t), (r, t), (r, b), (l, b)]
+}
+
+/// The path through these points; none through fewer than two.
+fn path(points: &[Position], closed: bool) -> Option<Path> {
+    let (&(x, y), rest) = points.split_first()?;
+    let mut builder = PathBuilder::new();
+    builder.move_to(x, y);
+    rest.iter().for_each(|&(x, y)| builder.line_to(x, y));
+    if closed {
+        builder.close();
+    }
+    builder.finish()
 }

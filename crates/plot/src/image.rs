@@ -1,10 +1,7 @@
 //! Pixels, and marks that are painted on them.
 
-use crate::drawing::{Align, Colour, Drawing, Mark, Pencil, Place};
-use crate::text::{self, Glyph};
-use tiny_skia::{
-    FillRule, IntSize, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash, Transform,
-};
+use crate::drawing::{Colour, Drawing, Mark, Stroke};
+use tiny_skia::{FillRule, IntSize, LineJoin, Paint, Pixmap, PixmapPaint, StrokeDash, Transform};
 
 /// 200 dots per inch: a picture 1200 pixels wide fills 15 cm of a page.
 const PIXELS_PER_METRE: u32 = 7874;
@@ -18,9 +15,8 @@ pub struct Image {
 impl Image {
     /// A white image of at least one pixel.
     pub(crate) fn white(width: u32, height: u32) -> Self {
-        let mut pixels = Pixmap::new(width.max(1), height.max(1)).expect("a page has an area");
-        pixels.fill(tiny_skia::Color::WHITE);
-        Self { pixels }
+        let (width, height) = (width.max(1), height.max(1));
+        Self::new(width, height, &vec![[255; 3]; (width * height) as usize])
     }
 
     /// The image with given pixels, row by row from the top.
@@ -64,59 +60,37 @@ impl Image {
         }
     }
 
-    /// Draws the outline of a body (pixels from the top left corner) over a light veil.
+    /// Draws the outline of a body (pixels from the top left corner) over a light tint.
     pub fn outline(&mut self, points: &[(f32, f32)]) {
         let mut drawing = Drawing::default();
-        drawing.fill(points.to_vec(), [255; 3], 0.22);
-        drawing.outline(points.to_vec(), Pencil::new([20; 3], 2.0));
+        drawing.fill(points, [255; 3], 0.22);
+        drawing.outline(points, Stroke::new([20; 3], 2.0));
         self.paint(&drawing);
     }
 
     /// Paints a drawing on the image.
     pub(crate) fn paint(&mut self, drawing: &Drawing) {
-        let identity = Transform::identity();
-        for mark in &drawing.marks {
+        let (pixels, identity) = (&mut self.pixels, Transform::identity());
+        for mark in &drawing.0 {
             match mark {
-                Mark::Line(points, closed, pencil) => {
-                    let stroke = Stroke {
-                        width: pencil.width,
+                Mark::Line(path, stroke) => {
+                    let own = tiny_skia::Stroke {
+                        width: stroke.width,
                         line_join: LineJoin::Round,
-                        dash: StrokeDash::new(pencil.dash(), 0.0),
-                        ..Stroke::default()
+                        dash: StrokeDash::new(stroke.dash(), 0.0),
+                        ..tiny_skia::Stroke::default()
                     };
-                    if let Some(path) = path(points, *closed) {
-                        let paint = paint(pencil.colour, 1.0);
-                        self.pixels.stroke_path(&path, &paint, &stroke, identity, None);
-                    }
+                    pixels.stroke_path(path, &paint(stroke.colour, 1.0), &own, identity, None);
                 }
-                Mark::Area(points, colour, opacity) => {
-                    if let Some(path) = path(points, true) {
-                        self.fill(&path, &paint(*colour, *opacity), identity);
-                    }
-                }
-                Mark::Text(spans, size, at, align, colour) => {
-                    let (glyphs, width) = text::glyphs(spans, *size);
-                    let degrees = if *align == Align::Upwards { -90.0 } else { 0.0 };
-                    let place = Transform::from_translate(-align.shift(width), 0.0)
-                        .post_concat(Transform::from_rotate(degrees))
-                        .post_translate(at.0, at.1);
-                    for Glyph { italic, id, at, scale } in glyphs {
-                        let own = Transform::from_scale(scale, scale).post_translate(at.0, at.1);
-                        if let Some(path) = text::outline(italic, id) {
-                            self.fill(&path, &paint(*colour, 1.0), own.post_concat(place));
-                        }
-                    }
+                Mark::Area(path, colour, opacity) => {
+                    pixels.fill_path(path, &paint(*colour, *opacity), FillRule::Winding, identity, None);
                 }
                 Mark::Image(image, (x, y)) => {
-                    let (pixels, paint) = (image.pixels.as_ref(), PixmapPaint::default());
-                    self.pixels.draw_pixmap(*x as i32, *y as i32, pixels, &paint, identity, None);
+                    let (image, paint) = (image.pixels.as_ref(), PixmapPaint::default());
+                    pixels.draw_pixmap(*x as i32, *y as i32, image, &paint, identity, None);
                 }
             }
         }
-    }
-
-    fn fill(&mut self, path: &Path, paint: &Paint, place: Transform) {
-        self.pixels.fill_path(path, paint, FillRule::Winding, place, None);
     }
 
     /// The bytes of a PNG file.
@@ -144,17 +118,4 @@ fn paint([r, g, b]: Colour, opacity: f32) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color_rgba8(r, g, b, (255.0 * opacity).round() as u8);
     paint
-}
-
-fn path(points: &[Place], closed: bool) -> Option<Path> {
-    let (&(x, y), rest) = points.split_first()?;
-    let mut builder = PathBuilder::new();
-    builder.move_to(x, y);
-    for &(x, y) in rest {
-        builder.line_to(x, y);
-    }
-    if closed {
-        builder.close();
-    }
-    builder.finish()
 }

@@ -20,7 +20,6 @@
 //! follows, and `_` lowers it behind a symbol: `"u / u_Stokes"`, `"acceleration (m/s^2)"`. The unit of an axis stands in parentheses at the
 //! end of its label; `(-)` stands for none.
 
-mod axis;
 mod bars;
 mod chart;
 mod colour;

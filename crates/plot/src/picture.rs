@@ -1,12 +1,11 @@
 //! A picture in colours: pixels on axes, with a colour bar.
 
-use crate::axis::Side;
 use crate::colour::{INK, WALL, viridis};
-use crate::drawing::{Align, Area, Drawing, Figure, Pencil};
+use crate::drawing::{Align, Area, Drawing, Figure, Mark, Stroke};
 use crate::image::Image;
-use crate::markup::{axis_name, spans};
-use crate::scale::Scale;
-use crate::text::{Span, width};
+use crate::markup::axis_label;
+use crate::scale::{Ends, Scale, Side};
+use crate::text::width;
 
 /// Contents of a picture.
 #[derive(Clone, Debug)]
@@ -49,34 +48,34 @@ impl Picture {
     /// Draws the picture.
     pub fn figure(&self) -> Figure {
         let (width_, height) = (self.image.width() as f32, self.image.height() as f32);
-        let scale = |length: f64, steps: f32| Scale::new(&[0.0, length], false, true, f64::from(steps));
+        let scale =
+            |length: f64, steps: f32| Scale::new(&[0.0, length], false, Ends::Tight, f64::from(steps));
         let x = scale(self.x.1, (width_ / 110.0).max(2.0));
         let y = scale(self.y.1, (height / 110.0).max(2.0));
         let bar = scale(self.bar.1, (height / 60.0).clamp(2.0, 9.0));
         let (left, right) = ((NAME_SPACE + y.widest(NUMBER)).ceil(), (BAR_SPACE + bar.widest(NUMBER)).ceil());
-        let (title, caption) = (spans(&self.title), spans(&self.caption));
-        let titles = (width(&title, TITLE) + width(&caption, TITLE) + 2.0 * TITLE).floor();
+        let titles = (width(&self.title, TITLE) + width(&self.caption, TITLE) + 2.0 * TITLE).floor();
         let size = (left + right + width_.max(titles), (TOP + height + BOTTOM).max(LOWEST));
         let l = left + (0.5 * (size.0 - left - right - width_)).floor();
         let t = TOP + (0.5 * (size.1 - TOP - BOTTOM - height)).floor();
         let area @ (.., r, b) = (l, t, l + width_, t + height);
 
         let mut drawing = Drawing::default();
-        drawing.image(self.image.clone(), (l as u32, t as u32));
+        drawing.0.push(Mark::Image(self.image.clone(), (l as u32, t as u32)));
         self.draw_walls(&mut drawing, area);
-        drawing.frame(area, Pencil::new(INK, 2.0));
+        drawing.frame(area, Stroke::new(INK, 2.0));
         let inset = 0.5 * (titles - width_).max(0.0);
-        drawing.text(title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
-        drawing.text(caption, TITLE, (r + inset, t - 26.0), Align::End, INK);
+        drawing.text(&self.title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
+        drawing.text(&self.caption, TITLE, (r + inset, t - 26.0), Align::End, INK);
 
         x.draw(&mut drawing, Side::Below, area, NUMBER);
         let flipped = if self.downwards { (l, b, r, t) } else { area };
         y.draw(&mut drawing, Side::Left, flipped, NUMBER);
-        let (across, up) = (axis_name(&self.x.0, x.exponent), axis_name(&self.y.0, y.exponent));
-        drawing.text(across, LABEL, (0.5 * (l + r), b + 82.0), Align::Middle, INK);
-        let beside = (l - 36.0 - y.widest(NUMBER), 0.5 * (t + b));
-        drawing.text(up, LABEL, beside, Align::Upwards, INK);
-        draw_bar(&mut drawing, &bar, axis_name(&self.bar.0, bar.exponent), area);
+        let across = axis_label(&self.x.0, x.exponent);
+        drawing.text(&across, LABEL, (0.5 * (l + r), b + 82.0), Align::Middle, INK);
+        let (up, beside) = (axis_label(&self.y.0, y.exponent), l - 36.0 - y.widest(NUMBER));
+        drawing.text(&up, LABEL, (beside, 0.5 * (t + b)), Align::Upwards, INK);
+        draw_bar(&mut drawing, &bar, &axis_label(&self.bar.0, bar.exponent), area);
         Figure { size, title: format!("{}: {}", self.title, self.caption), drawing }
     }
 
@@ -97,16 +96,17 @@ impl Picture {
 }
 
 /// Draws the colour bar right of the image, with its name.
-fn draw_bar(drawing: &mut Drawing, scale: &Scale, name: Vec<Span>, (_, t, r, b): Area) {
+fn draw_bar(drawing: &mut Drawing, scale: &Scale, label: &str, (_, t, r, b): Area) {
     let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
     let rows = (b - t) as u32;
     let row = |y: u32| viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
     let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| [row(y); BAR.1 as usize]).collect();
-    drawing.image(Image::new(BAR.1 as u32, rows, &colours), (left as u32, t as u32));
-    drawing.frame((left, t, right, b), Pencil::new(INK, 2.0));
+    let image = Image::new(BAR.1 as u32, rows, &colours);
+    drawing.0.push(Mark::Image(image, (left as u32, t as u32)));
+    drawing.frame((left, t, right, b), Stroke::new(INK, 2.0));
     scale.draw(drawing, Side::Right, (left, t, right, b), NUMBER);
     let at = (right + 60.0 + scale.widest(NUMBER), 0.5 * (t + b));
-    drawing.text(name, LABEL, at, Align::Upwards, INK);
+    drawing.text(label, LABEL, at, Align::Upwards, INK);
 }
 
 #[cfg(test)]

@@ -13,11 +13,16 @@ const LINE: f32 = 0.3;
 pub struct Raster {
     width: u32,
     height: u32,
-    /// Distance towards the eye of what each pixel shows.
-    near: Vec<f32>,
-    /// Number of the surface that each pixel shows, 0 for none.
-    surface: Vec<u32>,
-    colours: Vec<[u8; 3]>,
+    /// Row by row from the top.
+    pixels: Vec<Pixel>,
+}
+
+/// What a pixel shows: its distance towards the eye, the number of its surface (0 for none), its colour.
+#[derive(Clone, Copy)]
+struct Pixel {
+    near: f32,
+    surface: u32,
+    colour: [u8; 3],
 }
 
 /// A corner of a triangle.
@@ -33,14 +38,8 @@ impl Raster {
     /// An empty picture that shows `width` by `height` pixels.
     pub fn new(width: u32, height: u32, background: [u8; 3]) -> Self {
         let (width, height) = (width * FINER, height * FINER);
-        let pixels = (width * height) as usize;
-        Self {
-            width,
-            height,
-            near: vec![f32::NEG_INFINITY; pixels],
-            surface: vec![0; pixels],
-            colours: vec![background; pixels],
-        }
+        let empty = Pixel { near: f32::NEG_INFINITY, surface: 0, colour: background };
+        Self { width, height, pixels: vec![empty; (width * height) as usize] }
     }
 
     /// Draws a triangle of a surface; lines separate surfaces of different numbers. One that shows its back is left out.
@@ -71,12 +70,11 @@ impl Raster {
                 }
                 let [u, v, w] = parts;
                 let near = (u * a[2] + v * b[2] + w * c[2]) as f32;
-                let index = (y * self.width + x) as usize;
-                if near > self.near[index] {
+                let pixel = &mut self.pixels[(y * self.width + x) as usize];
+                if near > pixel.near {
                     let light = u * corners[0].light + v * corners[1].light + w * corners[2].light;
-                    self.near[index] = near;
-                    self.surface[index] = surface;
-                    self.colours[index] = colour.map(|c| (f64::from(c) * light).clamp(0.0, 255.0) as u8);
+                    let colour = colour.map(|c| (f64::from(c) * light).clamp(0.0, 255.0) as u8);
+                    *pixel = Pixel { near, surface, colour };
                 }
             }
         }
@@ -85,29 +83,27 @@ impl Raster {
     /// The picture, with lines where surfaces meet.
     pub fn image(self) -> Image {
         let (width, height) = (self.width / FINER, self.height / FINER);
-        let at = |x: u32, y: u32| (y * self.width + x) as usize;
+        let pixel = |x: u32, y: u32| self.pixels[(y * self.width + x) as usize];
         let is_line = |x: u32, y: u32| {
-            let own = self.surface[at(x, y)];
+            let own = pixel(x, y).surface;
             let (left, top) = (x.saturating_sub(1), y.saturating_sub(1));
             let (right, bottom) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
-            let around = [at(left, y), at(right, y), at(x, top), at(x, bottom)];
-            own > 0 && around.iter().any(|&other| self.surface[other] != own)
+            let around = [(left, y), (right, y), (x, top), (x, bottom)];
+            own > 0 && around.iter().any(|&(x, y)| pixel(x, y).surface != own)
         };
-        let mut shown = Vec::with_capacity((width * height) as usize);
-        for y in 0..height {
-            for x in 0..width {
-                let mut sum = [0.0_f32; 3];
-                for (i, j) in (0..FINER).flat_map(|j| (0..FINER).map(move |i| (i, j))) {
-                    let (x, y) = (FINER * x + i, FINER * y + j);
-                    let shade = if is_line(x, y) { LINE } else { 1.0 };
-                    for (sum, c) in sum.iter_mut().zip(self.colours[at(x, y)]) {
-                        *sum += shade * f32::from(c);
-                    }
+        let average = |(x, y): (u32, u32)| {
+            let mut sum = [0.0_f32; 3];
+            for (i, j) in (0..FINER).flat_map(|j| (0..FINER).map(move |i| (i, j))) {
+                let (x, y) = (FINER * x + i, FINER * y + j);
+                let shade = if is_line(x, y) { LINE } else { 1.0 };
+                for (sum, c) in sum.iter_mut().zip(pixel(x, y).colour) {
+                    *sum += shade * f32::from(c);
                 }
-                shown.push(sum.map(|sum| (sum / (FINER * FINER) as f32).round() as u8));
             }
-        }
-        Image::new(width, height, &shown)
+            sum.map(|sum| (sum / (FINER * FINER) as f32).round() as u8)
+        };
+        let shown = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(average);
+        Image::new(width, height, &shown.collect::<Vec<_>>())
     }
 }
 

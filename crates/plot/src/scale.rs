@@ -1,10 +1,13 @@
 //! Ranges and ticks of linear and logarithmic axes.
 
-use crate::markup::power_of_ten;
-use crate::text::{Span, roman};
+use crate::colour::INK;
+use crate::drawing::{Align, Area, Drawing, Stroke};
+use crate::text::{widest, width};
 
-/// Ranges narrower than this part of their values are rounding.
+/// Ranges narrower than this fraction of their values are rounding.
 const NARROWEST: f64 = 1e-12;
+/// Length of a tick with a number.
+const TICK: f32 = 10.0;
 
 /// Range and ticks of an axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,31 +27,47 @@ pub(crate) struct Tick {
     /// Position between both ends, 0 to 1.
     pub(crate) part: f32,
     /// The number; empty at a minor tick.
-    pub(crate) text: Vec<Span>,
+    pub(crate) text: String,
 }
 
-impl Tick {
-    /// True if it has a number and a grid line.
-    pub(crate) fn is_major(&self) -> bool {
-        !self.text.is_empty()
-    }
+/// Where an axis ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ends {
+    /// At the outermost values.
+    Tight,
+    /// A margin beyond them.
+    Margin,
+    /// At the next ticks beyond them; a logarithmic axis has a margin instead.
+    Round,
+}
+
+/// Side of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Below,
+    Left,
+    Right,
 }
 
 impl Scale {
-    /// The axis for these values, all of them finite and positive if it is logarithmic, with at most `steps` steps between ticks; a
-    /// tight one ends at the outermost values.
-    pub(crate) fn new(values: &[f64], logarithmic: bool, tight: bool, steps: f64) -> Self {
+    /// The axis for these values, all of them finite and positive if it is logarithmic, with at most `steps` steps between ticks.
+    pub(crate) fn new(values: &[f64], logarithmic: bool, ends: Ends, steps: f64) -> Self {
         let values = values.iter().map(|value| if logarithmic { value.log10() } else { *value });
-        let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
-            Some(ends.map_or((value, value), |(lo, hi)| (lo.min(value), hi.max(value))))
-        });
-        let ends = ends.unwrap_or((0.0, 1.0));
+        let range =
+            values.map(|value| (value, value)).reduce(|(lo, hi), (value, _)| (lo.min(value), hi.max(value)));
+        let range = range.unwrap_or((0.0, 1.0));
         let (range, exponent, numbers) = if logarithmic {
-            let range = logarithmic_range(ends, tight);
+            let range = logarithmic_range(range, ends);
             (range, 0, logarithmic_ticks(range, steps))
         } else {
-            let range = linear_range(ends, tight, steps);
-            let (exponent, numbers) = linear_ticks(range, steps);
+            let range = linear_range(range, ends, steps);
+            let exponent = match range.0.abs().max(range.1.abs()).log10().floor() as i32 {
+                -2..=3 => 0,
+                far => 3 * far.div_euclid(3),
+            };
+            let unit = 10_f64.powi(exponent);
+            let mut numbers = round_numbers(range.0 / unit, range.1 / unit, steps);
+            numbers.iter_mut().for_each(|(value, _)| *value *= unit);
             (range, exponent, numbers)
         };
         let (lo, hi) = range;
@@ -58,8 +77,7 @@ impl Scale {
 
     /// Replaces the ticks by ones with numbers at these values, all of them positive if the axis is logarithmic.
     pub(crate) fn set_ticks(&mut self, values: &[f64]) {
-        let tick =
-            |value: &f64| Some(Tick { part: self.part(*value)?, text: vec![roman(value.to_string())] });
+        let tick = |value: &f64| Some(Tick { part: self.part(*value)?, text: value.to_string() });
         self.ticks = values.iter().filter_map(tick).collect();
     }
 
@@ -75,88 +93,108 @@ impl Scale {
         let zero = -self.range.0 / (self.range.1 - self.range.0);
         (!self.logarithmic && zero > 1e-3 && zero < 0.999).then_some(zero as f32)
     }
-}
 
-fn linear_range((lo, hi): (f64, f64), tight: bool, steps: f64) -> (f64, f64) {
-    let size = lo.abs().max(hi.abs());
-    if hi - lo <= NARROWEST * size {
-        let half = if size > 0.0 { 0.05 * size } else { 1.0 };
-        (lo - half, hi + half)
-    } else if tight {
-        (lo, hi)
-    } else {
-        let margin = 0.02 * (hi - lo);
-        rounded(grown(lo, -margin), grown(hi, margin), 1.5 * steps)
+    /// Ticks with a number and a grid line.
+    pub(crate) fn major(&self) -> impl Iterator<Item = &Tick> {
+        self.ticks.iter().filter(|tick| !tick.text.is_empty())
+    }
+
+    /// Width of the widest number.
+    pub(crate) fn widest(&self, size: f32) -> f32 {
+        widest(self.ticks.iter().map(|tick| &*tick.text), size)
+    }
+
+    /// Draws the ticks at a side of a frame, with numbers of this size where they do not overlap, or none for size zero.
+    pub(crate) fn draw(&self, drawing: &mut Drawing, side: Side, (l, t, r, b): Area, size: f32) {
+        // Middle of the last number, and half the space that it takes.
+        let mut last = (f32::NEG_INFINITY, 0.0);
+        for Tick { part, text } in &self.ticks {
+            let (x, y) = (l + part * (r - l), b - part * (b - t));
+            let (baseline, beside) = (y + 0.36 * size, (y, 0.5 * size));
+            let below = (x, 0.5 * width(text, size) + 6.0);
+            let (foot, outwards, at, align, number) = match side {
+                Side::Below => ((x, b), (0.0, 1.0), (x, b + 40.0), Align::Middle, below),
+                Side::Left => ((l, y), (-1.0, 0.0), (l - 20.0, baseline), Align::End, beside),
+                Side::Right => ((r, y), (1.0, 0.0), (r + 20.0, baseline), Align::Start, beside),
+            };
+            let end = |length: f32| (foot.0 + outwards.0 * length, foot.1 + outwards.1 * length);
+            let length = if text.is_empty() { 0.6 * TICK } else { TICK };
+            drawing.line(&[end(2.0), end(2.0 + length)], Stroke::new(INK, 2.0));
+            if !text.is_empty() && size > 0.0 && (number.0 - last.0).abs() > number.1 + last.1 {
+                drawing.text(text, size, at, align, INK);
+                last = number;
+            }
+        }
     }
 }
 
-/// An end of a range and a margin; a range that begins or ends at zero keeps doing so.
-pub(crate) fn grown(end: f64, margin: f64) -> f64 {
-    if end == 0.0 { 0.0 } else { end + margin }
-}
-
-/// The power of ten that the numbers share, and values with their numbers.
-fn linear_ticks((lo, hi): (f64, f64), steps: f64) -> (i32, Vec<(f64, Vec<Span>)>) {
-    let exponent = match lo.abs().max(hi.abs()).log10().floor() as i32 {
-        -2..=3 => 0,
-        far => 3 * far.div_euclid(3),
+fn linear_range((lo, hi): (f64, f64), ends: Ends, steps: f64) -> (f64, f64) {
+    let size = lo.abs().max(hi.abs());
+    if hi - lo <= NARROWEST * size {
+        let half = if size > 0.0 { 0.05 * size } else { 1.0 };
+        return (lo - half, hi + half);
+    }
+    // An end at zero stays there.
+    let grown = |fraction: f64| {
+        let grow = |end: f64, margin: f64| if end == 0.0 { 0.0 } else { end + margin };
+        let margin = fraction * (hi - lo);
+        (grow(lo, -margin), grow(hi, margin))
     };
-    let unit = 10_f64.powi(exponent);
-    let numbers = round_numbers(lo / unit, hi / unit, steps);
-    let tick = |(value, text): (f64, String)| (value * unit, vec![roman(text)]);
-    (exponent, numbers.into_iter().map(tick).collect())
+    match ends {
+        Ends::Tight => (lo, hi),
+        Ends::Margin => grown(0.05),
+        Ends::Round => {
+            let (lo, hi) = grown(0.02);
+            rounded(lo, hi, 1.5 * steps)
+        }
+    }
 }
 
 /// Ends are decimal logarithms.
-fn logarithmic_range((lo, hi): (f64, f64), tight: bool) -> (f64, f64) {
-    let margin = match tight {
-        false => (0.02 * (hi - lo)).max(0.02),
-        true if hi - lo < 0.04 => 0.02,
-        true => 0.0,
+fn logarithmic_range((lo, hi): (f64, f64), ends: Ends) -> (f64, f64) {
+    let margin = match ends {
+        Ends::Tight if hi - lo >= 0.04 => 0.0,
+        Ends::Tight => 0.02,
+        Ends::Margin | Ends::Round => (0.02 * (hi - lo)).max(0.02),
     };
     (lo - margin, hi + margin)
 }
 
 /// Decimal logarithms with their numbers.
-fn logarithmic_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> {
+fn logarithmic_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, String)> {
     let slack = 1e-9;
     let decades = (hi + slack).floor() - (lo - slack).ceil() + 1.0;
     let mut ticks = Vec::new();
-    if decades >= 2.0 {
+    if decades < 2.0 {
+        ticks = short_ticks((lo, hi), steps);
+    } else {
         let step = (decades / (steps + 1.0)).ceil() as i32;
         for power in lo.floor() as i32..=hi.ceil() as i32 {
-            let major = power.rem_euclid(step) == 0;
-            let text = if major { power_of_ten(power).into() } else { Vec::new() };
+            let text = if power.rem_euclid(step) == 0 { format!("10^{power}") } else { String::new() };
             ticks.push((f64::from(power), text));
             let minor = (2..10).filter(|_| step == 1);
-            ticks.extend(minor.map(|digit| (f64::from(power) + f64::from(digit).log10(), Vec::new())));
+            ticks.extend(minor.map(|digit| (f64::from(power) + f64::from(digit).log10(), String::new())));
         }
-    } else {
-        ticks = short_ticks((lo, hi), steps);
     }
     ticks.retain(|(power, _)| (lo - slack..=hi + slack).contains(power));
     ticks
 }
 
 /// Ticks of a logarithmic axis that is too short for powers of ten alone: 1, 2 and 5, or all digits, or round numbers.
-fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> {
+fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, String)> {
     // Numbers far from one are written with a power of ten.
     let far = lo < -3.0 || hi > 4.0;
     let number = |digit: u8, power: i32| match (far, digit) {
-        (false, _) => {
-            let value = f64::from(digit) * 10_f64.powi(power);
-            vec![roman(format!("{value:.*}", (-power).max(0) as usize))]
-        }
-        (true, 1) => power_of_ten(power).into(),
-        (true, _) => [vec![roman(format!("{digit}\u{d7}"))], power_of_ten(power).into()].concat(),
+        (true, 1) => format!("10^{power}"),
+        (true, _) => format!("{digit}\u{d7}10^{power}"),
+        _ => format!("{:.*}", (-power).max(0) as usize, f64::from(digit) * 10_f64.powi(power)),
     };
     // A linear step suits what spans much less than a decade.
-    let digits: &[&[u8]] =
-        if far || hi - lo > 0.8 { &[&[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]] } else { &[] };
+    let digits = [&[1, 2, 5][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]].into_iter().filter(|_| far || hi - lo > 0.8);
     for digits in digits {
         let decades = lo.floor() as i32..=hi.floor() as i32;
         let all = decades.flat_map(|power| digits.iter().map(move |&digit| (digit, power)));
-        let ticks: Vec<(f64, Vec<Span>)> = all
+        let ticks: Vec<(f64, String)> = all
             .map(|(digit, power)| (f64::from(power) + f64::from(digit).log10(), number(digit, power)))
             .filter(|(at, _)| (lo..=hi).contains(at))
             .collect();
@@ -164,9 +202,8 @@ fn short_ticks((lo, hi): (f64, f64), steps: f64) -> Vec<(f64, Vec<Span>)> {
             return ticks;
         }
     }
-    let numbers = round_numbers(10_f64.powf(lo), 10_f64.powf(hi), steps);
-    let positive = numbers.into_iter().filter(|(value, _)| *value > 0.0);
-    positive.map(|(value, text)| (value.log10(), vec![roman(text)])).collect()
+    let numbers = round_numbers(10_f64.powf(lo), 10_f64.powf(hi), steps).into_iter();
+    numbers.filter(|(value, _)| *value > 0.0).map(|(value, text)| (value.log10(), text)).collect()
 }
 
 /// Distance between round numbers, at most `count` steps over `lo..=hi`: 1, 2 or 5 times a power of ten.
@@ -203,18 +240,18 @@ pub(crate) fn rounded(lo: f64, hi: f64, count: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drawing::Mark;
 
     fn texts(axis: &Scale) -> Vec<String> {
-        let major = axis.ticks.iter().filter(|tick| tick.is_major());
-        major.map(|tick| tick.text.iter().map(|span| &*span.text).collect()).collect()
+        axis.major().map(|tick| tick.text.clone()).collect()
     }
 
-    fn linear(values: &[f64], tight: bool) -> Scale {
-        Scale::new(values, false, tight, 8.0)
+    fn linear(values: &[f64], ends: Ends) -> Scale {
+        Scale::new(values, false, ends, 8.0)
     }
 
-    fn logarithmic(values: &[f64], tight: bool) -> Scale {
-        Scale::new(values, true, tight, 8.0)
+    fn logarithmic(values: &[f64], ends: Ends) -> Scale {
+        Scale::new(values, true, ends, 8.0)
     }
 
     #[test]
@@ -237,18 +274,18 @@ mod tests {
 
     #[test]
     fn small_and_large_numbers_share_a_power_of_ten_that_is_a_multiple_of_three() {
-        let small = linear(&[0.0, 3.01e-6], true);
+        let small = linear(&[0.0, 3.01e-6], Ends::Tight);
         assert_eq!(small.exponent, -6);
         assert_eq!(texts(&small), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5", "3.0"]);
-        assert_eq!(linear(&[0.0, 5e4], true).exponent, 3);
-        assert_eq!(linear(&[-0.02, 0.05], true).exponent, 0);
-        assert_eq!(linear(&[0.0, 900.0], true).exponent, 0);
+        assert_eq!(linear(&[0.0, 5e4], Ends::Tight).exponent, 3);
+        assert_eq!(linear(&[-0.02, 0.05], Ends::Tight).exponent, 0);
+        assert_eq!(linear(&[0.0, 900.0], Ends::Tight).exponent, 0);
     }
 
     #[test]
     fn a_long_logarithmic_axis_has_powers_of_ten_and_between_them_the_other_digits() {
-        let axis = logarithmic(&[1e-8, 0.1], true);
-        let powers: Vec<String> = (1..=8).rev().map(|power| format!("10\u{2212}{power}")).collect();
+        let axis = logarithmic(&[1e-8, 0.1], Ends::Tight);
+        let powers: Vec<String> = (1..=8).rev().map(|power| format!("10^-{power}")).collect();
         assert_eq!(texts(&axis), powers);
         assert_eq!(axis.ticks.len(), 8 + 7 * 8);
         assert!(axis.part(1e-8).unwrap().abs() < 1e-6 && (axis.part(0.1).unwrap() - 1.0).abs() < 1e-6);
@@ -257,24 +294,40 @@ mod tests {
 
     #[test]
     fn a_short_logarithmic_axis_has_round_numbers() {
-        let axis = logarithmic(&[0.5, 0.95], true);
+        let axis = logarithmic(&[0.5, 0.95], Ends::Tight);
         assert_eq!(texts(&axis)[0], "0.5");
         assert!(texts(&axis).len() >= 4);
-        assert_eq!(texts(&logarithmic(&[0.003, 0.08], true)), ["0.005", "0.01", "0.02", "0.05"]);
-        let tiny = logarithmic(&[2.5e-16, 8.8e-15], true);
-        let numbers = ["5\u{d7}10\u{2212}16", "10\u{2212}15", "2\u{d7}10\u{2212}15", "5\u{d7}10\u{2212}15"];
+        assert_eq!(texts(&logarithmic(&[0.003, 0.08], Ends::Tight)), ["0.005", "0.01", "0.02", "0.05"]);
+        let tiny = logarithmic(&[2.5e-16, 8.8e-15], Ends::Tight);
+        let numbers = ["5\u{d7}10^-16", "10^-15", "2\u{d7}10^-15", "5\u{d7}10^-15"];
         assert_eq!(texts(&tiny), numbers);
     }
 
     #[test]
     fn constant_missing_and_huge_values_still_make_an_axis() {
         for values in [&[][..], &[0.0], &[1.0 + 1e-15, 1.0], &[-3e300, 2e300], &[1e-300]] {
-            let axis = linear(values, false);
+            let axis = linear(values, Ends::Round);
             assert!(axis.range.1 > axis.range.0 && axis.ticks.len() >= 2, "{values:?}");
             let inside = |value: &f64| (0.0..=1.0).contains(&axis.part(*value).unwrap());
             assert!(values.iter().all(inside), "{values:?}: {axis:?}");
         }
-        assert!(logarithmic(&[], false).ticks.len() >= 2);
-        assert!(logarithmic(&[7e-5], false).range.0 < logarithmic(&[7e-5], false).range.1);
+        assert!(logarithmic(&[], Ends::Round).ticks.len() >= 2);
+        assert!(logarithmic(&[7e-5], Ends::Round).range.0 < logarithmic(&[7e-5], Ends::Round).range.1);
+    }
+
+    #[test]
+    fn numbers_are_drawn_from_both_ends_and_left_out_where_they_would_overlap() {
+        let scale = Scale::new(&[0.0, 1.0], false, Ends::Tight, 10.0);
+        let numbers = |side, area, size| {
+            let mut drawing = Drawing::default();
+            scale.draw(&mut drawing, side, area, size);
+            drawing.0.iter().filter(|mark| matches!(mark, Mark::Area(..))).count()
+        };
+        for side in [Side::Below, Side::Left, Side::Right] {
+            let [area, downwards] = [(0.0, 0.0, 800.0, 800.0), (0.0, 800.0, 800.0, 0.0)];
+            assert_eq!([numbers(side, area, 20.0), numbers(side, downwards, 20.0)], [11; 2]);
+            assert!((3..9).contains(&numbers(side, (0.0, 0.0, 200.0, 100.0), 20.0)));
+            assert_eq!(numbers(side, area, 0.0), 0);
+        }
     }
 }

@@ -9,78 +9,93 @@ use std::sync::Mutex;
 pub(crate) type Outcome<T> = std::result::Result<T, String>;
 
 /// The one instance of this process, while nobody uses it.
-static SHELF: Mutex<Shelf> = Mutex::new(Shelf::Empty);
+static SLOT: Mutex<Slot> = Mutex::new(Slot::Empty);
 
-enum Shelf {
+enum Slot {
     /// Not started.
     Empty,
     /// Ready, cleared.
-    Ready(Instance),
+    Ready(Handle),
     /// In use, or left behind by an error.
     Taken,
 }
 
+#[derive(Clone, Copy, Debug)]
+struct Handle(*mut ffi::lgg_instance);
+
+// SAFETY: an instance is not bound to the thread that made it; whoever has this value is its only user.
+unsafe impl Send for Handle {}
+
 /// Ends the LIGGGHTS of this process, and MPI if LIGGGHTS has started it; for the end of the program. A job whose process ends
 /// without it counts as failed.
 pub fn end() {
-    let Ok(mut shelf) = SHELF.lock() else {
+    let Ok(mut slot) = SLOT.lock() else {
         return;
     };
-    match std::mem::replace(&mut *shelf, Shelf::Taken) {
-        Shelf::Empty => return,
+    match std::mem::replace(&mut *slot, Slot::Taken) {
+        Slot::Empty => return,
         // SAFETY: nobody else has the instance, and it is not used after this.
-        Shelf::Ready(instance) => unsafe { ffi::lgg_close(instance.0) },
-        Shelf::Taken => {}
+        Slot::Ready(handle) => unsafe { ffi::lgg_close(handle.0) },
+        Slot::Taken => {}
     }
     // SAFETY: nothing calls MPI after this.
     unsafe { ffi::lgg_finalize() };
 }
 
-/// An instance of LIGGGHTS.
+/// An instance of LIGGGHTS; returns to the slot, cleared, when dropped, unless an error has broken it.
 #[derive(Debug)]
-pub(crate) struct Instance(*mut ffi::lgg_instance);
+pub(crate) struct Instance(Handle);
 
-// SAFETY: an instance has no ties to the thread that made it; whoever has this value is its only user.
-unsafe impl Send for Instance {}
+/// Arrays of the atoms, in LIGGGHTS's order.
+pub(super) struct Arrays<'a> {
+    /// From 1.
+    pub(super) id: &'a mut [i32],
+    /// Material, from 1.
+    pub(super) kind: &'a mut [i32],
+    pub(super) position: &'a mut [[f64; 3]],
+    pub(super) velocity: &'a mut [[f64; 3]],
+    pub(super) angular_velocity: &'a mut [[f64; 3]],
+    pub(super) force: &'a mut [[f64; 3]],
+    pub(super) torque: &'a mut [[f64; 3]],
+    pub(super) radius: &'a mut [f64],
+    pub(super) mass: &'a mut [f64],
+    pub(super) density: &'a mut [f64],
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        let cleared = self.command("log none").and_then(|()| self.command("clear"));
+        if let (Ok(()), Ok(mut slot)) = (cleared, SLOT.lock()) {
+            *slot = Slot::Ready(self.0);
+        }
+    }
+}
 
 impl Instance {
     /// The one of this process.
     pub(super) fn take() -> Outcome<Self> {
-        let mut shelf = SHELF.lock().map_err(|e| e.to_string())?;
-        match std::mem::replace(&mut *shelf, Shelf::Taken) {
-            Shelf::Ready(instance) => Ok(instance),
-            Shelf::Empty => Self::start(),
-            Shelf::Taken => {
+        let mut slot = SLOT.lock().map_err(|e| e.to_string())?;
+        match std::mem::replace(&mut *slot, Slot::Taken) {
+            Slot::Ready(handle) => Ok(Self(handle)),
+            Slot::Empty => {
+                let mut instance = ptr::null_mut();
+                // SAFETY: the path is a C string, and `instance` is where the pointer goes.
+                check(unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) })?;
+                Ok(Self(Handle(instance)))
+            }
+            Slot::Taken => {
                 Err("this process has one LIGGGHTS, and it is in use, or an error has broken it; \
-                                 process = \"worker\" has no such limit"
+                     process = \"worker\" has no such limit"
                     .to_owned())
             }
         }
     }
 
-    fn start() -> Outcome<Self> {
-        let mut instance = ptr::null_mut();
-        // SAFETY: the path is a C string, and `instance` is where the pointer goes.
-        let failed = unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) };
-        if failed == 0 { Ok(Self(instance)) } else { Err(error()) }
-    }
-
-    /// Back onto the shelf, empty; an instance that cannot be cleared stays where it is.
-    pub(super) fn put_back(self) {
-        let cleared = self.command("log none").and_then(|()| self.command("clear"));
-        if let (Ok(()), Ok(mut shelf)) = (cleared, SHELF.lock()) {
-            *shelf = Shelf::Ready(self);
-        }
-    }
-
     pub(super) fn command(&self, command: &str) -> Outcome<()> {
-        let text = CString::new(command).map_err(|_| "a command with a zero byte".to_owned())?;
+        let text = c_string(command)?;
         // SAFETY: the instance is alive, and the text a C string that is only read.
-        if unsafe { ffi::lgg_command(self.0, text.as_ptr()) } == 0 {
-            Ok(())
-        } else {
-            Err(format!("{}\n  at the command: {command}", error()))
-        }
+        check(unsafe { ffi::lgg_command(self.0.0, text.as_ptr()) })
+            .map_err(|error| format!("{error}\n  at the command: {command}"))
     }
 
     /// Commands of the set-up, with everything in the log before the next.
@@ -93,34 +108,46 @@ impl Instance {
         })
     }
 
-    /// The arrays of the atoms. Valid until the next command.
-    pub(super) fn atoms(&self) -> Outcome<ffi::lgg_atoms> {
+    /// The arrays of the atoms.
+    pub(super) fn arrays(&mut self) -> Outcome<Arrays<'_>> {
         let mut atoms = ffi::lgg_atoms::default();
         // SAFETY: the instance is alive, and the structure is there to be filled.
-        let failed = unsafe { ffi::lgg_get_atoms(self.0, &raw mut atoms) };
-        if failed == 0 { Ok(atoms) } else { Err(error()) }
+        check(unsafe { ffi::lgg_get_atoms(self.0.0, &raw mut atoms) })?;
+        let n = atoms.local as usize;
+        // SAFETY: the arrays have `local` entries, vectors three numbers each, until the next command, which needs `self`.
+        unsafe {
+            Ok(Arrays {
+                id: slice(atoms.id, n),
+                kind: slice(atoms.type_, n),
+                position: slice(atoms.position.cast(), n),
+                velocity: slice(atoms.velocity.cast(), n),
+                angular_velocity: slice(atoms.angular_velocity.cast(), n),
+                force: slice(atoms.force.cast(), n),
+                torque: slice(atoms.torque.cast(), n),
+                radius: slice(atoms.radius, n),
+                mass: slice(atoms.mass, n),
+                density: slice(atoms.density, n),
+            })
+        }
     }
 
-    /// Vectors of all atoms that a fix holds. Valid until the next command.
-    pub(super) fn property(&self, name: &str) -> Outcome<*mut f64> {
-        let name = CString::new(name).map_err(|e| e.to_string())?;
-        let mut values = ptr::null_mut();
+    /// Vectors that a fix has for each of the `n` atoms.
+    pub(super) fn property(&mut self, name: &str, n: usize) -> Outcome<&mut [[f64; 3]]> {
+        let (name, mut values) = (c_string(name)?, ptr::null_mut());
         // SAFETY: the instance is alive, the name a C string, and the pointer is there to be set.
-        let failed = unsafe { ffi::lgg_atom_property(self.0, name.as_ptr(), &raw mut values) };
-        if failed == 0 { Ok(values) } else { Err(error()) }
+        check(unsafe { ffi::lgg_atom_property(self.0.0, name.as_ptr(), &raw mut values) })?;
+        // SAFETY: the fix has three numbers for each atom until the next command, which needs `self`.
+        Ok(unsafe { slice(values.cast(), n) })
     }
 
     /// Rows of a local compute.
     pub(super) fn rows(&self, name: &str) -> Outcome<Vec<Vec<f64>>> {
-        let name = CString::new(name).map_err(|e| e.to_string())?;
+        let name = c_string(name)?;
         let (mut rows, mut columns, mut values) = (0, 0, ptr::null());
-        // SAFETY: the instance is alive, the name a C string, and the three places are there to be set.
-        let failed = unsafe {
-            ffi::lgg_local_compute(self.0, name.as_ptr(), &raw mut rows, &raw mut columns, &raw mut values)
-        };
-        if failed != 0 {
-            return Err(error());
-        }
+        // SAFETY: the instance is alive, the name a C string, and the three pointers are there to be set.
+        check(unsafe {
+            ffi::lgg_local_compute(self.0.0, name.as_ptr(), &raw mut rows, &raw mut columns, &raw mut values)
+        })?;
         if rows == 0 || columns == 0 {
             return Ok(Vec::new());
         }
@@ -130,17 +157,25 @@ impl Instance {
     }
 }
 
-/// The reason of the last failure, in LIGGGHTS's words.
-fn error() -> String {
-    // SAFETY: the shim returns a C string that lives until the next failure in this thread.
-    unsafe { CStr::from_ptr(ffi::lgg_error()) }.to_string_lossy().trim().to_owned()
+fn c_string(text: &str) -> Outcome<CString> {
+    CString::new(text).map_err(|_| "a command with a zero byte".to_owned())
 }
 
-/// Three numbers of atom `k`.
-///
+/// The reason of a failure if a call of the shim has not returned 0.
+fn check(returned: i32) -> Outcome<()> {
+    if returned == 0 {
+        return Ok(());
+    }
+    // SAFETY: the shim returns a C string that lives until the next failure in this thread.
+    Err(unsafe { CStr::from_ptr(ffi::lgg_error()) }.to_string_lossy().trim().to_owned())
+}
+
 /// # Safety
-/// `base` points to at least `3 (k + 1)` numbers that nobody else uses.
-pub(crate) unsafe fn vector<'a>(base: *mut f64, k: usize) -> &'a mut [f64; 3] {
+/// `base` is null, or points to `n` values that nobody else uses.
+unsafe fn slice<'a, T>(base: *mut T, n: usize) -> &'a mut [T] {
+    if base.is_null() {
+        return &mut [];
+    }
     // SAFETY: as the caller has promised.
-    unsafe { &mut *base.add(3 * k).cast() }
+    unsafe { std::slice::from_raw_parts_mut(base, n) }
 }

@@ -5,10 +5,10 @@
 //! is for as many as one core moves, some tens of thousands.
 //!
 //! LIGGGHTS keeps positions, velocities, angular velocities and the history of the contacts; orientations, which spheres
-//! do not need, are turned along here. Forces of contact of particles are those at the positions they are given with.
+//! do not need, are integrated here. Contact forces of particles are those at their positions.
 //!
-//! Counts and depths of contacts come from the geometry of the spheres; the force of each is asked for only when it is
-//! written. LIGGGHTS then works it out anew, with the velocities it had; friction is held to Coulomb's limit, as LIGGGHTS adds a
+//! Counts and overlaps of contacts come from the geometry of the spheres; the force of each is requested only when it is
+//! written. LIGGGHTS then computes it again, with the velocities it had; friction is limited to Coulomb's, as LIGGGHTS adds a
 //! dashpot to it that did not act if the contact slid.
 
 mod contacts;
@@ -23,7 +23,9 @@ pub use instance::end;
 #[doc(hidden)]
 pub use protocol::read_messages;
 
-use protocol::{Atom, Push, Reply, Request, State};
+use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec, pod_read_unaligned};
+use instance::Outcome;
+use protocol::{Atom, AtomLoad, ContactForce, Request, State};
 use session::Session;
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -81,22 +83,22 @@ pub struct LiggghtsParams {
 /// Where LIGGGHTS runs.
 #[derive(Debug)]
 enum Process {
-    Own(Session),
+    Own(Option<Session>),
     Worker(Worker),
 }
 
 impl Process {
-    fn ask(&mut self, request: Request) -> Reply {
+    fn ask(&mut self, request: Request, bytes: &[u8]) -> Outcome<Vec<u8>> {
         match self {
-            Self::Own(session) => session.serve(request),
-            Self::Worker(worker) => worker.ask(&request),
+            Self::Own(session) => session::serve(session, request, bytes),
+            Self::Worker(worker) => worker.ask(&request, bytes),
         }
     }
 }
 
 /// What only rank 0 has.
 #[derive(Debug)]
-struct Master {
+struct Root {
     /// Without particles there is none.
     process: Option<RefCell<Process>>,
     /// Radius of contact (m) by index.
@@ -122,15 +124,15 @@ pub struct Liggghts {
     inertias: Vec<Inertia>,
     /// By template.
     contours: Vec<GrownShape>,
-    /// Ids of all particles, ascending; their place is the index in LIGGGHTS.
+    /// Ids of all particles, ascending; a particle's index here is that in LIGGGHTS.
     ids: Vec<u64>,
-    master: Option<Master>,
+    root: Option<Root>,
     /// Calls of [`advance`](DemEngine::advance) since the start.
     step: u64,
-    /// Whether the engine has failed: then nothing moves any more.
+    /// True if the engine has failed: then nothing moves any more.
     failed: bool,
-    /// What LIGGGHTS said instead of the contacts, until it is told.
-    unsaid: RefCell<Option<String>>,
+    /// Why LIGGGHTS did not return the contacts, until [`health`](DemEngine::health) reports it.
+    pending_error: RefCell<Option<String>>,
 }
 
 impl Liggghts {
@@ -169,17 +171,17 @@ impl Liggghts {
             inertias,
             contours,
             ids: Vec::new(),
-            master: None,
+            root: None,
             step: 0,
             failed: false,
-            unsaid: RefCell::default(),
+            pending_error: RefCell::default(),
         };
-        engine.begin(comm, all, None)?;
+        engine.begin(comm, all, &[])?;
         Ok(engine)
     }
 
-    /// Begins with these particles, or goes on with them where LIGGGHTS stood when it was saved. Collective.
-    fn begin(&mut self, comm: &Comm, all: &[Particle], saved: Option<Vec<u8>>) -> Result<()> {
+    /// Starts with these particles, or resumes with them from what LIGGGHTS saved, if it did. Collective.
+    fn begin(&mut self, comm: &Comm, all: &[Particle], saved: &[u8]) -> Result<()> {
         let mut all = all.to_vec();
         all.sort_unstable_by_key(|particle| particle.id);
         self.ids = all.iter().map(|particle| particle.id).collect();
@@ -199,9 +201,9 @@ impl Liggghts {
     }
 
     /// Starts LIGGGHTS with these particles; on rank 0.
-    fn launch(&mut self, all: &[Particle], saved: Option<Vec<u8>>) -> Result<()> {
+    fn launch(&mut self, all: &[Particle], saved: &[u8]) -> Result<()> {
         // The instance of this process, if there is one, must be free before it is taken again.
-        self.master = None;
+        self.root = None;
         let domain = self.near.decomposition().domain;
         let radii: Vec<f64> = (all.iter()).map(|p| self.contours[p.template as usize].reach()).collect();
         if let Some(particle) = all.iter().find(|particle| !particle.is_finite()) {
@@ -214,22 +216,14 @@ impl Liggghts {
             let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
             let atoms = (all.iter().zip(&radii)).map(|(p, &radius)| self.atom(p, radius)).collect();
             let mut process = if self.params.in_this_process {
-                Process::Own(Session::new())
+                Process::Own(None)
             } else {
                 Process::Worker(Worker::start(&self.params).map_err(refused)?)
             };
-            let request = match saved {
-                None => Request::Open(plan, atoms),
-                Some(saved) => Request::Resume(plan, atoms, saved),
-            };
-            match process.ask(request) {
-                Reply::Done => {}
-                Reply::Failed(text) => return Err(refused(text)),
-                other => return Err(refused(format!("it answered {other:?}"))),
-            }
+            process.ask(Request::Open(plan, atoms), saved).map_err(refused)?;
             Some(RefCell::new(process))
         };
-        self.master = Some(Master {
+        self.root = Some(Root {
             process,
             radii,
             templates: all.iter().map(|p| p.template as usize).collect(),
@@ -255,57 +249,49 @@ impl Liggghts {
             radius,
             mass: self.inertias[template].mass,
             inertia_ratio: grown * grown,
-            material: self.population.store.templates[template].material as u64,
+            material: self.population.store.templates[template].material,
         }
     }
 
     /// The loads and the weight of the owned particles, with their indices, as a message to rank 0.
-    fn pushes(&self, loads: &[Load]) -> Vec<u8> {
-        let mut message = Vec::with_capacity(loads.len() * (8 + size_of::<Push>()));
+    fn load_message(&self, loads: &[Load]) -> Vec<u8> {
+        let mut message = Vec::with_capacity(loads.len() * (8 + size_of::<AtomLoad>()));
         for (particle, load) in self.population.store.owned().iter().zip(loads) {
             let index = self.index(particle.id) as u64;
             let weight = self.params.gravity * self.inertias[particle.template as usize].mass;
-            let push = Push { force: (load.force + weight).into(), torque: load.torque.into() };
+            let load = AtomLoad { force: (load.force + weight).into(), torque: load.torque.into() };
             message.extend_from_slice(&index.to_le_bytes());
-            message.extend_from_slice(bytemuck::bytes_of(&push));
+            message.extend_from_slice(bytes_of(&load));
         }
         message
     }
 
-    /// Place of a particle among all.
+    /// Index of a particle among all.
     fn index(&self, id: u64) -> usize {
         self.ids.binary_search(&id).expect("the ids are those of all particles")
     }
 
-    /// Has LIGGGHTS make a step under the loads of all ranks; on rank 0.
-    fn drive(&mut self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<State>> {
-        let mut loads = vec![Push::default(); self.ids.len()];
-        for entry in messages.iter().flat_map(|m| m.chunks_exact(8 + size_of::<Push>())) {
-            let (index, push) = entry.split_at(8);
-            let index = u64::from_le_bytes(index.try_into().expect("eight bytes"));
-            loads[index as usize] = bytemuck::pod_read_unaligned(push);
+    /// Makes a step of LIGGGHTS under the loads of all ranks, on rank 0; the bytes of a [`State`] for each particle.
+    fn step_liggghts(&self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<u8>> {
+        let mut loads = vec![AtomLoad::default(); self.ids.len()];
+        for entry in messages.iter().flat_map(|m| m.chunks_exact(8 + size_of::<AtomLoad>())) {
+            let (index, load) = entry.split_at(8);
+            loads[pod_read_unaligned::<u64>(index) as usize] = pod_read_unaligned(load);
         }
-        // A number that is none sends LIGGGHTS out of its arrays.
-        if let Some(index) =
-            (loads.iter()).position(|l| !l.force.iter().chain(&l.torque).all(|x| x.is_finite()))
-        {
+        // NaN sends LIGGGHTS out of its arrays.
+        let is_finite = |load: &AtomLoad| load.force.iter().chain(&load.torque).all(|x| x.is_finite());
+        if let Some(index) = loads.iter().position(|load| !is_finite(load)) {
             return Err(self.failure(format!("the load on particle {} is not finite", self.ids[index])));
         }
         let substeps = self.params.substeps;
-        let Some(process) = self.process() else {
-            return Ok(Vec::new());
-        };
-        let request = Request::Advance { step: dt / f64::from(substeps), substeps, loads };
-        match process.borrow_mut().ask(request) {
-            Reply::States(states) if states.len() == self.ids.len() => Ok(states),
-            Reply::Failed(text) => Err(self.failure(text)),
-            _ => Err(self.failure(NO_ANSWER.to_owned())),
-        }
+        let request = Request::Advance { step: dt / f64::from(substeps), substeps };
+        let states = self.process().map(|process| process.borrow_mut().ask(request, cast_slice(&loads)));
+        states.unwrap_or_else(|| Ok(Vec::new())).map_err(|what| self.failure(what))
     }
 
     /// LIGGGHTS, on rank 0, if it has particles and works.
     fn process(&self) -> Option<&RefCell<Process>> {
-        let process = self.master.as_ref()?.process.as_ref()?;
+        let process = self.root.as_ref()?.process.as_ref()?;
         (!self.failed).then_some(process)
     }
 
@@ -313,50 +299,49 @@ impl Liggghts {
         Error::Engine { engine: NAME, step: self.step, what }
     }
 
-    /// Takes over the states of the owned particles.
-    fn follow(&mut self, states: &[State], dt: f64) -> Result<()> {
-        let domain = self.near.decomposition().domain;
-        let owned = self.population.store.owned;
-        let mut failure = Ok(());
-        for k in 0..owned {
-            let index = self.index(self.population.store.particles[k].id);
-            let particle = &mut self.population.store.particles[k];
-            let state = &states[index];
-            let position = domain.wrap(state.position.into());
-            if let Some(face) = face_passed(&domain, position) {
-                let after = Particle { position: position.into(), ..*particle };
-                let walls = &self.params.walls;
-                failure = failure.and(Err(outside(self.step, particle, &after, face, walls)));
-                continue;
+    /// Updates the owned particles, and returns the first failure.
+    fn update_particles(&mut self, states: &[State], dt: f64) -> Result<()> {
+        let mut outcome = Ok(());
+        for k in 0..self.population.store.owned {
+            let particle = self.population.store.particles[k];
+            match self.updated(particle, &states[self.index(particle.id)], dt) {
+                Ok(particle) => self.population.store.particles[k] = particle,
+                failed => outcome = outcome.and(failed.map(drop)),
             }
-            let moved = domain.nearest_image(position - particle.position()).amax();
-            if moved > domain.dx || moved.is_nan() {
-                failure = failure.and_then(|()| {
-                    Err(Error::Diverged {
-                        step: self.step,
-                        what: format!(
-                            "particle {} at {}: moved {moved:.3e} m in one step, more than a cell ({:.3e} m)",
-                            particle.id,
-                            position_text(particle.position()),
-                            domain.dx
-                        ),
-                    })
-                });
-                continue;
-            }
-            let inertia = &self.inertias[particle.template as usize];
-            let spin = Vec3::from(state.angular_velocity);
-            let mean = (particle.angular_velocity() + spin) * 0.5;
-            let orientation = integrator::turned(&particle.orientation(), mean, dt);
-            particle.set_orientation(&orientation);
-            particle.position = position.into();
-            particle.velocity = state.velocity;
-            particle.angular_velocity = state.angular_velocity;
-            particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
-            particle.contact_force = state.contact_force;
-            particle.contact_torque = state.contact_torque;
         }
-        failure
+        outcome
+    }
+
+    /// A particle in its new state.
+    fn updated(&self, mut particle: Particle, state: &State, dt: f64) -> Result<Particle> {
+        let domain = self.near.decomposition().domain;
+        let position = domain.wrap(state.position.into());
+        if let Some(face) = face_passed(&domain, position) {
+            let after = Particle { position: position.into(), ..particle };
+            return Err(outside(self.step, &particle, &after, face, &self.params.walls));
+        }
+        let moved = domain.nearest_image(position - particle.position()).amax();
+        if moved > domain.dx || moved.is_nan() {
+            let what = format!(
+                "particle {} at {}: moved {moved:.3e} m in one step, more than a cell ({:.3e} m)",
+                particle.id,
+                position_text(particle.position()),
+                domain.dx
+            );
+            return Err(Error::Diverged { step: self.step, what });
+        }
+        let spin = Vec3::from(state.angular_velocity);
+        let mean = (particle.angular_velocity() + spin) * 0.5;
+        let orientation = integrator::turned(&particle.orientation(), mean, dt);
+        let inertia = &self.inertias[particle.template as usize];
+        particle.set_orientation(&orientation);
+        particle.position = position.into();
+        particle.velocity = state.velocity;
+        particle.angular_velocity = state.angular_velocity;
+        particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
+        particle.contact_force = state.contact_force;
+        particle.contact_torque = state.contact_torque;
+        Ok(particle)
     }
 }
 
@@ -375,27 +360,22 @@ impl DemEngine for Liggghts {
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
         assert_eq!(loads.len(), self.population.store.owned);
-        let messages = comm.gather(self.pushes(loads));
-        let mut outcome = Ok(());
-        let mut states = Vec::new();
+        let messages = comm.gather(self.load_message(loads));
+        let (mut bytes, mut outcome) = (Vec::new(), Ok(()));
         if self.rank == 0 && !self.failed {
-            match self.drive(&messages, dt) {
-                Ok(all) => {
-                    outcome = self.count(&all);
-                    states = all;
-                }
-                Err(error) => {
-                    self.failed = true;
-                    outcome = Err(error);
-                }
+            match self.step_liggghts(&messages, dt) {
+                Ok(states) => bytes = states,
+                Err(error) => (self.failed, outcome) = (true, Err(error)),
             }
         }
         if comm.size() > 1 {
-            let bytes = comm.all_gather(bytemuck::cast_slice(&states).to_vec()).swap_remove(0);
-            states = bytemuck::pod_collect_to_vec(&bytes);
+            bytes = comm.all_gather(bytes).swap_remove(0);
         }
+        let states: Vec<State> = pod_collect_to_vec(&bytes);
         if states.len() == self.ids.len() {
-            outcome = outcome.and(self.follow(&states, dt));
+            // Counts first, so that its failure is the one that is returned.
+            outcome = outcome.and(self.count(&states));
+            outcome = outcome.and(self.update_particles(&states, dt));
             self.population.loads.copy_from_slice(loads);
             self.population.refresh(&self.near, comm);
         }
@@ -404,35 +384,30 @@ impl DemEngine for Liggghts {
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.master.as_ref().map_or_else(ContactSummary::default, |master| master.summary)
+        self.root.as_ref().map_or_else(ContactSummary::default, |root| root.summary)
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
-        let (Some(master), Some(process)) = (&self.master, self.process()) else {
+        let (Some(root), Some(process)) = (&self.root, self.process()) else {
             return Vec::new();
         };
         if self.step == 0 {
             return Vec::new();
         }
-        let touches = match process.borrow_mut().ask(Request::Touches) {
-            Reply::Touches(touches) => touches,
-            Reply::Failed(what) => {
-                self.unsaid.replace(Some(what));
-                return Vec::new();
-            }
-            _ => return Vec::new(),
-        };
+        let answer = process.borrow_mut().ask(Request::Contacts, &[]);
+        let bytes = answer.unwrap_or_else(|what| {
+            self.pending_error.replace(Some(what));
+            Vec::new()
+        });
+        let contacts: Vec<ContactForce> = pod_collect_to_vec(&bytes);
         let mut states: Vec<ContactState> =
-            (touches.iter()).filter_map(|touch| self.contact_state(master, touch)).collect();
+            contacts.iter().filter_map(|contact| self.contact_state(root, contact)).collect();
         states.sort_by_key(|state| (state.first, state.second));
         states
     }
 
     fn health(&self) -> Result<()> {
-        match self.unsaid.take() {
-            Some(what) => Err(self.failure(what)),
-            None => Ok(()),
-        }
+        self.pending_error.take().map_or(Ok(()), |what| Err(self.failure(what)))
     }
 
     /// On rank 0 with what LIGGGHTS itself needs.
@@ -446,11 +421,8 @@ impl DemEngine for Liggghts {
         };
         if let Some(process) = self.process() {
             saved.states = self.contact_states();
-            match process.borrow_mut().ask(Request::Save) {
-                Reply::Saved(bytes) => saved.own = bytes,
-                Reply::Failed(what) => return Err(self.failure(what)),
-                _ => return Err(self.failure(NO_ANSWER.to_owned())),
-            }
+            let answer = process.borrow_mut().ask(Request::Save, &[]);
+            saved.own = answer.map_err(|what| self.failure(what))?;
         }
         Ok(saved.write(NAME))
     }
@@ -461,22 +433,20 @@ impl DemEngine for Liggghts {
         let saved = Saved::load(NAME, parts, current, comm)?;
         // The contacts there are already are not the first of theirs.
         let begun: u64 = parts.iter().filter_map(|part| Saved::begun(part)).sum();
-        self.begin(comm, &saved.particles, Some(saved.own))?;
+        self.begin(comm, &saved.particles, &saved.own)?;
         self.step = saved.substep;
         self.population.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
-        let states: Vec<State> = (self.master.iter().flat_map(|master| &master.positions))
+        let states: Vec<State> = (self.root.iter().flat_map(|root| &root.positions))
             .map(|position| State { position: (*position).into(), ..State::default() })
             .collect();
-        // Whatever there is to complain of was there when it was saved.
+        // Whatever fails here failed before it was saved.
         let _ = self.count(&states);
-        if let Some(master) = &mut self.master {
-            master.summary.begun = begun;
+        if let Some(root) = &mut self.root {
+            root.summary.begun = begun;
         }
         Ok(())
     }
 }
-
-const NO_ANSWER: &str = "it answered something else than what it was asked";
 
 /// LIGGGHTS cannot have what the case asks for.
 fn unsupported(what: String) -> Error {

@@ -5,13 +5,14 @@
 //! does, so it never outlives the run.
 
 use super::LiggghtsParams;
-use super::protocol::{Reply, Request};
-use super::session::Session;
+use super::instance::Outcome;
+use super::protocol::{Request, read, write};
+use super::session::serve;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
-use std::fmt::Write as _;
+use signal_hook::low_level::signal_name;
 use std::fs::{File, OpenOptions};
 use std::io;
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, OwnedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -24,14 +25,14 @@ use std::time::{Duration, Instant};
 /// The verb of the worker.
 pub const VERB: &str = "liggghts-worker";
 
-/// How long a worker may take to end once it is told to.
-const PATIENCE: Duration = Duration::from_secs(2);
-/// How long a worker may still take to answer once the run is told to stop.
+/// Time that a worker may take to end once its socket is closed.
+const ENDING: Duration = Duration::from_secs(2);
+/// Time that a worker may still take to answer once the run is told to stop.
 const GRACE: Duration = Duration::from_secs(5);
-/// Time between two looks at a worker that is ending.
+/// Time between two checks of a worker that is ending.
 const PAUSE: Duration = Duration::from_millis(1);
-/// Time between two looks at the stop flag while a worker does not answer.
-const LOOK: Duration = Duration::from_millis(50);
+/// Time between two checks of the stop flag while a worker does not answer.
+const CHECK: Duration = Duration::from_millis(50);
 /// Lines of the log that an error message quotes.
 const QUOTED: usize = 8;
 
@@ -52,26 +53,25 @@ const ALONE: [(&str, &str); 4] = [
 pub(crate) struct Worker {
     child: Child,
     /// `None` when the worker has been told to end.
-    line: Option<Line>,
+    channel: Option<Channel>,
     timeout: Duration,
     log_file: Option<PathBuf>,
-    /// Length of the log when the worker last answered.
+    /// Length of the log at the end of the set-up.
     logged: u64,
 }
 
 impl Worker {
-    /// Starts a worker: `program`, or the program that runs now. What it prints goes to the end of `log`.
-    pub(super) fn start(params: &LiggghtsParams) -> Result<Self, String> {
-        let (program, log) = (params.program.as_deref(), params.log.as_deref());
-        let program = match program {
-            Some(program) => program.to_owned(),
+    /// Starts a worker: the program of `params`, or the one that runs now. What it prints goes to the end of the log.
+    pub(super) fn start(params: &LiggghtsParams) -> Outcome<Self> {
+        let program = match &params.program {
+            Some(program) => program.clone(),
             None => std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?,
         };
         let failed = |e: io::Error| format!("cannot start {} as a worker: {e}", program.display());
         let (here, there) = UnixStream::pair().map_err(failed)?;
-        here.set_read_timeout(Some(LOOK)).map_err(failed)?;
-        here.set_write_timeout(Some(LOOK)).map_err(failed)?;
-        let output = match log {
+        here.set_read_timeout(Some(CHECK)).map_err(failed)?;
+        here.set_write_timeout(Some(CHECK)).map_err(failed)?;
+        let output = match &params.log {
             Some(path) => open_log(path)?,
             None => OpenOptions::new().write(true).open("/dev/null").map_err(failed)?,
         };
@@ -83,7 +83,7 @@ impl Worker {
             }
         }
         // A worker may print as soon as it runs.
-        let logged = log.map_or(0, length);
+        let logged = params.log.as_deref().map_or(0, length);
         let child = command
             .arg(VERB)
             .envs(ALONE)
@@ -94,52 +94,41 @@ impl Worker {
             .stderr(Stdio::from(output))
             .spawn()
             .map_err(failed)?;
+        let (stop, zero) = (Arc::clone(&params.stop), Duration::ZERO);
         Ok(Self {
             child,
-            line: Some(Line {
-                socket: here,
-                stop: Arc::clone(&params.stop),
-                told: false,
-                waited: Duration::ZERO,
-                limit: Duration::ZERO,
-            }),
-            timeout: Duration::from_secs_f64(params.timeout.unwrap_or(60.0)),
-            log_file: log.map(Path::to_owned),
+            channel: Some(Channel { socket: here, stop, stopping: false, waited: zero, limit: zero }),
+            timeout: Duration::from_secs_f64(params.options.timeout),
+            log_file: params.log.clone(),
             logged,
         })
     }
 
-    /// Asks the worker. One that does not answer is gone, and the reply says how it ended.
-    pub(super) fn ask(&mut self, request: &Request) -> Reply {
-        let Some(line) = &mut self.line else {
-            return Reply::Failed("LIGGGHTS has ended before".to_owned());
-        };
-        let brief = matches!(request, Request::Advance { .. } | Request::Touches);
-        line.limit = if brief { self.timeout } else { 10 * self.timeout };
-        (line.waited, line.told) = (Duration::ZERO, false);
-        match request.write(line).and_then(|()| Reply::read(line)) {
-            Ok(reply) => {
-                // Only the set-up writes to it.
-                if matches!(request, Request::Open(..) | Request::Resume(..)) {
-                    self.logged = self.log_file.as_deref().map_or(0, length);
-                }
-                reply
-            }
-            Err(error) => Reply::Failed(self.how_it_ended(&error)),
+    /// Asks the worker. One that does not answer is gone, and the error says how it ended.
+    pub(super) fn ask(&mut self, request: &Request, bytes: &[u8]) -> Outcome<Vec<u8>> {
+        let channel = self.channel.as_mut().ok_or("LIGGGHTS has ended before")?;
+        let brief = matches!(request, Request::Advance { .. } | Request::Contacts);
+        channel.limit = if brief { self.timeout } else { 10 * self.timeout };
+        (channel.waited, channel.stopping) = (Duration::ZERO, false);
+        let answer = write(channel, request, bytes).and_then(|()| read::<Outcome<()>>(channel));
+        let (outcome, bytes) = answer.map_err(|error| self.how_it_ended(&error))?;
+        // Only the set-up writes to the log.
+        if matches!(request, Request::Open(..)) {
+            self.logged = self.log_file.as_deref().map_or(0, length);
         }
+        outcome.map(|()| bytes)
     }
 
     /// What became of a worker that has not answered.
     fn how_it_ended(&mut self, error: &io::Error) -> String {
-        self.line = None;
+        self.channel = None;
         let mut text = if error.kind() == io::ErrorKind::TimedOut {
             self.kill();
             format!("its process {error}; it has been ended")
         } else {
             match self.wait() {
                 Some(status) => {
-                    let how = describe(status);
-                    format!("its process {how}; the run cannot go on without it")
+                    format!("its process {}; the run cannot continue without it", describe(status))
                 }
                 None => format!("its process does not answer ({error})"),
             }
@@ -147,10 +136,7 @@ impl Worker {
         if let Some(log) = &self.log_file {
             let lines = last_lines(log, self.logged);
             if !lines.is_empty() {
-                let _ = write!(text, "\n  the end of {}:", log.display());
-                for line in lines {
-                    let _ = write!(text, "\n  | {line}");
-                }
+                text += &format!("\n  the end of {}:\n  | {}", log.display(), lines.join("\n  | "));
             }
         }
         text
@@ -159,16 +145,14 @@ impl Worker {
     /// Waits for the worker to end; one that does not is ended.
     fn wait(&mut self) -> Option<ExitStatus> {
         let start = Instant::now();
-        loop {
+        while start.elapsed() <= ENDING {
             if let Ok(Some(status)) = self.child.try_wait() {
                 return Some(status);
             }
-            if start.elapsed() > PATIENCE {
-                self.kill();
-                return None;
-            }
             std::thread::sleep(PAUSE);
         }
+        self.kill();
+        None
     }
 
     /// Ends the worker, even one that is stopped.
@@ -178,34 +162,35 @@ impl Worker {
     }
 }
 
-/// The socket to a worker: waits for it as long as it may take, and only briefly once the run is told to stop.
+/// The socket to a worker: waits for it up to a limit, and only briefly once the run is told to stop.
 #[derive(Debug)]
-struct Line {
+struct Channel {
     socket: UnixStream,
     /// Set when the run is told to stop.
     stop: Arc<AtomicBool>,
-    /// Whether that was seen while waiting for the present answer.
-    told: bool,
-    /// Time waited for the present answer. A sum of looks: what passes while this process is suspended does not count.
+    /// True if that was seen while waiting for the present answer.
+    stopping: bool,
+    /// Time waited for the present answer, as a sum of checks: time in which this process is suspended does not count.
     waited: Duration,
     limit: Duration,
 }
 
-impl Line {
+impl Channel {
     /// Repeats what the socket was not ready for, until it is or the time is over.
-    fn patiently<R>(&mut self, mut attempt: impl FnMut(&mut UnixStream) -> io::Result<R>) -> io::Result<R> {
+    fn retry<R>(&mut self, mut attempt: impl FnMut(&mut UnixStream) -> io::Result<R>) -> io::Result<R> {
         loop {
             match attempt(&mut self.socket) {
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => self.waited += LOOK,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => self.waited += CHECK,
                 outcome => return outcome,
             }
-            if !self.told && self.stop.load(Ordering::Relaxed) {
+            if !self.stopping && self.stop.load(Ordering::Relaxed) {
                 // A worker that is at work is given the time to finish the step, so that a checkpoint can be written.
-                self.told = true;
+                self.stopping = true;
                 self.limit = self.limit.min(self.waited + GRACE);
             }
             if self.waited >= self.limit {
-                let why = if self.told { "and the run is to stop" } else { "(see `dem.liggghts.timeout`)" };
+                let why =
+                    if self.stopping { "and the run is to stop" } else { "(see `dem.liggghts.timeout`)" };
                 let text = format!("has not answered for {:.1} s {why}", self.waited.as_secs_f64());
                 return Err(io::Error::new(io::ErrorKind::TimedOut, text));
             }
@@ -213,15 +198,15 @@ impl Line {
     }
 }
 
-impl io::Read for Line {
+impl io::Read for Channel {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.patiently(|socket| socket.read(buffer))
+        self.retry(|socket| socket.read(buffer))
     }
 }
 
-impl io::Write for Line {
+impl io::Write for Channel {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        self.patiently(|socket| socket.write(buffer))
+        self.retry(|socket| socket.write(buffer))
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -244,30 +229,25 @@ pub(crate) fn open_log(path: &Path) -> Result<File, String> {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        self.line = None;
+        self.channel = None;
         self.wait();
     }
 }
 
 fn describe(status: ExitStatus) -> String {
-    match (status.signal(), status.code()) {
-        (Some(signal), _) => format!("was ended by signal {signal}{}", name_of(signal)),
-        (_, Some(code)) => format!("has ended with exit code {code}"),
-        _ => "has ended".to_owned(),
-    }
-}
-
-/// Name of a signal that a worker is likely to die of.
-fn name_of(signal: i32) -> &'static str {
-    match signal {
-        libc::SIGSEGV => " (SIGSEGV: a bad pointer in LIGGGHTS)",
-        libc::SIGABRT => " (SIGABRT: LIGGGHTS or a library below it has given up)",
-        libc::SIGFPE => " (SIGFPE)",
-        libc::SIGBUS => " (SIGBUS)",
-        libc::SIGKILL => " (SIGKILL: by someone, or for want of memory)",
-        libc::SIGTERM => " (SIGTERM)",
+    let Some(signal) = status.signal() else {
+        return status
+            .code()
+            .map_or("has ended".to_owned(), |code| format!("has ended with exit code {code}"));
+    };
+    let remark = match signal {
+        libc::SIGSEGV => ": a bad pointer in LIGGGHTS",
+        libc::SIGABRT => ": LIGGGHTS or a library below it has given up",
+        libc::SIGKILL => ": by someone, or for want of memory",
         _ => "",
-    }
+    };
+    let name = signal_name(signal).unwrap_or("unknown");
+    format!("was ended by signal {signal} ({name}{remark})")
 }
 
 /// Length of a file (bytes).
@@ -280,21 +260,16 @@ fn last_lines(log: &Path, after: u64) -> Vec<String> {
     let bytes = std::fs::read(log).unwrap_or_default();
     let text = String::from_utf8_lossy(bytes.get(after as usize..).unwrap_or_default());
     let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
-    let from = lines.len().saturating_sub(QUOTED);
-    lines[from..].iter().map(|line| (*line).to_owned()).collect()
+    lines[lines.len().saturating_sub(QUOTED)..].iter().map(ToString::to_string).collect()
 }
 
 /// The worker: answers what comes from the socket that is its standard input, until that closes.
 pub fn main() -> ExitCode {
-    match serve() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(_) => ExitCode::from(2),
-    }
+    if run().is_ok() { ExitCode::SUCCESS } else { ExitCode::from(2) }
 }
 
-fn serve() -> io::Result<()> {
-    let stdin = io::stdin().as_fd().try_clone_to_owned()?;
-    let mut socket = UnixStream::from(stdin);
+fn run() -> io::Result<()> {
+    let mut socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     // Anything else than a socket is an error here: the verb is for this program's own use.
     socket.peer_addr()?;
     // A batch system may send these to every process of a job; the run decides what becomes of them.
@@ -303,21 +278,24 @@ fn serve() -> io::Result<()> {
     }
     let null = File::open("/dev/null")?;
     // SAFETY: both are open descriptors; from here on nobody reads standard input.
-    if unsafe { libc::dup2(std::os::fd::AsRawFd::as_raw_fd(&null), 0) } < 0 {
+    if unsafe { libc::dup2(null.as_raw_fd(), 0) } < 0 {
         return Err(io::Error::last_os_error());
     }
     // SAFETY: sets the buffering of a stream that nothing has been written to.
     unsafe { liggghts_sys::lgg_flush_lines() };
-    let mut session = Session::new();
+    let mut session = None;
     let outcome = loop {
-        let request = match Request::read(&mut socket) {
-            Ok(request) => request,
+        let (request, bytes) = match read(&mut socket) {
+            Ok(message) => message,
             // The run has ended.
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => break Ok(()),
             Err(error) => break Err(error),
         };
-        let reply = session.serve(request);
-        if reply.write(&mut socket).is_err() {
+        let (head, bytes) = match serve(&mut session, request, &bytes) {
+            Ok(bytes) => (Ok(()), bytes),
+            Err(text) => (Err(text), Vec::new()),
+        };
+        if write(&mut socket, &head, &bytes).is_err() {
             break Ok(());
         }
     };

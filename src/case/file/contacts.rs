@@ -2,7 +2,7 @@
 
 use crate::case::schema::{non_negative, positive};
 use crate::contact::{DampingLaw, ElasticLaw};
-use crate::dem::LiggghtsProcess;
+use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

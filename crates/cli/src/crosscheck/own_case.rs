@@ -12,7 +12,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use turbid::case::Setup;
 use turbid::contact::{DampingLaw, ElasticLaw};
-use turbid::dem::{DemEngine, EngineChoice, Load};
+use turbid::dem::{DemEngine, Load};
+use turbid::engine::EngineChoice;
 use turbid::error::{Error, Result};
 use turbid::output::numbers::small;
 

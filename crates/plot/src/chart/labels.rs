@@ -2,8 +2,7 @@
 
 use super::layout::{Layout, NUMBER};
 use super::{Chart, Mark, Panel};
-use crate::drawing::{Align, Area, Drawing, Pencil};
-use crate::markup::spans;
+use crate::drawing::{Align, Area, Drawing, Stroke};
 use crate::text::widest;
 
 /// Height of a line of the labels.
@@ -16,7 +15,7 @@ const LEADER: f32 = 36.0;
 /// Space that the labels of a chart take right of its frame.
 pub(super) fn margin(chart: &Chart) -> f32 {
     let names = chart.panels.iter().flat_map(levels).flat_map(|level| level.0.lines());
-    match widest(names.map(spans), NUMBER) {
+    match widest(names, NUMBER) {
         0.0 => 0.0,
         width => LEADER + width,
     }
@@ -32,20 +31,21 @@ fn levels(panel: &Panel) -> impl Iterator<Item = (&str, f64, [u8; 3])> {
 
 /// Draws the labels of a panel, pushed apart where they would overlap, each with a leader to its line.
 pub(super) fn draw(drawing: &mut Drawing, layout: &Layout, (_, t, r, b): Area, panel: &Panel) {
-    let mut labels: Vec<(f32, &str, [u8; 3])> = levels(panel)
-        .filter_map(|(label, value, colour)| Some((b - layout.y.part(value)? * (b - t), label, colour)))
+    let mut labels: Vec<(f32, f32, &str, [u8; 3])> = levels(panel)
+        .filter_map(|(label, value, colour)| {
+            let height = label.lines().count() as f32 * STEP;
+            Some((b - layout.y.part(value)? * (b - t), height, label, colour))
+        })
         .collect();
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let height = |label: &str| label.lines().count() as f32 * STEP;
-    let wanted = labels.iter().map(|(y, label, _)| (y - 0.5 * height(label), height(label)));
-    let tops = spread(&wanted.collect::<Vec<_>>(), GAP, (t - 20.0, b + 60.0));
-    for (top, (y, label, colour)) in tops.into_iter().zip(labels) {
-        let middle = top + 0.5 * height(label);
-        let leader = vec![(r + 3.0, y), (r + 12.0, y), (r + LEADER - 8.0, middle)];
-        drawing.line(leader, Pencil::new(colour, 2.0));
+    let wanted: Vec<_> = labels.iter().map(|&(y, height, ..)| (y - 0.5 * height, height)).collect();
+    let tops = spread(&wanted, GAP, (t - 20.0, b + 60.0));
+    for (top, (y, height, label, colour)) in tops.into_iter().zip(labels) {
+        let leader = [(r + 3.0, y), (r + 12.0, y), (r + LEADER - 8.0, top + 0.5 * height)];
+        drawing.line(&leader, Stroke::new(colour, 2.0));
         for (i, line) in label.lines().enumerate() {
             let at = (r + LEADER, top + (i as f32 + 0.72) * STEP);
-            drawing.text(spans(line), NUMBER, at, Align::Start, colour);
+            drawing.text(line, NUMBER, at, Align::Start, colour);
         }
     }
 }
@@ -68,12 +68,8 @@ fn spread(wanted: &[(f32, f32)], gap: f32, (lo, hi): (f32, f32)) -> Vec<f32> {
         }
         pools.push(pool);
     }
-    pools
-        .iter()
-        .flat_map(|&(place, count)| std::iter::repeat_n(place.min(hi - used + gap).max(lo), count))
-        .zip(offsets)
-        .map(|(place, offset)| place + offset)
-        .collect()
+    let places = pools.iter().flat_map(|&(place, count)| vec![place.min(hi - used + gap).max(lo); count]);
+    places.zip(offsets).map(|(place, offset)| place + offset).collect()
 }
 
 #[cfg(test)]

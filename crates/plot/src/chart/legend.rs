@@ -1,12 +1,11 @@
 //! The legend: a grid of names above the panels.
 
 use super::Chart;
-use super::layout::{MARGIN, page, wrapped};
+use super::layout::{MARGIN, grid};
 use super::looks::{Look, Looks, draw_marker};
 use crate::colour::INK;
 use crate::drawing::{Align, Drawing};
-use crate::markup::spans;
-use crate::text::widest;
+use crate::text::{widest, wrapped};
 
 const SIZE: f32 = 25.0;
 /// Height of a line.
@@ -25,7 +24,7 @@ pub(super) struct Legend {
 
 impl Legend {
     pub(super) fn new(chart: &Chart, looks: &Looks) -> Self {
-        let space = page(chart).0 - 2.0 * MARGIN;
+        let space = grid(chart).1 - 2.0 * MARGIN;
         let mut entries: Vec<(Look, String)> = Vec::new();
         for series in chart.panels.iter().flat_map(|panel| &panel.series) {
             let look = looks.find(series);
@@ -35,9 +34,12 @@ impl Legend {
             }
         }
         for (_, label) in &mut entries {
-            *label = shortened(label, space - SAMPLE.0 - SAMPLE.1);
+            // An ellipsis stands where a label was cut.
+            if let [line, _, ..] = &wrapped(label, SIZE, space - SAMPLE.0 - SAMPLE.1 - SIZE)[..] {
+                *label = format!("{line}\u{2026}");
+            }
         }
-        let widest = widest(entries.iter().map(|(_, label)| spans(label)), SIZE);
+        let widest = widest(entries.iter().map(|(_, label)| &**label), SIZE);
         let column_width = SAMPLE.0 + SAMPLE.1 + widest + GAP;
         let most = ((space + GAP) / column_width).floor().max(1.0) as usize;
         // As few columns as need no more lines.
@@ -59,20 +61,12 @@ impl Legend {
             let (column, line) = (i / self.lines(), i % self.lines());
             let x = MARGIN + column as f32 * self.column_width;
             let middle = top + (line as f32 + 0.5) * LINE;
-            if let Some(pencil) = look.pencil {
-                drawing.line(vec![(x, middle), (x + SAMPLE.0, middle)], pencil);
+            if let Some(stroke) = look.stroke {
+                drawing.line(&[(x, middle), (x + SAMPLE.0, middle)], stroke);
             }
             draw_marker(drawing, *look, (x + 0.5 * SAMPLE.0, middle));
             let at = (x + SAMPLE.0 + SAMPLE.1, middle + 0.36 * SIZE);
-            drawing.text(spans(label), SIZE, at, Align::Start, INK);
+            drawing.text(label, SIZE, at, Align::Start, INK);
         }
-    }
-}
-
-/// A text no wider than `space`, with an ellipsis where it was cut.
-fn shortened(text: &str, space: f32) -> String {
-    match &wrapped(text, SIZE, space - SIZE)[..] {
-        [line, _, ..] => format!("{line}\u{2026}"),
-        _ => text.to_string(),
     }
 }

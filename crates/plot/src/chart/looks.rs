@@ -2,7 +2,7 @@
 
 use super::{Panel, Series, Style};
 use crate::colour::{BLUE, INK, VERMILION};
-use crate::drawing::{Colour, Drawing, Pencil, Place};
+use crate::drawing::{Colour, DASHES, Drawing, Position, Stroke};
 use std::f32::consts::{PI, TAU};
 
 /// Series with more points are lines without markers.
@@ -20,33 +20,24 @@ const PALE: [Colour; 3] = [[190, 205, 170], [200, 195, 215], [225, 205, 175]];
 /// Dashes of laws that are lines, one after another.
 const LINES: [&[f32]; 4] = [&[], &[8.0, 2.5, 1.5, 2.5], &[1.4, 2.2], &[14.0, 3.0]];
 /// Dashes of laws that are dashed.
-const DASHES: [&[f32]; 4] = [&[5.0, 3.0], &[2.5, 2.5], &[6.0, 2.5, 1.5, 2.5, 1.5, 2.5], &[9.0, 5.0]];
+const DASHED: [&[f32]; 4] = [DASHES, &[2.5, 2.5], &[6.0, 2.5, 1.5, 2.5, 1.5, 2.5], &[9.0, 5.0]];
 
 /// Number of outlines of markers.
 const OUTLINES: usize = 8;
-
-/// A marker.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Marker {
-    /// Number of its outline; after all outlines were used once, a dot of the other colour is added.
-    number: usize,
-    filled: bool,
-}
 
 /// Appearance of a series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) style: Style,
     pub(super) colour: Colour,
-    pub(super) marker: Option<Marker>,
+    /// Number of the outline of its markers, if it has markers; after all outlines were used once, a dot is added.
+    pub(super) marker: Option<usize>,
     /// Its line, if it has one.
-    pub(super) pencil: Option<Pencil>,
+    pub(super) stroke: Option<Stroke>,
 }
 
 /// Appearance of the series of a chart, by style and name.
-pub(super) struct Looks {
-    known: Vec<(Style, String, Look)>,
-}
+pub(super) struct Looks(Vec<(Style, String, Look)>);
 
 /// A series that is drawn with markers if it has few points.
 fn is_marked(style: Style) -> bool {
@@ -63,26 +54,21 @@ impl Looks {
                 None => names.push((*style, label, points.len())),
             }
         }
-        let count = |style: Style| names.iter().filter(|name| name.0 == style).count();
+        let with = |style: Style| names.iter().filter(move |name| name.0 == style);
         let marked = names.iter().filter(|name| is_marked(name.0)).count();
         // As many laws as measured series belong to them one by one, if they are named after them.
         let is_paired = |style: Style| {
-            let measured = || names.iter().filter(|name| name.0 == Style::Measured);
-            let mut laws = names.iter().filter(|name| name.0 == style);
-            let own = |law: &(Style, &str, usize)| measured().any(|name| law.1.ends_with(name.1));
-            marked > 1 && count(style) == count(Style::Measured) && laws.all(own)
+            let measured = || with(Style::Measured);
+            let is_law = matches!(style, Style::Line | Style::Dashed);
+            let has_own = |law: &(Style, &str, usize)| measured().any(|name| law.1.ends_with(name.1));
+            is_law && marked > 1 && with(style).count() == measured().count() && with(style).all(has_own)
         };
-        let paired = [Style::Line, Style::Dashed].map(|style| (style, is_paired(style)));
-        let mut used = [0; 6];
         let mut colours = 0;
-        let mut known: Vec<(Style, String, Look)> = Vec::new();
+        let mut looks = Self(Vec::new());
         for &(style, label, points) in &names {
-            let is_paired = paired.contains(&(style, true));
-            let index = used[style as usize];
-            let look = if let Some(look) = owner(&known, style, label) {
-                look
-            } else {
-                used[style as usize] += 1;
+            let is_paired = is_paired(style);
+            let index = looks.0.iter().filter(|known| known.0 == style).count();
+            let look = looks.owner(style, label).unwrap_or_else(|| {
                 let colour = if style == Style::Reference {
                     PALE[index % PALE.len()]
                 } else if is_paired {
@@ -96,81 +82,71 @@ impl Looks {
                     COLOURS[(colours - 1 + 3 * turn) % COLOURS.len()]
                 };
                 let dense = points > MARKED && style != Style::Points;
-                let marker = (is_marked(style) && !dense).then(|| Marker {
-                    number: (colours - 1) % (2 * OUTLINES),
-                    filled: style == Style::Measured,
-                });
+                let marker = (is_marked(style) && !dense).then(|| (colours - 1) % (2 * OUTLINES));
                 let dashes = match style {
                     Style::Line if !is_paired => LINES[index % LINES.len()],
-                    Style::Dashed if !is_paired => DASHES[index % DASHES.len()],
-                    Style::Dashed | Style::Overlaid => DASHES[0],
+                    Style::Dashed if !is_paired => DASHED[index % DASHED.len()],
+                    Style::Dashed | Style::Overlaid => DASHES,
                     _ => &[],
                 };
-                let pencil = match style {
-                    Style::Reference => Some(Pencil::new(colour, 12.0)),
-                    Style::Measured if !dense => Some(Pencil::new(pale(colour), 2.0)),
+                let stroke = match style {
+                    Style::Reference => Some(Stroke::new(colour, 12.0)),
+                    // Half way to white.
+                    Style::Measured if !dense => Some(Stroke::new(colour.map(|c| c / 2 + 127), 2.0)),
                     _ if marker.is_some() => None,
-                    _ => Some(Pencil::dashed(colour, 3.0, dashes)),
+                    _ => Some(Stroke { dashes, ..Stroke::new(colour, 3.0) }),
                 };
-                Look { style, colour, marker, pencil }
-            };
-            known.push((style, label.to_string(), look));
+                Look { style, colour, marker, stroke }
+            });
+            looks.0.push((style, label.to_string(), look));
         }
-        Self { known }
+        looks
     }
 
     pub(super) fn find(&self, series: &Series) -> Look {
-        let found = (self.known.iter()).find(|known| (known.0, &known.1) == (series.style, &series.label));
+        let found = self.0.iter().find(|known| (known.0, &known.1) == (series.style, &series.label));
         found.expect("every series of the chart was looked at").2
+    }
+
+    /// The look of reference points that belong to a measured series, whose name theirs ends with: its colour, open markers.
+    fn owner(&self, style: Style, label: &str) -> Option<Look> {
+        let is_owner = |name: &str| label.strip_suffix(name).is_some_and(|rest| rest.ends_with(", "));
+        let (.., look) = self.0.iter().find(|(of, name, _)| *of == Style::Measured && is_owner(name))?;
+        (style == Style::Points).then_some(Look { style, stroke: None, ..*look })
     }
 }
 
-/// The look of reference points that belong to a measured series, whose name theirs ends with: its colour, open markers.
-fn owner(known: &[(Style, String, Look)], style: Style, label: &str) -> Option<Look> {
-    let (.., look) = known.iter().find(|(of, name, _)| {
-        let rest = label.strip_suffix(name.as_str());
-        *of == Style::Measured && rest.is_some_and(|rest| rest.ends_with(", "))
-    })?;
-    let marker = look.marker.map(|marker| Marker { filled: false, ..marker });
-    (style == Style::Points).then_some(Look { style, marker, pencil: None, ..*look })
-}
-
-/// Half way to white.
-fn pale(colour: Colour) -> Colour {
-    colour.map(|c| c / 2 + 127)
-}
-
-/// Draws the marker of a series.
-pub(super) fn draw_marker(drawing: &mut Drawing, look: Look, at: Place) {
-    let (Some(Marker { number, filled }), white) = (look.marker, [255; 3]) else {
+/// Draws the marker of a series, filled if it is a measured one.
+pub(super) fn draw_marker(drawing: &mut Drawing, look: Look, at: Position) {
+    let (Some(number), filled, white) = (look.marker, look.style == Style::Measured, [255; 3]) else {
         return;
     };
     // A white rim keeps markers apart that lie on each other.
     let (size, rim) = if filled { (RADIUS, 2.5) } else { (1.15 * RADIUS, 5.0) };
     let corners = outline(number % OUTLINES, at, size);
-    drawing.outline(corners.clone(), Pencil::new(white, rim));
+    drawing.outline(&corners, Stroke::new(white, rim));
     if filled {
-        drawing.fill(corners, look.colour, 1.0);
+        drawing.fill(&corners, look.colour, 1.0);
     } else {
-        drawing.outline(corners, Pencil::new(look.colour, 2.6));
+        drawing.outline(&corners, Stroke::new(look.colour, 2.6));
     }
     if number >= OUTLINES {
         let colour = if filled { white } else { look.colour };
-        drawing.fill(outline(0, at, 0.36 * RADIUS), colour, 1.0);
+        drawing.fill(&outline(0, at, 0.36 * RADIUS), colour, 1.0);
     }
 }
 
 /// Corners of a marker.
-fn outline(which: usize, (x, y): Place, size: f32) -> Vec<Place> {
-    let turned = |(a, b): Place, angle: f32| {
+fn outline(which: usize, (x, y): Position, size: f32) -> Vec<Position> {
+    let turned = |(a, b): Position, angle: f32| {
         let (sine, cosine) = angle.sin_cos();
         (x + a * cosine - b * sine, y + a * sine + b * cosine)
     };
-    let regular = |corners: usize, radius: f32, first: f32| -> Vec<Place> {
+    let regular = |corners: usize, radius: f32, first: f32| -> Vec<Position> {
         let angles = (0..corners).map(|i| first + i as f32 * TAU / corners as f32);
         angles.map(|angle| turned((radius, 0.0), angle)).collect()
     };
-    let crossed = |first: f32| -> Vec<Place> {
+    let crossed = |first: f32| -> Vec<Position> {
         let (long, short) = (1.25 * size, 0.45 * size);
         let arm = [(long, -short), (long, short), (short, short)];
         let quarters = (0..4).map(|quarter| first + 0.25 * TAU * quarter as f32);

@@ -2,11 +2,10 @@
 
 use super::layout::{Layout, NUMBER, PANEL_TITLE};
 use super::looks::{Look, Looks, RADIUS, draw_marker};
-use super::{Chart, Mark, Panel, Point, Series, Style, labels};
-use crate::axis::Side;
+use super::{Chart, Mark, Panel, Series, labels};
 use crate::colour::{GREY, GRID, INK, VERMILION};
-use crate::drawing::{Align, Area, DASHES, Drawing, Pencil, Place};
-use crate::markup::spans;
+use crate::drawing::{Align, Area, DASHES, Drawing, Position, Stroke};
+use crate::scale::Side;
 use crate::text::width;
 
 /// Points closer to the last one than this are not drawn (pixels).
@@ -14,23 +13,18 @@ const RESOLUTION: f32 = 0.25;
 /// Half the width of the end of an error bar.
 const CAP: f32 = 7.0;
 
-/// The order in which lines are drawn, and that of markers: filled ones first, as open ones let them be seen.
-const ORDER: [Style; 6] =
-    [Style::Reference, Style::Line, Style::Dashed, Style::Measured, Style::Points, Style::Overlaid];
-
 /// Draws a panel of the chart.
 pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, index: usize, looks: &Looks) {
-    let area = layout.panels[index];
-    draw_axes(drawing, layout, index);
-    let none = Panel::default();
+    let (area, none) = (layout.panels[index], Panel::default());
     let panel = chart.panels.get(index).unwrap_or(&none);
+    draw_axes(drawing, layout, index);
     draw_marks(drawing, layout, area, panel);
     let mut ordered: Vec<&Series> = panel.series.iter().collect();
-    ordered.sort_by_key(|series| ORDER.iter().position(|style| *style == series.style));
+    ordered.sort_by_key(|series| series.style);
     for series in &ordered {
         draw_line(drawing, layout, area, series, looks.find(series));
     }
-    drawing.frame(area, Pencil::new(INK, 2.0));
+    drawing.frame(area, Stroke::new(INK, 2.0));
     for series in &ordered {
         draw_points(drawing, layout, area, series, looks.find(series));
     }
@@ -38,35 +32,33 @@ pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, index:
     let mut points = panel.series.iter().flat_map(|series| &series.points);
     if panel.marks.is_empty() && !points.any(|p| layout.at(area, p.x, p.y).is_some()) {
         let at = (0.5 * (area.0 + area.2), 0.5 * (area.1 + area.3));
-        drawing.text(spans("no data"), PANEL_TITLE, at, Align::Middle, GREY);
+        drawing.text("no data", PANEL_TITLE, at, Align::Middle, GREY);
     }
     let letter = match chart.panels.len() {
         0 | 1 => String::new(),
         _ => format!("({}) ", char::from(b'a' + (index % 26) as u8)),
     };
-    let title = spans(&format!("{letter}{}", panel.title));
+    let title = format!("{letter}{}", panel.title);
     let at = (area.0, area.1 - 0.5 * PANEL_TITLE);
-    drawing.text(title, PANEL_TITLE, at, Align::Start, INK);
+    drawing.text(&title, PANEL_TITLE, at, Align::Start, INK);
 }
 
 /// Grid, ticks and lines at zero.
 fn draw_axes(drawing: &mut Drawing, layout: &Layout, index: usize) {
     let area @ (l, t, r, b) = layout.panels[index];
-    let across = |part: f32| vec![(l, b - part * (b - t)), (r, b - part * (b - t))];
-    let up = |part: f32| vec![(l + part * (r - l), t), (l + part * (r - l), b)];
-    let grid = Pencil::new(GRID, 1.5);
-    for tick in layout.x.ticks.iter().filter(|tick| tick.is_major()) {
-        drawing.line(up(tick.part), grid);
-    }
-    for tick in layout.y.ticks.iter().filter(|tick| tick.is_major()) {
-        drawing.line(across(tick.part), grid);
+    let across = |part: f32| [(l, b - part * (b - t)), (r, b - part * (b - t))];
+    let up = |part: f32| [(l + part * (r - l), t), (l + part * (r - l), b)];
+    let grid =
+        layout.x.major().map(|tick| up(tick.part)).chain(layout.y.major().map(|tick| across(tick.part)));
+    for line in grid {
+        drawing.line(&line, Stroke::new(GRID, 1.5));
     }
     layout.x.draw(drawing, Side::Below, area, NUMBER);
     let numbers = if layout.is_leftmost(index) { NUMBER } else { 0.0 };
     layout.y.draw(drawing, Side::Left, area, numbers);
     let zeros = [layout.y.zero().map(across), layout.x.zero().map(up)];
     for line in zeros.into_iter().flatten() {
-        drawing.line(line, Pencil::new(GREY, 1.5));
+        drawing.line(&line, Stroke::new(GREY, 1.5));
     }
 }
 
@@ -82,15 +74,15 @@ fn draw_marks(drawing: &mut Drawing, layout: &Layout, (l, t, r, b): Area, panel:
             }
             Mark::Event { label, at } => {
                 let Some(x) = across(*at) else { continue };
-                drawing.line(vec![(x, t), (x, b)], Pencil::dashed(INK, 2.0, DASHES));
-                let text = spans(label);
+                let dashed = Stroke { dashes: DASHES, ..Stroke::new(INK, 2.0) };
+                drawing.line(&[(x, t), (x, b)], dashed);
                 // Right of the line if there is space.
-                let (x, align) = if x + 24.0 + width(&text, NUMBER) < r {
+                let (x, align) = if x + 24.0 + width(label, NUMBER) < r {
                     (x + 12.0, Align::Start)
                 } else {
                     (x - 12.0, Align::End)
                 };
-                drawing.text(text, NUMBER, (x, b - 18.0), align, INK);
+                drawing.text(label, NUMBER, (x, b - 18.0), align, INK);
             }
             Mark::Level { value, error, between, dashed, colour, .. } => {
                 let [from, to] = between.map_or([Some(l), Some(r)], |ends| ends.map(across));
@@ -102,61 +94,56 @@ fn draw_marks(drawing: &mut Drawing, layout: &Layout, (l, t, r, b): Area, panel:
                     drawing.rectangle((from, top.max(t), to, bottom.min(b)), *colour, 0.25);
                 }
                 let dashes = if *dashed { DASHES } else { &[] };
-                let pencil = Pencil::dashed(*colour, 2.5, dashes);
-                drawing.line(vec![(from, y), (to, y)], pencil);
+                drawing.line(&[(from, y), (to, y)], Stroke { dashes, ..Stroke::new(*colour, 2.5) });
             }
         }
     }
 }
 
 fn draw_line(drawing: &mut Drawing, layout: &Layout, area: Area, series: &Series, look: Look) {
-    let Some(pencil) = look.pencil else { return };
+    let Some(stroke) = look.stroke else { return };
     // Measured points of several runs at one place, or in no order, are not joined.
     let ascends = series.points.windows(2).all(|pair| pair[0].x < pair[1].x);
     if look.marker.is_some() && !ascends {
         return;
     }
-    let mut run: Vec<Place> = Vec::new();
+    let mut run: Vec<Position> = Vec::new();
     // A point without a position interrupts the line; the one behind the end ends it.
     let places = series.points.iter().map(|p| layout.at(area, p.x, p.y));
     for place in places.chain([None]) {
         match (place, run.last()) {
             (Some((x, y)), Some(last)) if (x - last.0).abs().max((y - last.1).abs()) < RESOLUTION => {}
             (Some(place), _) => run.push(place),
-            (None, _) => drawing.line(std::mem::take(&mut run), pencil),
+            (None, _) => {
+                drawing.line(&run, stroke);
+                run.clear();
+            }
         }
     }
 }
 
+/// Error bars, and markers over them.
 fn draw_points(drawing: &mut Drawing, layout: &Layout, area: Area, series: &Series, look: Look) {
     if look.marker.is_none() {
         return;
     }
+    let stroke = Stroke::new(look.colour, 2.2);
     for point in &series.points {
-        draw_error(drawing, layout, area, point, look);
+        let error = point.error.filter(|error| *error > 0.0 && error.is_finite());
+        let (Some(error), Some((x, y))) = (error, layout.at(area, point.x, point.y)) else { continue };
+        let end = |value: f64| layout.at(area, point.x, value).map(|position| position.1);
+        // On a logarithmic axis an error as large as its value reaches down to the frame.
+        let (low, high) = (end(point.y - error), end(point.y + error).unwrap_or(y));
+        // A bar within the marker would only blur it.
+        if low.is_some_and(|low| (low - y).abs() < RADIUS && (high - y).abs() < RADIUS) {
+            continue;
+        }
+        drawing.line(&[(x, low.unwrap_or(area.3)), (x, high)], stroke);
+        for at in [low, Some(high)].into_iter().flatten() {
+            drawing.line(&[(x - CAP, at), (x + CAP, at)], stroke);
+        }
     }
-    for place in (series.points.iter()).filter_map(|p| layout.at(area, p.x, p.y)) {
-        draw_marker(drawing, look, place);
-    }
-}
-
-fn draw_error(drawing: &mut Drawing, layout: &Layout, area: Area, point: &Point, look: Look) {
-    let Some(error) = point.error.filter(|error| *error > 0.0 && error.is_finite()) else {
-        return;
-    };
-    let Some((x, y)) = layout.at(area, point.x, point.y) else {
-        return;
-    };
-    let end = |value: f64| layout.at(area, point.x, value).map(|place| place.1);
-    // On a logarithmic axis an error as large as its value reaches down to the frame.
-    let (low, high) = (end(point.y - error), end(point.y + error).unwrap_or(y));
-    // A bar within the marker would only blur it.
-    if low.is_some_and(|low| (low - y).abs() < RADIUS && (high - y).abs() < RADIUS) {
-        return;
-    }
-    let pencil = Pencil::new(look.colour, 2.2);
-    drawing.line(vec![(x, low.unwrap_or(area.3)), (x, high)], pencil);
-    for at in [low, Some(high)].into_iter().flatten() {
-        drawing.line(vec![(x - CAP, at), (x + CAP, at)], pencil);
+    for position in series.points.iter().filter_map(|point| layout.at(area, point.x, point.y)) {
+        draw_marker(drawing, look, position);
     }
 }
