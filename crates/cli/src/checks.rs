@@ -1,8 +1,8 @@
-//! Numbers held against a reference: what `validate`, `crosscheck` and `study` have in common.
+//! Numbers against their references, as `validate`, `crosscheck` and `study` have them in common.
 //!
-//! A [`Check`] is one number with its reference, tolerance and verdict. A case finds several of them, with plots
-//! ([`Findings`]); what became of it is its [`Outcome`], and all cases together have a [`Score`]. They are told as a table on
-//! the terminal, as CSV, JSON and markdown, each in one form.
+//! A [`Check`] is one number with its reference, tolerance and verdict. The [`Findings`] of a case are several of them, with
+//! plots; an [`Outcome`] is a case after its run, a [`Score`] the count over all cases. Tables on the terminal, CSV, JSON and
+//! markdown are written in one form each.
 //!
 //! A check with an infinite tolerance is only reported: it neither passes nor fails.
 
@@ -13,7 +13,7 @@ pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::time::Instant;
-pub use tables::{aligned, cells, markdown, summary, table};
+pub use tables::{aligned, bold_failure, cells, markdown, markdown_table, one_line, summary, table};
 use turbid::error::{Error, Result};
 use turbid::math::Vec3;
 use turbid::output::Overlay;
@@ -22,30 +22,30 @@ use turbid::output::Overlay;
 ///
 /// Keys of its JSON and heads of its CSV, both stable: `case` (left out where there is none), `quantity`, `measured`,
 /// `reference`, `tolerance`, `pass`, `source`; of one with [`engines`](Self::engines) `case`, `quantity`, `native`,
-/// `liggghts`, `analytic`, `difference`, `tolerance`, `reason`, `pass`. What is not finite is `null` in JSON.
+/// `liggghts`, `analytic`, `difference`, `tolerance`, `reason`, `pass`. Numbers that are not finite are `null` in JSON.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Check {
     /// Name of the case; may be empty.
     #[serde(default)]
     pub case: String,
-    /// What is measured, with its unit.
+    /// Name of the quantity, with its unit.
     pub quantity: String,
     /// Values of the native engine, of LIGGGHTS and of theory, if it compares the engines; `measured` is then the difference
     /// that counts, absolute or relative as `source` says, and `reference` zero.
     #[serde(skip)]
     pub engines: Option<[Option<f64>; 3]>,
-    /// What came out; NaN if it could not be had.
+    /// Measured value; NaN if there is none.
     #[serde(deserialize_with = "or_nan")]
     pub measured: f64,
-    /// What is to come out, in the same unit; NaN if it could not be had.
+    /// Expected value in the same unit; NaN if there is none.
     #[serde(deserialize_with = "or_nan")]
     pub reference: f64,
-    /// Largest admissible distance of the two, in their unit; infinite for what is only reported.
+    /// Largest admissible distance of the two, in their unit; infinite for a number that is only reported.
     #[serde(deserialize_with = "or_infinite")]
     pub tolerance: f64,
     /// Whether they are that close.
     pub pass: bool,
-    /// Where the reference is from (author, year, DOI), or which difference it is and why it has this tolerance.
+    /// Source of the reference (author, year, DOI), or kind of the difference with the reason for its tolerance.
     pub source: String,
 }
 
@@ -58,7 +58,7 @@ fn or_infinite<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D
 }
 
 impl Check {
-    /// Holds a number against its reference; what is not a number passes nothing.
+    /// Compares a number with its reference; NaN fails.
     pub fn new(
         quantity: impl Into<String>,
         measured: f64,
@@ -88,10 +88,8 @@ impl Check {
     /// than two points with both numbers.
     pub fn bias(label: &str, checks: &[Self], relative: bool) -> Option<Self> {
         let unit = |reference: f64| if relative { reference.abs() } else { 1.0 };
-        let off: Vec<f64> = (checks.iter())
-            .map(|check| (check.measured - check.reference) / unit(check.reference))
-            .filter(|off| off.is_finite())
-            .collect();
+        let off = checks.iter().map(|check| (check.measured - check.reference) / unit(check.reference));
+        let off: Vec<f64> = off.filter(|off| off.is_finite()).collect();
         let count = off.len();
         let part = if relative { " (part of the reference)" } else { "" };
         let quantity = format!("{label}, mean signed deviation of {count} points{part}");
@@ -103,6 +101,15 @@ impl Check {
     /// Whether it is only reported.
     pub fn is_reported(&self) -> bool {
         self.pass && self.tolerance.is_infinite()
+    }
+
+    /// The verdict in a word.
+    pub fn verdict(&self) -> &'static str {
+        match (self.pass, self.is_reported()) {
+            (_, true) => "reported",
+            (true, false) => "ok",
+            (false, false) => "FAIL",
+        }
     }
 }
 
@@ -133,7 +140,7 @@ impl Serialize for Check {
     }
 }
 
-/// Spheres of one moment in both engines, for VTK.
+/// Spheres of both engines at one time, for VTK.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
     /// Time (s).
@@ -142,7 +149,7 @@ pub struct Moment {
     pub spheres: [Vec<(Vec3, Vec3, Vec3, f64)>; 2],
 }
 
-/// What a case found.
+/// Results of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Findings {
     /// Numbers that have a reference.
@@ -165,9 +172,9 @@ impl Findings {
 /// How a case ended.
 #[derive(Debug)]
 pub enum Ending {
-    /// With these numbers.
+    /// With these results.
     Found(Findings),
-    /// Before it had any.
+    /// By an error.
     Failed(Error),
     /// By a signal or a time limit.
     Stopped,
@@ -176,7 +183,7 @@ pub enum Ending {
 }
 
 impl From<Result<Findings>> for Ending {
-    /// A case that checks nothing has failed.
+    /// A case without a check has failed.
     fn from(result: Result<Findings>) -> Self {
         match result {
             Ok(found) if found.checks.is_empty() => {
@@ -194,23 +201,21 @@ impl From<Result<Findings>> for Ending {
 pub struct Outcome {
     /// Name of the case.
     pub case: String,
-    /// What it shows, one line.
+    /// Title, one line.
     pub title: String,
     /// Whether it compares the two engines, which decides the columns of its checks.
     pub engines: bool,
-    /// How long it took (s).
+    /// Duration (s).
     pub seconds: f64,
-    /// What became of it.
+    /// Results, or the reason for none.
     pub ending: Ending,
 }
 
 impl Outcome {
-    /// Of a case with this name, which its checks then have, and title.
+    /// With this name and title of the case; its checks get the name.
     pub fn new(case: &str, title: &str, engines: bool, seconds: f64, mut ending: Ending) -> Self {
         if let Ending::Found(found) = &mut ending {
-            for check in &mut found.checks {
-                check.case = case.to_string();
-            }
+            found.checks.iter_mut().for_each(|check| check.case = case.to_string());
         }
         Self { case: case.to_string(), title: title.to_string(), engines, seconds, ending }
     }
@@ -227,11 +232,9 @@ impl Outcome {
         match &self.ending {
             Ending::Found(found) => found.checks.clone(),
             Ending::Failed(error) => {
-                vec![Check {
-                    case: self.case.clone(),
-                    engines: self.engines.then_some([None; 3]),
-                    ..Check::failed("completes", error.to_string())
-                }]
+                let engines = self.engines.then_some([None; 3]);
+                let failed = Check::failed("completes", error.to_string());
+                vec![Check { case: self.case.clone(), engines, ..failed }]
             }
             Ending::Stopped | Ending::Missing(_) => Vec::new(),
         }
@@ -243,7 +246,7 @@ pub fn all(outcomes: &[Outcome]) -> Vec<Check> {
     outcomes.iter().flat_map(Outcome::checks).collect()
 }
 
-/// How checks came out.
+/// Numbers of checks and cases by their results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Score {
     /// Checks that passed.
@@ -261,13 +264,9 @@ pub struct Score {
 impl Score {
     /// Counts checks.
     pub fn of_checks(checks: &[Check]) -> Self {
-        let reported = checks.iter().filter(|check| check.is_reported()).count();
-        Self {
-            passed: checks.iter().filter(|check| check.pass).count() - reported,
-            checks: checks.len() - reported,
-            reported,
-            ..Self::default()
-        }
+        let count = |verdict| checks.iter().filter(|check| check.verdict() == verdict).count();
+        let (passed, reported) = (count("ok"), count("reported"));
+        Self { passed, checks: checks.len() - reported, reported, ..Self::default() }
     }
 
     /// Counts the checks of all cases.

@@ -1,158 +1,154 @@
-//! Pages about runs and studies: what a directory holds, as figures, tables and checks.
+//! Pages about runs and studies: the contents of a directory as figures, tables and checks.
 //!
 //! ```text
 //! OUT/
 //!   REPORT.md              everything on one page
 //!   figures/NAME.svg       each figure it shows
 //!   figures/NAME.png
-//!   STUDY.csv              what the runs of a study found, if OUT is another directory
+//!   STUDY.csv              the runs of a study, if OUT is another directory
 //! ```
 //!
 //! A directory is that of a run (`summary.json`, `series.csv`), of a study (`study.json`), or one that holds several of them one
 //! level down. Files of earlier reports are replaced, and no others are touched.
 
-mod find;
-mod markdown;
 mod run;
+mod section;
 mod study;
 
-use crate::study::result::FILE as RESULT;
-use find::{Kind, Source};
+use crate::checks::{markdown_table, prepare};
+use crate::study::document::{FILE as STUDY, RESULT};
+use section::Section;
 use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::error::{Error, Result};
 use turbid::input;
-use turbid::output::picture::{Figure, Format, write_figure};
-use turbid::output::write_bytes;
+use turbid::output::picture::{Format, write_figure};
+use turbid::output::{OutputFiles, write_bytes};
 
 /// Name of the page.
 pub const FILE: &str = "REPORT.md";
 /// Folder of the figures beside it.
 const FIGURES: &str = "figures";
 
-/// What was written.
+/// Contents of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// The page.
+    /// Path of the page.
     pub page: PathBuf,
-    /// Runs and studies on it.
-    pub sections: usize,
-    /// Figures on it.
+    /// Number of figures.
     pub figures: usize,
-    /// Checks on it that passed, and all of them.
+    /// Checks that passed, and all of them.
     pub checks: [usize; 2],
 }
 
-/// What is told of one run or study.
-#[derive(Debug, Default)]
-struct Section {
-    title: String,
-    /// Numbers of this section in the table at the head of a page with several: heads and values, the same for all of a kind.
-    row: Vec<(&'static str, String)>,
-    /// Checks that passed, and all of them.
-    checks: [usize; 2],
-    blocks: Vec<Block>,
+/// A directory that can be drawn.
+struct Source {
+    directory: PathBuf,
+    /// Last part of its path.
+    name: String,
+    is_study: bool,
 }
 
-/// A part of a section.
-#[derive(Debug)]
-enum Block {
-    /// A heading within the section.
-    Heading(String),
-    /// Markdown.
-    Text(String),
-    Table {
-        title: String,
-        columns: Vec<String>,
-        rows: Vec<Vec<String>>,
-    },
-    Figure {
-        name: String,
-        title: String,
-        figure: Box<Figure>,
-        note: String,
-    },
-}
-
-/// Draws what `directory` holds into `out`, figures in the given formats.
+/// Draws the contents of `directory` into `out`, figures in the given formats.
 ///
 /// # Errors
-/// [`Error::Input`] if there is nothing to draw, or a file is not what its name says; [`Error::Io`] if one cannot be read or written.
+/// [`Error::Input`] if there is nothing to draw, or a file is not of its kind; [`Error::Io`] if one cannot be read or written.
 pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report> {
-    let sources = find::sources(directory)?;
+    let sources = sources(directory)?;
+    let is_alone = sources.len() == 1;
     let mut sections = Vec::new();
     for source in &sources {
-        sections.push(section(source, sources.len() == 1)?);
+        let mut section = Section::new(&source.name, is_alone, formats);
+        if source.is_study {
+            study::describe(&mut section, source)?;
+        } else {
+            run::describe(&mut section, source)?;
+        }
+        sections.push(section);
     }
-    prepare(out)?;
-    if out != directory {
-        for (source, section) in sources.iter().zip(&mut sections) {
-            section.blocks.extend(rows(source, out)?);
+    prepare(&out.join(FIGURES))?;
+    for (source, section) in sources.iter().zip(&mut sections).filter(|(source, _)| source.is_study) {
+        let from = source.directory.join(RESULT);
+        if out != directory && from.is_file() {
+            let bytes =
+                input::read_unlinked(&from, input::TABLE).map_err(|error| Error::io("read", &from, error))?;
+            let name = format!("{}.csv", section::plain(&source.name));
+            write_bytes(&out.join(&name), &bytes)?;
+            section.text(&format!("All runs: [{name}]({name})."));
         }
     }
-    let alone = sections.len() == 1;
-    let mut figures = 0;
-    for (source, section) in sources.iter().zip(&sections) {
-        for block in &section.blocks {
-            let Block::Figure { name, figure, .. } = block else {
-                continue;
-            };
-            for &format in formats {
-                let file = figure_file(source, name, alone, format);
-                write_figure(&out.join(FIGURES).join(file), figure, format)?;
-            }
-            figures += 1;
+    let figures = sections.iter().flat_map(|section| &section.figures);
+    for (stem, figure) in figures.clone() {
+        for &format in formats {
+            let file = format!("{stem}.{}", format.extension());
+            write_figure(&out.join(FIGURES).join(file), figure, format)?;
         }
     }
-    let page = markdown::page(&find::name(directory), &sources, &sections, formats);
     let path = out.join(FILE);
-    write_bytes(&path, page.as_bytes())?;
-    let sum = |which: usize| sections.iter().map(|section| section.checks[which]).sum();
-    Ok(Report { page: path, sections: sections.len(), figures, checks: [sum(0), sum(1)] })
+    write_bytes(&path, page(&name(directory), &sources, &sections).as_bytes())?;
+    let checks = [0, 1].map(|which| sections.iter().map(|section| section.checks[which]).sum());
+    Ok(Report { page: path, figures: figures.count(), checks })
 }
 
-fn section(source: &Source, alone: bool) -> Result<Section> {
-    match source.kind {
-        Kind::Run => run::section(source, alone),
-        Kind::Study => study::section(source),
+/// Everything on one page; of several sections with tables of all studies and of all runs at its head.
+fn page(name: &str, sources: &[Source], sections: &[Section]) -> String {
+    let mut text = String::new();
+    if let [section] = sections {
+        text += &format!("# {}\n\n{}", section.title, section.markdown);
+    } else {
+        text += &format!("# {name}\n\n");
+        for is_study in [true, false] {
+            let pairs = sources.iter().zip(sections).filter(|(source, _)| source.is_study == is_study);
+            let rows: Vec<_> = pairs.map(|(_, section)| &section.row).collect();
+            if let Some(first) = rows.first() {
+                let heads: Vec<&str> = first.iter().map(|(head, _)| *head).collect();
+                let cells = rows.iter().map(|row| row.iter().map(|(_, value)| value.clone()).collect());
+                text += &markdown_table(&heads, &cells.collect::<Vec<_>>());
+                text.push('\n');
+            }
+        }
+        for (source, section) in sources.iter().zip(sections) {
+            let same = section.title == source.name;
+            let of = if same { String::new() } else { format!(" (`{}`)", source.name) };
+            text += &format!("## {}{of}\n\n{}", section.title, section.markdown);
+        }
     }
+    text + &format!("Drawn by `turbid report`, version {}.\n", env!("CARGO_PKG_VERSION"))
 }
 
-/// The rows of a study beside a page that is elsewhere, and what the page says of them.
-fn rows(source: &Source, out: &Path) -> Result<Option<Block>> {
-    let from = source.directory.join(RESULT);
-    if source.kind != Kind::Study || !from.is_file() {
-        return Ok(None);
+/// The run or study in `directory`, or those in the directories in it, by name.
+fn sources(directory: &Path) -> Result<Vec<Source>> {
+    let list = fs::read_dir(directory).map_err(|source| Error::io("read", directory, source))?;
+    if let Some(source) = source(directory) {
+        return Ok(vec![source]);
     }
-    let bytes =
-        input::read_unlinked(&from, input::TABLE).map_err(|source| Error::io("read", &from, source))?;
-    let name = format!("{}.csv", plain(&source.name));
-    write_bytes(&out.join(&name), &bytes)?;
-    Ok(Some(Block::Text(format!("All runs: [{name}]({name})."))))
+    let mut below = Vec::new();
+    for entry in list {
+        let entry = entry.map_err(|source| Error::io("read", directory, source))?;
+        below.extend(source(&entry.path()));
+    }
+    below.sort_by(|a, b| a.name.cmp(&b.name));
+    if below.is_empty() {
+        return Err(Error::Input(format!(
+            "nothing to report: {} holds neither a run (summary.json, series.csv) nor a study ({STUDY}), and no directory in it does\n  \
+             give the output directory of `turbid run` or `turbid study`, or one that holds several of them",
+            directory.display()
+        )));
+    }
+    Ok(below)
 }
 
-fn prepare(out: &Path) -> Result<()> {
-    let folder = out.join(FIGURES);
-    fs::create_dir_all(&folder).map_err(|source| {
-        Error::Input(format!(
-            "cannot write to {}: {source}\n  choose another directory with --out DIR",
-            folder.display()
-        ))
-    })
+fn source(directory: &Path) -> Option<Source> {
+    let files = OutputFiles::new(directory);
+    let is_study = directory.join(STUDY).is_file();
+    let found = is_study || files.summary().is_file() || files.series().is_file();
+    found.then(|| Source { directory: directory.to_path_buf(), name: name(directory), is_study })
 }
 
-/// Name of the file of a figure, without its folder.
-fn figure_file(source: &Source, name: &str, alone: bool, format: Format) -> String {
-    let before = if alone { String::new() } else { format!("{}_", plain(&source.name)) };
-    format!("{before}{}.{}", plain(name), format.extension())
-}
-
-/// Of a name what a file may be called.
-fn plain(text: &str) -> String {
-    let keep = |c: char| {
-        if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' }
-    };
-    text.chars().map(keep).collect()
+/// The last part of a directory's path, also of `.`.
+fn name(directory: &Path) -> String {
+    let whole = fs::canonicalize(directory).unwrap_or_else(|_| directory.to_path_buf());
+    whole.file_name().map_or_else(|| "report".into(), |name| name.to_string_lossy().into_owned())
 }
 
 #[cfg(test)]

@@ -8,9 +8,9 @@
 //!                  DIR/result.csv <---(collect)---> DIR/study.json: figures, tables, checks
 //! ```
 //!
-//! A run that has ended with the same case is not repeated, wherever among the directories of the study it is; one that has left
-//! checkpoints goes on from there. So a study may be stopped at any time, and the same command goes on. One that is killed loses
-//! no more than the time since the last checkpoint.
+//! A finished run with the same case is not repeated, wherever among the directories of the study it is; one that has left
+//! checkpoints is resumed. So a study may be stopped at any time, and the same command resumes it; at most the time since the
+//! last checkpoint is lost.
 
 mod check;
 mod convergence;
@@ -23,127 +23,100 @@ mod points;
 pub mod record;
 mod reference;
 mod refuse;
-pub(crate) mod result;
 pub mod state;
 mod table;
 
 pub use document::Document;
-pub use execute::{Event, Manner, Outcome, execute};
-use file::{Choice, StudyFile};
-use plan::{Plan, Selection};
+pub use execute::{Event, Outcome, execute};
+use file::StudyFile;
+use plan::Plan;
 use record::Record;
-use state::{Results, State};
+use state::State;
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use turbid::case::Source;
-use turbid::case::located::Located;
 use turbid::error::Result;
 use turbid::simulation::time_estimate;
 
 /// Samples of a benchmark.
 const SAMPLES: u64 = 5;
 
-/// A study: what it asks for, and how far it has come.
+/// A study and its progress.
 pub struct Study {
-    /// What its file says.
+    /// Contents of its file.
     pub file: StudyFile,
     /// Path of the file as the user gave it.
     pub path: PathBuf,
-    /// Its case.
+    /// Path of its case.
     pub case: PathBuf,
-    /// Where its results are.
+    /// Directory of its results.
     pub out: PathBuf,
     /// Its runs.
     pub plan: Plan,
-    /// How far each run has come.
+    /// Progress of each run.
     pub states: Vec<State>,
-    /// Threads that are asked for instead of the case's.
+    /// Threads that are requested instead of the case's.
     pub threads: Option<usize>,
-    source: Source,
-    /// Seconds that each whole run takes by the cost model, once somebody wants to know.
+    /// Seconds that each whole run takes by the cost model, evaluated on demand.
     estimates: Vec<OnceCell<f64>>,
 }
 
 impl Study {
-    /// Reads a study file and looks at what is there of its runs. `threads` stand in place of the case's.
+    /// Reads a study file and looks for results of its runs. `threads` replaces the number of the case.
     ///
     /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) with the place of what is wrong in the study file or in the case; [`Error::Io`](turbid::error::Error::Io) if a file cannot be read.
+    /// [`Error::Input`](turbid::error::Error::Input) with the position of a mistake in the study file or in the case;
+    /// [`Error::Io`](turbid::error::Error::Io) if a file cannot be read.
     pub fn load(path: &Path, out: Option<&Path>, threads: Option<usize>) -> Result<Self> {
         let source = Source::read(path, &[])?;
         let file = source.parse::<StudyFile>()?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let case = folder.join(&file.case.value);
+        let case = path.parent().unwrap_or(Path::new("")).join(&file.case.value);
         if !case.is_file() {
             let title = format!("there is no case {}", case.display());
             let remedy = "name it relative to the study file";
             return Err(source.error(&file.case.span, &title, "no such file", remedy));
         }
-        let plan = Plan::new(&source, &file, &case)?;
-        if let Some(bench) = &file.bench
-            && bench.value.steps == 0
-        {
-            return Err(source.error(&bench.span, "a benchmark of no steps", "here", "e.g. steps = 100"));
-        }
-        let out = out.map_or_else(|| default_directory(path), Path::to_path_buf);
+        let plan = Plan::new(source, &file, &case)?;
         let mut study = Self {
-            file,
             path: path.to_path_buf(),
             case,
-            out,
+            out: out.map_or_else(|| default_directory(path), Path::to_path_buf),
             states: Vec::new(),
             threads,
-            source,
             estimates: vec![OnceCell::new(); plan.runs.len()],
+            file,
             plan,
         };
-        study.refuse_what_means_nothing()?;
+        study.refuse_mistakes()?;
         study.refresh()?;
-        // Says what is wrong with figures, tables and checks before anything runs.
+        // Finds mistakes in figures, tables and checks before anything runs.
         study.document()?;
         Ok(study)
     }
 
-    /// A mistake in the study file, with its place and a remedy.
-    fn refuse<T>(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Result<T> {
-        Err(self.source.error(span, title, label, remedy))
+    /// Names of the quantities of windows.
+    fn window_quantities(&self) -> impl Iterator<Item = String> {
+        self.file.windows.iter().map(|window| window.value.quantity())
     }
 
-    /// The places of axes with these names.
-    fn axes(&self, names: &[Located<String>]) -> Result<Vec<usize>> {
-        names.iter().map(|name| self.axis(name)).collect()
-    }
-
-    /// The place of an axis.
-    fn axis(&self, name: &Located<String>) -> Result<usize> {
-        self.plan.axis(&self.source, name)
-    }
-
-    /// The combinations that have these values.
-    fn selection(&self, span: &Range<usize>, only: &BTreeMap<String, Choice>) -> Result<Selection> {
-        self.plan.selection(&self.source, span, only)
-    }
-
-    /// Looks again at what is there of the runs.
+    /// Looks for results of the runs again.
     ///
     /// # Errors
-    /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if results that are there cannot be read.
+    /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if results cannot be read.
     pub fn refresh(&mut self) -> Result<()> {
         let beside = self.out.parent().unwrap_or(Path::new(""));
         let mut directories = vec![self.out.clone()];
         directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
-        let results = Results::new(&self.file, &directories, self.threads);
-        self.states = results.states(&self.plan, &self.out)?;
+        self.states = state::states(&self.file, &self.plan, &self.out, &directories, self.threads)?;
         Ok(())
     }
 
     /// Steps of a run.
     pub fn steps(&self, run: usize) -> u64 {
-        match self.file.bench.as_ref().map(|bench| bench.value) {
-            Some(bench) => SAMPLES * bench.steps + bench.warm_up(&self.plan.runs[run].setup),
-            None => self.plan.runs[run].setup.plan.end_step,
+        let setup = &self.plan.runs[run].setup;
+        match &self.file.bench {
+            Some(bench) => SAMPLES * bench.value.steps + bench.value.warm_up(setup),
+            None => setup.plan.end_step,
         }
     }
 
@@ -152,13 +125,13 @@ impl Study {
         *self.estimates[run].get_or_init(|| {
             let mut setup = self.plan.runs[run].setup.clone();
             setup.plan.threads = self.threads.unwrap_or(setup.plan.threads);
-            // A run that cannot be is refused where it begins.
+            // An impossible run is refused where it begins.
             let step = time_estimate(&setup).map_or(0.0, |estimate| estimate.seconds_per_step);
             self.steps(run) as f64 * step
         })
     }
 
-    /// Time of the runs that have ended over what the cost model says of them; none before there is one.
+    /// Measured over estimated time of the finished runs, if there are any.
     pub fn measured_over_estimated(&self) -> Option<f64> {
         let (mut measured, mut estimated) = (0.0, 0.0);
         for (run, state) in self.states.iter().enumerate() {
@@ -170,7 +143,7 @@ impl Study {
         (measured > 0.0 && estimated > 0.0).then(|| measured / estimated)
     }
 
-    /// Time (s) that what is left of a run will take; none without a fluid.
+    /// Estimated time (s) of the rest of a run; none without a fluid.
     pub fn seconds_left(&self, run: usize) -> Option<f64> {
         let setup = &self.plan.runs[run].setup;
         setup.fluid.as_ref()?;
@@ -185,24 +158,18 @@ impl Study {
     /// Writes `result.csv` and `study.json`.
     ///
     /// # Errors
-    /// [`Error::Io`](turbid::error::Error::Io) if they cannot be written; [`Error::Input`](turbid::error::Error::Input) if a figure, table or check is wrong.
-    pub fn collect(&self) -> Result<Document> {
-        result::write_csv(self)?;
-        let document = self.document()?;
-        document.write(&self.out)?;
-        Ok(document)
+    /// [`Error::Io`](turbid::error::Error::Io) if they cannot be written; else as [`document`](Self::document).
+    pub fn collect(&self) -> Result<()> {
+        document::write_csv(self)?;
+        self.document()?.write(&self.out)
     }
 
-    /// What is known so far.
+    /// The results so far.
     ///
     /// # Errors
     /// [`Error::Input`](turbid::error::Error::Input) if a figure, table or check is wrong.
     pub fn document(&self) -> Result<Document> {
-        let done = self.states.iter().filter_map(State::record);
-        let spent = done.clone().filter_map(|record| record.value("wall_seconds"));
-        let left = (0..self.states.len()).filter_map(|run| self.seconds_left(run));
-        let figures = self.file.figures.iter().map(|figure| self.figure(figure));
-        let figures = figures.collect::<Result<Vec<_>>>()?;
+        let figures = self.file.figures.iter().map(|figure| self.figure(figure)).collect::<Result<_>>()?;
         let tables = self.file.tables.iter().map(|table| self.table(table));
         let mut tables = tables.collect::<Result<Vec<_>>>()?;
         let mut checks = Vec::new();
@@ -210,36 +177,34 @@ impl Study {
             let (found, of_checks) = self.check(section)?;
             checks.extend(found);
             for mut table in of_checks {
-                let same =
-                    |known: &&document::Table| known.name.trim_end_matches(char::is_numeric) == table.name;
-                let known = tables.iter().filter(same).count();
+                let stem = |name: &str| name.trim_end_matches(char::is_numeric) == table.name;
+                let known = tables.iter().filter(|known| stem(&known.name)).count();
                 if known > 0 {
                     table.name = format!("{}{}", table.name, known + 1);
                 }
                 tables.push(table);
             }
         }
+        let done = self.states.iter().filter_map(State::record);
+        let unsettled = (0..self.states.len()).filter(|&run| self.is_unsettled(run));
         Ok(Document {
-            title: self.file.title.value.clone(),
+            title: self.file.title.clone(),
             version: env!("CARGO_PKG_VERSION").to_string(),
             command: format!("turbid study {}", self.path.display()),
             figures,
             tables,
             checks,
             runs: document::Runs {
-                done: done.count(),
+                done: done.clone().count(),
                 total: self.states.len(),
-                seconds_spent: spent.sum(),
-                seconds_left: left.sum(),
+                seconds_spent: done.filter_map(|record| record.value("wall_seconds")).sum(),
+                seconds_left: (0..self.states.len()).filter_map(|run| self.seconds_left(run)).sum(),
             },
-            unsettled: (self.plan.runs.iter().enumerate())
-                .filter(|(run, _)| self.is_unsettled(*run))
-                .map(|(_, run)| run.name.clone())
-                .collect(),
+            unsettled: unsettled.map(|run| self.plan.runs[run].name.clone()).collect(),
         })
     }
 
-    /// Whether a run has ended with means that have not settled.
+    /// Whether a run is finished with means that have not settled.
     fn is_unsettled(&self, run: usize) -> bool {
         self.states[run].record().and_then(Record::is_settled) == Some(false)
     }
@@ -247,13 +212,10 @@ impl Study {
 
 /// `out/<folder of the file>/<name of the file>`, so that studies of one folder lie beside each other.
 fn default_directory(path: &Path) -> PathBuf {
-    let name = path.file_stem().map_or_else(|| "study".into(), PathBuf::from);
     let folder = std::path::absolute(path).ok();
     let folder = folder.as_deref().and_then(Path::parent).and_then(Path::file_name);
-    match folder {
-        Some(folder) => Path::new("out").join(folder).join(name),
-        None => Path::new("out").join(name),
-    }
+    let name = path.file_stem().unwrap_or("study".as_ref());
+    Path::new("out").join(folder.unwrap_or_default()).join(name)
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ impl Worker {
         Ok(Self {
             child,
             channel: Some(Channel { socket: here, stop, stopping: false, waited: zero, limit: zero }),
-            timeout: Duration::from_secs_f64(params.options.timeout),
+            timeout: Duration::from_secs_f64(params.timeout.unwrap_or(60.0)),
             log_file: params.log.clone(),
             logged,
         })

@@ -77,34 +77,31 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
 /// below. Curves of LIGGGHTS are measured; those of the native engine lie on them, with one legend if there are several.
 /// Without engines the second of two measured curves lies on the first.
 pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
-    const ENGINES: [(&str, Style); 2] = [("native", Style::Overlaid), ("LIGGGHTS", Style::Measured)];
+    const ENGINES: [&str; 2] = ["native", "LIGGGHTS"];
+    const STYLES: [Style; 2] = [Style::Overlaid, Style::Measured];
     // A name with both engines is that of a difference.
     let engine = |name: &str| {
-        let mut named = (0..2).filter(|&k| name.contains(ENGINES[k].0));
-        let first = named.next().filter(|&k| name.starts_with(ENGINES[k].0));
-        first.filter(|_| named.next().is_none())
+        let [native, liggghts] = ENGINES.map(|engine| name.contains(engine));
+        (0..2).find(|&k| name.starts_with(ENGINES[k])).filter(|_| native != liggghts)
     };
-    let names = || overlay.curves.iter().map(|(name, _)| name.as_str());
-    let of = |k: usize| names().filter(|name| engine(name) == Some(k)).count();
-    let both = of(0) > 0 && of(1) > 0;
     let is_other = |name: &str| engine(name).is_none() && !name.starts_with("reference");
-    let others = names().filter(|name| is_other(name)).count();
-    let mut before = 0;
-    let look = |name: &str| match engine(name) {
-        Some(0) if both && of(0) > 1 => (ENGINES[0].0.to_string(), ENGINES[0].1),
-        Some(k) if both || of(k) == 1 => (name.to_string(), ENGINES[k].1),
+    let names: Vec<&str> = overlay.curves.iter().map(|(name, _)| name.as_str()).collect();
+    let count = [0, 1].map(|k| names.iter().filter(|name| engine(name) == Some(k)).count());
+    let both = count[0] > 0 && count[1] > 0;
+    let others: Vec<&str> = names.iter().copied().filter(|name| is_other(name)).collect();
+    let look = |(index, &name): (usize, &&str)| match engine(name) {
+        Some(0) if both && count[0] > 1 => (ENGINES[0].to_string(), STYLES[0]),
+        Some(k) if both || count[k] == 1 => (name.to_string(), STYLES[k]),
         Some(_) => (name.to_string(), Style::Measured),
         None if !is_other(name) => {
-            let legend = name.strip_prefix("reference: ").unwrap_or(name);
-            (legend.to_string(), Style::Reference)
+            (name.strip_prefix("reference: ").unwrap_or(name).to_string(), Style::Reference)
         }
-        None if both && others == 1 => (name.to_string(), Style::Reference),
+        None if both && others.len() == 1 => (name.to_string(), Style::Reference),
         None => {
-            before += 1;
-            let second_of_two = !both && others == 2 && before == 2;
-            let style = if second_of_two { Style::Overlaid } else { Style::Measured };
-            (name.to_string(), style)
+            let is_second = names[..index].iter().any(|name| is_other(name));
+            let overlaid = !both && others.len() == 2 && is_second;
+            (name.to_string(), if overlaid { Style::Overlaid } else { Style::Measured })
         }
     };
-    names().map(look).collect()
+    names.iter().enumerate().map(look).collect()
 }

@@ -36,11 +36,7 @@ pub fn table(outcome: &Outcome, explain: bool) -> String {
     let mut text = format!("{text} ({:.1} s)\n", outcome.seconds);
     for (at, line) in aligned(&rows).into_iter().enumerate() {
         let check = at.checked_sub(1).and_then(|at| found.checks.get(at));
-        let verdict = check.map_or("", |check| match (check.pass, check.is_reported()) {
-            (_, true) => "  reported",
-            (true, _) => "  ok",
-            (false, _) => "  FAIL",
-        });
+        let verdict = check.map_or_else(String::new, |check| format!("  {}", check.verdict()));
         let _ = writeln!(text, "  {line}{verdict}");
         if let Some(check) = check.filter(|check| outcome.engines && (explain || !check.pass)) {
             let _ = writeln!(text, "      {}{}", used(check), check.source);
@@ -98,34 +94,56 @@ fn number(x: f64) -> String {
     numbers::number(x, 5)
 }
 
-/// The last line: of all cases together.
+/// The last line, about all cases together.
 pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
     let score = Score::of(outcomes);
     let mut text = score.to_string();
     if score.reported > 0 {
         let _ = write!(text, ", {} more only reported", score.reported);
     }
-    let cases = |count: usize, one: &str, several: &str| match count {
-        0 => String::new(),
-        1 => format!(", one case {one}"),
-        count => format!(", {count} cases {several}"),
-    };
-    text += &cases(score.missing, "not available", "not available");
-    text += &cases(score.interrupted, "stopped before its end", "stopped before their end");
+    for (count, what) in [(score.missing, "not available"), (score.interrupted, "stopped before the end")] {
+        let _ = match count {
+            0 => Ok(()),
+            1 => write!(text, ", one case {what}"),
+            count => write!(text, ", {count} cases {what}"),
+        };
+    }
     let _ = write!(text, ", {seconds:.1} s");
     text
 }
 
 /// All checks as one table in markdown.
 pub fn markdown(checks: &[Check]) -> String {
-    let (version, score) = (env!("CARGO_PKG_VERSION"), Score::of_checks(checks));
-    let mut text = format!("Turbid {version}: {score}.\n\n");
-    text.push_str("| case | quantity | measured | reference | deviation | tolerance | |\n|---|---|---|---|---|---|---|\n");
-    for check in checks {
-        let cells = cells(check).join(" | ");
-        let verdict = if check.pass { "ok" } else { "**FAIL**" };
-        let quantity = check.quantity.replace(['\n', '|'], " ");
-        let _ = writeln!(text, "| {} | {quantity} | {cells} | {verdict} |", check.case);
-    }
-    text
+    let columns = ["case", "quantity", "measured", "reference", "deviation", "tolerance", ""];
+    let row = |check: &Check| {
+        let names = [check.case.clone(), check.quantity.clone()];
+        names.into_iter().chain(cells(check)).chain([bold_failure(check)]).collect()
+    };
+    let rows: Vec<Vec<String>> = checks.iter().map(row).collect();
+    let score = Score::of_checks(checks);
+    format!("Turbid {}: {score}.\n\n{}", env!("CARGO_PKG_VERSION"), markdown_table(&columns, &rows))
+}
+
+/// The verdict in markdown.
+pub fn bold_failure(check: &Check) -> String {
+    if check.pass { check.verdict().to_string() } else { format!("**{}**", check.verdict()) }
+}
+
+/// A table in markdown; missing cells at the end of a row are empty.
+pub fn markdown_table(columns: &[&str], rows: &[Vec<String>]) -> String {
+    let line = |cells: &mut dyn Iterator<Item = &str>| {
+        let cells: Vec<String> = cells.map(|cell| one_line(cell).replace('|', "\\|")).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let head = line(&mut columns.iter().copied());
+    let rows = rows.iter().map(|row| {
+        let cells = row.iter().map(String::as_str).chain(std::iter::repeat(""));
+        line(&mut cells.take(columns.len()))
+    });
+    format!("{head}|{}\n{}", "---|".repeat(columns.len()), rows.collect::<String>())
+}
+
+/// A text without line breaks.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

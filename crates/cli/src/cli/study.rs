@@ -63,12 +63,12 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     }
     // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
     let options = run::options(&arguments.manner, run::STOPPING)?;
-    let quiet = arguments.manner.quiet;
+    let (quiet, only) = (arguments.manner.quiet, arguments.only.as_deref());
     // Lines every few seconds for hours are of no use.
     let progress = Arc::new(Terminal::new(quiet || !stderr().is_terminal()));
     let options = RunOptions { progress: Some(progress.clone()), ..options };
-    let manner = study::Manner { run: options, only: arguments.only.clone() };
-    let outcome = study::execute(&mut study, &manner, &preflight::refuse_what_does_not_fit, &mut |event| {
+    let admit = &preflight::refuse_what_does_not_fit;
+    let outcome = study::execute(&mut study, &options, only, admit, &mut |event| {
         if let Event::Failed { .. } = event {
             progress.clear();
         }
@@ -112,7 +112,7 @@ fn tell(event: Event, quiet: bool) {
             let from = if from > 0 { format!(", from step {from}") } else { String::new() };
             say(&format!("[{number}/{of}] {name}{from}{time}"));
         }
-        Event::Ended { record, .. } if !quiet => {
+        Event::Finished(record) if !quiet => {
             let mut text = String::from("       ");
             if let Some(velocity) = record.get("settling_velocity_over_stokes") {
                 let error = velocity.error.map_or(String::new(), |error| format!(" +- {error:.4}"));
@@ -123,7 +123,7 @@ fn tell(event: Event, quiet: bool) {
             say(&text);
         }
         Event::Failed { name, error } => warn(&format!("the run {name} failed: {error}")),
-        Event::Begins { .. } | Event::Ended { .. } => {}
+        Event::Begins { .. } | Event::Finished(_) => {}
     }
 }
 
@@ -131,7 +131,7 @@ fn tell(event: Event, quiet: bool) {
 fn list(study: &Study, only: Option<&str>) -> String {
     let runs = &study.plan.runs;
     let width = runs.iter().map(|run| run.name.len()).max().unwrap_or(0).max(4);
-    let mut text = format!("{}\n\n", study.file.title.value);
+    let mut text = format!("{}\n\n", study.file.title);
     let _ = writeln!(text, "  {:width$} {:>12} {:>9} {:>9}  state", "run", "cells", "steps", "time");
     let mut total = 0.0;
     for (at, run) in runs.iter().enumerate() {

@@ -1,46 +1,45 @@
-//! What is told of a run.
+//! The section about a run.
 
 mod figures;
 
-use super::find::Source;
-use super::{Block, Section};
-use std::path::Path;
+use super::Source;
+use super::section::Section;
+use std::path::{Path, PathBuf};
 use turbid::error::{Error, Result};
 use turbid::input;
 use turbid::output::numbers::{self, duration, with_error};
 use turbid::output::{OutputFiles, SeriesTable, Summary};
 use turbid_plot::Bars;
 
-/// A run is called after its case if it is `alone`, or else, as the runs of a study share a case, after its directory.
-pub(super) fn section(source: &Source, alone: bool) -> Result<Section> {
+/// A run has the title of its case if it is alone, or else, as the runs of a study have one case, that of its directory.
+pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     let files = OutputFiles::new(&source.directory);
-    let present = |path: std::path::PathBuf| path.is_file().then_some(path);
+    let present = |path: PathBuf| path.is_file().then_some(path);
     let summary = present(files.summary()).map(|path| read_summary(&path)).transpose()?;
     let series = present(files.series()).map(|path| SeriesTable::read(&path)).transpose()?;
-    let case = summary.as_ref().filter(|_| alone);
-    let title = case.map_or(&source.name, |summary| &summary.case);
-    let mut blocks = Vec::new();
+    section.row = row(&source.name, summary.as_ref());
     match &summary {
         Some(summary) => {
-            blocks.push(Block::Text(head(summary)));
-            blocks.push(Block::Heading("Numbers".into()));
-            blocks.extend(tables(summary));
+            if section.is_alone {
+                section.title.clone_from(&summary.case);
+            }
+            section.text(&head(summary));
+            section.heading("Numbers");
+            tables(section, summary);
         }
-        None => blocks.push(Block::Text(
-            "The run has left no summary: it is going on, or has ended before its time (`turbid resume`)."
-                .into(),
-        )),
+        None => section
+            .text("The run has left no summary: it is still running, or was interrupted (`turbid resume`)."),
     }
     if let Some(series) = &series {
-        blocks.push(Block::Heading("Over time".into()));
-        blocks.extend(figures::all(title, series, summary.as_ref()));
+        section.heading("Over time");
+        figures::all(section, series, summary.as_ref());
     }
     if let Some(summary) = &summary {
-        blocks.extend(stages(summary));
-        blocks.push(Block::Heading("Case".into()));
-        blocks.push(Block::Text(format!("```toml\n{}\n```", summary.input.trim_end())));
+        stages(section, summary);
+        section.heading("Case");
+        section.text(&format!("```toml\n{}\n```", summary.input.trim_end()));
     }
-    Ok(Section { title: title.clone(), row: row(source, summary.as_ref()), checks: [0; 2], blocks })
+    Ok(())
 }
 
 fn read_summary(path: &Path) -> Result<Summary> {
@@ -53,10 +52,10 @@ fn read_summary(path: &Path) -> Result<Summary> {
     })
 }
 
-fn row(source: &Source, summary: Option<&Summary>) -> Vec<(&'static str, String)> {
+fn row(name: &str, summary: Option<&Summary>) -> Vec<(&'static str, String)> {
     let of = |value: fn(&Summary) -> String| summary.map_or_else(|| "-".into(), value);
     vec![
-        ("run", source.name.clone()),
+        ("run", name.to_string()),
         ("particles", of(|s| s.particles.to_string())),
         ("phi", of(|s| number(s.volume_fraction))),
         ("Ar", of(|s| number(s.scales.archimedes.round()))),
@@ -85,112 +84,88 @@ fn head(summary: &Summary) -> String {
     )
 }
 
-fn tables(summary: &Summary) -> Vec<Block> {
-    let mut blocks = Vec::new();
+fn tables(section: &mut Section, summary: &Summary) {
     if summary.settling_velocity_over_stokes.is_some() {
-        blocks.push(settling(summary));
+        settling(section, summary);
     }
     let scales = &summary.scales;
-    let finite = |name: &str, value: f64, unit: &str| {
-        let value = (value.is_finite() && value != 0.0).then(|| number(value))?;
-        Some(vec![name.to_string(), value, unit.to_string()])
-    };
-    let wet = |value: f64| if summary.dry { 0.0 } else { value };
+    // Numbers that are zero or not finite are left out.
+    let fluid = |value: f64| if summary.dry { 0.0 } else { value };
     let mut rows: Vec<Vec<String>> = [
-        finite("volume fraction phi", summary.volume_fraction, ""),
-        finite("diameter D", scales.diameter, "m"),
-        finite("density ratio", wet(scales.density_ratio), ""),
-        finite("viscosity nu", wet(scales.viscosity), "m²/s"),
-        finite("Archimedes number Ar", wet(scales.archimedes), ""),
-        finite("Stokes velocity u_Stokes", wet(scales.stokes_velocity), "m/s"),
-        finite("Stokes time D / u_Stokes, the unit of t*", wet(scales.stokes_time), "s"),
-        finite("velocity u* of one sphere (Schiller, Naumann)", wet(scales.schiller_naumann_velocity), "m/s"),
-        finite("Reynolds number at u*", wet(scales.schiller_naumann_reynolds), ""),
-        finite("cells per diameter N", wet(summary.cells_per_diameter), ""),
-        finite("edge of a cell", wet(summary.dx), "m"),
-        finite("time step", summary.time_step, "s"),
-        finite("relaxation time tau", wet(summary.relaxation_time), "time steps"),
-        finite("largest Mach number", summary.mach.unwrap_or(0.0), ""),
-        finite("speed", summary.mlups, "million cells/s"),
+        ("volume fraction phi", summary.volume_fraction, ""),
+        ("diameter D", scales.diameter, "m"),
+        ("density ratio", fluid(scales.density_ratio), ""),
+        ("viscosity nu", fluid(scales.viscosity), "m²/s"),
+        ("Archimedes number Ar", fluid(scales.archimedes), ""),
+        ("Stokes velocity u_Stokes", fluid(scales.stokes_velocity), "m/s"),
+        ("Stokes time D / u_Stokes, the unit of t*", fluid(scales.stokes_time), "s"),
+        ("velocity u* of one sphere (Schiller, Naumann)", fluid(scales.schiller_naumann_velocity), "m/s"),
+        ("Reynolds number at u*", fluid(scales.schiller_naumann_reynolds), ""),
+        ("cells per diameter N", fluid(summary.cells_per_diameter), ""),
+        ("edge of a cell", fluid(summary.dx), "m"),
+        ("time step", summary.time_step, "s"),
+        ("relaxation time tau", fluid(summary.relaxation_time), "time steps"),
+        ("largest Mach number", summary.mach.unwrap_or(0.0), ""),
+        ("speed", summary.mlups, "million cells/s"),
     ]
     .into_iter()
-    .flatten()
+    .filter(|(_, value, _)| value.is_finite() && *value != 0.0)
+    .map(|(name, value, unit)| vec![name.to_string(), number(value), unit.to_string()])
     .collect();
-    for (name, choice) in [
+    let choices = [
         ("collision", &summary.collision),
         ("coupling", &summary.coupling),
         ("force balance", &summary.force_balance),
-    ] {
+    ];
+    for (name, choice) in choices {
         rows.extend(choice.iter().map(|choice| vec![name.into(), choice.clone(), String::new()]));
     }
     for shape in &summary.shapes {
-        rows.push(vec![
-            format!("{}, D = {} m", shape.kind, number(shape.equivalent_diameter)),
-            shape.count.to_string(),
-            "particles".into(),
-        ]);
+        let name = format!("{}, D = {} m", shape.kind, number(shape.equivalent_diameter));
+        rows.push(vec![name, shape.count.to_string(), "particles".into()]);
     }
-    blocks.push(Block::Table {
-        title: "Set-up".into(),
-        columns: ["quantity", "value", "unit"].map(String::from).into(),
-        rows,
-    });
-    blocks
+    section.table("Set-up", &["quantity", "value", "unit"], &rows);
 }
 
-/// What was found out about settling.
-fn settling(summary: &Summary) -> Block {
-    let row = |name: &str, value: String| vec![name.to_string(), value];
-    let interval = summary
-        .averaged_over
-        .map_or_else(|| "-".into(), |[from, to]| format!("{} to {}", number(from), number(to)));
-    let drift = summary.drift.map_or_else(|| "-".into(), |drift| format!("{:+.1} %", 100.0 * drift));
-    let end = match summary.transient_end {
-        Some(end) => number(end),
-        None => "not found: run longer, with 80 rows of series.csv at least".into(),
-    };
-    Block::Table {
-        title: "Settling velocity".into(),
-        columns: ["quantity", "value"].map(String::from).into(),
-        rows: vec![
-            row(
-                "mean over u_Stokes",
-                with_error(summary.settling_velocity_over_stokes, summary.standard_error),
-            ),
-            row("mean over u*", known(summary.settling_velocity_over_schiller_naumann)),
-            row("averaged over t*", interval),
-            row("second half against first", drift),
-            row("end of the transient, t*", end),
-            row(
-                "mean over u_Stokes from there",
-                with_error(summary.settled_mean, summary.settled_standard_error),
-            ),
-        ],
-    }
+/// The settling velocity with its statistics.
+fn settling(section: &mut Section, summary: &Summary) {
+    let dash = || "-".to_string();
+    let averaged = summary.averaged_over;
+    let end = summary
+        .transient_end
+        .map_or_else(|| "not found: run longer, with 80 rows of series.csv at least".into(), number);
+    let rows = [
+        ("mean over u_Stokes", with_error(summary.settling_velocity_over_stokes, summary.standard_error)),
+        ("mean over u*", known(summary.settling_velocity_over_schiller_naumann)),
+        (
+            "averaged over t*",
+            averaged.map_or_else(dash, |[from, to]| format!("{} to {}", number(from), number(to))),
+        ),
+        (
+            "second half against first",
+            summary.drift.map_or_else(dash, |drift| format!("{:+.1} %", 100.0 * drift)),
+        ),
+        ("end of the transient, t*", end),
+        ("mean over u_Stokes from there", with_error(summary.settled_mean, summary.settled_standard_error)),
+    ];
+    let rows = rows.map(|(name, value)| vec![name.to_string(), value]);
+    section.table("Settling velocity", &["quantity", "value"], &rows);
 }
 
-/// Where the time goes.
-fn stages(summary: &Summary) -> Option<Block> {
+/// The part of the time that each stage takes.
+fn stages(section: &mut Section, summary: &Summary) {
     let total: f64 = summary.stages.values().sum();
     let mut stages: Vec<(&String, f64)> = summary.stages.iter().map(|(name, &s)| (name, s)).collect();
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
-    (total > 0.0).then(|| Block::Figure {
-        name: "stages".into(),
-        title: "Share of the stages of a time step".into(),
-        figure: Box::new(
-            Bars {
-                title: format!("Share of the stages of a time step ({} ms)", number(1e3 * total)),
-                rows: (stages.into_iter())
-                    .map(|(name, seconds)| {
-                        let share = format!("{:.1} %", 100.0 * seconds / total);
-                        (name.clone(), seconds / total, share)
-                    })
-                    .collect(),
-            }
-            .figure(),
-        ),
-        note: String::new(),
-    })
+    if total > 0.0 {
+        let title = "Time of the stages of a time step";
+        let part = |(name, seconds): (&String, f64)| {
+            (name.clone(), seconds / total, format!("{:.1} %", 100.0 * seconds / total))
+        };
+        let rows = stages.into_iter().map(part).collect();
+        let bars = Bars { title: format!("{title} ({} ms)", number(1e3 * total)), rows };
+        section.figure("stages", title, bars.figure(), "");
+    }
 }
 
 /// Four digits, or a dash.

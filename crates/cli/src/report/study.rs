@@ -1,96 +1,63 @@
-//! What is told of a study.
+//! The section about a study.
 
-use super::find::Source;
-use super::{Block, Section};
-use crate::checks::{self, Check, Score};
+use super::Source;
+use super::section::Section;
+use crate::checks::{Check, Score, bold_failure, cells};
 use crate::study::document::Document;
 use turbid::error::Result;
 use turbid::output::numbers::duration;
 
-pub(super) fn section(source: &Source) -> Result<Section> {
-    Ok(of(&Document::read(&source.directory)?))
-}
-
-fn of(document: &Document) -> Section {
-    let mut blocks = vec![Block::Text(head(document))];
-    let score = Score::of_checks(&document.checks);
-    let checks = [score.passed, score.checks];
+pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
+    let document = Document::read(&source.directory)?;
+    let (runs, score) = (document.runs, Score::of_checks(&document.checks));
+    let spent = duration(runs.seconds_spent);
+    section.title.clone_from(&document.title);
+    section.checks = [score.passed, score.checks];
+    section.row = vec![
+        ("study", document.title.clone()),
+        ("runs", format!("{} of {}", runs.done, runs.total)),
+        ("time spent", spent.clone()),
+        ("checks passed", format!("{} of {}", score.passed, score.checks)),
+    ];
+    let is_open = runs.done < runs.total;
+    let left = if is_open { format!(", about {} left", duration(runs.seconds_left)) } else { String::new() };
+    section.text(&format!(
+        "Turbid {}, {} of {} runs done in {spent}{left}. Made again by\n\n```sh\n{}\n```",
+        document.version, runs.done, runs.total, document.command
+    ));
     if !document.checks.is_empty() {
-        blocks.push(Block::Heading("Checks".into()));
-        blocks.push(Block::Text(format!("{score}.")));
-        blocks.push(check_table(&document.checks));
+        section.heading("Checks");
+        section.text(&format!("{score}."));
+        let columns = ["quantity", "measured", "reference", "deviation", "tolerance", "", "source"];
+        section.table("", &columns, &document.checks.iter().map(row).collect::<Vec<_>>());
     }
     if !document.figures.is_empty() {
-        blocks.push(Block::Heading("Figures".into()));
+        section.heading("Figures");
     }
-    blocks.extend(document.figures.iter().map(|figure| Block::Figure {
-        name: figure.name.clone(),
-        title: figure.chart.title.clone(),
-        figure: Box::new(figure.chart.figure()),
-        note: figure.chart.note.clone(),
-    }));
+    for figure in &document.figures {
+        let chart = &figure.chart;
+        section.figure(&figure.name, &chart.title, chart.figure(), &chart.note);
+    }
     if !document.tables.is_empty() {
-        blocks.push(Block::Heading("Tables".into()));
+        section.heading("Tables");
     }
-    blocks.extend(document.tables.iter().map(|table| Block::Table {
-        title: table.title.clone(),
-        columns: table.columns.clone(),
-        rows: table.rows.clone(),
-    }));
+    for table in &document.tables {
+        let columns: Vec<&str> = table.columns.iter().map(String::as_str).collect();
+        section.table(&table.title, &columns, &table.rows);
+    }
     if !document.unsettled.is_empty() {
-        blocks.push(Block::Heading("Means that have not settled".into()));
-        blocks.push(Block::Text(format!(
+        section.heading("Means that have not settled");
+        section.text(&format!(
             "The settling velocity still changes where the averages of these runs begin, or no end of its transient was found; \
              take a longer run or a later `run.average_from`: {}.",
             document.unsettled.join(", ")
-        )));
+        ));
     }
-    let runs = document.runs;
-    Section {
-        title: document.title.clone(),
-        row: vec![
-            ("study", document.title.clone()),
-            ("runs", format!("{} of {}", runs.done, runs.total)),
-            ("time spent", duration(runs.seconds_spent)),
-            ("checks passed", format!("{} of {}", checks[0], checks[1])),
-        ],
-        checks,
-        blocks,
-    }
+    Ok(())
 }
 
-fn head(document: &Document) -> String {
-    let runs = document.runs;
-    let left = if runs.done < runs.total {
-        format!(", about {} left", duration(runs.seconds_left))
-    } else {
-        String::new()
-    };
-    format!(
-        "Turbid {}, {} of {} runs done in {}{left}. Made again by\n\n```sh\n{}\n```",
-        document.version,
-        runs.done,
-        runs.total,
-        duration(runs.seconds_spent),
-        document.command
-    )
-}
-
-fn check_table(checks: &[Check]) -> Block {
-    let row = |check: &Check| {
-        let verdict = match (check.pass, check.is_reported()) {
-            (_, true) => "",
-            (true, _) => "pass",
-            (false, _) => "**FAIL**",
-        };
-        let numbers = checks::cells(check);
-        [vec![check.quantity.clone()], numbers.to_vec(), vec![verdict.to_string(), check.source.clone()]]
-            .concat()
-    };
-    let columns = ["quantity", "measured", "reference", "deviation", "tolerance", "", "source"];
-    Block::Table {
-        title: String::new(),
-        columns: columns.map(String::from).into(),
-        rows: checks.iter().map(row).collect(),
-    }
+fn row(check: &Check) -> Vec<String> {
+    let [measured, reference, deviation, tolerance] = cells(check);
+    let (quantity, source) = (check.quantity.clone(), check.source.clone());
+    vec![quantity, measured, reference, deviation, tolerance, bold_failure(check), source]
 }

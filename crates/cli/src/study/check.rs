@@ -1,31 +1,29 @@
-//! Comparisons of a study with references: each point one check. What is not done yet is not checked.
+//! Comparisons of a study with references, a check for each point whose runs are done.
 
 use super::Study;
-use super::convergence::{Convergence, Sample};
+use super::convergence::Convergence;
 use super::document::Table;
 use super::file::{CheckKind, CheckSection};
 use super::points::{At, Known};
-use super::record::Quantity;
-use super::reference::Expected;
 use super::table::{Found, of_convergence};
 use crate::checks::Check;
 use turbid::case::located::Located;
 use turbid::error::{Error, Result};
+use turbid_plot::Point;
 
 /// Standard errors by which an error may seem to grow from one grid to the next.
 const NOISE: f64 = 2.0;
 /// Resolutions that differ by less are the same.
 const SAME: f64 = 1e-9;
 
-/// What a section of checks has found.
-type Verdict = (Vec<Check>, Vec<Table>);
+type Section = Located<CheckSection>;
 
 impl Study {
-    /// All comparisons that a section asks for.
+    /// All comparisons of a section, with tables of the convergence.
     ///
     /// # Errors
-    /// [`Error::Input`] if it lacks a key, or names an axis, a value or a reference that is not there.
-    pub(super) fn check(&self, section: &Located<CheckSection>) -> Result<Verdict> {
+    /// [`Error::Input`] if it lacks a key, or names an unknown axis, value or reference.
+    pub(super) fn check(&self, section: &Section) -> Result<(Vec<Check>, Vec<Table>)> {
         match section.value.kind {
             CheckKind::Within => Ok((self.within(section)?, Vec::new())),
             CheckKind::Ordered => Ok((self.ordered(section)?, Vec::new())),
@@ -34,133 +32,99 @@ impl Study {
         }
     }
 
-    /// Every point against its reference, and how far all of them together lie to one side.
-    fn within(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
+    /// Every point against its reference, and the mean signed deviation.
+    fn within(&self, section: &Section) -> Result<Vec<Check>> {
         let check = &section.value;
-        let reference = self.needed(section, check.reference.as_ref(), "reference = { .. }")?;
-        let (size, relative) = match (&check.tolerance, &check.absolute) {
-            (Some(part), None) => (part.value, true),
-            (None, Some(absolute)) => (absolute.value, false),
-            _ => return Err(self.lacks(section, "one of tolerance = 0.1 (a part) and absolute = 0.1")),
+        let reference = check.reference.as_ref().ok_or_else(|| self.lacks(section, "reference = { .. }"))?;
+        let (size, relative) = match (check.tolerance, check.absolute) {
+            (Some(part), None) => (part, true),
+            (None, Some(absolute)) => (absolute, false),
+            _ => return Err(self.lacks(section, "one of tolerance = 0.1 (relative) and absolute = 0.1")),
         };
         let mut checks = Vec::new();
-        for (at, value) in self.values(section)? {
-            let label = self.label(section, &at);
-            let expected = self.reference_at(reference, &check.y.value, &at)?;
-            checks.push(match (value, expected) {
-                (_, Expected::NotMeant) => continue,
-                (None, _) => without_quantity(section, &label),
-                (Some(quantity), Expected::Value(expected)) => {
-                    let tolerance = if relative { size * expected.abs() } else { size };
-                    Check::new(label, quantity.value, expected, tolerance, &*check.source)
-                }
-                (Some(quantity), Expected::Absent) => {
-                    let label = format!("{label}: the reference has no value here");
-                    Check::new(label, quantity.value, f64::NAN, 0.0, &*check.source)
-                }
-            });
+        for (at, label, value) in self.values(section)? {
+            checks.extend(self.reference_at(reference, &check.y.value, &at)?.map(|expected| {
+                let (label, tolerance) = match (expected.is_nan(), relative) {
+                    (true, _) => (label + ": the reference has no value here", 0.0),
+                    (false, true) => (label, size * expected.abs()),
+                    (false, false) => (label, size),
+                };
+                Check::new(label, value, expected, tolerance, &*check.source)
+            }));
         }
         checks.extend(Check::bias(&self.name(section), &checks, relative));
         Ok(checks)
     }
 
-    fn ordered(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
+    /// Every point above or below a bound.
+    fn ordered(&self, section: &Section) -> Result<Vec<Check>> {
         let check = &section.value;
-        let (bound, above) = match (&check.above, &check.below) {
-            (Some(above), None) => (above.value, true),
-            (None, Some(below)) => (below.value, false),
+        let (bound, above) = match (check.above, check.below) {
+            (Some(above), None) => (above, true),
+            (None, Some(below)) => (below, false),
             _ => return Err(self.lacks(section, "one of above = 0.0 and below = 0.0")),
         };
         let word = if above { "above" } else { "below" };
-        let of = |(at, quantity): &(At, Option<Quantity>)| {
-            let label = self.label(section, at);
-            let Some(Quantity { value, .. }) = *quantity else {
-                return without_quantity(section, &label);
-            };
-            Check {
-                pass: if above { value > bound } else { value < bound },
-                ..Check::new(format!("{label} ({word})"), value, bound, 0.0, &*check.source)
-            }
+        let of = |(_, label, value): (At, String, f64)| Check {
+            pass: if above { value > bound } else { value < bound },
+            ..Check::new(format!("{label} ({word})"), value, bound, 0.0, &*check.source)
         };
-        Ok(self.values(section)?.iter().map(of).collect())
+        Ok(self.values(section)?.into_iter().map(of).collect())
     }
 
     /// Every single run against the mean over all, once all are done.
-    fn scatter(&self, section: &Located<CheckSection>) -> Result<Vec<Check>> {
+    fn scatter(&self, section: &Section) -> Result<Vec<Check>> {
         let check = &section.value;
-        let part = self.needed(section, check.tolerance.as_ref(), "tolerance = 0.05")?;
-        let selection = self.selection(&section.span, &check.only)?;
-        let runs: Vec<_> =
-            (self.plan.runs.iter().zip(&self.states)).filter(|(run, _)| selection.holds(&run.at)).collect();
-        if runs.len() < 2 {
-            let title = "scatter of a single run";
-            let remedy = "it takes two runs or more";
-            return self.refuse(&section.span, title, "here", remedy);
+        let part = check.tolerance.ok_or_else(|| self.lacks(section, "tolerance = 0.05"))?;
+        let all: Vec<usize> = (0..self.plan.axes.len()).collect();
+        let points = self.points(&section.span, &all, &check.only, &check.y.value)?;
+        if points.len() < 2 {
+            return self.plan.refuse(
+                &section.span,
+                "scatter of a single run",
+                "here",
+                "it takes two runs or more",
+            );
         }
-        let records: Option<Vec<_>> =
-            (runs.iter().map(|(run, state)| Some((run, state.record()?)))).collect();
-        let values: Vec<_> = (records.unwrap_or_default().iter())
-            .map(|(run, record)| (&run.name, record.value(&check.y.value)))
-            .collect();
-        let sum: f64 = values.iter().map(|(_, value)| value.unwrap_or(f64::NAN)).sum();
-        let mean = sum / values.len() as f64;
-        let of = |(run, value): &(&String, Option<f64>)| {
-            let label = format!("{}, {run}", self.name(section));
-            match value {
-                None => without_quantity(section, &label),
-                Some(value) => Check::new(label, *value, mean, part.value * mean.abs(), &*check.source),
-            }
-        };
-        Ok(values.iter().map(of).collect())
+        if points.iter().any(|(_, known)| matches!(known, Known::Missing(_))) {
+            return Ok(Vec::new());
+        }
+        let values = points.iter().map(|(at, known)| {
+            let runs: Vec<&str> = self.runs_at(at).map(|(_, run)| run.name.as_str()).collect();
+            self.value(section, format!("{}, {}", self.name(section), runs.join(", ")), known)
+        });
+        let values: Vec<(String, f64)> = values.collect();
+        let mean = values.iter().map(|(_, value)| value).sum::<f64>() / values.len() as f64;
+        let of = |(label, value)| Check::new(label, value, mean, part * mean.abs(), &*check.source);
+        Ok(values.into_iter().map(of).collect())
     }
 
-    fn convergence(&self, section: &Located<CheckSection>) -> Result<Verdict> {
+    fn convergence(&self, section: &Section) -> Result<(Vec<Check>, Vec<Table>)> {
         let check = &section.value;
-        let how = "x = \"axis of the cells per diameter\"";
-        let x = self.plan.axis(&self.source, self.needed(section, check.x.as_ref(), how)?)?;
-        let (mut checks, mut series) = (Vec::new(), Vec::<(At, Option<Vec<Sample>>)>::new());
-        let separate = self.axes(&check.separate)?;
-        for at in self.points_of(&section.span, &check.only, &check.y.value, &separate)? {
-            let known = self.known(&check.y.value, &at)?;
-            let cells = at[x].and_then(|place| self.plan.axes[x].values[place].number);
-            let (Some(cells), false) = (cells, known == Known::Absent) else {
-                continue;
-            };
-            let mut of = at;
-            of[x] = None;
-            if known == Known::Unnamed {
-                checks.push(without_quantity(section, &self.label(section, &of)));
+        let (y, source) = (&check.y.value, check.source.as_str());
+        let x =
+            check.x.as_ref().ok_or_else(|| self.lacks(section, "x = \"axis of the cells per diameter\""))?;
+        let (x, separate) = (self.plan.axis(x)?, self.plan.axes_of(&check.separate)?);
+        let points = self.points(&section.span, &self.free_axes(&separate), &check.only, y)?;
+        let (mut checks, mut found, mut of_extrapolation) = (Vec::new(), Vec::new(), Vec::new());
+        for line in self.lines(y, x, points) {
+            let label = self.label(section, &line.of);
+            if line.unnamed > 0 {
+                checks.push(Check::failed(format!("{label}: the runs have no `{y}`"), source));
             }
-            let place = series.iter().position(|(known, _)| *known == of);
-            let place = place.unwrap_or_else(|| {
-                series.push((of, Some(Vec::new())));
-                series.len() - 1
-            });
-            match (known, &mut series[place].1) {
-                (Known::Value(Quantity { value, error }), Some(all)) => {
-                    all.push(Sample { cells, value, error });
-                }
-                // A series counts when all its runs are done.
-                (_, samples) => *samples = None,
-            }
-        }
-        let (mut found, mut points) = (Vec::new(), Vec::new());
-        for (at, samples) in series {
-            let Some(samples) = samples else {
+            if line.unnamed + line.missing[0] > 0 {
                 continue;
-            };
-            let label = self.label(section, &at);
-            let Some(convergence) = Convergence::of(&samples) else {
-                let quantity = format!("{label}: fewer than three grids");
-                checks.push(Check::failed(quantity, &*check.source));
+            }
+            let Some(convergence) = Convergence::of(&line.points) else {
+                checks.push(Check::failed(format!("{label}: fewer than three grids"), source));
                 continue;
             };
             if let Some(from) = check.monotone_from {
-                checks.extend(monotone(&convergence, &label, from, &check.source));
+                checks.extend(monotone(&convergence, &label, from, source));
             }
-            if let (Some(cells), Some(part)) = (check.at, &check.tolerance) {
-                let here = |sample: &&Sample| (sample.cells - cells).abs() < SAME;
-                let value = convergence.samples.iter().find(here).map(|sample| sample.value);
+            if let (Some(cells), Some(part)) = (check.at, check.tolerance) {
+                let value =
+                    line.points.iter().find(|point| (point.x - cells).abs() < SAME).map(|point| point.y);
                 let limit = convergence.limit();
                 let missing = match (value, limit) {
                     (Some(_), Some(_)) => "",
@@ -170,84 +134,77 @@ impl Study {
                 let label =
                     format!("{label}, {cells} cells per diameter, against the extrapolation{missing}");
                 let (value, limit) = (value.unwrap_or(f64::NAN), limit.unwrap_or(f64::NAN));
-                let point = Check::new(label, value, limit, part.value * limit.abs(), &*check.source);
+                let point = Check::new(label, value, limit, part * limit.abs(), source);
                 checks.push(point.clone());
-                points.push(point);
+                of_extrapolation.push(point);
             }
             found.push(Found {
-                title: self.title(&at, |_| true),
-                group: self.title(&at, |axis| !separate.contains(&axis)),
+                title: self.title(&line.of, |_| true),
+                group: self.title(&line.of, |axis| !separate.contains(&axis)),
                 convergence,
             });
         }
-        let label = format!("{}, against the extrapolation", self.name(section));
-        checks.extend(Check::bias(&label, &points, true));
-        let tables =
-            if found.is_empty() { Vec::new() } else { of_convergence(&self.name(section), &found).into() };
+        let name = self.name(section);
+        checks.extend(Check::bias(&format!("{name}, against the extrapolation"), &of_extrapolation, true));
+        let tables = if found.is_empty() { Vec::new() } else { of_convergence(&name, &found).into() };
         Ok((checks, tables))
     }
 
-    /// The points of a check whose runs are done, without a value where these do not have the quantity.
-    fn values(&self, section: &Located<CheckSection>) -> Result<Vec<(At, Option<Quantity>)>> {
+    /// The points of a check whose runs are done, with labels and values.
+    fn values(&self, section: &Section) -> Result<Vec<(At, String, f64)>> {
         let CheckSection { y, only, .. } = &section.value;
-        let mut values = Vec::new();
-        for at in self.points_of(&section.span, only, &y.value, &[])? {
-            match self.known(&y.value, &at)? {
-                Known::Value(quantity) => values.push((at, Some(quantity))),
-                Known::Unnamed => values.push((at, None)),
-                Known::Missing(_) | Known::Absent => {}
-            }
-        }
-        Ok(values)
+        let mut points = self.points(&section.span, &self.free_axes(&[]), only, &y.value)?;
+        points.retain(|(_, known)| !matches!(known, Known::Missing(_)));
+        let values = points.into_iter().map(|(at, known)| {
+            let (label, value) = self.value(section, self.label(section, &at), &known);
+            (at, label, value)
+        });
+        Ok(values.collect())
     }
 
-    fn name(&self, section: &Located<CheckSection>) -> String {
+    /// A value with its label; NaN where the runs do not have the quantity, which the label then says.
+    fn value(&self, section: &Section, label: String, known: &Known) -> (String, f64) {
+        match known.value() {
+            Some(quantity) => (label, quantity.value),
+            None => (format!("{label}: the runs have no `{}`", section.value.y.value), f64::NAN),
+        }
+    }
+
+    fn name(&self, section: &Section) -> String {
         section.value.label.clone().unwrap_or_else(|| self.words(&section.value.y.value))
     }
 
-    fn label(&self, section: &Located<CheckSection>, at: &At) -> String {
-        let title = self.title(at, |_| true);
-        let name = self.name(section);
+    fn label(&self, section: &Section, at: &At) -> String {
+        let (name, title) = (self.name(section), self.title(at, |_| true));
         if title.is_empty() { name } else { format!("{name}, {title}") }
     }
 
-    fn needed<'a, T>(&self, section: &Located<CheckSection>, key: Option<&'a T>, how: &str) -> Result<&'a T> {
-        key.ok_or_else(|| self.lacks(section, how))
-    }
-
-    fn lacks(&self, section: &Located<CheckSection>, how: &str) -> Error {
+    fn lacks(&self, section: &Section, how: &str) -> Error {
         let remedy = format!("give it {how}");
-        (self.source).error(&section.span, "this check lacks a key", "here", &remedy)
+        self.plan.source.error(&section.span, "this check lacks a key", "here", &remedy)
     }
 }
 
-/// The check of a point whose runs do not have the quantity.
-fn without_quantity(section: &Located<CheckSection>, label: &str) -> Check {
-    let CheckSection { y, source, .. } = &section.value;
-    Check::failed(format!("{label}: the runs have no `{}`", y.value), &**source)
-}
-
-/// The largest rise of the error from one grid to the next, against what its statistical errors explain, if they are known.
+/// The largest rise of the error from one grid to the next, relative to the extrapolation, against the statistical errors, if
+/// they are known.
 fn monotone(convergence: &Convergence, label: &str, from: f64, source: &str) -> Option<Check> {
-    let fine: Vec<&Sample> =
-        (convergence.samples.iter()).filter(|sample| sample.cells >= from - SAME).collect();
     let quantity = format!(
         "{label}, largest rise of the error from a grid to the next from {from} cells on (part of the extrapolation)"
     );
     let Some(limit) = convergence.limit() else {
-        let quantity = format!("{quantity}: the order is not resolved");
-        return Some(Check::failed(quantity, source));
+        return Some(Check::failed(format!("{quantity}: the order is not resolved"), source));
     };
+    let fine = convergence.samples.iter().filter(|sample| sample.x >= from - SAME);
+    let fine: Vec<&Point> = fine.collect();
     let rises = fine.windows(2).map(|pair| {
-        let [before, after] = [pair[0], pair[1]].map(|sample| (sample.value / limit - 1.0).abs());
+        let [before, after] = [pair[0], pair[1]].map(|sample| (sample.y / limit - 1.0).abs());
         let errors = pair[0].error.zip(pair[1].error);
         (after - before, errors.map(|(a, b)| NOISE * a.hypot(b) / limit.abs()))
     });
     let over = |rise: &(f64, Option<f64>)| rise.0 - rise.1.unwrap_or(0.0);
     let (rise, noise) = rises.max_by(|a, b| over(a).total_cmp(&over(b)))?;
     let explained = noise.map_or(String::new(), |_| format!("; tolerance: {NOISE} standard errors"));
-    let tolerance = noise.unwrap_or(0.0);
-    Some(Check::new(quantity + &explained, rise.max(0.0), 0.0, tolerance, source))
+    Some(Check::new(quantity + &explained, rise.max(0.0), 0.0, noise.unwrap_or(0.0), source))
 }
 
 #[cfg(test)]
@@ -255,8 +212,8 @@ mod tests {
     use super::*;
 
     fn convergence(values: [f64; 5], error: f64) -> Convergence {
-        let samples: Vec<Sample> = ([5.0, 7.0, 9.0, 12.0, 18.0].iter().zip(values))
-            .map(|(&cells, value)| Sample { cells, value, error: Some(error) })
+        let samples: Vec<Point> = ([5.0, 7.0, 9.0, 12.0, 18.0].iter().zip(values))
+            .map(|(&x, y)| Point { x, y, error: Some(error) })
             .collect();
         Convergence::of(&samples).unwrap()
     }

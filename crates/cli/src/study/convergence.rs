@@ -1,45 +1,35 @@
-//! Extrapolation to fine grids, and how well the order is known.
+//! Extrapolation to fine grids, and the confidence in its order.
 //!
 //! ```text
 //! u(N) = u_0 + c N^-p
 //! ```
 //!
-//! is fitted to values at `N` cells per diameter by least squares, each weighted with the square of its inverse standard
-//! error (equally, if one of them is not known): for a given order `p` the problem is linear, and the best `p` in [`ORDERS`] is
-//! found by a scan and golden sections. A best `p` at an end of this range means that the values do not tell the order; then there is no
-//! extrapolation either. Confidence: the fit is repeated with values drawn anew from normal distributions of these errors around the measured ones,
-//! always the same ones; intervals are percentiles of what comes out.
+//! is fitted to values at `N` cells per diameter by least squares, each weighted with the inverse square of its standard
+//! error (equally, if one of them is unknown): for a given order `p` the problem is linear, and the best `p` in [`ORDERS`] is
+//! found by a scan and golden sections. A best `p` at an end of this range is not resolved, and there is no extrapolation.
+//! Confidence: percentiles of fits to values drawn from normal distributions of these errors around the measured ones, always
+//! the same ones.
 //!
 //! The order against the finest grid is the slope of `ln |u(N) - u(N_max)|` over `ln N`, as usual in the literature. It is too
-//! large: against the exact `u_0` a method of order 1 has 1, against the finest grid on 5 to 18 cells it has 2.3.
+//! large: a method of order 1 has 2.3 on 5 to 18 cells.
 //!
 //! # Reference
 //! L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307-357, doi:10.1098/rsta.1911.0009.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use turbid_plot::Point;
 
-/// Orders that are looked at.
+/// Range of orders.
 const ORDERS: [f64; 2] = [0.5, 4.0];
-/// So near to an end of them is at it.
+/// An order nearer than this to an end of the range is at it.
 const NEAR: f64 = 1e-3;
 /// Steps of the scan over the orders.
 const STEPS: u32 = 35;
-/// Times that values are drawn anew.
+/// Repetitions of the fit with drawn values.
 const DRAWS: usize = 2000;
 /// Fewest grids of a fit: it has three numbers.
 const LEAST: usize = 3;
-
-/// A value at a resolution.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
-    /// Cells per diameter (-).
-    pub(super) cells: f64,
-    /// Value.
-    pub(super) value: f64,
-    /// Its standard error; none if it is not known.
-    pub(super) error: Option<f64>,
-}
 
 /// `u_0 + c N^-p`
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,19 +37,26 @@ pub(super) struct Fit {
     /// Value on an infinitely fine grid.
     pub(super) limit: f64,
     /// Coefficient of the error.
-    pub(super) coefficient: f64,
+    coefficient: f64,
     /// Order.
     pub(super) order: f64,
     /// Sum of the squared deviations over the squared errors.
     squares: f64,
 }
 
-/// Whether an order is at an end of those that are looked at.
-pub(super) fn is_bound(order: f64) -> bool {
+impl Fit {
+    /// The fitted value at a resolution.
+    pub(super) fn at(&self, cells: f64) -> f64 {
+        self.limit + self.coefficient * cells.powf(-self.order)
+    }
+}
+
+/// Whether an order is at an end of the range.
+fn is_bound(order: f64) -> bool {
     ORDERS.iter().any(|bound| (order - bound).abs() < NEAR)
 }
 
-/// An order in words; one at an end is known to lie there or beyond.
+/// An order in words; one at an end of the range may lie beyond.
 pub(super) fn words(order: f64) -> String {
     let [least, most] = ORDERS;
     match order {
@@ -79,21 +76,14 @@ pub(super) fn interval_words([low, high]: [f64; 2]) -> String {
     }
 }
 
-impl Fit {
-    /// The fitted value at a resolution.
-    pub(super) fn at(&self, cells: f64) -> f64 {
-        self.limit + self.coefficient * cells.powf(-self.order)
-    }
-}
-
-/// What is known of the convergence.
+/// Values over the resolution, with their extrapolation.
 #[derive(Clone, Debug)]
 pub(super) struct Convergence {
-    /// The values, from coarse to fine.
-    pub(super) samples: Vec<Sample>,
+    /// The values over the cells per diameter, from coarse to fine.
+    pub(super) samples: Vec<Point>,
     /// The best fit.
     pub(super) fit: Fit,
-    /// Intervals that hold the order with 68 % and with 95 %; none if the errors are not known.
+    /// Intervals that hold the order with 68 % and with 95 %, if the errors are known.
     pub(super) order_within: Option<[[f64; 2]; 2]>,
     /// Interval that holds the extrapolated value with 68 %.
     pub(super) limit_within: Option<[f64; 2]>,
@@ -104,26 +94,26 @@ pub(super) struct Convergence {
 }
 
 impl Convergence {
-    /// Of some values; none for fewer grids than [`LEAST`].
-    pub(super) fn of(samples: &[Sample]) -> Option<Self> {
+    /// Fits values over the cells per diameter; none for fewer grids than [`LEAST`].
+    pub(super) fn of(samples: &[Point]) -> Option<Self> {
         let mut samples = samples.to_vec();
-        samples.sort_by(|a, b| a.cells.total_cmp(&b.cells));
+        samples.sort_by(|a, b| a.x.total_cmp(&b.x));
         let fit = best(&samples)?;
         let (mut orders, mut limits) = (Vec::new(), Vec::new());
         if samples.iter().all(|sample| sample.error.is_some()) {
             let mut random = ChaCha8Rng::seed_from_u64(1);
             for _ in 0..DRAWS {
-                let drawn: Vec<Sample> = samples.iter().map(|sample| sample.drawn(&mut random)).collect();
+                let drawn: Vec<Point> = samples.iter().map(|sample| drawn(sample, &mut random)).collect();
                 let fit = best(&drawn)?;
                 orders.push(fit.order);
                 limits.push(fit.limit);
             }
         }
         let narrow = within(&mut orders, 0.68);
+        let is_resolved = narrow.is_some_and(|ends| !ends.map(is_bound).contains(&true));
         Some(Self {
             order_within: narrow.zip(within(&mut orders, 0.95)).map(|(narrow, wide)| [narrow, wide]),
-            limit_within: within(&mut limits, 0.68)
-                .filter(|_| narrow.is_some_and(|ends| !ends.map(is_bound).contains(&true))),
+            limit_within: within(&mut limits, 0.68).filter(|_| is_resolved),
             against_finest: against_finest(&samples),
             limit_of_order: [1.0, 2.0].map(|order| linear(&samples, order).limit),
             fit,
@@ -131,40 +121,35 @@ impl Convergence {
         })
     }
 
-    /// The value on an infinitely fine grid, if the values tell the order.
+    /// The value on an infinitely fine grid, if the order is resolved.
     pub(super) fn limit(&self) -> Option<f64> {
         (!is_bound(self.fit.order)).then_some(self.fit.limit)
     }
 
-    /// Error of a value against the extrapolation, as a part of it.
-    pub(super) fn error(&self, sample: &Sample) -> Option<f64> {
-        let limit = self.limit()?;
-        Some((sample.value - limit) / limit)
+    /// Error of a value relative to the extrapolation.
+    pub(super) fn error(&self, value: f64) -> Option<f64> {
+        self.limit().map(|limit| (value - limit) / limit)
     }
 }
 
-impl Sample {
-    /// Another value from the normal distribution of this one (Box and Muller 1958).
-    fn drawn(&self, random: &mut ChaCha8Rng) -> Self {
-        let (a, b): (f64, f64) = (random.random(), random.random());
-        let normal = (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos();
-        Self { value: self.value + normal * self.error.unwrap_or(0.0), ..*self }
-    }
+/// Another value from the normal distribution of this one (Box and Muller 1958).
+fn drawn(sample: &Point, random: &mut ChaCha8Rng) -> Point {
+    let (a, b): (f64, f64) = (random.random(), random.random());
+    let normal = (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos();
+    Point { y: sample.y + normal * sample.error.unwrap_or(0.0), ..*sample }
 }
 
-/// The interval that leaves out equally many of the values below and above; none if there are none.
+/// The interval with this part of the values that leaves out equally many below and above.
 fn within(values: &mut [f64], part: f64) -> Option<[f64; 2]> {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().checked_sub(1)? as f64;
-    let place = |part: f64| values[(part * last).round() as usize];
-    Some([place(0.5 - 0.5 * part), place(0.5 + 0.5 * part)])
+    Some([0.5 - 0.5 * part, 0.5 + 0.5 * part].map(|at| values[(at * last).round() as usize]))
 }
 
-/// The inverse squares of the errors, over the largest; equal ones if one is not known.
-fn weights(samples: &[Sample]) -> Vec<f64> {
-    let errors: Option<Vec<f64>> =
-        samples.iter().map(|sample| sample.error.filter(|error| *error > 0.0)).collect();
-    let Some(errors) = errors else {
+/// The inverse squares of the errors, relative to the largest; equal ones if one is unknown.
+fn weights(samples: &[Point]) -> Vec<f64> {
+    let errors = samples.iter().map(|sample| sample.error.filter(|error| *error > 0.0));
+    let Some(errors) = errors.collect::<Option<Vec<f64>>>() else {
         return vec![1.0; samples.len()];
     };
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
@@ -172,11 +157,11 @@ fn weights(samples: &[Sample]) -> Vec<f64> {
 }
 
 /// The best limit and coefficient for a given order.
-fn linear(samples: &[Sample], order: f64) -> Fit {
+fn linear(samples: &[Point], order: f64) -> Fit {
     let weights = weights(samples);
     let mut sums = [0.0; 5];
     for (sample, &w) in samples.iter().zip(&weights) {
-        let (x, y) = (sample.cells.powf(-order), sample.value);
+        let (x, y) = (sample.x.powf(-order), sample.y);
         for (sum, term) in sums.iter_mut().zip([w, w * x, w * y, w * x * x, w * x * y]) {
             *sum += term;
         }
@@ -184,15 +169,14 @@ fn linear(samples: &[Sample], order: f64) -> Fit {
     let [w, x, y, xx, xy] = sums;
     let coefficient = (w * xy - x * y) / (w * xx - x * x);
     let mut fit = Fit { limit: (y - coefficient * x) / w, coefficient, order, squares: 0.0 };
-    fit.squares = (samples.iter().zip(&weights))
-        .map(|(sample, weight)| weight * (sample.value - fit.at(sample.cells)).powi(2))
-        .sum();
+    let squares = samples.iter().zip(&weights);
+    fit.squares = squares.map(|(sample, weight)| weight * (sample.y - fit.at(sample.x)).powi(2)).sum();
     fit
 }
 
 /// The best order with its limit and coefficient.
-fn best(samples: &[Sample]) -> Option<Fit> {
-    let mut grids: Vec<f64> = samples.iter().map(|sample| sample.cells).collect();
+fn best(samples: &[Point]) -> Option<Fit> {
+    let mut grids: Vec<f64> = samples.iter().map(|sample| sample.x).collect();
     grids.dedup();
     if grids.len() < LEAST {
         return None;
@@ -216,16 +200,15 @@ fn best(samples: &[Sample]) -> Option<Fit> {
 }
 
 /// Minus the slope of the logarithm of the error against the finest grid over that of the resolution.
-fn against_finest(samples: &[Sample]) -> Option<f64> {
+fn against_finest(samples: &[Point]) -> Option<f64> {
     let (finest, others) = samples.split_last()?;
-    let logs: Vec<[f64; 2]> =
-        (others.iter()).map(|sample| [sample.cells.ln(), (sample.value - finest.value).abs().ln()]).collect();
+    let logs = others.iter().map(|sample| [sample.x.ln(), (sample.y - finest.y).abs().ln()]);
+    let logs: Vec<[f64; 2]> = logs.collect();
     if logs.len() < 2 || logs.iter().any(|log| !log[1].is_finite()) {
         return None;
     }
     let count = logs.len() as f64;
-    let mean = |k: usize| logs.iter().map(|log| log[k]).sum::<f64>() / count;
-    let [x, y] = [mean(0), mean(1)];
+    let [x, y] = [0, 1].map(|k| logs.iter().map(|log| log[k]).sum::<f64>() / count);
     let covariance: f64 = logs.iter().map(|log| (log[0] - x) * (log[1] - y)).sum();
     let variance: f64 = logs.iter().map(|log| (log[0] - x).powi(2)).sum();
     Some(-covariance / variance)
@@ -237,11 +220,11 @@ mod tests {
 
     const GRIDS: [f64; 6] = [5.0, 7.0, 9.0, 12.0, 15.0, 18.0];
 
-    fn samples(order: f64, error: f64, noise: [f64; 6]) -> Vec<Sample> {
+    fn samples(order: f64, error: f64, noise: [f64; 6]) -> Vec<Point> {
         (GRIDS.iter().zip(noise))
-            .map(|(&cells, noise)| Sample {
-                cells,
-                value: 0.2 * (1.0 + 2.0 * cells.powf(-order)) + noise * error,
+            .map(|(&x, noise)| Point {
+                x,
+                y: 0.2 * (1.0 + 2.0 * x.powf(-order)) + noise * error,
                 error: Some(error),
             })
             .collect()
@@ -307,11 +290,11 @@ mod tests {
     fn values_that_do_not_tell_the_order_have_no_extrapolation() {
         let mut wild = samples(1.0, 1e-3, [0.0; 6]);
         for (sample, value) in wild.iter_mut().zip([0.30, 0.2, 0.2, 0.2, 0.2, 0.2]) {
-            sample.value = value;
+            sample.y = value;
         }
         let found = Convergence::of(&wild).unwrap();
         assert_eq!((words(found.fit.order), found.limit()), ("above 4".to_string(), None));
-        assert!(found.limit_within.is_none() && found.error(&wild[0]).is_none());
+        assert!(found.limit_within.is_none() && found.error(wild[0].y).is_none());
         assert_eq!(interval_words(found.order_within.unwrap()[0]), "not resolved");
         assert_eq!(interval_words([0.5, 1.25]), "below 1.25");
         assert_eq!(interval_words([1.0, 4.0]), "above 1.00");

@@ -1,16 +1,31 @@
-//! What a study has found, resolved to numbers: `study.json`, which `turbid report` draws.
+//! Results of a study: `study.json`, resolved to numbers, which `turbid report` draws, and `result.csv`, a row for each finished
+//! run.
 
+use super::Study;
+use super::record::{Record, SHARE};
+use super::state::State;
 use crate::checks::Check;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::path::Path;
 use turbid::error::{Error, Result};
 use turbid::input;
 use turbid::output::write_bytes;
+use turbid_plot::Chart;
 
-pub use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
-
-/// Name of the file in the directory of a study.
+/// Name of the document in the directory of a study.
 pub const FILE: &str = "study.json";
+/// Name of the table of all runs beside it.
+pub const RESULT: &str = "result.csv";
+
+/// Columns of `result.csv` for a run; quantities that it does not have stay empty.
+const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter relaxation_time \
+    settling_velocity_over_stokes standard_error drift averaged_from averaged_to settled \
+    contacts_per_particle max_overlap net_flux_over_stokes cells steps mlups wall_seconds";
+
+/// The same for a benchmark, before the parts of the time of the stages.
+const OF_A_BENCHMARK: &str = "cells particles contacts_per_particle mlups roofline_fraction bandwidth_gb_per_s memory_bytes \
+    threads steps wall_seconds";
 
 /// A study in numbers. Its JSON keys are stable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -19,7 +34,7 @@ pub struct Document {
     pub title: String,
     /// Version of the program that wrote it.
     pub version: String,
-    /// The command that makes it again.
+    /// The command that repeats it.
     pub command: String,
     /// Figures, in the order of the study file.
     pub figures: Vec<Figure>,
@@ -27,9 +42,9 @@ pub struct Document {
     pub tables: Vec<Table>,
     /// Comparisons with references.
     pub checks: Vec<Check>,
-    /// How much of it is done.
+    /// Progress.
     pub runs: Runs,
-    /// Names of the runs whose means have not settled, by [`Record::is_settled`](super::record::Record::is_settled).
+    /// Names of the runs whose means have not settled, by [`Record::is_settled`].
     #[serde(default)]
     pub unsettled: Vec<String>,
 }
@@ -57,10 +72,10 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// How much of a study is done.
+/// Progress of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Runs {
-    /// Runs that have come to their end.
+    /// Finished runs.
     pub done: usize,
     /// All runs.
     pub total: usize,
@@ -79,24 +94,69 @@ impl Document {
         let path = directory.join(FILE);
         let text = input::read_text(&path, input::RECORD).map_err(|error| Error::io("read", &path, error))?;
         serde_json::from_str(&text).map_err(|error| {
+            let path = path.display();
             Error::Input(format!(
-                "{} is no document of a study: {error}\n  `turbid study` writes it anew",
-                path.display()
+                "{path} is no document of a study: {error}\n  `turbid study` writes it anew"
             ))
         })
     }
 
-    /// Writes the document into a directory; it appears whole.
+    /// Writes the document into a directory; the file is replaced atomically.
     pub fn write(&self, directory: &Path) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(self).expect("plain data always serialises");
-        text.push('\n');
+        let text = serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n";
         write_bytes(&directory.join(FILE), text.as_bytes())
     }
+}
+
+/// Writes `result.csv`; the file is replaced atomically.
+pub(super) fn write_csv(study: &Study) -> Result<()> {
+    let names = columns(study);
+    let axes = &study.plan.axes;
+    let head = axes.iter().map(|axis| axis.name.as_str()).chain(names.iter().map(String::as_str));
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(["run"].into_iter().chain(head).chain(["version"])).expect("memory takes any row");
+    for (run, state) in study.plan.runs.iter().zip(&study.states) {
+        let Some(record) = state.record() else {
+            continue;
+        };
+        let mut row = vec![run.name.clone()];
+        row.extend(axes.iter().zip(&run.at).map(|(axis, &at)| axis.values[at].name.clone()));
+        row.extend(names.iter().map(|name| cell(record, name)));
+        row.push(record.version.clone());
+        table.write_record(row).expect("memory takes any row");
+    }
+    let text = table.into_inner().expect("memory takes any row");
+    write_bytes(&study.out.join(RESULT), &text)
+}
+
+fn columns(study: &Study) -> Vec<String> {
+    let is_bench = study.file.bench.is_some();
+    let names = if is_bench { OF_A_BENCHMARK } else { OF_A_RUN };
+    let mut names: Vec<String> = names.split_whitespace().map(String::from).collect();
+    if is_bench {
+        let quantities =
+            study.states.iter().filter_map(State::record).flat_map(|record| record.quantities.keys());
+        let parts: BTreeSet<&String> = quantities.filter(|name| name.starts_with(SHARE)).collect();
+        names.extend(parts.into_iter().cloned());
+    }
+    names.extend(study.window_quantities());
+    names
+}
+
+fn cell(record: &Record, name: &str) -> String {
+    let value = match name {
+        "averaged_from" => record.averaged_over.map(|over| over[0]),
+        "averaged_to" => record.averaged_over.map(|over| over[1]),
+        "settled" => record.is_settled().map(|is| f64::from(u8::from(is))),
+        _ => record.value(name),
+    };
+    value.map_or_else(String::new, |value| value.to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use turbid_plot::{Panel, Point, Series, Style};
 
     #[test]
     fn a_document_survives_being_written_and_read() {

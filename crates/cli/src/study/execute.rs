@@ -1,4 +1,4 @@
-//! Doing what is left of a study, one run after the other.
+//! Execution of the open runs of a study, one after the other.
 
 use super::Study;
 use super::record::{BENCH_FILE, Record};
@@ -7,51 +7,37 @@ use serde_json::{Value as Json, json};
 use std::fs;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use turbid::case::{self, CHECKPOINT_INTERVAL, CheckpointSpacing, Setup};
 use turbid::checkpoint;
 use turbid::error::{Error, Result};
 use turbid::input;
-use turbid::output::{OutputFiles, Summary, directory, write_bytes};
+use turbid::output::{OutputFiles, directory, write_bytes};
 use turbid::simulation::{self, RunOptions, identity};
 
 /// With less time than this no run begins.
 const LEAST_TIME: Duration = Duration::from_secs(5);
-/// How often a benchmark is looked at.
+/// Interval at which a benchmark is looked at.
 const POLL: Duration = Duration::from_millis(50);
 
-/// How a study is done.
-#[derive(Clone, Debug, Default)]
-pub struct Manner {
-    /// As for a single run; the time limit is for all of them.
-    pub run: RunOptions,
-    /// Only runs whose names contain this.
-    pub only: Option<String>,
-}
-
-/// What happens on the way.
+/// Progress of the execution.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
-    /// A run begins, or goes on from a step.
+    /// A run begins, or is resumed.
     Begins {
         /// Its name.
         name: &'a str,
-        /// Its number among those to be done now, from 1, and how many these are.
+        /// Its number among the open runs, from 1, and the number of these.
         number: [usize; 2],
-        /// The step it goes on from; 0 at the start.
+        /// The step from which it is resumed; 0 at the start.
         from: u64,
-        /// Time it may take (s), if it is known.
+        /// Estimated time (s), if it is known.
         seconds: Option<f64>,
     },
-    /// A run has ended.
-    Ended {
-        /// Its name.
-        name: &'a str,
-        /// What it has left.
-        record: &'a Record,
-    },
+    /// A run has finished.
+    Finished(&'a Record),
     /// A run has failed; the next one follows.
     Failed {
         /// Its name.
@@ -61,7 +47,7 @@ pub enum Event<'a> {
     },
 }
 
-/// How the execution of a study has ended.
+/// Result of the execution of a study.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// It was told to stop, or its time was over.
@@ -72,14 +58,15 @@ pub struct Outcome {
     pub code: i32,
 }
 
-/// Does all runs that have not ended, and collects the results after each. `admit` may
-/// refuse a run that does not fit the machine; it is asked before particles are placed.
+/// Executes all open runs whose names contain `only`, and collects the results after each. The time limit of `options` is for
+/// all of them. `admit` may refuse a run that does not fit the machine; it is asked before particles are placed.
 ///
 /// # Errors
-/// Those of the directory of the study and of what is written there; a run that fails is told of and is no error.
+/// Those of the directory of the study and of writing there; a run that fails is an event and no error.
 pub fn execute(
     study: &mut Study,
-    manner: &Manner,
+    options: &RunOptions,
+    only: Option<&str>,
     admit: &dyn Fn(&Setup) -> Result<()>,
     tell: &mut dyn FnMut(Event),
 ) -> Result<Outcome> {
@@ -87,23 +74,17 @@ pub fn execute(
     let _lock = directory::create(&study.out)?;
     study.refresh()?;
     study.collect()?;
-    let meant: Vec<usize> = (0..study.plan.runs.len())
-        .filter(|&run| {
-            let name = &study.plan.runs[run].name;
-            manner.only.as_ref().is_none_or(|only| name.contains(only))
-                && study.states[run].record().is_none()
-        })
-        .collect();
+    let is_open = |&run: &usize| {
+        let name = &study.plan.runs[run].name;
+        only.is_none_or(|only| name.contains(only)) && study.states[run].record().is_none()
+    };
+    let open: Vec<usize> = (0..study.plan.runs.len()).filter(is_open).collect();
     let mut outcome = Outcome::default();
-    for (number, &run) in meant.iter().enumerate() {
-        let mut options = manner.run.clone();
+    for (number, &run) in open.iter().enumerate() {
+        let left = options.max_walltime.map(|limit| limit.saturating_sub(start.elapsed()));
         // The list of the study says which runs it replaces.
-        options.overwrite = true;
-        if let Some(limit) = manner.run.max_walltime {
-            options.max_walltime = Some(limit.saturating_sub(start.elapsed()));
-        }
-        let late = options.max_walltime.is_some_and(|left| left < LEAST_TIME);
-        if late || options.stop.load(Ordering::Relaxed) {
+        let options = RunOptions { overwrite: true, max_walltime: left, ..options.clone() };
+        if left.is_some_and(|left| left < LEAST_TIME) || options.stop.load(Ordering::Relaxed) {
             outcome.interrupted = true;
             break;
         }
@@ -112,18 +93,15 @@ pub fn execute(
             _ => 0,
         };
         let name = study.plan.runs[run].name.clone();
-        let number = [number + 1, meant.len()];
         let seconds = study.seconds_left(run);
-        tell(Event::Begins { name: &name, number, from, seconds });
-        let done = admit(&study.plan.runs[run].setup).and_then(|()| {
-            if study.file.bench.is_some() { bench(study, run, &options) } else { go(study, run, &options) }
+        tell(Event::Begins { name: &name, number: [number + 1, open.len()], from, seconds });
+        let finished = admit(&study.plan.runs[run].setup).and_then(|()| match &study.file.bench {
+            Some(_) => bench(study, run, &options),
+            None => simulate(study, run, &options),
         });
-        let done = done.and_then(|ended| {
-            study.refresh()?;
-            Ok(ended)
-        });
-        match (done, study.states[run].record()) {
-            (Ok(true), Some(record)) => tell(Event::Ended { name: &name, record }),
+        let refreshed = study.refresh();
+        match (finished.and_then(|finished| refreshed.map(|()| finished)), study.states[run].record()) {
+            (Ok(true), Some(record)) => tell(Event::Finished(record)),
             (Ok(_), _) => outcome.interrupted = true,
             (Err(error), _) => {
                 tell(Event::Failed { name: &name, error: &error });
@@ -131,7 +109,6 @@ pub fn execute(
                 if outcome.failed == 1 {
                     outcome.code = error.exit_code();
                 }
-                study.refresh()?;
             }
         }
         study.collect()?;
@@ -142,33 +119,29 @@ pub fn execute(
     Ok(outcome)
 }
 
-/// Runs a case from the start or from its last checkpoint; whether it came to its end.
-fn go(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
-    let threads = study.threads;
+/// Runs a case from the start or from its last checkpoint; whether it finished.
+fn simulate(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     let planned = &study.plan.runs[run];
     let folder = study.out.join(&planned.name);
-    let resumed = matches!(study.states[run], State::Part { .. });
-    let mut setup = if resumed {
-        simulation::saved_setup(&folder, &[], threads)?
+    let is_part = matches!(study.states[run], State::Part { .. });
+    let mut setup = if is_part {
+        simulation::saved_setup(&folder, &[], study.threads)?
     } else {
         case::load(&study.case, &planned.options)?
     };
     setup.plan.output.directory.clone_from(&folder);
-    setup.plan.threads = threads.unwrap_or(setup.plan.threads);
-    // They go when the run has ended.
+    setup.plan.threads = study.threads.unwrap_or(setup.plan.threads);
+    // Removed when the run is finished.
     setup.plan.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
-    let summary =
-        if resumed { simulation::resume(&setup, options)? } else { simulation::run(&setup, options)? };
-    let Some(Summary { interrupted, .. }) = summary else {
-        return Ok(false);
-    };
-    if !interrupted {
+    let run = if is_part { simulation::resume } else { simulation::run };
+    let finished = run(&setup, options)?.is_some_and(|summary| !summary.interrupted);
+    if finished {
         checkpoint::clear(&OutputFiles::new(&folder).checkpoints())?;
     }
-    Ok(!interrupted)
+    Ok(finished)
 }
 
-/// Measures the speed of a case in a process of its own, whose memory is then that of this case; whether it came to its end.
+/// Measures the speed of a case in a process of its own, whose memory is then that of this case; whether it finished.
 fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     let Some(section) = study.file.bench.as_ref().map(|bench| bench.value) else {
         return Ok(false);
@@ -180,21 +153,19 @@ fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     let mut command = Command::new(&program);
     command.arg("bench").arg(&study.case).arg("--json");
     command.args(["--steps", &section.steps.to_string(), "--warm-up", &warm_up.to_string()]);
-    for option in &planned.options {
-        command.args(["--set", option]);
-    }
-    if let Some(threads) = study.threads {
-        command.args(["--threads", &threads.to_string()]);
-    }
+    command.args(planned.options.iter().flat_map(|option| ["--set", option]));
+    command
+        .args(study.threads.into_iter().flat_map(|threads| ["--threads".to_string(), threads.to_string()]));
     let folder = study.out.join(&planned.name);
     fs::create_dir_all(&folder).map_err(|error| Error::io("create", &folder, error))?;
     let start = Instant::now();
-    let Some(said) = listen(&mut command, &folder, options)? else {
+    let Some(output) = output_of(&mut command, &folder, options)? else {
         return Ok(false);
     };
-    let report: Json = serde_json::from_str(&said)
-        .map_err(|error| Error::Input(format!("`turbid bench` has said what is no JSON: {error}\n{said}")))?;
-    let mut left = json!({
+    let report: Json = serde_json::from_str(&output).map_err(|error| {
+        Error::Input(format!("the output of `turbid bench` is no JSON: {error}\n{output}"))
+    })?;
+    let mut record = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "input": planned.setup.provenance.text,
         "identity": identity(&planned.setup),
@@ -202,64 +173,64 @@ fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
         "report": report,
     });
     let with = measured_with(&section, &planned.setup, study.threads);
-    if let (Json::Object(left), Json::Object(with)) = (&mut left, with) {
-        left.extend(with);
+    if let (Json::Object(record), Json::Object(with)) = (&mut record, with) {
+        record.extend(with);
     }
-    let text = serde_json::to_string_pretty(&left).expect("plain data always serialises") + "\n";
+    let text = serde_json::to_string_pretty(&record).expect("plain data always serialises") + "\n";
     write_bytes(&folder.join(BENCH_FILE), text.as_bytes())?;
     Ok(true)
 }
 
-/// What a process says until it ends; nothing if it was stopped because the study was, or because the time is over.
+/// Standard output of a process; none if it was stopped because the study was, or because the time is over.
 ///
 /// # Errors
-/// [`Error::Io`] if it cannot be started; [`Error::Agreed`] with what it said and its exit code if it failed.
-fn listen(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<Option<String>> {
-    let failed = |error| Error::io("start `turbid bench` in", folder, error);
-    // Files, not pipes: nobody has to empty them while it runs.
-    let [said, complained] = ["bench.out", "bench.err"].map(|name| folder.join(name));
+/// [`Error::Io`] if it cannot be started; [`Error::Agreed`] with its message and its exit code if it failed.
+fn output_of(command: &mut Command, folder: &Path, options: &RunOptions) -> Result<Option<String>> {
+    // Files, not pipes, which would have to be emptied meanwhile.
+    let [output, errors] = ["bench.out", "bench.err"].map(|name| folder.join(name));
     let create = |path: &Path| fs::File::create(path).map_err(|error| Error::io("create", path, error));
-    command.stdin(Stdio::null()).stdout(create(&said)?).stderr(create(&complained)?);
+    command.stdin(Stdio::null()).stdout(create(&output)?).stderr(create(&errors)?);
     // A signal from the keyboard goes to this process alone, which then ends the other.
     command.process_group(0);
+    let status =
+        wait(command, options).map_err(|error| Error::io("start `turbid bench` in", folder, error))?;
+    let take = |path: &Path| {
+        let text = input::read_text(path, input::RECORD).map_err(|error| Error::io("read", path, error))?;
+        fs::remove_file(path).map_err(|error| Error::io("remove", path, error))?;
+        Ok::<_, Error>(text)
+    };
+    let (output, errors) = (take(&output)?, take(&errors)?);
+    let Some(status) = status else {
+        return Ok(None);
+    };
+    let (code, text) = match (status.code(), status.signal()) {
+        (Some(0), _) => return Ok(Some(output)),
+        // Somebody ended that process alone.
+        (_, Some(libc::SIGINT | libc::SIGTERM | libc::SIGHUP)) => return Ok(None),
+        (_, Some(signal)) => {
+            let system = "9 is what the system sends where memory runs out";
+            (3, format!("`turbid bench` was ended by signal {signal}; {system}"))
+        }
+        (code, None) => (code.unwrap_or(3), errors.trim_start_matches("error: ").trim_end().to_string()),
+    };
+    Err(Error::Agreed { code, text })
+}
+
+/// Runs a process; none if it was stopped.
+fn wait(command: &mut Command, options: &RunOptions) -> std::io::Result<Option<ExitStatus>> {
     let start = Instant::now();
-    let mut child = command.spawn().map_err(failed)?;
-    let status = loop {
-        if let Some(status) = child.try_wait().map_err(failed)? {
-            break Some(status);
+    let mut child = command.spawn()?;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
         }
         let late = options.max_walltime.is_some_and(|limit| start.elapsed() >= limit);
         if late || options.stop.load(Ordering::Relaxed) {
             // It may have ended by itself in between.
             let _ = child.kill();
             let _ = child.wait();
-            break None;
+            return Ok(None);
         }
         std::thread::sleep(POLL);
-    };
-    let read =
-        |path: &Path| input::read_text(path, input::RECORD).map_err(|error| Error::io("read", path, error));
-    let texts = (read(&said)?, read(&complained)?);
-    for path in [&said, &complained] {
-        fs::remove_file(path).map_err(|error| Error::io("remove", path, error))?;
-    }
-    match status {
-        None => Ok(None),
-        Some(status) if status.success() => Ok(Some(texts.0)),
-        // Somebody ended that process alone.
-        Some(status) if matches!(status.signal(), Some(libc::SIGINT | libc::SIGTERM | libc::SIGHUP)) => {
-            Ok(None)
-        }
-        Some(status) if status.signal().is_some() => Err(Error::Agreed {
-            code: 3,
-            text: format!(
-                "`turbid bench` was ended by signal {}; 9 is what the system sends where memory runs out",
-                status.signal().unwrap_or(0)
-            ),
-        }),
-        Some(status) => Err(Error::Agreed {
-            code: status.code().unwrap_or(3),
-            text: texts.1.trim_start_matches("error: ").trim_end().to_string(),
-        }),
     }
 }

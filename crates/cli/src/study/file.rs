@@ -11,27 +11,27 @@ use turbid::case::{self, Setup};
 use turbid::simulation::Law;
 
 /// A study: which runs of a case, and what to make of them.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Study")]
 pub struct StudyFile {
     /// What is studied, one line.
-    pub title: Located<String>,
+    pub title: String,
     /// The case, relative to this file.
     pub case: Located<String>,
-    /// Directories, beside the output directory of this study, of other studies: a run that one of them has is taken from there.
+    /// Studies beside the output directory of this one whose finished runs are used too.
     #[serde(default)]
     pub shares: Vec<Located<String>>,
     /// Keys of the case for all runs: `"run.end" = { stokes_times = 100 }`.
     #[serde(default)]
-    #[schemars(with = "Option<BTreeMap<String, Json>>")]
-    pub set: Option<Located<toml::Table>>,
+    #[schemars(with = "BTreeMap<String, Json>")]
+    pub set: Located<toml::Table>,
     /// What is varied; the runs are all combinations.
     #[serde(default, rename = "axis")]
     pub axes: Vec<Located<AxisSection>>,
     /// Combinations that are left out: `{ cells = [15, 18], seed = 3 }`.
     #[serde(default)]
-    pub skip: Vec<Located<BTreeMap<String, Choice>>>,
+    pub skip: Vec<Located<Only>>,
     /// Measure the speed instead of running to the end.
     pub bench: Option<Located<BenchSection>>,
     /// Intervals of time with means of their own.
@@ -52,15 +52,15 @@ pub struct StudyFile {
 }
 
 /// One thing that is varied.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSection {
     /// Short name.
     pub name: Located<String>,
-    /// As it stands at the axis of a figure. Default: the name.
+    /// Text at the axis of a figure. Default: the name.
     pub label: Option<String>,
-    /// The key of the case that plain values are for.
-    pub key: Option<Located<String>>,
+    /// The key of the case to which plain values apply.
+    pub key: Option<String>,
     /// Plain values of `key`, or tables `{ name, value, set }`.
     #[schemars(extend("minItems" = 1))]
     pub values: Vec<Located<ValueSection>>,
@@ -69,18 +69,18 @@ pub struct AxisSection {
     pub average: bool,
 }
 
-/// A value of an axis.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(try_from = "toml::Value")]
+/// A value of an axis: any, or changes of several keys with a name.
+#[derive(Deserialize)]
+#[serde(untagged)]
 pub enum ValueSection {
+    /// Changes of several keys.
+    Named(NamedValue),
     /// A value of the axis' key.
     Plain(toml::Value),
-    /// A name for changes of several keys.
-    Named(NamedValue),
 }
 
 /// A name for changes of several keys.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NamedValue {
     /// Name in directories and tables.
@@ -95,24 +95,11 @@ pub struct NamedValue {
     pub set: toml::Table,
 }
 
-impl TryFrom<toml::Value> for ValueSection {
-    type Error = String;
-
-    fn try_from(value: toml::Value) -> Result<Self, String> {
-        match &value {
-            toml::Value::Table(table) if table.contains_key("name") => {
-                NamedValue::deserialize(value).map(Self::Named).map_err(|error| error.message().to_string())
-            }
-            toml::Value::Table(table) if table.contains_key("set") => {
-                Err("a value that sets several keys needs a `name`".to_string())
-            }
-            _ => Ok(Self::Plain(value)),
-        }
-    }
-}
+/// Values of axes by the names of these.
+pub type Only = BTreeMap<String, Choice>;
 
 /// Values of an axis, by name or number: one, or a list.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Deserialize)]
 #[serde(from = "toml::Value")]
 pub struct Choice(pub Vec<String>);
 
@@ -134,70 +121,57 @@ pub(super) fn word(value: &toml::Value) -> String {
 }
 
 /// How to measure the speed.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BenchSection {
     /// Timed steps of each of five samples.
     #[schemars(extend("minimum" = 1))]
     pub steps: u64,
-    /// What is run before the first sample: steps, or `{ stokes_times = 6 }`, `{ time = 0.1 }`. Default: as many steps as a
-    /// sample.
-    pub warm_up: Option<WarmUp>,
-}
-
-/// What is run before a measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "toml::Value")]
-pub struct WarmUp(pub Duration);
-
-impl TryFrom<toml::Value> for WarmUp {
-    type Error = String;
-
-    fn try_from(value: toml::Value) -> Result<Self, String> {
-        match value {
-            toml::Value::Integer(steps) => {
-                u64::try_from(steps).map(Duration::Steps).map_err(|error| error.to_string())
-            }
-            value => Duration::deserialize(value).map_err(|error| error.message().to_string()),
-        }
-        .map(Self)
-    }
+    /// What is run before the first sample. Default: as many steps as a sample.
+    pub warm_up: Option<Duration>,
 }
 
 impl BenchSection {
     /// Steps before the first sample.
     pub fn warm_up(&self, setup: &Setup) -> u64 {
-        let steps = |time: f64| (time / setup.time_step).ceil() as u64;
-        match self.warm_up.map(|warm_up| warm_up.0) {
-            None => self.steps,
-            Some(Duration::Steps(count)) => count,
-            Some(Duration::Time(time)) => steps(time),
-            Some(Duration::StokesTimes(times)) => steps(times * setup.stokes_time().unwrap_or(f64::INFINITY)),
-        }
+        let time = match self.warm_up {
+            None => return self.steps,
+            Some(Duration::Steps(count)) => return count,
+            Some(Duration::Time(time)) => time,
+            Some(Duration::StokesTimes(times)) => times * setup.stokes_time().unwrap_or(f64::INFINITY),
+        };
+        (time / setup.time_step).ceil() as u64
     }
 }
 
 /// An interval of time. Its mean settling velocity over that of Stokes is the quantity `<name>_velocity`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindowSection {
     /// Short name.
     pub name: Located<String>,
-    /// Its begin (`t*`).
+    /// Begin (`t*`).
     #[schemars(extend("minimum" = 0))]
     pub from: f64,
-    /// Its end (`t*`).
+    /// End (`t*`).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub to: f64,
 }
 
+impl WindowSection {
+    /// Name of its quantity.
+    pub fn quantity(&self) -> String {
+        format!("{}_velocity", self.name.value)
+    }
+}
+
 /// A quantity that compares two values of an axis.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DerivedSection {
     /// Its name.
     pub name: Located<String>,
-    /// As it stands in figures and tables. Default: the name.
+    /// Text in figures and tables. Default: the name.
     pub label: Option<String>,
     /// Axis whose two values are compared.
     pub axis: Located<String>,
@@ -218,7 +192,7 @@ fn settling_velocity() -> Located<String> {
 }
 
 /// How two values of a quantity are compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Comparison {
     /// `of / to`.
@@ -229,19 +203,17 @@ pub enum Comparison {
 }
 
 /// A figure.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FigureSection {
     /// Short name, good for a file.
     pub name: Located<String>,
     /// Heading.
     pub title: String,
-    /// Axis of the study along the horizontal.
+    /// Axis of the study along the horizontal, with its label.
     pub x: Located<String>,
     /// Quantity, or a list of them.
     pub y: Located<Choice>,
-    /// Text of the horizontal axis. Default: the label of the axis.
-    pub x_label: Option<String>,
     /// Text of the vertical axis. Default: the quantity.
     pub y_label: Option<String>,
     /// Whether the horizontal axis is logarithmic.
@@ -257,8 +229,8 @@ pub struct FigureSection {
     pub panels: Option<Located<String>>,
     /// The values of axes that are shown; others are left out.
     #[serde(default)]
-    pub only: BTreeMap<String, Choice>,
-    /// Whether to draw the error of each line against its own extrapolation to fine grids, as a part of it, instead of the quantity.
+    pub only: Only,
+    /// Whether to draw the error of each line against its own extrapolation to fine grids, relative to it, instead of the quantity.
     #[serde(default)]
     pub error: bool,
     /// What to draw besides.
@@ -270,27 +242,27 @@ pub struct FigureSection {
 }
 
 /// A reference: exactly one of `law`, `csv`, `fit`, `band`, `order`, `value`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{ "required": ["law"] }, { "required": ["csv"] }, { "required": ["fit"] }, { "required": ["band"] }, { "required": ["order"] }, { "required": ["value"] }]))]
 pub struct ReferenceSection {
-    /// A correlation for suspensions that settle.
+    /// A correlation for the settling velocity of suspensions.
     pub law: Option<Law>,
     /// A table beside this file, with column `y`.
-    pub csv: Option<Located<String>>,
+    pub csv: Option<String>,
     /// Column of the table with the values.
-    pub y: Option<Located<String>>,
+    pub y: Option<String>,
     /// Columns of the table and what they must equal: an axis of the study, or a number or word.
     #[serde(default, rename = "where")]
     #[schemars(with = "BTreeMap<String, Json>")]
     pub rows: BTreeMap<String, toml::Value>,
-    /// The values of axes that it is for.
+    /// The values of axes to which it applies.
     #[serde(default)]
-    pub only: BTreeMap<String, Choice>,
+    pub only: Only,
     /// The extrapolation to fine grids through the points of each series; the horizontal axis has cells per diameter.
     #[serde(default)]
     pub fit: bool,
-    /// The mean of all points, and lines so far above and below it (part of the mean).
+    /// The mean of all points, and lines above and below it at this relative distance.
     pub band: Option<f64>,
     /// A power law with this order, `x^-order`, through the first point of the first line.
     pub order: Option<f64>,
@@ -304,7 +276,7 @@ pub struct ReferenceSection {
 }
 
 /// A table.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableSection {
     /// Short name, good for a file.
@@ -313,21 +285,21 @@ pub struct TableSection {
     pub title: String,
     /// Axes whose combinations have a row each.
     pub rows: Vec<Located<String>>,
-    /// What stands in the other columns.
+    /// The other columns.
     pub columns: Vec<Located<ColumnSection>>,
 }
 
 /// A column of a table.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSection {
     /// Head.
     pub label: String,
     /// Quantity.
     pub y: Located<String>,
-    /// The values of axes that it is of.
+    /// The values of axes to which it applies.
     #[serde(default)]
-    pub only: BTreeMap<String, Choice>,
+    pub only: Only,
     /// A reference, which is shown beside the quantity with the deviation from it.
     pub reference: Option<Located<ReferenceSection>>,
     /// Digits behind the point. Default 4.
@@ -335,7 +307,7 @@ pub struct ColumnSection {
 }
 
 /// A comparison with a reference.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSection {
     /// Which comparison.
@@ -345,37 +317,37 @@ pub struct CheckSection {
     /// The quantity. Default: the settling velocity over that of Stokes.
     #[serde(default = "settling_velocity")]
     pub y: Located<String>,
-    /// The values of axes that it is of.
+    /// The values of axes to which it applies.
     #[serde(default)]
-    pub only: BTreeMap<String, Choice>,
+    pub only: Only,
     /// `within`: the reference.
     pub reference: Option<Located<ReferenceSection>>,
-    /// `within`, `scatter`, `convergence`: largest deviation, as a part of the reference.
+    /// `within`, `scatter`, `convergence`: largest deviation, relative to the reference.
     #[schemars(extend("minimum" = 0))]
-    pub tolerance: Option<Located<f64>>,
+    pub tolerance: Option<f64>,
     /// `within`: largest deviation, in the unit of the quantity.
     #[schemars(extend("minimum" = 0))]
-    pub absolute: Option<Located<f64>>,
+    pub absolute: Option<f64>,
     /// `ordered`: the quantity is above this number.
-    pub above: Option<Located<f64>>,
+    pub above: Option<f64>,
     /// `ordered`: the quantity is below this number.
-    pub below: Option<Located<f64>>,
+    pub below: Option<f64>,
     /// `convergence`: the axis with the cells per diameter.
     pub x: Option<Located<String>>,
     /// `convergence`: axes of repetitions that are not averaged over but have a fit each.
     #[serde(default)]
     pub separate: Vec<Located<String>>,
-    /// `convergence`: from so many cells on the error must fall.
+    /// `convergence`: the error must fall from this number of cells on.
     pub monotone_from: Option<f64>,
-    /// `convergence`: at so many cells the deviation from the extrapolation is held against `tolerance`.
+    /// `convergence`: number of cells at which the deviation from the extrapolation is held against `tolerance`.
     pub at: Option<f64>,
-    /// Where the reference is from.
+    /// Source of the reference.
     #[serde(default)]
     pub source: String,
 }
 
 /// Kinds of comparisons.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CheckKind {
     /// Every point is near its reference.
@@ -413,17 +385,6 @@ impl JsonSchema for Choice {
             ["string", "number", "boolean"].map(|kind| json_schema!({ "type": kind }));
         let list = json_schema!({ "type": "array", "items": { "anyOf": [text, number, truth] } });
         json_schema!({ "anyOf": [text, number, truth, list] })
-    }
-}
-
-impl JsonSchema for WarmUp {
-    fn schema_name() -> Cow<'static, str> {
-        "WarmUp".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let duration = generator.subschema_for::<Duration>();
-        json_schema!({ "anyOf": [{ "type": "integer", "format": "uint64", "minimum": 0 }, duration] })
     }
 }
 

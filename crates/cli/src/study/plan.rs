@@ -1,18 +1,18 @@
 //! The runs of a study: all combinations of the values of its axes.
 
-use super::file::{AxisSection, Choice, StudyFile, ValueSection, word};
+use super::file::{AxisSection, Choice, Only, StudyFile, ValueSection, word};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::Path;
 use turbid::case::located::Located;
 use turbid::case::{self, Setup, Source};
 use turbid::error::{Error, Result};
 
-/// An axis with what its values do.
-#[derive(Clone, Debug)]
+/// An axis with its values.
 pub struct Axis {
     /// Short name.
     pub name: String,
-    /// As it stands at the axis of a figure.
+    /// Text at the axis of a figure.
     pub label: String,
     /// Whether its values are repetitions.
     pub average: bool,
@@ -21,7 +21,6 @@ pub struct Axis {
 }
 
 /// A value of an axis.
-#[derive(Clone, Debug)]
 pub struct Value {
     /// Name: a number or a word.
     pub name: String,
@@ -34,11 +33,10 @@ pub struct Value {
 }
 
 /// One run.
-#[derive(Clone, Debug)]
 pub struct PlannedRun {
     /// Name of its directory.
     pub name: String,
-    /// The place of its value on each axis.
+    /// Index of its value on each axis.
     pub at: Vec<usize>,
     /// Options for the case.
     pub options: Vec<String>,
@@ -46,39 +44,39 @@ pub struct PlannedRun {
     pub setup: Setup,
 }
 
-/// The runs of a study, in the order in which they are done: the first repetition of all before the second of any.
-#[derive(Clone, Debug)]
+/// The runs of a study in the order of their execution: the first repetition of all before the second of any.
 pub struct Plan {
+    /// The study file.
+    pub(super) source: Source,
     /// What is varied.
     pub axes: Vec<Axis>,
     /// The runs.
     pub runs: Vec<PlannedRun>,
+    /// Axis and indices of the two values (`of`, `to`) of each derived quantity.
+    pub(super) derived: Vec<[usize; 3]>,
 }
 
 impl Plan {
-    /// Of a study file whose case is `case`.
+    /// Plans the runs of a study file whose case is `case`.
     ///
     /// # Errors
-    /// [`Error::Input`] with the place in the study file or, if the case is at fault, in the case with the name of the run.
-    pub(crate) fn new(source: &Source, file: &StudyFile, case: &Path) -> Result<Self> {
-        let axes =
-            (file.axes.iter()).map(|section| axis(source, &section.value)).collect::<Result<Vec<_>>>()?;
-        let mut names = BTreeSet::new();
-        for (axis, section) in axes.iter().zip(&file.axes) {
-            if !names.insert(axis.name.as_str()) {
-                let span = &section.value.name.span;
-                return Err(source.error(span, "two axes have the same name", "again", "rename one of them"));
-            }
+    /// [`Error::Input`] with the position in the study file or, if the case is at fault, in the case with the name of the run.
+    pub(crate) fn new(source: Source, file: &StudyFile, case: &Path) -> Result<Self> {
+        let axes = file.axes.iter().map(|section| axis(&source, &section.value)).collect::<Result<_>>()?;
+        let mut plan = Self { source, axes, runs: Vec::new(), derived: Vec::new() };
+        plan.refuse_duplicates("axes", file.axes.iter().map(|section| &section.value.name))?;
+        for Located { value, span } in &file.derived {
+            let axis = plan.axis(&value.axis)?;
+            let one = |choice| match plan.values(span, axis, choice)?[..] {
+                [one] => Ok(one),
+                _ => plan.refuse(span, "more than one value is compared", "here", "name one value"),
+            };
+            let derived = [axis, one(&value.of)?, one(&value.to)?];
+            plan.derived.push(derived);
         }
-        let plan = Self { axes, runs: Vec::new() };
-        let skips = (file.skip.iter())
-            .map(|skip| plan.selection(source, &skip.span, &skip.value))
-            .collect::<Result<Vec<_>>>()?;
-        let common = match &file.set {
-            Some(set) => options(source, &set.span, &set.value)?,
-            None => Vec::new(),
-        };
-        let mut runs = Vec::new();
+        let skips = file.skip.iter().map(|skip| plan.selection(&skip.span, &skip.value));
+        let skips = skips.collect::<Result<Vec<_>>>()?;
+        let common = options(&plan.source, &file.set.span, &file.set.value)?;
         for at in combinations(&plan.axes) {
             if skips.iter().any(|skip| skip.holds(&at)) {
                 continue;
@@ -86,48 +84,79 @@ impl Plan {
             let mut options = common.clone();
             let mut words = Vec::new();
             for (axis, &value) in plan.axes.iter().zip(&at) {
-                let value = &axis.values[value];
-                options.extend(value.options.iter().cloned());
-                words.push(directory_word(axis, value));
+                options.extend(axis.values[value].options.iter().cloned());
+                words.push(directory_word(axis, &axis.values[value]));
             }
             let name = if words.is_empty() { "run".to_string() } else { words.join("_") };
-            let setup = case::outline(case, &options)
-                .map_err(|error| Error::Input(format!("{error}\nin the run {name} of {}", source.path)))?;
-            runs.push(PlannedRun { name, at, options, setup });
+            let setup = case::outline(case, &options).map_err(|error| {
+                Error::Input(format!("{error}\nin the run {name} of {}", plan.source.path))
+            })?;
+            plan.runs.push(PlannedRun { name, at, options, setup });
         }
-        if runs.is_empty() {
-            return Err(source.error(&(0..0), "the study has no run: all combinations are skipped", "", ""));
+        if plan.runs.is_empty() {
+            return plan.refuse(&(0..0), "the study has no run: all combinations are skipped", "", "");
         }
         let mut names = BTreeSet::new();
-        if let Some(twice) = runs.iter().find(|run| !names.insert(run.name.as_str())) {
+        if let Some(twice) = plan.runs.iter().find(|run| !names.insert(run.name.as_str())) {
             let title = format!("two runs have the name {}", twice.name);
             let remedy = "give values names that tell them apart";
-            return Err(source.error(&file.axes[0].span, &title, "", remedy));
+            return plan.refuse(&file.axes[0].span, &title, "", remedy);
         }
-        let axes = plan.axes;
-        let repetition = |run: &PlannedRun| -> Vec<usize> {
-            let places = axes.iter().zip(&run.at).filter(|(axis, _)| axis.average);
-            places.map(|(_, &place)| place).collect()
-        };
-        runs.sort_by_key(repetition);
-        Ok(Self { axes, runs })
+        let axes = &plan.axes;
+        plan.runs.sort_by_key(|run| -> Vec<usize> {
+            let values = axes.iter().zip(&run.at).filter(|(axis, _)| axis.average);
+            values.map(|(_, &value)| value).collect()
+        });
+        Ok(plan)
     }
 
-    /// The place of an axis.
+    /// An error in the study file.
+    pub(super) fn refuse<T>(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Result<T> {
+        Err(self.source.error(span, title, label, remedy))
+    }
+
+    /// Refuses a second section of a kind, say figures, with the name of another.
+    pub(super) fn refuse_duplicates<'a>(
+        &self,
+        kind: &str,
+        names: impl Iterator<Item = &'a Located<String>>,
+    ) -> Result<()> {
+        let mut known = BTreeSet::new();
+        for Located { value, span } in names {
+            if !known.insert(value) {
+                let title = format!("two {kind} have the name `{value}`");
+                return self.refuse(span, &title, "again", "rename one of them");
+            }
+        }
+        Ok(())
+    }
+
+    /// Index of an axis.
     ///
     /// # Errors
     /// [`Error::Input`] if there is none of this name.
-    pub(crate) fn axis(&self, source: &Source, name: &Located<String>) -> Result<usize> {
-        let found = self.axes.iter().position(|axis| axis.name == name.value);
-        found.ok_or_else(|| {
-            let title = format!("there is no axis `{}`", name.value);
-            source.error(&name.span, &title, "no such axis", &self.known_axes())
-        })
+    pub(super) fn axis(&self, name: &Located<String>) -> Result<usize> {
+        self.axis_named(&name.value, &name.span)
     }
 
-    fn known_axes(&self) -> String {
-        let names: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();
-        format!("the axes are: {}", names.join(", "))
+    /// Indices of several axes, as [`axis`](Self::axis).
+    pub(super) fn axes_of<'a>(
+        &self,
+        names: impl IntoIterator<Item = &'a Located<String>>,
+    ) -> Result<Vec<usize>> {
+        names.into_iter().map(|name| self.axis(name)).collect()
+    }
+
+    fn axis_named(&self, name: &str, span: &Range<usize>) -> Result<usize> {
+        let found = self.axes.iter().position(|axis| axis.name == name);
+        found.map_or_else(
+            || {
+                let known: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();
+                let remedy = format!("the axes are: {}", known.join(", "));
+                self.refuse(span, &format!("there is no axis `{name}`"), "no such axis", &remedy)
+            },
+            Ok,
+        )
     }
 
     /// The values of an axis, in words.
@@ -139,35 +168,17 @@ impl Plan {
     /// The combinations that have these values.
     ///
     /// # Errors
-    /// [`Error::Input`] for an axis or a value that is not there.
-    pub(crate) fn selection(
-        &self,
-        source: &Source,
-        span: &std::ops::Range<usize>,
-        only: &BTreeMap<String, Choice>,
-    ) -> Result<Selection> {
-        let mut chosen = BTreeMap::new();
-        for (name, choice) in only {
-            let Some(place) = self.axes.iter().position(|axis| axis.name == *name) else {
-                let title = format!("there is no axis `{name}`");
-                return Err(source.error(span, &title, "here", &self.known_axes()));
-            };
-            chosen.insert(place, self.values(source, span, place, choice)?);
-        }
-        Ok(Selection(chosen))
+    /// [`Error::Input`] for an unknown axis or value.
+    pub(super) fn selection(&self, span: &Range<usize>, only: &Only) -> Result<Selection> {
+        let chosen = only.iter().map(|(name, choice)| {
+            let axis = self.axis_named(name, span)?;
+            Ok((axis, self.values(span, axis, choice)?))
+        });
+        chosen.collect::<Result<_>>().map(Selection)
     }
 
-    /// The places of values on an axis.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for a value that is not there.
-    pub(crate) fn values(
-        &self,
-        source: &Source,
-        span: &std::ops::Range<usize>,
-        axis: usize,
-        choice: &Choice,
-    ) -> Result<Vec<usize>> {
+    /// Indices of values on an axis.
+    fn values(&self, span: &Range<usize>, axis: usize, choice: &Choice) -> Result<Vec<usize>> {
         let axis = &self.axes[axis];
         let find = |word: &String| {
             let same = |value: &Value| {
@@ -175,42 +186,35 @@ impl Plan {
             };
             axis.values.iter().position(same).ok_or_else(|| {
                 let title = format!("the axis `{}` has no value {word}", axis.name);
-                source.error(span, &title, "here", &Self::known_values(axis))
+                self.source.error(span, &title, "here", &Self::known_values(axis))
             })
         };
         choice.0.iter().map(find).collect()
     }
 }
 
-/// Values of some axes.
-#[derive(Clone, Debug, Default)]
-pub struct Selection(pub BTreeMap<usize, Vec<usize>>);
+/// Indices of values by those of their axes.
+pub(super) struct Selection(pub(super) BTreeMap<usize, Vec<usize>>);
 
 impl Selection {
-    /// Whether a combination has them.
-    pub fn holds(&self, at: &[usize]) -> bool {
+    /// Whether a combination has these values.
+    pub(super) fn holds(&self, at: &[usize]) -> bool {
         self.0.iter().all(|(&axis, values)| values.contains(&at[axis]))
     }
 }
 
 fn axis(source: &Source, section: &AxisSection) -> Result<Axis> {
-    let name = section.name.value.clone();
-    if !is_word(&name) {
-        let title = format!("an axis cannot be called `{name}`");
-        return Err(source.error(&section.name.span, &title, "here", "take letters, digits and _"));
+    let AxisSection { name: Located { value: name, span }, label, average, .. } = section;
+    let refuse = |title: String, remedy: &str| Err(source.error(span, &title, "here", remedy));
+    if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+        return refuse(format!("an axis cannot be called `{name}`"), "take letters, digits and _");
     }
     if section.values.is_empty() {
-        let title = format!("the axis `{name}` has no values");
-        return Err(source.error(&section.name.span, &title, "here", "give at least one"));
+        return refuse(format!("the axis `{name}` has no values"), "give at least one");
     }
-    let values =
-        (section.values.iter()).map(|value| resolve(source, section, value)).collect::<Result<_>>()?;
-    Ok(Axis {
-        label: section.label.clone().unwrap_or_else(|| name.clone()),
-        average: section.average,
-        name,
-        values,
-    })
+    let values = section.values.iter().map(|value| resolve(source, section, value)).collect::<Result<_>>()?;
+    let label = label.as_ref().unwrap_or(name).clone();
+    Ok(Axis { name: name.clone(), label, average: *average, values })
 }
 
 fn resolve(source: &Source, section: &AxisSection, value: &Located<ValueSection>) -> Result<Value> {
@@ -223,32 +227,20 @@ fn resolve(source: &Source, section: &AxisSection, value: &Located<ValueSection>
                 return Err(source.error(&value.span, &title, "for which key?", remedy));
             };
             let name = word(plain);
-            Ok(Value {
-                label: name.clone(),
-                number: number(plain),
-                options: vec![format!("{}={plain}", key.value)],
-                name,
-            })
+            let number = plain.as_float().or(plain.as_integer().map(|number| number as f64));
+            Ok(Value { label: name.clone(), number, options: vec![format!("{key}={plain}")], name })
         }
         ValueSection::Named(named) => Ok(Value {
             name: named.name.clone(),
-            label: named.label.clone().unwrap_or_else(|| named.name.clone()),
+            label: named.label.as_ref().unwrap_or(&named.name).clone(),
             number: named.value.or_else(|| named.name.parse().ok()),
             options: options(source, &value.span, &named.set)?,
         }),
     }
 }
 
-fn number(value: &toml::Value) -> Option<f64> {
-    match value {
-        toml::Value::Integer(number) => Some(*number as f64),
-        toml::Value::Float(number) => Some(*number),
-        _ => None,
-    }
-}
-
 /// Options `key=value` of a table whose keys are those of the case.
-fn options(source: &Source, span: &std::ops::Range<usize>, set: &toml::Table) -> Result<Vec<String>> {
+fn options(source: &Source, span: &Range<usize>, set: &toml::Table) -> Result<Vec<String>> {
     let mut options = Vec::new();
     for (key, value) in set {
         if value.is_table() && !key.contains('.') {
@@ -261,26 +253,25 @@ fn options(source: &Source, span: &std::ops::Range<usize>, set: &toml::Table) ->
     Ok(options)
 }
 
-fn is_word(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-}
-
 /// A value in the name of a directory: numbers with the name of their axis.
 fn directory_word(axis: &Axis, value: &Value) -> String {
-    let name: String = (value.name.chars())
-        .map(|c| if c.is_ascii_alphanumeric() || "._-+".contains(c) { c } else { '-' })
-        .collect();
+    let keep = |c: char| if c.is_ascii_alphanumeric() || "._-+".contains(c) { c } else { '-' };
+    let name: String = value.name.chars().map(keep).collect();
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("{}{name}", axis.name) }
 }
 
-/// All combinations of the places of values on some axes, the last axis fastest.
+/// All combinations of indices of values on some axes, the last axis fastest.
 pub(super) fn combinations<'a>(axes: impl IntoIterator<Item = &'a Axis>) -> Vec<Vec<usize>> {
-    let mut all = vec![Vec::new()];
-    for axis in axes {
-        let extend = |at: &Vec<usize>| -> Vec<Vec<usize>> {
-            (0..axis.values.len()).map(|value| [&at[..], &[value]].concat()).collect()
-        };
-        all = all.iter().flat_map(extend).collect();
-    }
-    all
+    axes.into_iter().fold(vec![Vec::new()], |all, axis| extended(&all, 0..axis.values.len()))
+}
+
+/// Every list with every value behind it, the values fastest.
+pub(super) fn extended<T: Copy>(
+    lists: &[Vec<T>],
+    values: impl IntoIterator<Item = T> + Clone,
+) -> Vec<Vec<T>> {
+    let with = |list: &Vec<T>| -> Vec<Vec<T>> {
+        values.clone().into_iter().map(|value| [&list[..], &[value]].concat()).collect()
+    };
+    lists.iter().flat_map(with).collect()
 }

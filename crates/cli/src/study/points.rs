@@ -4,29 +4,27 @@
 //! mean of n repetitions    u = sum u_i / n,    e = max( sqrt(sum e_i^2) / n,  s / sqrt(n) )
 //! ```
 //!
-//! with the standard errors `e_i` of the single runs and the standard deviation `s` of the repetitions: the former do not
-//! know what a run keeps from its initial state, the latter is uncertain itself where there are few repetitions, so the larger counts.
-//! Errors of ratios are propagated to first order.
+//! with the standard errors `e_i` of the single runs and the standard deviation `s` of the repetitions: the former miss what a run
+//! keeps from its initial state, the latter is uncertain itself for few repetitions. Errors of ratios are propagated to first order.
 
 use super::Study;
-use super::file::{Choice, Comparison, DerivedSection};
-use super::plan::{PlannedRun, Selection};
+use super::file::{Comparison, DerivedSection, Only};
+use super::plan::{PlannedRun, Selection, extended};
 use super::record::Quantity;
-use std::collections::BTreeMap;
 use std::ops::Range;
-use turbid::case::located::Located;
 use turbid::error::Result;
 use turbid::simulation::Suspension;
+use turbid_plot::Point;
 
-/// The value of every axis that is not averaged over; none of those that are.
+/// Index of a value on every axis; none on those that are averaged over or compared.
 pub(super) type At = Vec<Option<usize>>;
 
-/// What is known of a quantity at a point.
+/// A quantity at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Known {
     /// The study has no such point.
     Absent,
-    /// So many of its runs are not done.
+    /// This many of its runs are not done.
     Missing(usize),
     /// The runs do not have the quantity.
     Unnamed,
@@ -34,58 +32,62 @@ pub(super) enum Known {
     Value(Quantity),
 }
 
-/// A quantity that compares two values of an axis.
-struct Derived<'a> {
-    section: &'a DerivedSection,
-    /// Place of the axis.
-    axis: usize,
-    of: usize,
-    to: usize,
+impl Known {
+    /// The value, if there is one.
+    pub(super) fn value(self) -> Option<Quantity> {
+        match self {
+            Self::Value(quantity) => Some(quantity),
+            _ => None,
+        }
+    }
+}
+
+/// Points that differ only in their value on one axis.
+pub(super) struct Line {
+    pub(super) quantity: String,
+    /// Their values on the other axes.
+    pub(super) of: At,
+    /// All of them.
+    pub(super) along: Vec<At>,
+    /// Those that are known, over the number of their value.
+    pub(super) points: Vec<Point>,
+    /// Points of which runs are not done, and all such runs.
+    pub(super) missing: [usize; 2],
+    /// Points whose runs do not have the quantity.
+    pub(super) unnamed: usize,
 }
 
 impl Study {
-    /// What the file says of the comparison of this name, if it is one.
-    pub(super) fn comparison(&self, name: &str) -> Option<&Located<DerivedSection>> {
-        let mut derived = self.file.derived.iter();
-        derived.find(|known| known.value.name.value == name)
+    /// Definition of the derived quantity of this name, and its axis with the two values.
+    pub(super) fn derived(&self, name: &str) -> Option<(&DerivedSection, [usize; 3])> {
+        let mut derived = self.file.derived.iter().zip(&self.plan.derived);
+        let (section, axis) = derived.find(|(section, _)| section.value.name.value == name)?;
+        Some((&section.value, *axis))
     }
 
-    /// The comparison of this name, if it is one.
-    fn derived(&self, name: &str) -> Result<Option<Derived<'_>>> {
-        let Some(Located { value, span }) = self.comparison(name) else {
-            return Ok(None);
-        };
-        let axis = self.axis(&value.axis)?;
-        let one = |choice: &Choice| match self.plan.values(&self.source, span, axis, choice)?[..] {
-            [one] => Ok(one),
-            _ => self.refuse(span, "more than one value is compared", "here", "name one value"),
-        };
-        Ok(Some(Derived { axis, of: one(&value.of)?, to: one(&value.to)?, section: value }))
-    }
-
-    /// As a quantity stands in figures and tables.
+    /// A quantity in figures and tables.
     pub(super) fn words(&self, name: &str) -> String {
-        let label = self.comparison(name).and_then(|known| known.value.label.clone());
+        let label = self.derived(name).and_then(|(section, _)| section.label.clone());
         label.unwrap_or_else(|| name.replace('_', " "))
     }
 
     /// A quantity at a point.
-    pub(super) fn known(&self, name: &str, at: &At) -> Result<Known> {
-        let Some(derived) = self.derived(name)? else {
-            return Ok(self.mean(name, at));
+    fn known(&self, name: &str, at: &At) -> Known {
+        let Some((section, [axis, of, to])) = self.derived(name) else {
+            return self.mean(name, at);
         };
-        let value = |place: usize| {
+        let value = |value: usize| {
             let mut at = at.clone();
-            at[derived.axis] = Some(place);
-            self.mean(&derived.section.quantity.value, &at)
+            at[axis] = Some(value);
+            self.mean(&section.quantity.value, &at)
         };
-        Ok(match (value(derived.of), value(derived.to)) {
-            (Known::Value(of), Known::Value(to)) => Known::Value(compare(of, to, derived.section.form)),
+        match (value(of), value(to)) {
+            (Known::Value(of), Known::Value(to)) => Known::Value(compare(of, to, section.form)),
             (Known::Missing(of), Known::Missing(to)) => Known::Missing(of + to),
             (Known::Missing(count), _) | (_, Known::Missing(count)) => Known::Missing(count),
             (Known::Absent, _) | (_, Known::Absent) => Known::Absent,
             _ => Known::Unnamed,
-        })
+        }
     }
 
     /// Mean over the runs of a point.
@@ -108,10 +110,9 @@ impl Study {
 
     /// The runs of a point, with their numbers.
     pub(super) fn runs_at<'a>(&'a self, at: &'a At) -> impl Iterator<Item = (usize, &'a PlannedRun)> {
-        let runs = self.plan.runs.iter().enumerate();
-        runs.filter(move |(_, run)| {
+        self.plan.runs.iter().enumerate().filter(move |(_, run)| {
             let mut pairs = at.iter().zip(&run.at);
-            pairs.all(|(wanted, place)| wanted.is_none_or(|wanted| wanted == *place))
+            pairs.all(|(wanted, value)| wanted.is_none_or(|wanted| wanted == *value))
         })
     }
 
@@ -122,27 +123,14 @@ impl Study {
         Some(Suspension::of(&fluid.scales, run.setup.volume_fraction))
     }
 
-    /// All points with these values, in the order of the axes; repetitions are averaged but on the axes `separate`.
-    ///
-    /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) for an axis or a value that is not there.
-    pub(super) fn points_of(
-        &self,
-        span: &Range<usize>,
-        only: &BTreeMap<String, Choice>,
-        quantity: &str,
-        separate: &[usize],
-    ) -> Result<Vec<At>> {
-        let axes = self.plan.axes.iter().enumerate();
-        let free: Vec<usize> = axes
-            .filter(|(place, axis)| !axis.average || separate.contains(place))
-            .map(|(place, _)| place)
-            .collect();
-        self.points(span, &free, only, quantity)
+    /// Axes that a check has points along: all but those of repetitions, and `separate` ones of these.
+    pub(super) fn free_axes(&self, separate: &[usize]) -> Vec<usize> {
+        let is_free = |axis: &usize| !self.plan.axes[*axis].average || separate.contains(axis);
+        (0..self.plan.axes.len()).filter(is_free).collect()
     }
 
-    /// All points with these values, in the order of the axes; `free` axes vary, of the others there may be one value only,
-    /// unless they hold repetitions, which are averaged.
+    /// A quantity at all points of the study that have these values, in the order of the axes; `free` axes vary, of the others there
+    /// may be one value only, unless they hold repetitions, which are averaged.
     ///
     /// # Errors
     /// [`Error::Input`](turbid::error::Error::Input) if an axis that is not free has several values.
@@ -150,56 +138,78 @@ impl Study {
         &self,
         span: &Range<usize>,
         free: &[usize],
-        only: &BTreeMap<String, Choice>,
+        only: &Only,
         quantity: &str,
-    ) -> Result<Vec<At>> {
-        let derived = self.derived(quantity)?;
-        let selection = self.selection(span, only)?;
+    ) -> Result<Vec<(At, Known)>> {
+        let compared = self.derived(quantity).map(|(_, [axis, ..])| axis);
+        let selection = self.plan.selection(span, only)?;
         let mut all: Vec<At> = vec![Vec::new()];
-        for (place, axis) in self.plan.axes.iter().enumerate() {
-            let chosen = selection.0.get(&place).cloned();
-            let values: Vec<Option<usize>> = if derived.as_ref().is_some_and(|derived| derived.axis == place)
-                || axis.average && chosen.is_none() && !free.contains(&place)
-            {
-                vec![None]
-            } else {
-                let values = chosen.unwrap_or_else(|| (0..axis.values.len()).collect());
-                if values.len() > 1 && !free.contains(&place) {
-                    let title = format!("the axis `{}` has several values here", axis.name);
-                    let remedy = format!(
-                        "choose one, only = {{ {} = .. }}, or let it vary: as x, series, panels or rows",
-                        axis.name
-                    );
-                    return self.refuse(span, &title, "which one?", &remedy);
-                }
-                values.into_iter().map(Some).collect()
-            };
-            let with =
-                |at: &At| -> Vec<At> { values.iter().map(|value| [&at[..], &[*value]].concat()).collect() };
-            all = all.iter().flat_map(with).collect();
+        for (index, axis) in self.plan.axes.iter().enumerate() {
+            let (chosen, is_free) = (selection.0.get(&index).cloned(), free.contains(&index));
+            if compared == Some(index) || axis.average && chosen.is_none() && !is_free {
+                all = extended(&all, [None]);
+                continue;
+            }
+            let values = chosen.unwrap_or_else(|| (0..axis.values.len()).collect());
+            if values.len() > 1 && !is_free {
+                let name = &axis.name;
+                let title = format!("the axis `{name}` has several values here");
+                let remedy = format!(
+                    "choose one, only = {{ {name} = .. }}, or let it vary: as x, series, panels or rows"
+                );
+                return self.plan.refuse(span, &title, "which one?", &remedy);
+            }
+            all = extended(&all, values.into_iter().map(Some));
         }
-        Ok(all)
+        let known = all.into_iter().map(|at| (self.known(quantity, &at), at));
+        Ok(known.filter(|(known, _)| *known != Known::Absent).map(|(known, at)| (at, known)).collect())
     }
 
-    /// The values of a point in words, those of axes with one value left out: `Ar 500, spheres`.
+    /// Sorts points of a quantity into lines along the axis `x`; values of this axis without a number are left out.
+    pub(super) fn lines(&self, quantity: &str, x: usize, points: Vec<(At, Known)>) -> Vec<Line> {
+        let mut lines: Vec<Line> = Vec::new();
+        for (at, known) in points {
+            let Some(number) = at[x].and_then(|value| self.plan.axes[x].values[value].number) else {
+                continue;
+            };
+            let mut of = at.clone();
+            of[x] = None;
+            let index = lines.iter().position(|line| line.of == of).unwrap_or_else(|| {
+                let (quantity, along, points) = (quantity.to_string(), Vec::new(), Vec::new());
+                lines.push(Line { quantity, of, along, points, missing: [0; 2], unnamed: 0 });
+                lines.len() - 1
+            });
+            let line = &mut lines[index];
+            line.along.push(at);
+            match known {
+                Known::Value(Quantity { value, error }) => {
+                    line.points.push(Point { x: number, y: value, error })
+                }
+                Known::Missing(runs) => line.missing = [line.missing[0] + 1, line.missing[1] + runs],
+                Known::Unnamed => line.unnamed += 1,
+                Known::Absent => {}
+            }
+        }
+        lines
+    }
+
+    /// The values of a point on some axes in words, those of axes with one value left out: `Ar 500, spheres`.
     pub(super) fn title(&self, at: &At, of: impl Fn(usize) -> bool) -> String {
         let axes = self.plan.axes.iter().enumerate().zip(at);
-        let words: Vec<String> = axes
-            .filter(|((place, axis), value)| of(*place) && value.is_some() && axis.values.len() > 1)
-            .filter_map(|((_, axis), value)| {
-                let value = &axis.values[(*value)?];
-                let plain = value.label == value.name && value.number.is_some();
-                Some(if plain { format!("{} {}", axis.name, value.name) } else { value.label.clone() })
-            })
-            .collect();
-        words.join(", ")
+        let words = axes.filter(|((index, axis), _)| of(*index) && axis.values.len() > 1);
+        let words = words.filter_map(|((_, axis), value)| {
+            let value = &axis.values[(*value)?];
+            let plain = value.label == value.name && value.number.is_some();
+            Some(if plain { format!("{} {}", axis.name, value.name) } else { value.label.clone() })
+        });
+        words.collect::<Vec<_>>().join(", ")
     }
 }
 
 impl Selection {
     /// Whether a point has these values.
     pub(super) fn meets(&self, at: &At) -> bool {
-        (self.0.iter()).all(|(&axis, values)| at[axis].is_some_and(|place| values.contains(&place)))
+        (self.0.iter()).all(|(&axis, values)| at[axis].is_some_and(|value| values.contains(&value)))
     }
 }
 
@@ -213,21 +223,14 @@ pub(super) fn average(values: &[Quantity]) -> Quantity {
         let squares: f64 = values.iter().map(|one| (one.value - mean).powi(2)).sum();
         (squares / (count - 1.0) / count).sqrt()
     });
-    Quantity {
-        value: mean,
-        error: match (inner, outer) {
-            (Some(inner), Some(outer)) => Some(inner.max(outer)),
-            (inner, outer) => inner.or(outer),
-        },
-    }
+    let error = inner.zip(outer).map(|(inner, outer)| inner.max(outer)).or(inner).or(outer);
+    Quantity { value: mean, error }
 }
 
 fn compare(of: Quantity, to: Quantity, form: Comparison) -> Quantity {
     let ratio = of.value / to.value;
-    let error = match (of.error, to.error) {
-        (Some(a), Some(b)) => Some(ratio.abs() * (a / of.value).hypot(b / to.value)),
-        _ => None,
-    };
+    let errors = of.error.zip(to.error);
+    let error = errors.map(|(a, b)| ratio.abs() * (a / of.value).hypot(b / to.value));
     let value = match form {
         Comparison::Ratio => ratio,
         Comparison::Deficit => 1.0 - ratio,

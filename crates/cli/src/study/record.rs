@@ -1,4 +1,4 @@
-//! What a run of a study has left, as named numbers.
+//! Results of a run of a study, as named numbers.
 //!
 //! | quantities | of |
 //! |---|---|
@@ -20,12 +20,12 @@ use turbid::math::Vec3;
 use turbid::output::series::COLUMNS;
 use turbid::output::{OutputFiles, SeriesTable, estimate_mean, summary};
 
-/// Name of the file with what a benchmark has measured.
+/// Name of the file with the results of a benchmark.
 pub const BENCH_FILE: &str = "bench.json";
-/// Beginning of the names of shares of the time.
+/// Beginning of the names of the parts of the time.
 pub const SHARE: &str = "share_";
 
-/// Standard errors by which a mean may differ from the one behind the transient.
+/// Standard errors by which a mean may differ from the one after the transient.
 const NOISE: f64 = 2.0;
 
 /// Numbers of a benchmark.
@@ -33,23 +33,22 @@ const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s message
     bytes_per_cell memory_per_rank_bytes ranks_per_process cells particles contacts threads ranks \
     memory_bytes contacts_per_particle wall_seconds steps";
 
-/// The names of all quantities of runs, or of benchmarks, but shares of the time.
+/// The names of all quantities of runs, or of benchmarks, except those of [`SHARE`].
 pub fn names(bench: bool) -> Vec<&'static str> {
     if bench {
         return OF_A_BENCHMARK.split_whitespace().collect();
     }
     let columns = COLUMNS.iter().filter_map(|head| head.split(" (").next());
-    (summary::NUMBERS.split_whitespace().chain(columns))
-        .chain(["contacts_per_particle", "net_flux_over_stokes"])
-        .collect()
+    let numbers = summary::NUMBERS.split_whitespace().chain(columns);
+    numbers.chain(["contacts_per_particle", "net_flux_over_stokes"]).collect()
 }
 
-/// A number, and how well it is known.
+/// A number with its standard error, if that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     /// Its value.
     pub value: f64,
-    /// Its standard error, if it is known.
+    /// Its standard error.
     pub error: Option<f64>,
 }
 
@@ -60,14 +59,7 @@ impl Quantity {
     }
 }
 
-/// Adds a number that is one.
-fn put(quantities: &mut BTreeMap<String, Quantity>, name: &str, value: f64) {
-    if value.is_finite() {
-        quantities.insert(name.to_string(), Quantity::exact(value));
-    }
-}
-
-/// What a run has left.
+/// Results of a run or of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Record {
     /// Its directory.
@@ -81,6 +73,28 @@ pub struct Record {
 }
 
 impl Record {
+    /// With the numbers of a JSON object and the parts of the time that its stages take.
+    fn new(directory: &Path, version: &Json, json: &Json) -> Self {
+        let mut record = Self {
+            directory: directory.to_path_buf(),
+            version: version.as_str().unwrap_or_default().to_string(),
+            averaged_over: None,
+            quantities: numbers(json).map(|(name, value)| (name.clone(), Quantity::exact(value))).collect(),
+        };
+        let total: f64 = numbers(&json["stages"]).map(|(_, time)| time).sum();
+        for (stage, time) in numbers(&json["stages"]) {
+            record.put(&format!("{SHARE}{stage}"), time / total);
+        }
+        record
+    }
+
+    /// Adds a number, if it is finite.
+    fn put(&mut self, name: &str, value: f64) {
+        if value.is_finite() {
+            self.quantities.insert(name.to_string(), Quantity::exact(value));
+        }
+    }
+
     /// A number by its name.
     pub fn get(&self, name: &str) -> Option<Quantity> {
         self.quantities.get(name).copied()
@@ -92,11 +106,11 @@ impl Record {
     }
 
     /// Whether the averages of a run are those of a steady state: the transient of its settling velocity ends before they begin, or
-    /// makes no more than [`NOISE`] standard errors of a difference. No if no end of the transient was found, as in a series too
+    /// makes a difference of at most [`NOISE`] standard errors. No if no end of the transient was found, as in a series too
     /// short to tell; none for runs without a settling velocity.
     pub fn is_settled(&self) -> Option<bool> {
         let mean = self.value("settling_velocity_over_stokes")?;
-        let settled = (self.value("transient_end")).zip(self.value("settled_mean"));
+        let settled = self.value("transient_end").zip(self.value("settled_mean"));
         Some(settled.is_some_and(|(end, settled)| {
             let error = self.value("settled_standard_error").unwrap_or(0.0);
             self.averaged_over.is_some_and(|[begin, _]| end <= begin)
@@ -104,7 +118,7 @@ impl Record {
         }))
     }
 
-    /// Of a run that has ended, whose summary is `summary`, with means over some windows of time.
+    /// Results of a finished run with this summary, with means over some windows of time.
     ///
     /// # Errors
     /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if its series cannot be read.
@@ -114,140 +128,102 @@ impl Record {
         setup: &Setup,
         windows: impl Iterator<Item = &'a WindowSection>,
     ) -> Result<Self> {
-        let mut quantities = numbers(summary);
-        let averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
-        if let Some(error) = summary["standard_error"].as_f64()
-            && let Some(velocity) = quantities.get_mut("settling_velocity_over_stokes")
-        {
-            velocity.error = Some(error);
+        let mut record = Self::new(directory, &summary["version"], summary);
+        record.averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
+        if let Some(velocity) = record.quantities.get_mut("settling_velocity_over_stokes") {
+            velocity.error = summary["standard_error"].as_f64();
         }
-        quantities.extend(numbers(&summary["scales"]));
-        shares(&mut quantities, &summary["stages"]);
-        let series = Series::read(&OutputFiles::new(directory).series())?;
-        let averaged = series.within(averaged_over);
-        for (name, values) in &averaged.columns {
-            if let Some(mean) = estimate_mean(values) {
-                let (value, error) = (mean.mean, mean.standard_error);
-                quantities.entry(name.clone()).or_insert(Quantity { value, error });
+        for (name, value) in numbers(&summary["scales"]) {
+            record.put(name, value);
+        }
+        let series = SeriesTable::read(&OutputFiles::new(directory).series())?;
+        let averaged = within(&series, record.averaged_over);
+        for column in &averaged.columns {
+            if let Some(mean) = estimate_mean(&column.values) {
+                let quantity = Quantity { value: mean.mean, error: mean.standard_error };
+                record.quantities.entry(column.name.clone()).or_insert(quantity);
             }
         }
-        let mut put = |name: &str, value: f64| put(&mut quantities, name, value);
         let particles = summary["particles"].as_f64().unwrap_or(f64::NAN);
-        put("contacts_per_particle", averaged.mean("contacts") / particles);
-        let flux = Vec3::from(["x", "y", "z"].map(|axis| averaged.mean(&format!("net_flux_{axis}"))));
+        record.put("contacts_per_particle", mean(&averaged, "contacts") / particles);
+        let flux = Vec3::from(["x", "y", "z"].map(|axis| mean(&averaged, &format!("net_flux_{axis}"))));
         let along = flux.dot(&(setup.gravity / setup.gravity.norm()));
         if let Some(fluid) = &setup.fluid {
-            put("net_flux_over_stokes", along / fluid.scales.stokes_velocity);
+            record.put("net_flux_over_stokes", along / fluid.scales.stokes_velocity);
         }
         for window in windows {
-            if let Some(mean) = series.over([window.from, window.to]) {
-                put(&format!("{}_velocity", window.name.value), mean);
+            if let Some(mean) = mean_velocity(&series, [window.from, window.to]) {
+                record.put(&window.quantity(), mean);
             }
         }
         let value = |name: &str| summary[name].as_f64();
         let steps = value("steps").unwrap_or(f64::NAN);
-        // Of a run that was interrupted the time of the last part is known: all steps count at its speed.
+        // Of an interrupted run the time of the last part is known: all steps count at its speed.
         let done = steps - value("resumed_from").unwrap_or(0.0);
         let seconds = value("wall_seconds").unwrap_or(f64::NAN);
-        put("wall_seconds", seconds * steps / done);
-        put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
-        Ok(Self {
-            directory: directory.to_path_buf(),
-            version: summary["version"].as_str().unwrap_or_default().to_string(),
-            averaged_over,
-            quantities,
-        })
+        record.put("wall_seconds", seconds * steps / done);
+        record.put("mlups", done * value("cells").unwrap_or(f64::NAN) / seconds / 1e6);
+        Ok(record)
     }
 
-    /// Of a benchmark; `left` is what [`BENCH_FILE`] holds.
-    pub fn of_bench(directory: &Path, left: &Json) -> Self {
-        let report = &left["report"];
-        let mut quantities = numbers(report);
-        let of = |name: &str| report[name].as_f64().unwrap_or(f64::NAN);
-        for (name, value) in [
-            ("memory_bytes", of("bytes_per_cell") * of("cells")),
-            ("contacts_per_particle", of("contacts") / of("particles")),
-            ("wall_seconds", left["seconds"].as_f64().unwrap_or(f64::NAN)),
-            ("steps", left["steps"].as_f64().unwrap_or(f64::NAN)),
-        ] {
-            put(&mut quantities, name, value);
-        }
-        shares(&mut quantities, &report["stages"]);
-        Self {
-            directory: directory.to_path_buf(),
-            version: left["version"].as_str().unwrap_or_default().to_string(),
-            averaged_over: None,
-            quantities,
-        }
+    /// Results of a benchmark, from the contents of [`BENCH_FILE`].
+    pub fn of_bench(directory: &Path, json: &Json) -> Self {
+        let report = &json["report"];
+        let mut record = Self::new(directory, &json["version"], report);
+        let [bytes_per_cell, cells, contacts, particles] =
+            ["bytes_per_cell", "cells", "contacts", "particles"]
+                .map(|name| report[name].as_f64().unwrap_or(f64::NAN));
+        record.put("memory_bytes", bytes_per_cell * cells);
+        record.put("contacts_per_particle", contacts / particles);
+        record.put("wall_seconds", json["seconds"].as_f64().unwrap_or(f64::NAN));
+        record.put("steps", json["steps"].as_f64().unwrap_or(f64::NAN));
+        record
     }
 }
 
 /// The numbers of a JSON object.
-fn numbers(json: &Json) -> BTreeMap<String, Quantity> {
+fn numbers(json: &Json) -> impl Iterator<Item = (&String, f64)> {
     let entries = json.as_object().into_iter().flatten();
-    let numbers = entries.filter_map(|(name, value)| Some((name.clone(), Quantity::exact(value.as_f64()?))));
-    numbers.collect()
+    entries.filter_map(|(name, value)| Some((name, value.as_f64()?)))
 }
 
-/// Adds the part of the time that each stage takes.
-fn shares(quantities: &mut BTreeMap<String, Quantity>, stages: &Json) {
-    let times = numbers(stages);
-    let total: f64 = times.values().map(|time| time.value).sum();
-    for (stage, time) in times {
-        put(quantities, &format!("{SHARE}{stage}"), time.value / total);
-    }
+fn column<'a>(series: &'a SeriesTable, name: &str) -> &'a [f64] {
+    series.get(name).unwrap_or_default()
 }
 
-/// The columns of `series.csv` by name.
-struct Series {
-    columns: BTreeMap<String, Vec<f64>>,
+/// The rows in an interval of `t*`; all without one.
+fn within(series: &SeriesTable, interval: Option<[f64; 2]>) -> SeriesTable {
+    let Some([from, to]) = interval else {
+        return series.clone();
+    };
+    let times = column(series, "t_star");
+    let mut inside = series.clone();
+    for column in &mut inside.columns {
+        let mut row = 0..;
+        column
+            .values
+            .retain(|_| row.next().and_then(|row| times.get(row)).is_none_or(|t| (from..=to).contains(t)));
+    }
+    inside
 }
 
-impl Series {
-    fn read(path: &Path) -> Result<Self> {
-        let columns = SeriesTable::read(path)?.columns.into_iter();
-        let columns = columns.map(|column| (column.name, column.values)).collect();
-        Ok(Self { columns })
-    }
+fn mean(series: &SeriesTable, name: &str) -> f64 {
+    let values = column(series, name);
+    values.iter().sum::<f64>() / values.len() as f64
+}
 
-    fn column(&self, name: &str) -> &[f64] {
-        self.columns.get(name).map_or(&[], Vec::as_slice)
-    }
-
-    /// The rows of an interval of `t*`; all where there is none.
-    fn within(&self, interval: Option<[f64; 2]>) -> Self {
-        let times = self.column("t_star");
-        let inside = |row: usize| match (interval, times.get(row)) {
-            (Some([from, to]), Some(t)) => (from..=to).contains(t),
-            _ => true,
-        };
-        let keep = |values: &Vec<f64>| -> Vec<f64> {
-            let rows = values.iter().enumerate().filter(|(row, _)| inside(*row));
-            rows.map(|(_, value)| *value).collect()
-        };
-        let columns = self.columns.iter().map(|(name, values)| (name.clone(), keep(values)));
-        Self { columns: columns.collect() }
-    }
-
-    fn mean(&self, name: &str) -> f64 {
-        let values = self.column(name);
-        values.iter().sum::<f64>() / values.len() as f64
-    }
-
-    /// Mean of the settling velocity over an interval of `t*` by trapezia, with values in between at its ends; none if the rows do not
-    /// reach so far.
-    fn over(&self, [from, to]: [f64; 2]) -> Option<f64> {
-        let (times, velocities) = (self.column("t_star"), self.column("settling_velocity_over_stokes"));
-        let rows: Vec<(f64, f64)> = times.iter().copied().zip(velocities.iter().copied()).collect();
-        let reach = rows.first()?.0 <= from && from < to && to <= rows.last()?.0;
-        let area = rows.windows(2).map(|pair| {
-            let ((a, u), (b, v)) = (pair[0], pair[1]);
-            let (low, high) = (from.max(a), to.min(b));
-            let at = |t: f64| u + (v - u) * (t - a) / (b - a);
-            if low < high { 0.5 * (at(low) + at(high)) * (high - low) } else { 0.0 }
-        });
-        reach.then(|| area.sum::<f64>() / (to - from))
-    }
+/// Mean of the settling velocity over an interval of `t*` by trapezia, interpolated at its ends; none if the rows end before.
+fn mean_velocity(series: &SeriesTable, [from, to]: [f64; 2]) -> Option<f64> {
+    let (times, velocities) = (column(series, "t_star"), column(series, "settling_velocity_over_stokes"));
+    let rows: Vec<(f64, f64)> = times.iter().copied().zip(velocities.iter().copied()).collect();
+    let is_covered = rows.first()?.0 <= from && from < to && to <= rows.last()?.0;
+    let area = rows.windows(2).map(|pair| {
+        let ((a, u), (b, v)) = (pair[0], pair[1]);
+        let (low, high) = (from.max(a), to.min(b));
+        let at = |t: f64| u + (v - u) * (t - a) / (b - a);
+        if low < high { 0.5 * (at(low) + at(high)) * (high - low) } else { 0.0 }
+    });
+    is_covered.then(|| area.sum::<f64>() / (to - from))
 }
 
 #[cfg(test)]
@@ -286,8 +262,8 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         fs::write(&path, "t_star (-),contacts (-)\n0,100\n1,4\n2,6\n3,100\n").unwrap();
-        let series = Series::read(&path).unwrap().within(Some([1.0, 2.0]));
-        assert!((series.mean("contacts") - 5.0).abs() < 1e-12);
+        let series = within(&SeriesTable::read(&path).unwrap(), Some([1.0, 2.0]));
+        assert!((mean(&series, "contacts") - 5.0).abs() < 1e-12);
     }
 
     #[test]
@@ -296,19 +272,20 @@ mod tests {
         let path = place.path().join("series.csv");
         // 2 t until t = 1, then 2.
         fs::write(&path, "t_star (-),settling_velocity_over_stokes (-)\n0,0\n1,2\n3,2\n").unwrap();
-        let series = Series::read(&path).unwrap();
-        assert!((series.over([0.5, 2.5]).unwrap() - 1.875).abs() < 1e-12);
-        assert!((series.over([0.0, 3.0]).unwrap() - 5.0 / 3.0).abs() < 1e-12);
-        assert!((series.over([1.2, 1.3]).unwrap() - 2.0).abs() < 1e-12);
-        assert_eq!(series.over([2.0, 3.1]), None, "the rows end before");
-        assert_eq!(series.over([2.0, 2.0]), None);
+        let series = SeriesTable::read(&path).unwrap();
+        let over = |window| mean_velocity(&series, window);
+        assert!((over([0.5, 2.5]).unwrap() - 1.875).abs() < 1e-12);
+        assert!((over([0.0, 3.0]).unwrap() - 5.0 / 3.0).abs() < 1e-12);
+        assert!((over([1.2, 1.3]).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(over([2.0, 3.1]), None, "the rows end before");
+        assert_eq!(over([2.0, 2.0]), None);
     }
 
     #[test]
-    fn the_shares_of_the_stages_add_up_to_one() {
-        let mut quantities = BTreeMap::new();
-        shares(&mut quantities, &serde_json::json!({"fluid": 3.0, "map": 1.0}));
-        assert!((quantities["share_fluid"].value - 0.75).abs() < 1e-12);
-        assert!((quantities["share_map"].value - 0.25).abs() < 1e-12);
+    fn the_parts_of_the_stages_add_up_to_one() {
+        let json = serde_json::json!({ "stages": { "fluid": 3.0, "map": 1.0 } });
+        let record = Record::new(Path::new(""), &json["version"], &json);
+        assert!((record.value("share_fluid").unwrap() - 0.75).abs() < 1e-12);
+        assert!((record.value("share_map").unwrap() - 0.25).abs() < 1e-12);
     }
 }

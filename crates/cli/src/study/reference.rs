@@ -1,44 +1,24 @@
 //! References: laws, tables, numbers.
 
 use super::Study;
-use super::document::{Point, Series, Style};
-use super::file::ReferenceSection;
+use super::document;
+use super::file::{ReferenceSection, word};
 use super::points::At;
-use super::result;
+use std::ops::Range;
 use std::path::Path;
 use turbid::case::located::Located;
 use turbid::case::nearest;
 use turbid::error::{Error, Result};
 use turbid::input;
 use turbid::output::directory;
-use turbid::simulation::Law;
+use turbid::simulation::{Law, Suspension};
+use turbid_plot::{Series, Style};
 
 /// Points of a smooth line between two points of a study.
 const PARTS: u32 = 8;
 
-/// The value of a reference at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Expected {
-    /// The reference is not for this point.
-    NotMeant,
-    /// It is, but has no value there.
-    Absent,
-    /// Its value.
-    Value(f64),
-}
-
-impl Expected {
-    /// The value, if there is one.
-    pub(super) fn value(self) -> Option<f64> {
-        match self {
-            Self::Value(value) => Some(value),
-            Self::NotMeant | Self::Absent => None,
-        }
-    }
-}
-
 impl Study {
-    /// The value of a reference for a quantity at a point.
+    /// The value of a reference for a quantity at a point, NaN if it has none there; `None` if it does not apply to the point.
     ///
     /// # Errors
     /// [`Error::Input`] if the reference is not one of a point, or its table is wrong.
@@ -47,47 +27,36 @@ impl Study {
         reference: &Located<ReferenceSection>,
         quantity: &str,
         at: &At,
-    ) -> Result<Expected> {
+    ) -> Result<Option<f64>> {
         let Located { value, span } = reference;
-        if !self.selection(span, &value.only)?.meets(at) {
-            return Ok(Expected::NotMeant);
+        if !self.plan.selection(span, &value.only)?.meets(at) {
+            return Ok(None);
         }
         let found = match *value {
-            ReferenceSection { law: Some(law), .. } => self.law(law, quantity, reference, at)?,
-            ReferenceSection { csv: Some(_), .. } => {
-                let rows = self.rows(reference, at, None)?;
-                rows.first().map(|row| row.y)
+            ReferenceSection { law: Some(law), .. } => {
+                let suspension = self.suspension(at);
+                suspension.map(|suspension| self.law(law, quantity, span, suspension)).transpose()?
             }
+            ReferenceSection { csv: Some(_), .. } => self.rows(reference, at, None)?.first().map(|&(_, y)| y),
             ReferenceSection { value: Some(number), .. } => Some(number),
             _ => {
                 let title = "this reference has no value at a single point";
-                return self.refuse(span, title, "here", "give `law`, `csv` or `value`");
+                return self.plan.refuse(span, title, "here", "give `law`, `csv` or `value`");
             }
         };
-        Ok(found.map_or(Expected::Absent, Expected::Value))
+        Ok(Some(found.unwrap_or(f64::NAN)))
     }
 
-    fn law(
-        &self,
-        law: Law,
-        quantity: &str,
-        reference: &Located<ReferenceSection>,
-        at: &At,
-    ) -> Result<Option<f64>> {
-        let Some(suspension) = self.suspension(at) else {
-            return Ok(None);
-        };
-        let over_stokes = law.over_stokes(suspension);
+    /// A quantity of a suspension by a law.
+    fn law(&self, law: Law, quantity: &str, span: &Range<usize>, of: Suspension) -> Result<f64> {
         match quantity {
-            "settling_velocity_over_stokes" => Ok(Some(over_stokes)),
-            "settling_velocity_over_schiller_naumann" => {
-                Ok(Some(over_stokes / suspension.single_over_stokes))
-            }
+            "settling_velocity_over_stokes" => Ok(law.over_stokes(of)),
+            "settling_velocity_over_schiller_naumann" => Ok(law.over_stokes(of) / of.single_over_stokes),
             _ => {
                 let title = format!("a law for settling velocities is no reference for `{quantity}`");
                 let remedy =
                     "it is one for settling_velocity_over_stokes or settling_velocity_over_schiller_naumann";
-                self.refuse(&reference.span, &title, "here", remedy)
+                self.plan.refuse(span, &title, "here", remedy)
             }
         }
     }
@@ -104,12 +73,11 @@ impl Study {
         along: &[At],
     ) -> Result<Option<Series>> {
         let Located { value, span } = reference;
-        let selection = self.selection(span, &value.only)?;
+        let selection = self.plan.selection(span, &value.only)?;
         let Some(first) = along.first().filter(|at| selection.meets(at)) else {
             return Ok(None);
         };
         let known = |at: &At| self.plan.axes[x].values[at[x]?].number;
-        let point = |x: f64, y: f64| Point { x, y, error: None };
         let (points, style, name) = match value {
             ReferenceSection { law: Some(law), .. } => {
                 let mut points = Vec::new();
@@ -118,49 +86,45 @@ impl Study {
                     let (Some((from, a)), Some((to, b))) = (from, to) else {
                         continue;
                     };
-                    // Says what is wrong with the quantity.
-                    let Some(at_end) = self.law(*law, quantity, reference, &pair[1])? else {
-                        continue;
-                    };
-                    let unit = at_end / law.over_stokes(b);
-                    let skipped = u32::from(!points.is_empty());
-                    points.extend((skipped..=PARTS).map(|part| {
+                    for part in u32::from(!points.is_empty())..=PARTS {
                         let part = f64::from(part) / f64::from(PARTS);
-                        point(from + part * (to - from), unit * law.over_stokes(a.towards(b, part)))
-                    }));
+                        let y = self.law(*law, quantity, span, a.towards(b, part))?;
+                        points.push((from + part * (to - from), y));
+                    }
                 }
                 (points, Style::Line, law.name().to_string())
             }
             ReferenceSection { csv: Some(table), .. } => {
-                let points = self.rows(reference, first, Some(x))?;
-                (points, Style::Points, table.value.clone())
+                (self.rows(reference, first, Some(x))?, Style::Points, table.clone())
             }
             ReferenceSection { value: Some(number), .. } => {
-                let points = along.iter().filter_map(|at| Some(point(known(at)?, *number)));
+                let points = along.iter().filter_map(|at| Some((known(at)?, *number)));
                 (points.collect(), Style::Line, number.to_string())
             }
             _ => {
-                let title = "a reference without `law`, `csv`, `fit`, `band` or `value`";
-                return self.refuse(span, title, "here", "give one of them");
+                let title = "a reference without `law`, `csv`, `fit`, `band`, `order` or `value`";
+                return self.plan.refuse(span, title, "here", "give one of them");
             }
         };
-        Ok(Some(Series {
-            label: value.label.clone().unwrap_or(name),
-            style: if value.dashed { Style::Dashed } else { style },
-            points,
-        }))
+        let style = if value.dashed { Style::Dashed } else { style };
+        Ok(Some(Series::new(value.label.clone().unwrap_or(name), style, points)))
     }
 
-    /// The rows of a table that are for a point, at the values of the axis `x` if there is one.
-    fn rows(&self, reference: &Located<ReferenceSection>, at: &At, x: Option<usize>) -> Result<Vec<Point>> {
+    /// The rows of a table that are for a point, at the values of the axis `x`, or at 0 without one.
+    fn rows(
+        &self,
+        reference: &Located<ReferenceSection>,
+        at: &At,
+        x: Option<usize>,
+    ) -> Result<Vec<(f64, f64)>> {
         let Located { value, span } = reference;
         let (Some(file), Some(y)) = (&value.csv, &value.y) else {
             let remedy = "y = \"name of a column\"";
-            return self.refuse(span, "a table without the column of its values", "here", remedy);
+            return self.plan.refuse(span, "a table without the column of its values", "here", remedy);
         };
-        let path = self.path.parent().unwrap_or(Path::new("")).join(&file.value);
+        let path = self.path.parent().unwrap_or(Path::new("")).join(file);
         // What the study itself writes is no reference.
-        directory::refuse_input(&self.out.join(result::FILE), std::slice::from_ref(&path))?;
+        directory::refuse_input(&self.out.join(document::RESULT), std::slice::from_ref(&path))?;
         let bytes = input::read(&path, input::TABLE).map_err(|error| Error::io("read", &path, error))?;
         let broken = |error: csv::Error| Error::Input(format!("{}: {error}", path.display()));
         let mut reader =
@@ -174,40 +138,39 @@ impl Study {
                     Some(near) => format!("did you mean `{}`?", input::word(near)),
                     None => format!("columns in its first line: {}", known.len()),
                 };
-                self.source.error(span, &title, "here", &remedy)
+                self.plan.source.error(span, &title, "here", &remedy)
             })
         };
-        let y = column(&y.value)?;
+        let y = column(y)?;
         let x = x.map(|axis| column(&self.plan.axes[axis].name)).transpose()?;
-        let conditions = (value.rows.iter())
-            .map(|(name, wanted)| Ok((column(name)?, self.wanted(reference, wanted, at)?)))
-            .collect::<Result<Vec<_>>>()?;
+        let conditions = value.rows.iter();
+        let conditions = conditions.map(|(name, wanted)| Ok((column(name)?, self.wanted(span, wanted, at)?)));
+        let conditions = conditions.collect::<Result<Vec<_>>>()?;
         let mut points = Vec::new();
         for row in reader.records() {
             let row = row.map_err(broken)?;
-            let holds = |(place, wanted): &(usize, String)| same(&row[*place], wanted);
-            let number = |place: usize| row[place].parse::<f64>();
+            let number = |column: usize| row[column].parse::<f64>();
             let (Ok(y), Ok(x)) = (number(y), x.map_or(Ok(0.0), number)) else {
                 continue;
             };
-            if conditions.iter().all(holds) {
-                points.push(Point { x, y, error: None });
+            if conditions.iter().all(|(column, wanted)| same(&row[*column], wanted)) {
+                points.push((x, y));
             }
         }
         Ok(points)
     }
 
     /// What a column must equal: the value of an axis at this point, or what is written.
-    fn wanted(&self, reference: &Located<ReferenceSection>, wanted: &toml::Value, at: &At) -> Result<String> {
-        let word = super::file::word(wanted);
-        let Some(place) = self.plan.axes.iter().position(|axis| axis.name == word) else {
+    fn wanted(&self, span: &Range<usize>, wanted: &toml::Value, at: &At) -> Result<String> {
+        let word = word(wanted);
+        let Some(axis) = self.plan.axes.iter().position(|axis| axis.name == word) else {
             return Ok(word);
         };
-        let Some(value) = at[place] else {
+        let Some(value) = at[axis] else {
             let title = format!("the axis `{word}` has no single value here");
-            return self.refuse(&reference.span, &title, "in `where`", "compare with a value instead");
+            return self.plan.refuse(span, &title, "in `where`", "compare with a value instead");
         };
-        let value = &self.plan.axes[place].values[value];
+        let value = &self.plan.axes[axis].values[value];
         Ok(value.number.map_or_else(|| value.name.clone(), |number| number.to_string()))
     }
 }

@@ -1,4 +1,4 @@
-//! How far each run of a study has come, from what is on disk.
+//! Progress of each run of a study, from the files on disk.
 
 use super::file::{BenchSection, StudyFile, ValueSection};
 use super::plan::{Plan, PlannedRun};
@@ -14,8 +14,8 @@ use turbid::input;
 use turbid::output::OutputFiles;
 use turbid::simulation::{identity, instruction_set};
 
-/// Keys of a case that do not change what a study takes from a run.
-const OF_NO_MATTER: [(&str, &str); 11] = [
+/// Keys of a case that do not change the results which a study uses.
+const IRRELEVANT: [(&str, &str); 11] = [
     ("run", "threads"),
     ("run", "simd"),
     ("output", "directory"),
@@ -32,17 +32,17 @@ const OF_NO_MATTER: [(&str, &str); 11] = [
 /// Relative difference up to which two numbers of a summary are the same.
 const SAME: f64 = 1e-9;
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Clone, Debug)]
 pub enum State {
-    /// To its end.
+    /// Finished.
     Done(Box<Record>),
-    /// To this step, from which it can go on.
+    /// It can be resumed from this step.
     Part {
         /// Steps done.
         step: u64,
     },
-    /// It has not begun.
+    /// Not begun.
     Open {
         /// Whether its directory holds the results of another run, which it will replace.
         replaces: bool,
@@ -50,7 +50,7 @@ pub enum State {
 }
 
 impl State {
-    /// The record of a run that has ended.
+    /// The record of a finished run.
     pub fn record(&self) -> Option<&Record> {
         match self {
             Self::Done(record) => Some(record),
@@ -59,13 +59,12 @@ impl State {
     }
 }
 
-/// Results of runs, wherever they are.
-pub struct Results<'a> {
+/// Results of runs in the directories that a study may use.
+struct Results<'a> {
     file: &'a StudyFile,
-    bench: bool,
-    /// Threads that are asked for instead of the case's.
+    /// Threads that are requested instead of the case's.
     threads: Option<usize>,
-    /// Keys that axes of the study set, which so matter.
+    /// Keys of the case that axes set, which are relevant for that.
     varied: Vec<String>,
     found: Vec<Found>,
 }
@@ -77,80 +76,93 @@ struct Found {
     json: Json,
 }
 
-impl<'a> Results<'a> {
-    /// Those that a study may use, in its own directory and in others.
-    pub fn new(file: &'a StudyFile, directories: &[PathBuf], threads: Option<usize>) -> Self {
-        let bench = file.bench.is_some();
-        let varied = varied(file);
-        let mut found = Vec::new();
-        for directory in directories {
-            let entries = fs::read_dir(directory).into_iter().flatten().flatten();
-            let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-            folders.sort();
-            found.extend(folders.iter().filter_map(|folder| read(folder, bench, &varied)));
-        }
-        Self { file, bench, threads, varied, found }
+/// Progress of all runs of a plan whose own directory is `out`, with finished runs from any of the `directories`.
+///
+/// # Errors
+/// Those of reading the results of a finished run.
+pub(super) fn states(
+    file: &StudyFile,
+    plan: &Plan,
+    out: &Path,
+    directories: &[PathBuf],
+    threads: Option<usize>,
+) -> Result<Vec<State>> {
+    let mut results = Results { file, threads, varied: varied(file), found: Vec::new() };
+    for directory in directories {
+        let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+        let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+        folders.sort();
+        let found: Vec<Found> = folders.into_iter().filter_map(|folder| results.read(folder)).collect();
+        results.found.extend(found);
+    }
+    plan.runs.iter().map(|run| results.state(run, &out.join(&run.name))).collect()
+}
+
+impl Results<'_> {
+    /// The results in a directory, if there are any.
+    fn read(&self, directory: PathBuf) -> Option<Found> {
+        let path = match self.file.bench {
+            Some(_) => directory.join(BENCH_FILE),
+            None => OutputFiles::new(&directory).summary(),
+        };
+        let json: Json = serde_json::from_slice(&input::read(&path, input::RECORD).ok()?).ok()?;
+        Some(Found { directory, input: canonical(json["input"].as_str()?, &self.varied)?, json })
     }
 
-    /// How far a run has come whose directory is `directory`.
-    ///
-    /// # Errors
-    /// Those of reading the results of a run that has ended.
-    pub fn state(&self, run: &PlannedRun, directory: &Path) -> Result<State> {
-        let wanted = canonical(&run.setup.provenance.text, &self.varied);
+    /// Progress of a run whose directory is `directory`.
+    fn state(&self, run: &PlannedRun, directory: &Path) -> Result<State> {
+        let setup = &run.setup;
+        let wanted = canonical(&setup.provenance.text, &self.varied);
+        let bench = self.file.bench.as_ref().map(|bench| measured_with(&bench.value, setup, self.threads));
+        let is_measured_alike = |json: &Json| {
+            let mut asked = bench.iter().filter_map(Json::as_object).flatten();
+            asked.all(|(key, asked)| json.get(key) == Some(asked))
+        };
         let fits = |found: &&Found| {
             Some(&found.input) == wanted.as_ref()
-                && is_of(&found.json, &run.setup)
-                && self.is_measured_alike(&found.json, &run.setup)
+                && is_of(&found.json, setup)
+                && is_measured_alike(&found.json)
         };
-        let ended = |found: &&Found| self.bench || has_ended(&found.json, &run.setup);
+        let is_finished = |found: &&Found| {
+            let Found { json, .. } = found;
+            bench.is_some() || json["interrupted"] == false && json["steps"] == setup.plan.end_step
+        };
         // Its own first.
         let mine = |found: &&Found| found.directory == directory;
         let known = self.found.iter().filter(fits);
-        let done = (known.clone().filter(mine).chain(known)).find(ended);
-        if let Some(found) = done {
-            let record = if self.bench {
-                Record::of_bench(&found.directory, &found.json)
-            } else {
-                let windows = self.file.windows.iter().map(|window| &window.value);
-                Record::of_run(&found.directory, &found.json, &run.setup, windows)?
+        if let Some(found) = known.clone().filter(mine).chain(known).find(is_finished) {
+            let windows = self.file.windows.iter().map(|window| &window.value);
+            let record = match bench {
+                Some(_) => Record::of_bench(&found.directory, &found.json),
+                None => Record::of_run(&found.directory, &found.json, setup, windows)?,
             };
             return Ok(State::Done(Box::new(record)));
         }
         let left = self.found.iter().find(mine);
-        if !self.bench
+        if bench.is_none()
             && left.is_none_or(|left| fits(&left))
-            && let Some(step) = saved_step(directory, run, wanted.as_ref(), &self.varied)
+            && let Some(step) = self.saved_step(directory, setup, wanted.as_ref())
         {
             return Ok(State::Part { step });
         }
         Ok(State::Open { replaces: left.is_some() || OutputFiles::new(directory).series().exists() })
     }
 
-    /// Whether a benchmark was made as this study makes it; true of what is none.
-    fn is_measured_alike(&self, found: &Json, setup: &Setup) -> bool {
-        let Some(bench) = self.file.bench.as_ref().map(|bench| bench.value) else {
-            return true;
-        };
-        let asked = measured_with(&bench, setup, self.threads);
-        asked.as_object().into_iter().flatten().all(|(key, asked)| found.get(key) == Some(asked))
-    }
-
-    /// Of all runs of a plan.
-    ///
-    /// # Errors
-    /// Those of [`state`](Self::state).
-    pub fn states(&self, plan: &Plan, out: &Path) -> Result<Vec<State>> {
-        let runs = plan.runs.iter();
-        runs.map(|run| self.state(run, &out.join(&run.name))).collect()
+    /// The step of the newest checkpoint of a run, if it is of this case, and this program makes the same of it.
+    fn saved_step(&self, directory: &Path, setup: &Setup, wanted: Option<&toml::Table>) -> Option<u64> {
+        let folder = OutputFiles::new(directory).checkpoints();
+        let saved = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone()));
+        let (head, _) = saved.ok()?;
+        let resolved: Json = serde_json::from_str(&head.case.resolved).ok()?;
+        let same = canonical(&head.case.text, &self.varied).as_ref() == wanted && is_of(&resolved, setup);
+        same.then_some(head.step)
     }
 }
 
-/// How a benchmark is made, apart from its case.
+/// Conditions of a benchmark, apart from its case.
 pub(super) fn measured_with(bench: &BenchSection, setup: &Setup, threads: Option<usize>) -> Json {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = match threads.unwrap_or(setup.plan.threads) {
-        0 => cores,
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
     };
     serde_json::json!({
@@ -165,7 +177,7 @@ pub(super) fn measured_with(bench: &BenchSection, setup: &Setup, threads: Option
 fn varied(file: &StudyFile) -> Vec<String> {
     let mut keys = Vec::new();
     for axis in &file.axes {
-        keys.extend(axis.value.key.iter().map(|key| key.value.clone()));
+        keys.extend(axis.value.key.clone());
         for value in &axis.value.values {
             if let ValueSection::Named(named) = &value.value {
                 keys.extend(named.set.keys().cloned());
@@ -175,33 +187,20 @@ fn varied(file: &StudyFile) -> Vec<String> {
     keys
 }
 
-/// The results in a directory, if there are any.
-fn read(directory: &Path, bench: bool, varied: &[String]) -> Option<Found> {
-    let path = if bench { directory.join(BENCH_FILE) } else { OutputFiles::new(directory).summary() };
-    let json: Json = serde_json::from_slice(&input::read(&path, input::RECORD).ok()?).ok()?;
-    Some(Found {
-        directory: directory.to_path_buf(),
-        input: canonical(json["input"].as_str()?, varied)?,
-        json,
-    })
-}
-
-/// A case without what does not matter, unless the study varies it, and all numbers of one kind.
+/// A case without irrelevant keys, unless the study varies them, and all numbers of one kind.
 fn canonical(text: &str, varied: &[String]) -> Option<toml::Table> {
     let mut table: toml::Table = text.parse().ok()?;
-    let matters = |section: &str, key: &str| {
+    for (section, key) in IRRELEVANT {
         let name = format!("{section}.{key}");
-        varied.iter().any(|set| *set == name || set.starts_with(&format!("{name}.")))
-    };
-    for (section, key) in OF_NO_MATTER.into_iter().filter(|(section, key)| !matters(section, key)) {
-        if let Some(toml::Value::Table(section)) = table.get_mut(section) {
+        let is_varied = |set: &String| *set == name || set.starts_with(&format!("{name}."));
+        if let Some(toml::Value::Table(section)) = table.get_mut(section)
+            && !varied.iter().any(is_varied)
+        {
             section.remove(key);
         }
     }
     table.retain(|_, value| !value.as_table().is_some_and(toml::Table::is_empty));
-    for (_, value) in &mut table {
-        as_float(value);
-    }
+    table.iter_mut().for_each(|(_, value)| as_float(value));
     Some(table)
 }
 
@@ -225,27 +224,9 @@ fn is_of(json: &Json, setup: &Setup) -> bool {
     let mut keys = wanted.as_object().into_iter().flatten();
     keys.all(|(key, wanted)| match told.get(key) {
         Some(known) => same(known, wanted),
-        // What summaries of older versions do not tell.
+        // Summaries of older versions lack it.
         None => key == "setup_hash",
     })
-}
-
-fn has_ended(summary: &Json, setup: &Setup) -> bool {
-    summary["interrupted"] == false && summary["steps"] == setup.plan.end_step
-}
-
-/// The step of the newest checkpoint of a run, if it is of this case, and this program makes the same of it.
-fn saved_step(
-    directory: &Path,
-    run: &PlannedRun,
-    wanted: Option<&toml::Table>,
-    varied: &[String],
-) -> Option<u64> {
-    let folder = OutputFiles::new(directory).checkpoints();
-    let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone())).ok()?;
-    let resolved: Json = serde_json::from_str(&head.case.resolved).ok()?;
-    let same = canonical(&head.case.text, varied).as_ref() == wanted && is_of(&resolved, &run.setup);
-    same.then_some(head.step)
 }
 
 #[cfg(test)]

@@ -278,8 +278,8 @@ tolerance = 0.1
     study.states.iter_mut().for_each(|state| *state = done(0.3, 0.01));
     let checks = study.document().unwrap().checks;
     assert_eq!(checks.len(), 4);
-    assert!(checks.iter().all(|check| !check.pass && check.reference.is_nan()), "{checks:?}");
-    assert!(checks[0].quantity.ends_with("the runs have no `mach`"), "{:?}", checks[0]);
+    assert!(checks.iter().all(|check| !check.pass), "{checks:?}");
+    assert!(checks[0].quantity.contains("the runs have no `mach`"), "{:?}", checks[0]);
     assert!(checks[1].quantity.ends_with("the reference has no value here"), "{:?}", checks[1]);
     study.collect().unwrap();
     let read = Document::read(&study.out).unwrap();

@@ -291,7 +291,7 @@ fn cases_that_are_stopped_have_neither_passed_nor_failed() {
     let outcomes = run(&[&hertz::CASE, &friction::CASE], Level::Quick, &trial, |_| {});
     let score = Score::of(&outcomes);
     assert_eq!((score.interrupted, score.checks, score.passed), (2, 0, 0));
-    assert!(checks::summary(&outcomes, 1.0).contains("2 cases stopped before their end"));
+    assert!(checks::summary(&outcomes, 1.0).contains("2 cases stopped before the end"));
     assert_eq!(checks::json(&outcomes).trim(), "[]");
 }
 

@@ -1,20 +1,20 @@
 //! The figures of a time series.
 
-use super::super::Block;
+use crate::report::section::Section;
 use turbid::output::picture::{SettlingPlot, settling_chart};
 use turbid::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use turbid::simulation::settling_references;
 use turbid_plot::{Axis, Chart, Series, Style};
 
-/// The part of the largest value from which values are shown on a logarithmic axis.
+/// Least value on a logarithmic axis over the largest.
 const SHOWN: f64 = 1e-5;
 const TIME: &str = "t";
-pub(super) const T_STAR: &str = "t_star";
-pub(super) const SETTLING: &str = "settling_velocity_over_stokes";
-/// Columns that say when.
+const T_STAR: &str = "t_star";
+const SETTLING: &str = "settling_velocity_over_stokes";
+/// Columns of time.
 const WHEN: [&str; 3] = ["step", TIME, T_STAR];
 
-/// What columns of a group have behind their common beginning, and what they are called in the legend.
+/// Endings of the names of the columns of a group, and their labels in the legend.
 type Endings = &'static [(&'static str, &'static str)];
 
 const ALONE: Endings = &[("", "")];
@@ -47,19 +47,18 @@ const LOGARITHMIC: &str = "kinetic_energy";
 const OF_WALLS: [(&str, &str); 2] =
     [("fluid_force", "Force of the fluid on wall"), ("shear_stress", "Shear stress on wall")];
 
-/// Name and title of a figure, and its columns with their labels.
-type Group<'a> = (String, String, Vec<(&'a SeriesColumn, &'a str)>);
+type Columns<'a> = Vec<(&'a SeriesColumn, &'a str)>;
 
-/// All figures that the series has something for; what is zero throughout is left out.
-pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Vec<Block> {
-    let columns = |beginning: &str, endings: Endings| -> Vec<(&SeriesColumn, &str)> {
+/// Adds all figures of a series; columns that are zero throughout are left out.
+pub(super) fn all(section: &mut Section, series: &SeriesTable, summary: Option<&Summary>) {
+    let columns = |beginning: &str, endings: Endings| -> Columns {
         let column = |&(ending, label)| {
             let is = |column: &&SeriesColumn| column.name.strip_prefix(beginning) == Some(ending);
             Some((series.columns.iter().find(is)?, label))
         };
         endings.iter().filter_map(column).collect()
     };
-    let mut groups: Vec<Group> = (GROUPS.iter())
+    let mut groups: Vec<(String, String, Columns)> = (GROUPS.iter())
         .map(|&(name, title, beginning, endings)| (name.into(), title.into(), columns(beginning, endings)))
         .collect();
     for (what, title) in OF_WALLS {
@@ -72,7 +71,7 @@ pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -
             }
         }
     }
-    // Whatever else there is, each for itself.
+    // Every other column has a figure of its own.
     for column in &series.columns {
         let name = column.name.as_str();
         let mut known = groups.iter().flat_map(|(_, _, columns)| columns);
@@ -80,70 +79,53 @@ pub(super) fn all(case: &str, series: &SeriesTable, summary: Option<&Summary>) -
             groups.push((name.to_string(), name.replace('_', " "), vec![(column, "")]));
         }
     }
+    settling(section, series, summary);
     let moves = |(column, _): &(&SeriesColumn, &str)| {
-        let mut values = column.values.iter();
-        values.any(|value| *value != 0.0 && value.is_finite())
+        column.values.iter().any(|value| *value != 0.0 && value.is_finite())
     };
-    let mut blocks: Vec<Block> = settling(case, series, summary).into_iter().collect();
     for (name, title, mut columns) in groups {
         let logarithmic = name == LOGARITHMIC;
         if columns.iter().any(moves) {
-            // On a logarithmic axis there is no place for what is zero.
+            // A logarithmic axis has no zero.
             columns.retain(|column| !logarithmic || moves(column));
-            blocks.push(over_time(case, series, &name, title, &columns, logarithmic));
+            let chart = over_time(&section.title, series, &title, &columns, logarithmic);
+            section.figure(&name, &title, chart.figure(), "");
         }
     }
-    blocks
 }
 
 /// Settling velocity with its means.
-fn settling(case: &str, series: &SeriesTable, summary: Option<&Summary>) -> Option<Block> {
-    let (t_star, velocity) = (series.get(T_STAR)?, series.get(SETTLING)?);
+fn settling(section: &mut Section, series: &SeriesTable, summary: Option<&Summary>) {
+    let (Some(t_star), Some(velocity)) = (series.get(T_STAR), series.get(SETTLING)) else {
+        return;
+    };
     if velocity.iter().all(|value| *value == 0.0) {
-        return None;
+        return;
     }
-    // Only where a settling velocity can be steady is there a mean, and something to compare it with.
+    // There is a mean, and something to compare it with, only where a settling velocity can be steady.
     let steady = summary.filter(|summary| summary.settling_velocity_over_stokes.is_some());
+    let estimate = |mean: Option<f64>, standard_error| Some(Estimate { mean: mean?, standard_error });
     let mean = steady.and_then(|summary| {
-        let estimate =
-            Estimate { mean: summary.settling_velocity_over_stokes?, standard_error: summary.standard_error };
-        Some((summary.averaged_over?, estimate))
+        let mean = estimate(summary.settling_velocity_over_stokes, summary.standard_error);
+        summary.averaged_over.zip(mean)
     });
     let settled = steady.and_then(|summary| {
-        let estimate =
-            Estimate { mean: summary.settled_mean?, standard_error: summary.settled_standard_error };
-        Some((summary.transient_end?, estimate))
+        let mean = estimate(summary.settled_mean, summary.settled_standard_error);
+        summary.transient_end.zip(mean)
     });
     let references = steady.map(|summary| settling_references(&summary.scales, summary.volume_fraction));
-    let chart = settling_chart(&SettlingPlot {
-        case,
-        t_star,
-        velocity,
-        mean,
-        settled,
-        references: references.as_ref().map_or(&[], |references| &references[..]),
-    });
+    let references = references.as_ref().map_or(&[][..], |references| references);
+    let chart =
+        settling_chart(&SettlingPlot { case: &section.title, t_star, velocity, mean, settled, references });
     let note = match (steady, settled) {
         (Some(_), None) => "No end of the transient was found; it takes 80 rows of series.csv at least.",
         _ => "",
     };
-    Some(Block::Figure {
-        name: "settling_velocity".into(),
-        title: "Settling velocity".into(),
-        figure: Box::new(chart.figure()),
-        note: note.into(),
-    })
+    section.figure("settling_velocity", "Settling velocity", chart.figure(), note);
 }
 
 /// Columns over time, which is `t*` where the case has one.
-fn over_time(
-    case: &str,
-    series: &SeriesTable,
-    name: &str,
-    title: String,
-    columns: &[(&SeriesColumn, &str)],
-    logarithmic: bool,
-) -> Block {
+fn over_time(case: &str, series: &SeriesTable, title: &str, columns: &Columns, logarithmic: bool) -> Chart {
     let has = |values: &&[f64]| values.iter().any(|value| *value != 0.0);
     let (times, time) = match (series.get(T_STAR).filter(has), series.get(TIME)) {
         (Some(t_star), _) => (t_star, "time t* = t u_Stokes / D"),
@@ -159,17 +141,14 @@ fn over_time(
         let points = times.iter().zip(&column.values);
         Series::new(*label, Style::Line, points.map(|(&x, &y)| (x, shown(y))))
     });
-    let chart = Chart::new(
-        format!("{case}: {}", decapitalised(&title)),
+    let mut quantity = title.to_string();
+    if let Some(first) = quantity.get_mut(..1) {
+        first.make_ascii_lowercase();
+    }
+    Chart::new(
+        format!("{case}: {quantity}"),
         Axis::new(time, false),
-        Axis::new(format!("{} ({unit})", decapitalised(&title)), logarithmic),
+        Axis::new(format!("{quantity} ({unit})"), logarithmic),
         lines.collect(),
-    );
-    Block::Figure { name: name.to_string(), title, figure: Box::new(chart.figure()), note: String::new() }
-}
-
-fn decapitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|letter| letter.to_ascii_lowercase());
-    first.into_iter().chain(letters).collect()
+    )
 }
