@@ -14,7 +14,6 @@ use std::path::Path;
 use std::sync::Arc;
 use turbid::domain::Domain;
 use turbid::error::Result;
-use turbid::math::Vec3;
 use turbid::output::{Collection, surfaces};
 use turbid::particle::{Particle, Template};
 use turbid::shape::Sphere;
@@ -63,12 +62,6 @@ fn write_moment(path: &Path, moment: &Moment, engine: usize) -> Result<()> {
     // Positions stay as they are.
     let open = Domain { cells: [1; 3], dx: 1.0, periodic: [false; 3] };
     surfaces::write_motion(path, &open, &templates, &particles)
-}
-
-/// Position, velocity, angular velocity and radius of a sphere as a [`Moment`] has them.
-pub(super) fn sphere(particle: &Particle, template: &Template) -> (Vec3, Vec3, Vec3, f64) {
-    let radius = 0.5 * template.shape.equivalent_diameter();
-    (particle.position(), particle.velocity(), particle.angular_velocity(), radius)
 }
 
 #[cfg(test)]

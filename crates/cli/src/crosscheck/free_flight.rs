@@ -6,8 +6,9 @@
 //! v' = v + h F / m,   x' = x + h v + h^2 F / (2 m),   w' = w + h T / I
 //! ```
 
-use super::tools::{DENSITY, RADIUS, Random, SAME, Scene, given, worst};
-use super::{Findings, Overlay};
+use super::compare::{Limit, Points, overlay, worst};
+use super::system::{DENSITY, RADIUS, Random, SAME, System};
+use crate::checks::Findings;
 use std::path::Path;
 use turbid::comm::Comm;
 use turbid::dem::{DemEngine, Load};
@@ -21,13 +22,14 @@ const STEPS: usize = 500;
 /// Length of a step (s).
 const STEP: f64 = 1e-5;
 
-const EXACT: &str = "largest difference to the exact parabolas at any step, over the largest value at any step: rounding of \
-                     500 steps of up to 10 sub-steps";
+const EXACT: Limit = (
+    1e-12,
+    "largest difference to the exact parabolas at any step, over the largest value at any step: rounding of 500 steps of up to 10 \
+     sub-steps",
+);
 
 /// Position (m), velocity (m/s) and spin (1/s) of both spheres.
-type Flight = [[Vec3; 3]; 2];
-
-const NAMES: [&str; 3] = ["position (m)", "velocity (m/s)", "spin (1/s)"];
+type State = [[Vec3; 3]; 2];
 
 /// Loads of every step on both spheres.
 fn loads(random: bool) -> Vec<[Load; 2]> {
@@ -42,21 +44,21 @@ fn loads(random: bool) -> Vec<[Load; 2]> {
     (0..STEPS).map(|_| if random { [draw(), draw()] } else { first }).collect()
 }
 
-fn state(particles: &[Particle]) -> Flight {
+fn state(particles: &[Particle]) -> State {
     [0, 1].map(|id| {
         let p = &particles[id];
         [p.position(), p.velocity(), p.angular_velocity()]
     })
 }
 
-/// The exact flight, frame by frame.
-fn exact(scene: &Scene, loads: &[[Load; 2]]) -> Vec<Flight> {
-    let mut frames = vec![state(&scene.particles)];
+/// The exact flight, at the start and after every step.
+fn exact(system: &System, loads: &[[Load; 2]]) -> Vec<State> {
+    let mut frames = vec![state(&system.particles)];
     for loads in loads {
         let last = frames[frames.len() - 1];
         frames.push([0, 1].map(|id| {
             let [x, v, w] = last[id];
-            let (mass, inertia) = (scene.mass(id), 0.4 * scene.mass(id) * scene.radius(id).powi(2));
+            let (mass, inertia) = (system.mass(id), 0.4 * system.mass(id) * system.radius(id).powi(2));
             let acceleration = loads[id].force / mass;
             [
                 x + (v + acceleration * (0.5 * STEP)) * STEP,
@@ -69,7 +71,7 @@ fn exact(scene: &Scene, loads: &[[Load; 2]]) -> Vec<Flight> {
 }
 
 /// The flight in an engine.
-fn flown(engine: &mut dyn DemEngine, loads: &[[Load; 2]]) -> Result<Vec<Flight>> {
+fn flight(mut engine: Box<dyn DemEngine>, loads: &[[Load; 2]]) -> Result<Vec<State>> {
     let mut frames = vec![state(engine.particles().owned())];
     for loads in loads {
         engine.advance(&Comm::Solo, loads, STEP)?;
@@ -78,42 +80,43 @@ fn flown(engine: &mut dyn DemEngine, loads: &[[Load; 2]]) -> Result<Vec<Flight>>
     Ok(frames)
 }
 
-/// H17 and H18: constant and random loads, with 1 and 10 sub-steps.
+/// Constant and random loads, with 1 and 10 sub-steps.
 pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
     let mut findings = Findings::default();
     for (kind, substeps) in [("constant", 1), ("constant", 10), ("random", 1), ("random", 10)] {
-        let mut scene = Scene::glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
-        scene.substeps = substeps;
+        let mut system = System::glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
+        system.substeps = substeps;
         let (velocity, spin) = (Vec3::new(0.1, -0.05, 0.02), Vec3::new(10.0, 20.0, -5.0));
-        scene.add(0, Vec3::repeat(3e-3), velocity, spin);
-        scene.add(0, Vec3::repeat(7e-3), Vec3::zeros(), Vec3::zeros());
+        system.add(0, Vec3::repeat(3e-3), velocity, spin);
+        system.add(0, Vec3::repeat(7e-3), Vec3::zeros(), Vec3::zeros());
         let loads = loads(kind == "random");
-        let exact = exact(&scene, &loads);
-        let native = flown(&mut scene.native()?, &loads)?;
-        let liggghts = flown(&mut scene.liggghts(directory)?, &loads)?;
-        for (i, name) in NAMES.iter().enumerate() {
-            let all = |frames: &[Flight]| frames.iter().flatten().map(|flight| flight[i]).collect::<Vec<_>>();
+        let exact = exact(&system, &loads);
+        let [native, liggghts] = [system.native()?, system.liggghts(directory)?];
+        let (native, liggghts) = (flight(native, &loads)?, flight(liggghts, &loads)?);
+        for (i, name) in ["position (m)", "velocity (m/s)", "spin (1/s)"].into_iter().enumerate() {
+            let all = |frames: &[State]| frames.iter().flatten().map(|state| state[i]).collect::<Vec<_>>();
             let largest = worst(all(&exact).iter().map(Vec3::norm));
-            let off = |frames: &[Flight]| {
-                let pairs = all(frames).into_iter().zip(all(&exact));
-                worst(pairs.map(|(a, b)| (a - b).norm())) / largest
+            let off = |frames: &[State]| {
+                let both = all(frames).into_iter().zip(all(&exact));
+                worst(both.map(|(a, b)| (a - b).norm())) / largest
             };
             let difference = worst([off(&native), off(&liggghts)]);
             let values = [&native, &liggghts, &exact].map(|frames| Some(frames[STEPS][0][i].x));
             let quantity =
                 format!("{name}, {kind} loads, sub-steps: {substeps}; shown: x of the first at the end");
-            findings.push(given(quantity, values, difference, 1e-12, EXACT));
+            findings.given(quantity, values, difference, EXACT);
         }
         if (kind, substeps) == ("random", 10) {
-            let curve = |frames: &[Flight]| {
+            let curve = |frames: &Vec<State>| -> Points {
                 let points = frames.iter().enumerate();
                 points.map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0][1].x]).collect()
             };
-            findings.overlays.push(Overlay::new(
+            findings.overlays.push(overlay(
                 "velocity",
                 "Free flight under random loads, 10 sub-steps",
                 ["time (ms)", "velocity along x (m/s)"],
-                [("native", curve(&native)), ("LIGGGHTS", curve(&liggghts)), ("exact", curve(&exact))],
+                [&native, &liggghts].map(curve),
+                Some(("exact", curve(&exact))),
             ));
         }
     }

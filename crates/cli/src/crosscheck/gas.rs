@@ -1,11 +1,10 @@
-//! A gas of 512 spheres of five sizes in a periodic box: what is conserved, how it cools, how long two engines agree on
-//! every single sphere.
+//! A gas of 512 spheres of five sizes in a periodic box: conservation, cooling, and the time for which two engines agree on every
+//! single sphere.
 
+use super::compare::{Between, Limit, moments, overlay, worst};
+use super::system::{Random, SAME, System, model, sampled, sphere};
 use super::theory::{Hertz, Mixture};
-use super::tools::{
-    Between, Random, SAME, Scene, absolute, advance, given, model, moments, relative, sphere, worst,
-};
-use super::{Findings, Overlay};
+use crate::checks::Findings;
 use std::f64::consts::{SQRT_2, TAU};
 use std::path::Path;
 use turbid::contact::Material;
@@ -13,12 +12,13 @@ use turbid::dem::DemEngine;
 use turbid::domain::Domain;
 use turbid::error::Result;
 use turbid::math::Vec3;
+use turbid::output::Overlay;
 use turbid::particle::Particle;
 
 /// Spheres along an edge of the box.
 const EDGE: usize = 8;
 
-/// Part of the box that is filled (-).
+/// Solid volume fraction (-).
 const FILLED: f64 = 0.1;
 
 const RADII: [f64; 5] = [0.35e-3, 0.42e-3, 0.5e-3, 0.55e-3, 0.6e-3];
@@ -40,16 +40,23 @@ const SEED: u64 = 7;
 /// Speed per direction of a sphere of the middle size at the start (m/s): all sizes have one temperature.
 const SPEED: f64 = 1.0;
 
-const MOMENTUM: &str = "over the sum of the momenta of all spheres: rounding of equal and opposite forces";
-const ENERGY: &str = "largest change of kinetic and elastic energy over that at the start: 1e-4 at 20 steps per contact, and the \
-                      fastest spheres have fewer";
-const EARLY: &str = "root mean square difference over the root mean square velocity: law and integrator are the same, and \
-                     rounding grows tenfold per 0.6 ms at most";
+const MOMENTUM: Limit =
+    (1e-14, "over the sum of the momenta of all spheres: rounding of equal and opposite forces");
+const ENERGY: Limit = (
+    2e-4,
+    "largest change of kinetic and elastic energy over that at the start: 1e-4 at 20 steps per contact, and the fastest spheres \
+     have fewer",
+);
+const EARLY: Limit = (
+    1e-9,
+    "root mean square difference over the root mean square velocity: law and integrator are the same, and rounding grows \
+     tenfold per 0.6 ms at most",
+);
 /// Standard deviation of the temperature over that at the start after 10 ms (relative): e = 1, e = 0.9; of the native engine,
 /// over twelve gases that differ by nothing but [`SEED`] (1 to 12).
 const SCATTER: [f64; 2] = [4.8e-3, 2.3e-2];
 
-/// Energy after 10 ms over that after 3 ms in the same twelve gases, e = 0.9, over Haff's, less one: mean, standard deviation.
+/// Energy after 10 ms over that after 3 ms in the same twelve gases, e = 0.9, over Haff's, minus one: mean, standard deviation.
 const ABOVE_HAFF: [f64; 2] = [3.5e-2, 1.5e-2];
 
 const TOGETHER: &str = "relative, between the engines, before rounding has grown to an effect: 7e-12 after 3 ms, 3e-9 after 5 ms, \
@@ -62,142 +69,103 @@ const HAFF: &str = "relative, to Haff's law with the collision rates of Enskog's
                     three of the second";
 
 /// The gas at the start.
-fn scene(name: String, restitution: f64, seed: u64) -> Scene {
-    let mut scene = Scene::glass(name, 1.0, 0.0, SAME);
-    scene.contact = Some(model(&[MATERIAL], &[restitution], 0.0, SAME));
-    scene.templates = RADII.iter().map(|&radius| sphere(radius, 0)).collect();
-    scene.substeps = SUBSTEPS;
+fn system(name: String, restitution: f64, seed: u64) -> System {
+    let mut system = System::glass(name, 1.0, 0.0, SAME);
+    system.contact = Some(model(&[MATERIAL], &[restitution], 0.0, SAME));
+    system.templates = RADII.iter().map(|&radius| sphere(radius, 0)).collect();
+    system.substeps = SUBSTEPS;
     let kind = |n: usize| n * 7 % RADII.len();
     let count = EDGE.pow(3);
-    let volume: f64 = (0..count).map(|n| scene.templates[kind(n)].shape.volume()).sum();
+    let volume: f64 = (0..count).map(|n| system.templates[kind(n)].shape.volume()).sum();
     let edge = (volume / FILLED).cbrt();
-    scene.domain = Domain { cells: [4 * EDGE; 3], dx: edge / (4 * EDGE) as f64, periodic: [true; 3] };
+    system.domain = Domain { cells: [4 * EDGE; 3], dx: edge / (4 * EDGE) as f64, periodic: [true; 3] };
     let mut random = Random(seed);
     let spacing = edge / EDGE as f64;
-    let middle = scene.templates[2].mass();
+    let middle = system.templates[2].mass();
     for n in 0..count {
         let cell = Vec3::new((n % EDGE) as f64, (n / EDGE % EDGE) as f64, (n / EDGE / EDGE) as f64);
-        let place = (cell + Vec3::repeat(0.5) + random.vector() * 0.1) * spacing;
-        scene.add(kind(n), place, Vec3::zeros(), Vec3::zeros());
+        let at = (cell + Vec3::repeat(0.5) + random.vector() * 0.1) * spacing;
+        system.add(kind(n), at, Vec3::zeros(), Vec3::zeros());
     }
     let mut total = Vec3::zeros();
     for n in 0..count {
-        let speed = SPEED * (middle / scene.mass(n)).sqrt();
-        let normal = |random: &mut Random| {
+        let speed = SPEED * (middle / system.mass(n)).sqrt();
+        let mut normal = || {
             let [u, v] = [0, 1].map(|_| 0.5 * (random.next() + 1.0));
             (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
         };
-        let velocity = Vec3::from_fn(|_, _| speed * normal(&mut random));
-        scene.particles[n].velocity = velocity.into();
-        total += velocity * scene.mass(n);
+        let velocity = Vec3::from_fn(|_, _| speed * normal());
+        system.particles[n].velocity = velocity.into();
+        total += velocity * system.mass(n);
     }
-    let drift = total / (0..count).map(|n| scene.mass(n)).sum::<f64>();
-    for particle in &mut scene.particles {
+    let drift = total / (0..count).map(|n| system.mass(n)).sum::<f64>();
+    for particle in &mut system.particles {
         particle.velocity = (particle.velocity() - drift).into();
     }
-    scene
+    system
 }
 
-/// The gas in one engine, sample by sample.
-struct Run {
+/// The gas at one moment.
+struct Sample {
     /// Kinetic energy (J).
-    kinetic: Vec<f64>,
+    kinetic: f64,
     /// Kinetic and elastic energy (J).
-    energy: Vec<f64>,
-    /// Largest sum of the momenta over the sum of their magnitudes (-).
+    energy: f64,
+    /// Sum of the momenta over the sum of their magnitudes (-).
     momentum: f64,
     /// Velocities (m/s).
-    velocities: Vec<Vec<Vec3>>,
-    /// Spheres at every fifteenth sample.
-    frames: Vec<Vec<Particle>>,
+    velocities: Vec<Vec3>,
 }
 
-impl Run {
-    fn of(scene: &Scene, engine: &mut dyn DemEngine) -> Result<Self> {
-        let mut run = Self {
-            kinetic: Vec::new(),
-            energy: Vec::new(),
-            momentum: 0.0,
-            velocities: Vec::new(),
-            frames: Vec::new(),
-        };
-        for sample in 0..=SAMPLES {
-            if sample > 0 {
-                advance(engine, f64::from(SUBSTEPS) * STEP)?;
-            }
-            run.take(scene, engine.particles().owned(), sample);
-        }
-        Ok(run)
-    }
+/// Samples and, at every fifteenth of them, the spheres.
+type Run = (Vec<Sample>, Vec<Vec<Particle>>);
 
-    fn take(&mut self, scene: &Scene, spheres: &[Particle], sample: usize) {
-        let Contacts { forces, stored } = Contacts::of(scene, spheres);
-        let velocities: Vec<Vec3> = (spheres.iter().zip(&forces).enumerate())
-            .map(|(id, (p, force))| synchronised(p, *force, scene.mass(id)))
-            .collect();
-        let energy = |(id, v): (usize, &Vec3)| 0.5 * scene.mass(id) * v.norm_squared();
-        let kinetic: f64 = velocities.iter().enumerate().map(energy).sum();
-        self.kinetic.push(kinetic);
-        self.energy.push(kinetic + stored);
-        let momenta = || spheres.iter().enumerate().map(|(id, p)| p.velocity() * scene.mass(id));
-        let total: f64 = momenta().map(|p| p.norm()).sum();
-        self.momentum = self.momentum.max(momenta().sum::<Vec3>().norm() / total);
-        self.velocities.push(velocities);
-        if sample.is_multiple_of(15) {
-            self.frames.push(spheres.to_vec());
-        }
-    }
-
-    /// Largest change of the energy over that at the start (-).
-    fn drift(&self) -> f64 {
-        worst(self.energy.iter().map(|energy| (energy / self.energy[0] - 1.0).abs()))
-    }
-
-    /// Temperature over that at the start at a sample (-).
-    fn temperature(&self, sample: usize) -> f64 {
-        self.kinetic[sample] / self.kinetic[0]
-    }
+fn run(system: &System, engine: &mut dyn DemEngine) -> Result<Run> {
+    sampled(engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 15, |engine| {
+        sample(system, engine.particles().owned())
+    })
 }
 
-/// All contacts at the positions of the spheres, by Hertz's law without damping.
-struct Contacts {
-    /// Force on every sphere (N).
-    forces: Vec<Vec3>,
-    /// Elastic energy (J).
-    stored: f64,
+fn sample(system: &System, spheres: &[Particle]) -> Sample {
+    let (forces, stored) = contacts(system, spheres);
+    // The native engine predicts the velocity at the time of the position with the contact force of one step before, which it
+    // reports; LIGGGHTS reports the force of now.
+    let velocity = |(id, (p, force)): (usize, (&Particle, &Vec3))| {
+        let late = force - Vec3::from(p.contact_force);
+        p.velocity() + late * (0.5 * STEP / system.mass(id))
+    };
+    let velocities: Vec<Vec3> = spheres.iter().zip(&forces).enumerate().map(velocity).collect();
+    let energy = |(id, v): (usize, &Vec3)| 0.5 * system.mass(id) * v.norm_squared();
+    let kinetic: f64 = velocities.iter().enumerate().map(energy).sum();
+    let momenta = || spheres.iter().enumerate().map(|(id, p)| p.velocity() * system.mass(id));
+    let total: f64 = momenta().map(|p| p.norm()).sum();
+    let momentum = momenta().sum::<Vec3>().norm() / total;
+    Sample { kinetic, energy: kinetic + stored, momentum, velocities }
 }
 
-impl Contacts {
-    fn of(scene: &Scene, spheres: &[Particle]) -> Self {
-        let mut contacts = Self { forces: vec![Vec3::zeros(); spheres.len()], stored: 0.0 };
-        for i in 0..spheres.len() {
-            for j in i + 1..spheres.len() {
-                let offset = scene.domain.nearest_image(spheres[j].position() - spheres[i].position());
-                let radii = [scene.radius(i), scene.radius(j)];
-                let depth = radii[0] + radii[1] - offset.norm();
-                if depth > 0.0 {
-                    let hertz = Hertz::pair([1.0; 2], radii, [&MATERIAL; 2]);
-                    let force = offset.normalize() * hertz.force(depth);
-                    contacts.stored += hertz.energy(depth);
-                    contacts.forces[i] -= force;
-                    contacts.forces[j] += force;
-                }
+/// Force on every sphere (N) and elastic energy (J) of all contacts, by Hertz's law without damping.
+fn contacts(system: &System, spheres: &[Particle]) -> (Vec<Vec3>, f64) {
+    let (mut forces, mut stored) = (vec![Vec3::zeros(); spheres.len()], 0.0);
+    for i in 0..spheres.len() {
+        for j in i + 1..spheres.len() {
+            let offset = system.domain.nearest_image(spheres[j].position() - spheres[i].position());
+            let radii = [system.radius(i), system.radius(j)];
+            let depth = radii[0] + radii[1] - offset.norm();
+            if depth > 0.0 {
+                let hertz = Hertz::pair([1.0; 2], radii, [&MATERIAL; 2]);
+                let force = offset.normalize() * hertz.force(depth);
+                stored += hertz.energy(depth);
+                forces[i] -= force;
+                forces[j] += force;
             }
         }
-        contacts
     }
-}
-
-/// Velocity at the time of the position (m/s): the native engine predicts it with the contact force of one step before, which
-/// it reports, and which this puts right. LIGGGHTS reports the force of now.
-fn synchronised(particle: &Particle, force: Vec3, mass: f64) -> Vec3 {
-    let late = force - Vec3::from(particle.contact_force);
-    particle.velocity() + late * (0.5 * STEP / mass)
+    (forces, stored)
 }
 
 /// Root mean square difference of the velocities over their root mean square, at a sample.
-fn parted(runs: &[Run; 2], sample: usize) -> f64 {
-    let [a, b] = [0, 1].map(|i| &runs[i].velocities[sample]);
+fn parted([a, b]: [&[Sample]; 2], sample: usize) -> f64 {
+    let (a, b) = (&a[sample].velocities, &b[sample].velocities);
     let apart: f64 = a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum();
     (apart / b.iter().map(Vec3::norm_squared).sum::<f64>()).sqrt()
 }
@@ -212,93 +180,91 @@ fn at(milliseconds: f64) -> usize {
     (milliseconds * 1e-3 / time(1)).round() as usize
 }
 
-/// H19 to H21: conservation, early agreement, temperature.
+/// Energy at 10 ms over that at 3 ms by Haff's law, from the energy (J) at 3 ms.
+fn haff(system: &System, restitution: f64, energy: f64) -> f64 {
+    let temperature = 2.0 / 3.0 * energy / system.particles.len() as f64;
+    mixture(system).cooled(restitution, temperature, time(at(10.0)) - time(at(3.0)))
+}
+
+fn mixture(system: &System) -> Mixture {
+    let count = |kind: usize| system.particles.iter().filter(|p| p.template as usize == kind).count();
+    let sizes: Vec<_> = (0..RADII.len()).map(|k| (RADII[k], system.templates[k].mass(), count(k))).collect();
+    Mixture::new(&sizes, system.domain.volume())
+}
+
+/// Conservation, early agreement, temperature.
 pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
     let mut findings = Findings::default();
     for restitution in [1.0, 0.9] {
-        let scene = scene(format!("gas-{restitution}"), restitution, SEED);
-        let runs =
-            [Run::of(&scene, &mut scene.native()?)?, Run::of(&scene, &mut scene.liggghts(directory)?)?];
-        let both = |of: &dyn Fn(&Run) -> f64| [Some(of(&runs[0])), Some(of(&runs[1]))];
+        let system = system(format!("gas-{restitution}"), restitution, SEED);
+        let (native, native_frames) = run(&system, &mut *system.native()?)?;
+        let (liggghts, liggghts_frames) = run(&system, &mut *system.liggghts(directory)?)?;
+        let runs = [&native[..], &liggghts];
         let what = format!("e = {restitution}");
-        let [native, liggghts] = both(&|run| run.momentum);
+        let momenta = runs.map(|run| worst(run.iter().map(|sample| sample.momentum)));
         let quantity = format!("largest sum of the momenta, {what} (-)");
-        let values = [native, liggghts, Some(0.0)];
-        findings.push(absolute(quantity, values, Between::Theory, 1e-14, MOMENTUM));
+        findings.compare(quantity, [momenta[0], momenta[1], 0.0].map(Some), Between::Theory, MOMENTUM);
         let elastic = restitution >= 1.0;
         if elastic {
-            let [native, liggghts] = both(&Run::drift);
+            let start = |run: &[Sample]| run[0].energy;
+            let drift =
+                runs.map(|run| worst(run.iter().map(|sample| (sample.energy / start(run) - 1.0).abs())));
             let quantity = format!("change of the energy, {what} (-)");
-            let values = [native, liggghts, Some(0.0)];
-            findings.push(absolute(quantity, values, Between::Theory, 2e-4, ENERGY));
+            findings.compare(quantity, [drift[0], drift[1], 0.0].map(Some), Between::Theory, ENERGY);
         }
         let early = if elastic { 2e-3 } else { 1e-3 };
         let sample = at(early * 1e3);
-        let quantity = format!("velocities after {} ms, {what} (-)", early * 1e3);
-        let speed = |run: &Run| run.velocities[sample][0].norm();
-        let [native, liggghts] = both(&speed);
-        let quantity = format!("{quantity}; shown: speed of the first (m/s)");
-        let difference = parted(&runs, sample);
-        findings.push(given(quantity, [native, liggghts, None], difference, 1e-9, EARLY));
+        let [native, liggghts] = runs.map(|run| Some(run[sample].velocities[0].norm()));
+        let quantity =
+            format!("velocities after {} ms, {what} (-); shown: speed of the first (m/s)", early * 1e3);
+        findings.given(quantity, [native, liggghts, None], parted(runs, sample), EARLY);
 
-        let temperature = |milliseconds: f64, tolerance: f64, reason: &'static str| {
-            let [native, liggghts] = both(&|run| run.temperature(at(milliseconds)));
-            let quantity = format!("temperature over that at the start after {milliseconds} ms, {what} (-)");
-            let values = [native, liggghts, None];
-            relative(quantity, values, Between::Engines, tolerance, reason)
-        };
-        findings.push(temperature(3.0, 1e-9, TOGETHER));
-        findings.push(temperature(5.0, 1e-6, TOGETHER));
         let scatter = 3.0 * SQRT_2 * SCATTER[usize::from(!elastic)];
-        findings.push(temperature(10.0, scatter, PARTED));
-        let mixture = mixture(&scene);
-        let count = scene.particles.len() as f64;
-        let start = 2.0 / 3.0 * runs[0].energy[0] / count;
+        for (milliseconds, limit) in
+            [(3.0, (1e-9, TOGETHER)), (5.0, (1e-6, TOGETHER)), (10.0, (scatter, PARTED))]
+        {
+            let [native, liggghts] = runs.map(|run| Some(run[at(milliseconds)].kinetic / run[0].kinetic));
+            let quantity = format!("temperature over that at the start after {milliseconds} ms, {what} (-)");
+            findings.compare_relative(quantity, [native, liggghts, None], Between::Engines, limit);
+        }
         if !elastic {
             let (from, to) = (at(3.0), at(10.0));
-            let [native, liggghts] = both(&|run| run.energy[to] / run.energy[from]);
-            let temperature = 2.0 / 3.0 * runs[0].energy[from] / count;
-            let haff = mixture.cooled(restitution, temperature, time(to) - time(from));
+            let [native, liggghts] = runs.map(|run| run[to].energy / run[from].energy);
+            let values = [native, liggghts, haff(&system, restitution, runs[0][from].energy)].map(Some);
             let quantity = format!("kinetic and elastic energy after 10 ms over that after 3 ms, {what} (-)");
-            let values = [native, liggghts, Some(haff)];
-            let tolerance = ABOVE_HAFF[0] + 3.0 * ABOVE_HAFF[1];
-            let check = relative(quantity, values, Between::Theory, tolerance, HAFF);
-            findings.push(check);
+            let limit = (ABOVE_HAFF[0] + 3.0 * ABOVE_HAFF[1], HAFF);
+            findings.compare_relative(quantity, values, Between::Theory, limit);
+            let frames = [&native_frames[..], &liggghts_frames];
+            findings.moments = moments(&system, frames, |k| time(15 * k), 1);
         }
-        findings.overlays.extend(plots(&runs, &what, |t| mixture.cooled(restitution, start, t)));
-        if !elastic {
-            findings.moments = moments(&scene, [&runs[0].frames, &runs[1].frames], |k| time(15 * k), 1);
-        }
+        findings.overlays.extend(plots(&system, restitution, runs));
     }
     Ok(findings)
 }
 
-fn mixture(scene: &Scene) -> Mixture {
-    let count = |kind: usize| scene.particles.iter().filter(|p| p.template as usize == kind).count();
-    let sizes: Vec<_> = (0..RADII.len()).map(|k| (RADII[k], scene.templates[k].mass(), count(k))).collect();
-    Mixture::new(&sizes, scene.domain.volume())
-}
-
-/// Energy, and how the engines part. Rigid spheres, which theory is of, have kinetic energy only; of ours the contacts store
+/// Energy, and the difference of the engines. Rigid spheres, which theory is of, have kinetic energy only; of ours the contacts store
 /// nearly a hundredth at any time.
-fn plots(runs: &[Run; 2], what: &str, haff: impl Fn(f64) -> f64) -> [Overlay; 2] {
+fn plots(system: &System, restitution: f64, runs: [&[Sample]; 2]) -> [Overlay; 2] {
     let samples = || 0..=SAMPLES;
-    let energy =
-        |run: &Run| samples().map(|k| [time(k) * 1e3, run.energy[k] / run.energy[0]]).collect::<Vec<_>>();
-    let theory = samples().map(|k| [time(k) * 1e3, haff(time(k))]).collect();
-    // A logarithm has no place for velocities that are the same to the bit.
+    let energy = |run: &[Sample]| {
+        samples().map(|k| [time(k) * 1e3, run[k].energy / run[0].energy]).collect::<Vec<_>>()
+    };
+    let start = 2.0 / 3.0 * runs[0][0].energy / system.particles.len() as f64;
+    let mixture = mixture(system);
+    let theory = samples().map(|k| [time(k) * 1e3, mixture.cooled(restitution, start, time(k))]).collect();
+    // Velocities that are the same to the bit have no logarithm of their difference.
     let apart = samples().map(|k| [time(k) * 1e3, parted(runs, k)]).filter(|point| point[1] > 0.0).collect();
-    let stem = what.replace(" = ", "");
     [
-        Overlay::new(
-            format!("energy_{stem}"),
-            format!("Gas of 512 spheres of five sizes, {what}: kinetic and elastic energy"),
+        overlay(
+            format!("energy_e{restitution}"),
+            format!("Gas of 512 spheres of five sizes, e = {restitution}: kinetic and elastic energy"),
             ["time (ms)", "energy / start"],
-            [("native", energy(&runs[0])), ("LIGGGHTS", energy(&runs[1])), ("Haff, Enskog", theory)],
+            runs.map(energy),
+            Some(("Haff, Enskog", theory)),
         ),
         Overlay::new(
-            format!("parting_{stem}"),
-            format!("How both engines part in a gas, {what}"),
+            format!("parting_e{restitution}"),
+            format!("How both engines part in a gas, e = {restitution}"),
             ["time (ms)", "difference of velocities / velocity, rms (-)"],
             [("native - LIGGGHTS", apart)],
         )
@@ -322,13 +288,11 @@ mod tests {
         for (restitution, scatter) in [1.0, 0.9].into_iter().zip(SCATTER) {
             let (mut temperatures, mut above) = (Vec::new(), Vec::new());
             for seed in 1..=12 {
-                let scene = scene(String::new(), restitution, seed);
-                let run = Run::of(&scene, &mut scene.native().unwrap()).unwrap();
-                let (from, to) = (at(3.0), at(10.0));
-                temperatures.push(run.temperature(to));
-                let temperature = 2.0 / 3.0 * run.energy[from] / scene.particles.len() as f64;
-                let haff = mixture(&scene).cooled(restitution, temperature, time(to) - time(from));
-                above.push(run.energy[to] / run.energy[from] / haff - 1.0);
+                let system = system(String::new(), restitution, seed);
+                let (run, _) = run(&system, &mut *system.native().unwrap()).unwrap();
+                let (start, end) = (run[at(3.0)].energy, run[at(10.0)].energy);
+                temperatures.push(run[at(10.0)].kinetic / run[0].kinetic);
+                above.push(end / start / haff(&system, restitution, start) - 1.0);
             }
             let [mean, deviation] = moments(&temperatures);
             assert!((deviation / mean / scatter - 1.0).abs() < 0.05, "{deviation} of {mean}");

@@ -1,30 +1,40 @@
 //! Two engines side by side, step by step.
 
+use super::compare::Limit;
+use super::record::Recording;
+use super::system::System;
+use crate::checks::Findings;
+use std::path::Path;
 use turbid::case::Setup;
 use turbid::comm::Comm;
 use turbid::dem::{DemEngine, Load};
 use turbid::domain::Domain;
+use turbid::error::Result;
 use turbid::particle::Particle;
 
 /// Particles that differ by more than this part of the unit of a quantity have parted.
 pub(super) const PARTED: f64 = 1e-3;
 
-/// What is compared of every particle, over the diameter, the largest speed and the largest spin so far.
+/// Compared quantities of every particle, over the diameter, the largest speed and the largest spin so far.
 pub(super) const QUANTITIES: [&str; 3] = ["position / D", "velocity / u_max", "spin / w_max"];
+
+const REPEATS: Limit = (0.0, "the native engine under recorded loads repeats the recorded run bit for bit");
+const BEGUN: Limit =
+    (f64::INFINITY, "reported only: the native engine looks at every sub-step, LIGGGHTS at every step");
 
 /// A difference between the engines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Apart {
-    /// How large, in the unit of the quantity.
+pub(super) struct Difference {
+    /// In the unit of the quantity.
     pub(super) value: f64,
     pub(super) step: u64,
-    /// Of which particle, where it is in the native engine (m), and whether it touches anything in either.
+    /// Particle, its position in the native engine (m), and whether it is in contact in either.
     pub(super) id: u64,
-    pub(super) place: [f64; 3],
+    pub(super) position: [f64; 3],
     pub(super) touching: bool,
 }
 
-/// What the engines did; pairs are native, then LIGGGHTS.
+/// Differences of a run; pairs are native, then LIGGGHTS.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Comparison {
     /// Steps that each engine did.
@@ -33,11 +43,11 @@ pub(super) struct Comparison {
     pub(super) failures: Vec<(&'static str, String)>,
     /// Step after which each engine first had a contact.
     pub(super) first_contact: [Option<u64>; 2],
-    /// Contacts that each engine has seen begin: the native one looks at every sub-step, LIGGGHTS at every step.
+    /// Contacts that have begun in each engine: the native one looks at every sub-step, LIGGGHTS at every step.
     pub(super) begun: [u64; 2],
-    /// Where the engines part in each of the [`QUANTITIES`], and their largest difference.
-    pub(super) parting: [Option<Apart>; 3],
-    pub(super) largest: [Apart; 3],
+    /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest one.
+    pub(super) parting: [Option<Difference>; 3],
+    pub(super) largest: [Difference; 3],
     /// Largest speed (m/s) and spin (1/s) so far, in either engine.
     speed: f64,
     spin: f64,
@@ -54,7 +64,12 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Native engine and LIGGGHTS with the case at rest.
+    /// Both engines with the particles of a case; the log of LIGGGHTS goes to the directory, if there is one.
+    pub(super) fn start(setup: &Setup, name: &str, directory: Option<&Path>) -> Result<Self> {
+        Ok(Self::new(setup, System::of(name, setup).engines(directory)?))
+    }
+
+    /// Native engine and LIGGGHTS, which hold the particles of the case.
     pub(super) fn new(setup: &Setup, engines: [Box<dyn DemEngine>; 2]) -> Self {
         let diameters = setup.templates.iter().map(|t| t.shape.equivalent_diameter());
         let mut pair = Self {
@@ -68,33 +83,36 @@ impl Pair {
         pair
     }
 
-    /// The particles of an engine, ascending by id: 0 is the native one.
+    /// The particles of an engine (0 is the native one), ascending by id.
     pub(super) fn particles(&self, engine: usize) -> &[Particle] {
         self.engines[engine].particles().owned()
     }
 
-    /// One step of both under the same loads, ascending by id; false if one has failed.
-    pub(super) fn advance(&mut self, loads: &[Load]) -> bool {
-        let names = ["the native engine", "LIGGGHTS"];
-        for (engine, name) in names.into_iter().enumerate() {
-            match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
-                Ok(()) => self.found.steps[engine] += 1,
-                Err(error) => self.found.failures.push((name, error.to_string())),
+    /// Advances both under the recorded loads, or without loads, until one fails; calls `after` after every step.
+    pub(super) fn run(&mut self, steps: u64, recorded: Option<&Recording>, mut after: impl FnMut(&Self)) {
+        let none = vec![Load::default(); self.particles(0).len()];
+        for step in 0..steps {
+            let loads = recorded.map_or(&none[..], |recorded| recorded.loads(step));
+            for (engine, name) in ["the native engine", "LIGGGHTS"].into_iter().enumerate() {
+                match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
+                    Ok(()) => self.found.steps[engine] += 1,
+                    Err(error) => self.found.failures.push((name, error.to_string())),
+                }
             }
-        }
-        let both = self.found.failures.is_empty();
-        if both {
+            if !self.found.failures.is_empty() {
+                break;
+            }
             self.observe();
+            after(self);
         }
-        both
     }
 
-    /// What there is to see after a step.
+    /// Updates the differences after a step.
     fn observe(&mut self) {
         let contacts = self.engines.each_ref().map(|engine| engine.contacts());
         let (mut speed, mut spin) = (self.found.speed, self.found.spin);
         let mut apart = [(0.0, 0); 3];
-        for (at, (a, b)) in self.particles(0).iter().zip(self.particles(1)).enumerate() {
+        for (index, (a, b)) in self.particles(0).iter().zip(self.particles(1)).enumerate() {
             assert_eq!(a.id, b.id, "both engines have the same particles");
             let distance = self.domain.nearest_image(a.position() - b.position()).norm();
             let here = [
@@ -104,7 +122,7 @@ impl Pair {
             ];
             for (largest, here) in apart.iter_mut().zip(here) {
                 if here > largest.0 {
-                    *largest = (here, at);
+                    *largest = (here, index);
                 }
             }
             speed = speed.max(a.velocity().norm()).max(b.velocity().norm());
@@ -112,15 +130,22 @@ impl Pair {
         }
         (self.found.speed, self.found.spin) = (speed, spin);
         for (k, unit) in [1.0, speed, spin].into_iter().enumerate() {
-            let (difference, at) = apart[k];
-            // What rests alike does not differ, and has no speed to divide by.
+            let (difference, index) = apart[k];
+            // Particles at rest in both have no speed to divide by.
             if difference > 0.0 {
-                let apart = self.apart(difference / unit, at);
-                if apart.value > self.found.largest[k].value {
-                    self.found.largest[k] = apart;
+                let particles = [0, 1].map(|engine| &self.particles(engine)[index]);
+                let here = Difference {
+                    value: difference / unit,
+                    step: self.found.steps[0],
+                    id: particles[0].id,
+                    position: particles[0].position,
+                    touching: particles.iter().any(|p| p.contact_force.iter().any(|f| *f != 0.0)),
+                };
+                if here.value > self.found.largest[k].value {
+                    self.found.largest[k] = here;
                 }
-                if apart.value > PARTED {
-                    self.found.parting[k].get_or_insert(apart);
+                if here.value > PARTED {
+                    self.found.parting[k].get_or_insert(here);
                 }
             }
         }
@@ -132,15 +157,17 @@ impl Pair {
         self.found.begun = contacts.map(|now| now.begun);
     }
 
-    /// A difference of the particle at this place of the list.
-    fn apart(&self, value: f64, at: usize) -> Apart {
-        let particles = [0, 1].map(|engine| &self.particles(engine)[at]);
-        Apart {
-            value,
-            step: self.found.steps[0],
-            id: particles[0].id,
-            place: particles[0].position,
-            touching: particles.iter().any(|p| p.contact_force.iter().any(|f| *f != 0.0)),
-        }
+    /// Checks that the native engine repeats the recorded run.
+    pub(super) fn check_repeats(&self, findings: &mut Findings, what: &str, recorded: &Recording) {
+        let different = recorded.last.iter().zip(self.particles(0)).filter(|(a, b)| a != b).count();
+        let quantity = format!("{what}particles that do not repeat the recorded run (-)");
+        findings.given(quantity, [None; 3], different as f64, REPEATS);
+    }
+
+    /// Reports the contacts that began in both engines.
+    pub(super) fn report_begun(&self, findings: &mut Findings, what: &str) {
+        let [native, liggghts] = self.found.begun.map(|count| count as f64);
+        let values = [Some(native), Some(liggghts), None];
+        findings.given(format!("{what}contacts that began (-)"), values, (native - liggghts).abs(), BEGUN);
     }
 }

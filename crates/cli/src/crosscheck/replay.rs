@@ -1,15 +1,13 @@
 //! The loads of a small four-way run, recorded and replayed through both engines: with elastic contacts, and with damped ones
 //! that rub.
 
-use super::files::sphere;
-use super::own_case::{begun, repeats};
+use super::compare::{Limit, moment};
 use super::pair::Pair;
 use super::record::{Recording, record};
-use super::tools::{Random, Scene, given};
-use crate::checks::{Check, Findings, Moment};
+use super::system::Random;
+use crate::checks::Findings;
 use std::path::Path;
 use turbid::case::{self, Setup};
-use turbid::dem::DemEngine;
 use turbid::error::{Error, Result};
 use turbid::math::Vec3;
 use turbid::output::Overlay;
@@ -59,93 +57,79 @@ const RUBBING: [&str; 4] = [
 /// Cells per step of the spheres at the start, so fast that they meet.
 const SPEED: f64 = 0.05;
 
-/// Distance of elastic impacts over the diameter: rounding of 1e-15, that every impact multiplies by about ten, and each sphere
-/// has some three.
-const ELASTIC: f64 = 1e-12;
-/// Of momentum over the sum of its absolute values.
-const MOMENTUM: f64 = 1e-11;
+const ELASTIC: Limit = (
+    1e-12,
+    "the same law (Hertz, elastic, no friction) in the same leapfrog scheme: rounding of 1e-15, ten times larger with every \
+     impact, and each sphere has some three",
+);
+const DAMPED: Limit = (f64::INFINITY, "reported only: the engines have different laws of friction");
+const MOMENTUM: Limit = (
+    1e-11,
+    "vector difference to start and loads, over the sum of all momenta at the start: forces of contact are opposite, so 1200 \
+     sub-steps leave rounding only",
+);
+const FIRST_CONTACT: Limit = (
+    1.0,
+    "the native engine counts the contacts at the start of its last sub-step, LIGGGHTS those at its end",
+);
 
-/// Records and replays; what LIGGGHTS says goes to the directory, if there is one.
+/// Records and replays both kinds of contacts; trajectories are those of the damped ones.
 pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
-    let mut found = Findings::default();
-    scene("elastic", &[], directory, &mut found)?;
-    scene("damped", &RUBBING, directory, &mut found)?;
-    Ok(found)
+    let mut findings = Findings::default();
+    compare("elastic", &[], ELASTIC, directory, &mut findings)?;
+    compare("damped", &RUBBING, DAMPED, directory, &mut findings)?;
+    Ok(findings)
 }
 
-/// One run and its replay; its trajectories take the place of those before.
-fn scene(what: &str, options: &[&str], directory: Option<&Path>, findings: &mut Findings) -> Result<()> {
+/// Replays the case with these options; the trajectories take the place of those before.
+fn compare(
+    what: &str,
+    options: &[&str],
+    distance: Limit,
+    directory: Option<&Path>,
+    findings: &mut Findings,
+) -> Result<()> {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
     let mut setup = case::from_text(CASE, "replay", &options)?;
     setup.plan.threads = 1;
     stir(&mut setup);
-    let (steps, dt) = (setup.plan.end_step, setup.time_step);
-    let recorded = record(&setup, steps)?;
-    let engines = Scene::of("replay", &setup);
-    let engines: [Box<dyn DemEngine>; 2] =
-        [Box::new(engines.native()?), Box::new(engines.liggghts(directory)?)];
-    let mut pair = Pair::new(&setup, engines);
+    let recorded = record(&setup, setup.plan.end_step)?;
+    let mut pair = Pair::start(&setup, "replay", directory)?;
     let mut apart = Vec::new();
     findings.moments.clear();
-    for step in 0..steps {
-        if !pair.advance(recorded.loads(step)) {
-            break;
-        }
-        let time = (step + 1) as f64 * dt;
+    pair.run(setup.plan.end_step, Some(&recorded), |pair| {
+        let step = pair.found.steps[0];
+        let time = step as f64 * setup.time_step;
         apart.push([time, pair.found.largest[0].value]);
-        if step % 2 == 0 {
-            let spheres = [0, 1].map(|engine| {
-                let of = |p: &Particle| sphere(p, &setup.templates[p.template as usize]);
-                pair.particles(engine).iter().map(of).collect()
-            });
-            findings.moments.push(Moment { time, spheres });
+        if step % 2 == 1 {
+            let engines = [0, 1].map(|engine| pair.particles(engine));
+            findings.moments.push(moment(time, &setup.templates, engines));
         }
-    }
-    let found = &pair.found;
-    if let Some((engine, error)) = found.failures.first() {
+    });
+    if let Some((engine, error)) = pair.found.failures.first() {
         return Err(Error::Input(format!("{engine}: {error}")));
     }
-    let [Some(native), Some(liggghts)] = found.first_contact.map(|step| step.map(|step| step as f64)) else {
+    let [Some(native), Some(liggghts)] = pair.found.first_contact.map(|step| step.map(|step| step as f64))
+    else {
         let text = format!("{what}: nothing touches, so there is nothing to compare");
         return Err(Error::Input(text));
     };
     let label = format!("{what}: ");
-    findings.push(repeats(&label, &recorded, &pair));
-    findings.push(momentum(what, &setup, &recorded, &pair));
-    findings.push(given(
-        format!("{what}: steps to the first contact (-)"),
-        [Some(native), Some(liggghts), None],
-        (native - liggghts).abs(),
-        1.0,
-        "the native engine counts the contacts at the start of its last sub-step, LIGGGHTS those at its end",
-    ));
-    findings.push(begun(&label, found));
-    let (tolerance, reason) = if what == "elastic" {
-        (
-            ELASTIC,
-            "the same law (Hertz, elastic, no friction) in the same leapfrog scheme: rounding of 1e-15, ten times larger with every \
-             impact, and each sphere has some three",
-        )
-    } else {
-        let reason = "reported only: the engines have different laws of friction";
-        (f64::INFINITY, reason)
-    };
-    findings.push(given(
-        format!("{what}: largest distance between the engines over D (-)"),
-        [None; 3],
-        found.largest[0].value,
-        tolerance,
-        reason,
-    ));
-    findings.overlays.push(
-        Overlay::new(
-            format!("{what}_apart"),
-            format!("replay, {what} contacts: largest distance between the engines so far"),
-            ["time t (s)", "distance / D (-)"],
-            [("distance / D", apart)],
-        )
-        .logarithmic([false, true]),
+    pair.check_repeats(findings, &label, &recorded);
+    check_momentum(findings, what, &setup, &recorded, &pair);
+    let values = [Some(native), Some(liggghts), None];
+    let quantity = format!("{what}: steps to the first contact (-)");
+    findings.given(quantity, values, (native - liggghts).abs(), FIRST_CONTACT);
+    pair.report_begun(findings, &label);
+    let quantity = format!("{what}: largest distance between the engines over D (-)");
+    findings.given(quantity, [None; 3], pair.found.largest[0].value, distance);
+    let plot = Overlay::new(
+        format!("{what}_apart"),
+        format!("replay, {what} contacts: largest distance between the engines so far"),
+        ["time t (s)", "distance / D (-)"],
+        [("distance / D", apart)],
     );
+    findings.overlays.push(plot.logarithmic([false, true]));
     Ok(())
 }
 
@@ -160,8 +144,8 @@ fn stir(setup: &mut Setup) {
     }
 }
 
-/// Contacts exchange momentum and give none: what is gained is what the loads gave.
-fn momentum(what: &str, setup: &Setup, recorded: &Recording, pair: &Pair) -> Check {
+/// Contacts exchange momentum and give none: all of the gain is from the loads.
+fn check_momentum(findings: &mut Findings, what: &str, setup: &Setup, recorded: &Recording, pair: &Pair) {
     let steps = setup.plan.end_step;
     let mass = |p: &Particle| setup.templates[p.template as usize].mass();
     let momentum =
@@ -172,12 +156,6 @@ fn momentum(what: &str, setup: &Setup, recorded: &Recording, pair: &Pair) -> Che
     let exact = momentum(&setup.particles) + (loads + weight * steps as f64) * setup.time_step;
     let ends = [0, 1].map(|engine| momentum(pair.particles(engine)));
     let error = ends.map(|end| (end - exact).norm() / scale);
-    given(
-        format!("{what}: momentum along z (kg m/s)"),
-        [ends[0].z, ends[1].z, exact.z].map(Some),
-        error[0].max(error[1]),
-        MOMENTUM,
-        "vector difference to start and loads, over the sum of all momenta at the start: forces of contact are opposite, so \
-         1200 sub-steps leave rounding only",
-    )
+    let values = [ends[0].z, ends[1].z, exact.z].map(Some);
+    findings.given(format!("{what}: momentum along z (kg m/s)"), values, error[0].max(error[1]), MOMENTUM);
 }

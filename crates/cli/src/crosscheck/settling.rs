@@ -3,15 +3,15 @@
 //! Without friction: the native engine has no static friction of springs, so that piles with it differ by design. Frictionless
 //! spheres have one kind of packing, whatever the way to it.
 
-use super::tools::{Between, Random, SAME, Scene, advance, model, moments, plane, relative, sphere};
-use super::{Findings, Overlay};
+use super::compare::{Between, Limit, moments, overlay};
+use super::system::{Random, SAME, System, model, plane, sampled, sphere};
+use crate::checks::Findings;
 use std::path::Path;
 use turbid::contact::Material;
 use turbid::dem::DemEngine;
 use turbid::domain::Domain;
 use turbid::error::Result;
 use turbid::math::Vec3;
-use turbid::particle::Particle;
 
 const COUNT: usize = 1000;
 
@@ -38,34 +38,45 @@ const GRAVITY: f64 = 9.81;
 /// Edges of the box and its height (m).
 const BOX: Domain = Domain { cells: [20, 20, 48], dx: 0.525e-3, periodic: [false; 3] };
 
-const HEIGHT: &str = "relative, between the engines: six packings of each engine from other starts scatter by 2.8e-3; three times \
-                      the difference of two such";
-const COORDINATION: &str = "relative, between the engines: six packings of each engine from other starts scatter by 1.3e-2; three \
-                            times the difference of two such";
-const WEIGHT: &str = "relative, to the weight: what is left of the motion, averaged over 56 ms, scatters by 4e-4 over twelve \
-                      packings; three times that";
-const SIDE: &str = "relative, between the engines: six packings of each engine from other starts scatter by 5e-2; three times the \
-                    difference of two such";
+const HEIGHT: Limit = (
+    1.2e-2,
+    "relative, between the engines: six packings of each engine from other starts scatter by 2.8e-3; three times the difference \
+     of two such",
+);
+const COORDINATION: Limit = (
+    5.5e-2,
+    "relative, between the engines: six packings of each engine from other starts scatter by 1.3e-2; three times the difference \
+     of two such",
+);
+const WEIGHT: Limit = (
+    1.2e-3,
+    "relative, to the weight: what is left of the motion, averaged over 56 ms, scatters by 4e-4 over twelve packings; three times \
+     that",
+);
+const SIDE: Limit = (
+    0.2,
+    "relative, between the engines: six packings of each engine from other starts scatter by 5e-2; three times the difference of \
+     two such",
+);
 
 /// Spheres on a disturbed lattice in the air.
-fn scene(name: &str, seed: u64) -> Scene {
-    let mut scene = Scene::glass(name, 1.0, 0.0, SAME);
-    scene.contact = Some(model(&[MATERIAL], &[RESTITUTION], 0.0, SAME));
-    scene.templates = RADII.iter().map(|&radius| sphere(radius, 0)).collect();
-    scene.domain = BOX;
-    scene.substeps = SUBSTEPS;
-    scene.gravity = Vec3::z() * -GRAVITY;
+fn system() -> System {
+    let mut system = System::glass("settling-box", 1.0, 0.0, SAME);
+    system.contact = Some(model(&[MATERIAL], &[RESTITUTION], 0.0, SAME));
+    system.templates = RADII.iter().map(|&radius| sphere(radius, 0)).collect();
+    system.domain = BOX;
+    system.substeps = SUBSTEPS;
+    system.gravity = Vec3::z() * -GRAVITY;
     let size = BOX.size();
-    scene.walls =
-        (0..3).flat_map(|axis| [plane(axis, 0.0, true, 0), plane(axis, size[axis], false, 0)]).collect();
-    let mut random = Random(seed);
+    system.walls = (0..3).flat_map(|axis| [plane(axis, 0.0, true), plane(axis, size[axis], false)]).collect();
+    let mut random = Random(7);
     let spacing = size.x / 8.0;
     for n in 0..COUNT {
         let cell = Vec3::new((n % 8) as f64, (n / 8 % 8) as f64, (n / 64) as f64);
-        let place = (cell + Vec3::repeat(0.5) + random.vector() * 0.05) * spacing;
-        scene.add(n * 7 % RADII.len(), place, random.vector() * 0.1, Vec3::zeros());
+        let at = (cell + Vec3::repeat(0.5) + random.vector() * 0.05) * spacing;
+        system.add(n * 7 % RADII.len(), at, random.vector() * 0.1, Vec3::zeros());
     }
-    scene
+    system
 }
 
 /// Means over all spheres at one moment.
@@ -83,12 +94,12 @@ struct Sample {
     side: f64,
 }
 
-fn sample(scene: &Scene, engine: &dyn DemEngine) -> Sample {
+fn sample(system: &System, engine: &dyn DemEngine) -> Sample {
     let spheres = engine.particles().owned();
     let mut sample = Sample::default();
     let mut total = 0.0;
     for (id, p) in spheres.iter().enumerate() {
-        let mass = scene.mass(id);
+        let mass = system.mass(id);
         total += mass;
         sample.height += mass * p.position[2];
         sample.kinetic += 0.5 * mass * p.velocity().norm_squared();
@@ -111,80 +122,44 @@ fn sample(scene: &Scene, engine: &dyn DemEngine) -> Sample {
     sample
 }
 
-/// The fall in one engine.
-struct Run {
-    samples: Vec<Sample>,
-    /// Spheres at every twentieth sample.
-    frames: Vec<Vec<Particle>>,
-}
-
-impl Run {
-    fn of(scene: &Scene, engine: &mut dyn DemEngine) -> Result<Self> {
-        let (mut samples, mut frames) = (Vec::new(), Vec::new());
-        for k in 0..=SAMPLES {
-            if k > 0 {
-                advance(engine, f64::from(SUBSTEPS) * STEP)?;
-            }
-            samples.push(sample(scene, engine));
-            if k.is_multiple_of(20) {
-                frames.push(engine.particles().owned().to_vec());
-            }
-        }
-        Ok(Self { samples, frames })
-    }
-
-    /// Mean over the end.
-    fn mean(&self, of: impl Fn(&Sample) -> f64) -> f64 {
-        self.samples[SAMPLES + 1 - MEAN..].iter().map(of).sum::<f64>() / MEAN as f64
-    }
-}
-
 /// Time of a sample (s).
 fn time(sample: usize) -> f64 {
     sample as f64 * f64::from(SUBSTEPS) * STEP
 }
 
-/// The box of a thousand spheres.
+/// The box of a thousand spheres: quantities at the end, and over time.
 pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
-    let scene = scene("settling-box", 7);
-    let runs = [Run::of(&scene, &mut scene.native()?)?, Run::of(&scene, &mut scene.liggghts(directory)?)?];
-    let weight = GRAVITY * (0..COUNT).map(|id| scene.mass(id)).sum::<f64>();
-    let both = |of: fn(&Sample) -> f64, analytic| [Some(runs[0].mean(of)), Some(runs[1].mean(of)), analytic];
-    let engines = |quantity: &str, of: fn(&Sample) -> f64, tolerance: f64, reason: &str| {
-        relative(quantity, both(of, None), Between::Engines, tolerance, reason)
+    let system = system();
+    let run = |mut engine: Box<dyn DemEngine>| {
+        let sample = |engine: &dyn DemEngine| sample(&system, engine);
+        sampled(&mut *engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 20, sample)
     };
-    let floor = both(|s| s.floor, Some(weight));
-    Ok(Findings {
-        checks: vec![
-            engines("height of the centre of mass (m)", |s| s.height, 1.2e-2, HEIGHT),
-            engines("coordination number (-)", |s| s.coordination, 5.5e-2, COORDINATION),
-            relative("force on the floor (N)", floor, Between::Theory, 1.2e-3, WEIGHT),
-            engines("force on a side wall (N)", |s| s.side, 0.2, SIDE),
-        ],
-        overlays: plots(&runs),
-        moments: moments(&scene, [&runs[0].frames, &runs[1].frames], |k| time(20 * k), 1),
-        ..Findings::default()
-    })
-}
-
-/// Height, coordination number and force on the floor over time.
-fn plots(runs: &[Run; 2]) -> Vec<Overlay> {
-    let overlay = |name: &str, axis: &str, of: fn(&Sample) -> f64| {
-        let curve = |run: &Run| {
-            let samples = run.samples.iter().enumerate();
-            samples.map(|(k, s)| [time(k), of(s)]).collect()
-        };
-        Overlay::new(
-            name,
-            "1000 dry spheres settle in a box",
-            ["time (s)", axis],
-            [("native", curve(&runs[0])), ("LIGGGHTS", curve(&runs[1]))],
-        )
-    };
-    vec![
-        overlay("height", "height of the centre of mass (mm)", |s| s.height * 1e3),
-        overlay("coordination", "coordination number", |s| s.coordination),
-        overlay("floor", "force on the floor (mN)", |s| s.floor * 1e3),
-        overlay("kinetic", "kinetic energy (uJ)", |s| s.kinetic * 1e6),
-    ]
+    let (native, native_frames) = run(system.native()?)?;
+    let (liggghts, liggghts_frames) = run(system.liggghts(directory)?)?;
+    let runs = [&native[..], &liggghts];
+    let weight = GRAVITY * (0..COUNT).map(|id| system.mass(id)).sum::<f64>();
+    let mut findings = Findings::default();
+    for (quantity, of, analytic, limit) in [
+        ("height of the centre of mass (m)", (|s| s.height) as fn(&Sample) -> f64, None, HEIGHT),
+        ("coordination number (-)", |s| s.coordination, None, COORDINATION),
+        ("force on the floor (N)", |s| s.floor, Some(weight), WEIGHT),
+        ("force on a side wall (N)", |s| s.side, None, SIDE),
+    ] {
+        let mean = |run: &[Sample]| run[SAMPLES + 1 - MEAN..].iter().map(of).sum::<f64>() / MEAN as f64;
+        let between = if analytic.is_some() { Between::Theory } else { Between::Engines };
+        let [native, liggghts] = runs.map(|run| Some(mean(run)));
+        findings.compare_relative(quantity, [native, liggghts, analytic], between, limit);
+    }
+    for (name, axis, of) in [
+        ("height", "height of the centre of mass (mm)", (|s| s.height * 1e3) as fn(&Sample) -> f64),
+        ("coordination", "coordination number", |s| s.coordination),
+        ("floor", "force on the floor (mN)", |s| s.floor * 1e3),
+        ("kinetic", "kinetic energy (uJ)", |s| s.kinetic * 1e6),
+    ] {
+        let curve = |run: &[Sample]| run.iter().enumerate().map(|(k, s)| [time(k), of(s)]).collect();
+        let title = "1000 dry spheres settle in a box";
+        findings.overlays.push(overlay(name, title, ["time (s)", axis], runs.map(curve), None));
+    }
+    findings.moments = moments(&system, [&native_frames, &liggghts_frames], |k| time(20 * k), 1);
+    Ok(findings)
 }

@@ -1,8 +1,9 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
+use super::compare::{Limit, Points, overlay, worst};
+use super::system::{GLASS, Laws, OWN, SAME, System, model, plane, sphere};
 use super::theory::{Hertz, cap_ratio, lens_ratio};
-use super::tools::{GLASS, Laws, OWN, SAME, Scene, Track, given, model, plane, sphere, worst};
-use super::{Check, Findings, Overlay};
+use crate::checks::Findings;
 use std::path::Path;
 use turbid::contact::Material;
 use turbid::domain::Domain;
@@ -20,46 +21,40 @@ const MATERIALS: [Material; 2] = [GLASS, SOFT];
 /// Radii of the kinds of spheres (m); every kind comes in both materials.
 const RADII: [f64; 2] = [0.5e-3, 0.2e-3];
 
-const SAME_DEPTH_LAW: &str = "relative, to 4/3 E* sqrt(R*) d^(3/2) with the depth of the same stored positions, worst of all \
-                              depths: rounding, doubled at every root";
-const VOLUME_LAW: &str = "relative, to the ratio of the lens or cap, worst of all depths; shown at the deepest: both volumes \
-                          are closed forms, and small depths lose digits in them";
-const PAIRWISE: &str = "relative to the force: what one sphere gets the other gives";
+const HERTZ: Limit = (
+    1e-9,
+    "relative, to 4/3 E* sqrt(R*) d^(3/2) with the depth of the same stored positions, worst of all depths: rounding, doubled at \
+     every root",
+);
+const VOLUME: Limit = (
+    1e-9,
+    "relative, to the ratio of the lens or cap, worst of all depths; shown at the deepest: both volumes are closed forms, and \
+     small depths lose digits in them",
+);
+const PAIRWISE: Limit = (1e-15, "relative to the force: what one sphere gets the other gives");
 
 /// Depths over the radius of the first sphere, four per decade from 1e-8 to 0.1.
 fn depths() -> impl Iterator<Item = f64> {
     (0..29).map(|i| 10.0_f64.powf(-8.0 + 0.25 * f64::from(i)))
 }
 
-/// A scene of touching things without friction and damping, in which nothing has happened yet.
-fn scene(name: String, laws: Laws) -> Scene {
-    let mut scene = Scene::glass(name, 1.0, 0.0, laws);
-    scene.templates = (RADII.iter())
-        .flat_map(|&radius| (0..MATERIALS.len()).map(move |material| sphere(radius, material)))
-        .collect();
-    scene.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
-    scene.domain = Domain { cells: [64, 64, 16], dx: 0.5e-3, periodic: [false; 3] };
-    scene
+/// What is pressed together.
+struct Contact {
+    what: &'static str,
+    /// Ending of the names of plots.
+    stem: &'static str,
+    /// Indices of radius and material of a sphere, and of another one or, without, of a wall of glass.
+    sphere: [usize; 2],
+    other: Option<[usize; 2]>,
 }
 
-/// Index of the template with the radius and material of these indices.
-fn kind(radius: usize, material: usize) -> usize {
-    radius * MATERIALS.len() + material
-}
-
-/// Somewhere in a grid of places that do not see each other (m).
-fn place(n: usize, height: f64) -> Vec3 {
-    Vec3::new((n % 12) as f64, (n / 12) as f64, 0.0) * 2.5e-3 + Vec3::new(2e-3, 2e-3, height)
-}
-
-/// Forces of one configuration in all three ways, by depth.
-#[derive(Clone, Debug, Default)]
+/// Forces by depth.
+#[derive(Default)]
 struct Curve {
     /// Depth over the radius of the first sphere (-).
     depth: Vec<f64>,
-    /// Hertz (N).
+    /// Force by Hertz (N), and that of the volume law over it.
     hertz: Vec<f64>,
-    /// What the native law should be over Hertz.
     ratio: Vec<f64>,
     /// Native, LIGGGHTS (N).
     forces: [Vec<f64>; 2],
@@ -67,159 +62,143 @@ struct Curve {
     unpaired: [f64; 2],
 }
 
-impl Curve {
-    /// Largest deviation of both engines from what they should be under these laws of the native one.
-    fn deviation(&self, laws: Laws) -> f64 {
-        let ratio = |k: usize| if laws == SAME { 1.0 } else { self.ratio[k] };
-        let native = (0..self.depth.len()).map(|k| self.forces[0][k] / (self.hertz[k] * ratio(k)) - 1.0);
-        let liggghts = (0..self.depth.len()).map(|k| self.forces[1][k] / self.hertz[k] - 1.0);
-        worst(native.chain(liggghts).map(f64::abs))
+impl Contact {
+    /// Law of Hertz, and the ratio of the volume law to it at a depth (m).
+    fn theory(&self) -> (Hertz, impl Fn(f64) -> f64) {
+        let [radius, material] = self.sphere;
+        let (radius, material) = (RADII[radius], &MATERIALS[material]);
+        let other = self.other.map(|[radius, material]| (RADII[radius], &MATERIALS[material]));
+        let hertz = match other {
+            Some((other, partner)) => Hertz::pair([1.0; 2], [radius, other], [material, partner]),
+            None => Hertz::wall(1.0, radius, [material, &GLASS]),
+        };
+        let ratio = move |depth| match other {
+            Some((other, _)) => lens_ratio([radius, other], depth),
+            None => cap_ratio(radius, depth),
+        };
+        (hertz, ratio)
     }
 
-    fn check(&self, what: &str, laws: Laws) -> Check {
-        let last = self.depth.len() - 1;
-        if laws == SAME {
-            let values = [self.forces[0][last], self.forces[1][last], self.hertz[last]];
-            let quantity = format!("force, d/R = 0.1, {what} (N)");
-            return given(quantity, values.map(Some), self.deviation(laws), 1e-9, SAME_DEPTH_LAW);
-        }
-        let hertz = self.hertz[last];
-        let values = [self.forces[0][last] / hertz, self.forces[1][last] / hertz, self.ratio[last]];
-        let quantity = format!("force over Hertz, volume law, d/R = 0.1, {what} (-)");
-        given(quantity, values.map(Some), self.deviation(laws), 1e-9, VOLUME_LAW)
-    }
-
-    fn overlay(&self, name: &str, what: &str) -> [Overlay; 2] {
-        let curve = |ys: &[f64]| self.depth.iter().zip(ys).map(|(&x, &y)| [x, y]).collect::<Vec<_>>();
-        let over =
-            |forces: &[f64]| -> Vec<f64> { forces.iter().zip(&self.hertz).map(|(f, h)| f / h).collect() };
-        let force = Overlay::new(
-            format!("force_{name}"),
-            format!("Force at rest, {what}"),
-            ["depth / R", "force (N)"],
-            [
-                ("native", curve(&self.forces[0])),
-                ("LIGGGHTS", curve(&self.forces[1])),
-                ("Hertz", curve(&self.hertz)),
-            ],
-        )
-        .logarithmic([true; 2]);
-        let ratio = Overlay::new(
-            format!("ratio_{name}"),
-            format!("Force at rest over Hertz, {what}, volume law"),
-            ["depth / R", "force / Hertz"],
-            [
-                ("native", curve(&over(&self.forces[0]))),
-                ("LIGGGHTS", curve(&over(&self.forces[1]))),
-                ("volume law", curve(&self.ratio)),
-            ],
-        )
-        .logarithmic([true, false]);
-        [force, ratio]
-    }
-}
-
-/// H1: pairs of equal and unequal spheres and materials, along a tilted line.
-pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
-    let configurations = [
-        ("equal", [0, 0], [0, 0]),
-        ("R2 = 0.4 R1", [0, 1], [0, 0]),
-        ("glass on soft", [0, 0], [0, 1]),
-        ("R2 = 0.4 R1, soft on glass", [0, 1], [1, 0]),
-    ];
-    let mut findings = Findings::default();
-    for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
-        let mut scene = scene(format!("static-pair-{label}"), laws);
+    /// Adds the spheres of all depths; the first of them has this number in the grid of places.
+    fn add_to(&self, system: &mut System, first: usize) {
+        // Every radius comes in all materials.
+        let kind = |[radius, material]: [usize; 2]| radius * MATERIALS.len() + material;
+        let radius = RADII[self.sphere[0]];
         let direction = Vec3::new(0.48, -0.6, 0.64);
-        let mut n = 0;
-        for (_, radii, materials) in configurations {
-            for depth in depths() {
-                let distance = RADII[radii[0]] + RADII[radii[1]] - depth * RADII[radii[0]];
-                let at = place(n, 4e-3);
-                for (i, along) in [(0, 0.0), (1, distance)] {
-                    let template = kind(radii[i], materials[i]);
-                    scene.add(template, at + direction * along, Vec3::zeros(), Vec3::zeros());
-                }
-                n += 1;
+        for (n, depth) in (first..).zip(depths()) {
+            let height = if self.other.is_some() { 4e-3 } else { radius * (1.0 - depth) };
+            // So far from each other that they do not touch.
+            let at =
+                Vec3::new((n % 12) as f64, (n / 12) as f64, 0.0) * 2.5e-3 + Vec3::new(2e-3, 2e-3, height);
+            system.add(kind(self.sphere), at, Vec3::zeros(), Vec3::zeros());
+            if let Some(other) = self.other {
+                let distance = radius + RADII[other[0]] - depth * radius;
+                system.add(kind(other), at + direction * distance, Vec3::zeros(), Vec3::zeros());
             }
         }
-        let tracks = scene.record(directory, STEP, 1, |_| false)?;
-        let mut ids = (0..).step_by(2);
-        for (what, radii, materials) in configurations {
-            let curve = pair_curve(&scene, &tracks, radii, materials, &mut ids);
-            findings.push(curve.check(what, laws));
-            let unpaired = worst(curve.unpaired);
-            let quantity = format!("sum of both forces over one, {what}, {label} law (-)");
-            let values = [Some(curve.unpaired[0]), Some(curve.unpaired[1]), Some(0.0)];
-            findings.push(given(quantity, values, unpaired, 1e-15, PAIRWISE));
-            let name = format!("r{}{}_m{}{}", radii[0], radii[1], materials[0], materials[1]);
-            let [force, ratio] = curve.overlay(&name, what);
-            findings.overlays.push(if laws == SAME { force } else { ratio });
-        }
     }
-    Ok(findings)
 }
 
-/// The forces of pairs of spheres with these ids and the ones above them.
-fn pair_curve(
-    scene: &Scene,
-    tracks: &[Track; 2],
-    radii: [usize; 2],
-    materials: [usize; 2],
-    ids: &mut impl Iterator<Item = usize>,
-) -> Curve {
-    let hertz = Hertz::pair([1.0; 2], radii.map(|i| RADII[i]), materials.map(|i| &MATERIALS[i]));
-    let mut curve = Curve::default();
-    for (depth, id) in depths().zip(ids) {
-        let [a, b] = [id, id + 1].map(|id| scene.particles[id].position());
-        let distance = (b - a).norm();
-        let stored = scene.radius(id) + scene.radius(id + 1) - distance;
-        curve.depth.push(depth);
-        curve.hertz.push(hertz.force(stored));
-        curve.ratio.push(lens_ratio(radii.map(|i| RADII[i]), stored));
-        for (i, track) in tracks.iter().enumerate() {
-            let forces = [track.resting_force(id), track.resting_force(id + 1)];
-            curve.forces[i].push(-forces[0].dot(&(b - a)) / distance);
-            let unpaired = (forces[0] + forces[1]).norm() / forces[0].norm();
-            curve.unpaired[i] = curve.unpaired[i].max(unpaired);
-        }
-    }
-    curve
-}
-
-/// H2: spheres of both sizes and materials pressed into a wall of glass.
-pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
-    let configurations = [("glass on glass", 0, 0), ("small soft on glass", 1, 1)];
+/// Force at rest of contacts over all depths, under both laws of the native engine.
+fn measure(name: &str, contacts: &[Contact], directory: Option<&Path>) -> Result<Findings> {
     let mut findings = Findings::default();
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
-        let mut scene = scene(format!("static-wall-{label}"), laws);
-        scene.walls.push(plane(2, 0.0, true, 0));
-        for (n, ((_, radius, material), depth)) in (configurations.iter())
-            .flat_map(|configuration| depths().map(move |depth| (configuration, depth)))
-            .enumerate()
-        {
-            let height = RADII[*radius] * (1.0 - depth);
-            let template = kind(*radius, *material);
-            scene.add(template, place(n, height), Vec3::zeros(), Vec3::zeros());
+        let mut system = System::glass(format!("{name}-{label}"), 1.0, 0.0, laws);
+        let kinds = RADII.iter().flat_map(|&radius| (0..2).map(move |material| sphere(radius, material)));
+        system.templates = kinds.collect();
+        system.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
+        system.domain = Domain { cells: [64, 64, 16], dx: 0.5e-3, periodic: [false; 3] };
+        if contacts.iter().any(|contact| contact.other.is_none()) {
+            system.walls.push(plane(2, 0.0, true));
         }
-        let tracks = scene.record(directory, STEP, 1, |_| false)?;
-        let mut ids = 0..;
-        for (what, radius, material) in configurations {
-            let hertz = Hertz::wall(1.0, RADII[radius], [&MATERIALS[material], &GLASS]);
+        for (k, contact) in contacts.iter().enumerate() {
+            contact.add_to(&mut system, k * depths().count());
+        }
+        let tracks = system.record(directory, STEP, 1, |_| false)?;
+        let mut id = 0;
+        for contact in contacts {
+            let (hertz, ratio) = contact.theory();
             let mut curve = Curve::default();
-            for (depth, id) in depths().zip(&mut ids) {
-                let stored = RADII[radius] - scene.particles[id].position().z;
+            for depth in depths() {
+                let at = |id: usize| system.particles[id].position();
+                let (stored, towards) = if contact.other.is_some() {
+                    let line = at(id + 1) - at(id);
+                    (system.radius(id) + system.radius(id + 1) - line.norm(), line)
+                } else {
+                    (system.radius(id) - at(id).z, -Vec3::z())
+                };
                 curve.depth.push(depth);
                 curve.hertz.push(hertz.force(stored));
-                curve.ratio.push(cap_ratio(RADII[radius], stored));
+                curve.ratio.push(ratio(stored));
                 for (i, track) in tracks.iter().enumerate() {
-                    curve.forces[i].push(track.resting_force(id).z);
+                    let force = track.resting_force(id);
+                    curve.forces[i].push(-force.dot(&towards) / towards.norm());
+                    if contact.other.is_some() {
+                        let unpaired = (force + track.resting_force(id + 1)).norm() / force.norm();
+                        curve.unpaired[i] = curve.unpaired[i].max(unpaired);
+                    }
                 }
+                id += 1 + usize::from(contact.other.is_some());
             }
-            findings.push(curve.check(what, laws));
-            let [force, ratio] = curve.overlay(&format!("r{radius}_m{material}"), what);
-            findings.overlays.push(if laws == SAME { force } else { ratio });
+            curve.judge(&mut findings, contact, laws, label);
         }
     }
     Ok(findings)
+}
+
+impl Curve {
+    fn judge(&self, findings: &mut Findings, contact: &Contact, laws: Laws, label: &str) {
+        let (what, stem, last) = (contact.what, contact.stem, self.depth.len() - 1);
+        let same = laws == SAME;
+        let ratio = |k: usize| if same { 1.0 } else { self.ratio[k] };
+        let native = (0..=last).map(|k| self.forces[0][k] / (self.hertz[k] * ratio(k)) - 1.0);
+        let liggghts = (0..=last).map(|k| self.forces[1][k] / self.hertz[k] - 1.0);
+        let deviation = worst(native.chain(liggghts).map(f64::abs));
+        let unit = if same { 1.0 } else { self.hertz[last] };
+        let expected = if same { self.hertz[last] } else { self.ratio[last] };
+        let values = [self.forces[0][last] / unit, self.forces[1][last] / unit, expected].map(Some);
+        let (quantity, limit) = match same {
+            true => (format!("force, d/R = 0.1, {what} (N)"), HERTZ),
+            false => (format!("force over Hertz, volume law, d/R = 0.1, {what} (-)"), VOLUME),
+        };
+        findings.given(quantity, values, deviation, limit);
+        if contact.other.is_some() {
+            let quantity = format!("sum of both forces over one, {what}, {label} law (-)");
+            let values = [self.unpaired[0], self.unpaired[1], 0.0].map(Some);
+            findings.given(quantity, values, worst(self.unpaired), PAIRWISE);
+        }
+        let curve = |ys: &[f64]| -> Points { self.depth.iter().zip(ys).map(|(&x, &y)| [x, y]).collect() };
+        let over = |forces: &Vec<f64>| -> Vec<f64> {
+            if same { forces.clone() } else { forces.iter().zip(&self.hertz).map(|(f, h)| f / h).collect() }
+        };
+        let engines = self.forces.each_ref().map(|forces| curve(&over(forces)));
+        let plot = if same {
+            let (title, axes) = (format!("Force at rest, {what}"), ["depth / R", "force (N)"]);
+            overlay(format!("force_{stem}"), title, axes, engines, Some(("Hertz", curve(&self.hertz))))
+        } else {
+            let title = format!("Force at rest over Hertz, {what}, volume law");
+            let theory = Some(("volume law", curve(&self.ratio)));
+            overlay(format!("ratio_{stem}"), title, ["depth / R", "force / Hertz"], engines, theory)
+        };
+        findings.overlays.push(plot.logarithmic([true, same]));
+    }
+}
+
+/// Pairs of equal and unequal spheres and materials, along a tilted line.
+pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
+    let pair = |what, stem, sphere, other| Contact { what, stem, sphere, other: Some(other) };
+    let contacts = [
+        pair("equal", "r00_m00", [0, 0], [0, 0]),
+        pair("R2 = 0.4 R1", "r01_m00", [0, 0], [1, 0]),
+        pair("glass on soft", "r00_m01", [0, 0], [0, 1]),
+        pair("R2 = 0.4 R1, soft on glass", "r01_m10", [0, 1], [1, 0]),
+    ];
+    measure("static-pair", &contacts, directory)
+}
+
+/// Spheres of both sizes and materials pressed into a wall of glass.
+pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
+    let wall = |what, stem, sphere| Contact { what, stem, sphere, other: None };
+    let contacts = [wall("glass on glass", "r0_m0", [0, 0]), wall("small soft on glass", "r1_m1", [1, 1])];
+    measure("static-wall", &contacts, directory)
 }

@@ -1,45 +1,35 @@
 //! The quick part of the cross-check of both engines: `validation/liggghts`.
 
-use super::{Case, Part};
-
-#[cfg(not(feature = "liggghts"))]
-const PARTS: &[Part] = &[];
-#[cfg(feature = "liggghts")]
-const PARTS: &[Part] = &[Part::quick(10.0, with::engines)];
+use super::{Case, Findings, Part, Trial};
+use crate::crosscheck::CASES;
+use turbid::engine::HAS_LIGGGHTS;
+use turbid::error::Result;
 
 pub(super) const CASE: Case = Case {
     name: "liggghts",
     question: "the native engine against LIGGGHTS and theory: forces, impacts, sliding, free flight",
     source: "LIGGGHTS 3.8.0: Kloss et al. (2012), doi:10.1504/PCFD.2012.047457",
-    parts: PARTS,
-    missing: if cfg!(feature = "liggghts") {
+    parts: if HAS_LIGGGHTS { &[Part::quick(10.0, engines)] } else { &[] },
+    missing: if HAS_LIGGGHTS {
         None
     } else {
         Some("built without LIGGGHTS; `cargo build --release --features liggghts` has it")
     },
 };
 
-#[cfg(feature = "liggghts")]
-mod with {
-    use crate::crosscheck::CASES;
-    use crate::validate::{Findings, Trial};
-    use turbid::error::{Error, Result};
+/// Cases of the cross-check that take seconds.
+const IDS: [&str; 5] = ["static-pair", "head-on", "restitution", "sliding", "free-flight"];
 
-    /// Cases of the cross-check that take seconds.
-    const IDS: [&str; 5] = ["static-pair", "head-on", "restitution", "sliding", "free-flight"];
-
-    /// Differences of both engines, and of each from theory.
-    pub(super) fn engines(_: &Trial) -> Result<Findings> {
-        let mut found = Findings::default();
-        for id in IDS {
-            let case = CASES.iter().find(|case| case.id == id);
-            let case = case.ok_or_else(|| Error::Input(format!("the cross-check has no case {id}")))?;
-            let checks = (case.run)(None)?.checks.into_iter();
-            for check in checks.filter(|check| check.tolerance.is_finite()) {
-                let quantity = format!("{id}: difference of {}", check.quantity);
-                found.absolute(quantity, check.measured, 0.0, check.tolerance);
-            }
+/// Differences of both engines, and of each from theory.
+fn engines(_: &Trial) -> Result<Findings> {
+    let mut found = Findings::default();
+    for id in IDS {
+        let case = CASES.iter().find(|case| case.id == id).expect("a case of the suite");
+        let checks = (case.run)(None)?.checks.into_iter();
+        for check in checks.filter(|check| check.tolerance.is_finite()) {
+            let quantity = format!("{id}: difference of {}", check.quantity);
+            found.absolute(quantity, check.measured, 0.0, check.tolerance);
         }
-        Ok(found)
     }
+    Ok(found)
 }

@@ -4,6 +4,7 @@ use super::*;
 use crate::checks::{Check, Findings, write_tables};
 use crate::crosscheck::CASES;
 use std::fs;
+use turbid::math::Vec3;
 use turbid::output::Overlay;
 
 #[test]

@@ -1,8 +1,9 @@
 //! Claims about recording, replaying and comparing; with two native engines, where LIGGGHTS is not the question.
 
 use super::*;
+use crate::crosscheck::system::System;
 use turbid::case::from_text;
-use turbid::engine::LiggghtsOptions;
+use turbid::dem::DemEngine;
 
 /// Three spheres in a line, the outer ones on their way to the one in the middle.
 const DRY: &str = r#"
@@ -55,13 +56,13 @@ fn setup(text: &str, options: &[&str]) -> Setup {
 
 /// The native engine with the case at rest.
 fn native(setup: &Setup) -> Box<dyn DemEngine> {
-    Box::new(Scene::of(ID, setup).native().unwrap())
+    System::of(ID, setup).native().unwrap()
 }
 
 fn compare(a: &Setup, b: &Setup) -> Comparison {
     let mut pair = Pair::new(a, [native(a), native(b)]);
-    let rest = vec![Load::default(); a.particles.len()];
-    assert!((0..a.plan.end_step).all(|_| pair.advance(&rest)));
+    pair.run(a.plan.end_step, None, |_| {});
+    assert!(pair.found.failures.is_empty());
     pair.found
 }
 
@@ -92,7 +93,7 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
     let apart = position.unwrap();
     assert!(apart.id < 2 && apart.value > PARTED, "{apart:?}");
     assert!((contact + 2..contact + 100).contains(&apart.step), "{apart:?}");
-    assert!((apart.place[0] - 4.5e-3).abs() < 1e-3, "{apart:?}");
+    assert!((apart.position[0] - 4.5e-3).abs() < 1e-3, "{apart:?}");
     assert!(velocity.unwrap().touching && velocity.unwrap().step < apart.step && spin.is_none());
     assert!(found.largest[0].value > apart.value);
     let text = parting(&hertz, &found);
@@ -112,19 +113,6 @@ fn engines_that_part_in_free_flight_are_said_to_do_so_without_a_contact() {
 }
 
 #[test]
-fn commands_that_only_liggghts_gets_are_named() {
-    let mut setup = setup(DRY, &[]);
-    let found = compare(&setup, &setup);
-    let names = |setup: &Setup| notes(setup, &found).contains("`fix f all viscous 1e-9`");
-    assert!(!names(&setup));
-    setup.engine = EngineChoice::Liggghts(LiggghtsOptions {
-        commands: vec!["fix f all viscous 1e-9".to_string()],
-        ..LiggghtsOptions::default()
-    });
-    assert!(names(&setup));
-}
-
-#[test]
 fn recorded_loads_are_the_same_on_1_2_and_4_ranks_and_repeat_the_run_to_the_bit() {
     let one = record(&setup(WET, &["run.threads=1"]), 24).unwrap();
     for threads in [2, 4] {
@@ -135,9 +123,10 @@ fn recorded_loads_are_the_same_on_1_2_and_4_ranks_and_repeat_the_run_to_the_bit(
     let setup = setup(WET, &[]);
     assert!(one.loads(23).iter().any(|load| load.force.norm() > 0.0));
     let mut pair = Pair::new(&setup, [native(&setup), native(&setup)]);
-    assert!((0..24).all(|step| pair.advance(one.loads(step))));
-    let check = repeats("", &one, &pair);
-    assert!(check.pass && pair.particles(0) == one.last, "{check:?}");
+    pair.run(24, Some(&one), |_| {});
+    let mut findings = Findings::default();
+    pair.check_repeats(&mut findings, "", &one);
+    assert!(findings.checks[0].pass && pair.particles(0) == one.last, "{findings:?}");
 }
 
 #[test]

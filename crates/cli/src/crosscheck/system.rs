@@ -1,0 +1,343 @@
+//! Spheres that both engines get bit for bit, without a fluid, and the record of their motion.
+
+use std::path::Path;
+use std::sync::Arc;
+use turbid::case::Setup;
+use turbid::comm::Comm;
+use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
+use turbid::dem::{DemEngine, Load, Native, NativeParams};
+use turbid::engine::{EngineChoice, LiggghtsOptions};
+use turbid::domain::{Decomposition, Domain};
+#[cfg(feature = "liggghts")]
+use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
+use turbid::error::Result;
+use turbid::math::Vec3;
+use turbid::particle::{Particle, Template};
+use turbid::shape::Sphere;
+use turbid::wall::{Motion, Surface, Wall};
+
+/// Elastic law and damping of the native engine.
+pub(super) type Laws = (ElasticLaw, DampingLaw);
+
+/// Those of LIGGGHTS.
+pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
+
+/// Those of a case that names none.
+pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley);
+
+pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
+
+/// Density of glass (kg/m^3).
+pub(super) const DENSITY: f64 = 2500.0;
+
+/// Radius of the usual sphere (m).
+pub(super) const RADIUS: f64 = 0.5e-3;
+
+/// Sliding slower than this (m/s) is resisted less than Coulomb says, in the native engine: far below all that is measured.
+const TRANSITION: f64 = 1e-6;
+
+/// Spheres, walls and gravity.
+#[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "some fields are for LIGGGHTS alone"))]
+pub(super) struct System {
+    /// Stem of the log of LIGGGHTS.
+    pub(super) name: String,
+    pub(super) domain: Domain,
+    pub(super) templates: Arc<[Template]>,
+    /// At the start, by id.
+    pub(super) particles: Vec<Particle>,
+    /// With the laws of the native engine.
+    pub(super) contact: Option<ContactModel>,
+    pub(super) walls: Vec<Wall>,
+    /// Gravity (m/s^2).
+    pub(super) gravity: Vec3,
+    /// Sub-steps per step.
+    pub(super) substeps: u32,
+    pub(super) options: LiggghtsOptions,
+}
+
+impl System {
+    /// No spheres yet; those to come are of glass and of [`RADIUS`], in an open box of 10 mm.
+    pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Self {
+        Self {
+            name: name.into(),
+            domain: Domain { cells: [20; 3], dx: 0.5e-3, periodic: [false; 3] },
+            templates: [sphere(RADIUS, 0)].into(),
+            particles: Vec::new(),
+            contact: Some(model(&[GLASS], &[restitution], friction, laws)),
+            walls: Vec::new(),
+            gravity: Vec3::zeros(),
+            substeps: 1,
+            options: LiggghtsOptions::default(),
+        }
+    }
+
+    /// The particles of a case, without its fluid.
+    pub(super) fn of(name: &str, setup: &Setup) -> Self {
+        Self {
+            name: name.to_string(),
+            domain: setup.domain,
+            templates: setup.templates.clone(),
+            particles: setup.particles.clone(),
+            contact: setup.contact.clone(),
+            walls: setup.walls.clone(),
+            gravity: setup.gravity,
+            substeps: setup.substeps,
+            options: match &setup.engine {
+                EngineChoice::Native => LiggghtsOptions::default(),
+                EngineChoice::Liggghts(options) => options.clone(),
+            },
+        }
+    }
+
+    /// Adds a sphere with the next id.
+    pub(super) fn add(&mut self, template: usize, position: Vec3, velocity: Vec3, spin: Vec3) {
+        let mut particle = Particle::at(self.particles.len() as u64, template, position);
+        particle.velocity = velocity.into();
+        particle.angular_velocity = spin.into();
+        self.particles.push(particle);
+    }
+
+    /// Radius of a sphere (m).
+    pub(super) fn radius(&self, id: usize) -> f64 {
+        let shape = &self.templates[self.particles[id].template as usize].shape;
+        shape.as_sphere().expect("all particles are spheres")
+    }
+
+    /// Mass of a sphere (kg).
+    pub(super) fn mass(&self, id: usize) -> f64 {
+        self.templates[self.particles[id].template as usize].mass()
+    }
+
+    /// The native engine at the start.
+    pub(super) fn native(&self) -> Result<Box<dyn DemEngine>> {
+        let params = NativeParams {
+            contact: self.contact.clone(),
+            walls: self.walls.clone(),
+            gravity: self.gravity,
+            substeps: self.substeps,
+        };
+        let whole = Decomposition::solo(self.domain);
+        Ok(Box::new(Native::new(params, whole, 0, self.templates.clone(), &self.particles)?))
+    }
+
+    /// LIGGGHTS at the start; its log goes to the directory, if there is one.
+    #[cfg(feature = "liggghts")]
+    pub(super) fn liggghts(&self, directory: Option<&Path>) -> Result<Box<dyn DemEngine>> {
+        let (law, damping) = SAME;
+        let params = LiggghtsParams {
+            contact: self.contact.clone().map(|contact| ContactModel { law, damping, ..contact }),
+            walls: self.walls.clone(),
+            gravity: self.gravity,
+            substeps: self.substeps,
+            log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
+            ..self.options.params()?
+        };
+        let whole = Decomposition::solo(self.domain);
+        let engine = Liggghts::new(params, whole, &Comm::Solo, self.templates.clone(), &self.particles)?;
+        Ok(Box::new(engine))
+    }
+
+    /// The error that this program was built without LIGGGHTS.
+    #[cfg(not(feature = "liggghts"))]
+    pub(super) fn liggghts(&self, _: Option<&Path>) -> Result<Box<dyn DemEngine>> {
+        Err(turbid::engine::liggghts_is_missing("`turbid crosscheck`"))
+    }
+
+    /// Both engines at the start: native, then LIGGGHTS.
+    pub(super) fn engines(&self, directory: Option<&Path>) -> Result<[Box<dyn DemEngine>; 2]> {
+        Ok([self.native()?, self.liggghts(directory)?])
+    }
+
+    /// Tracks of both engines, native then LIGGGHTS, over `steps` or until the spheres are as asked.
+    pub(super) fn record(
+        &self,
+        directory: Option<&Path>,
+        dt: f64,
+        steps: usize,
+        until: impl Fn(&[Particle]) -> bool,
+    ) -> Result<[Track; 2]> {
+        let native = self.record_native(dt, steps, &until)?;
+        Ok([native, Track::of(&mut *self.liggghts(directory)?, dt, steps, false, until)?])
+    }
+
+    /// The track of the native engine alone.
+    pub(super) fn record_native(
+        &self,
+        dt: f64,
+        steps: usize,
+        until: impl Fn(&[Particle]) -> bool,
+    ) -> Result<Track> {
+        Track::of(&mut *self.native()?, dt, steps, true, until)
+    }
+}
+
+/// Spheres with [`DENSITY`], by radius (m) and index of material.
+pub(super) fn sphere(radius: f64, material: usize) -> Template {
+    Template { shape: Arc::new(Sphere { radius }), density: DENSITY, material }
+}
+
+/// A contact model with a coefficient of restitution for each pair of materials, row by row, and one of friction.
+pub(super) fn model(
+    materials: &[Material],
+    restitution: &[f64],
+    friction: f64,
+    (law, damping): Laws,
+) -> ContactModel {
+    let pair = |&restitution: &f64| PairParams {
+        restitution,
+        friction_static: friction,
+        friction_kinetic: friction,
+        transition_velocity: TRANSITION,
+    };
+    ContactModel {
+        materials: materials.to_vec(),
+        pairs: restitution.iter().map(pair).collect(),
+        enlargement: 0.0,
+        geometry: Geometry::Exact,
+        law,
+        damping,
+    }
+}
+
+/// A plane wall at rest across an axis; `up` if the free space lies above it.
+pub(super) fn plane(axis: usize, at: f64, up: bool) -> Wall {
+    let (point, normal) = (Vec3::ith(axis, at), Vec3::ith(axis, if up { 1.0 } else { -1.0 }));
+    Wall {
+        name: format!("{}{}", ["x", "y", "z"][axis], if up { "-" } else { "+" }),
+        surface: Surface::Plane { point, normal },
+        motion: Motion::default(),
+        material: 0,
+    }
+}
+
+/// One step without loads.
+pub(super) fn advance(engine: &mut dyn DemEngine, dt: f64) -> Result<()> {
+    let loads = vec![Load::default(); engine.particles().owned];
+    engine.advance(&Comm::Solo, &loads, dt)
+}
+
+/// Samples of a motion without loads at the start and after each of `count` steps of `dt` (s), and the spheres at every
+/// `every`-th of them.
+pub(super) fn sampled<S>(
+    engine: &mut dyn DemEngine,
+    dt: f64,
+    count: usize,
+    every: usize,
+    sample: impl Fn(&dyn DemEngine) -> S,
+) -> Result<(Vec<S>, Vec<Vec<Particle>>)> {
+    let (mut samples, mut frames) = (Vec::new(), Vec::new());
+    for k in 0..=count {
+        if k > 0 {
+            advance(engine, dt)?;
+        }
+        samples.push(sample(engine));
+        if k.is_multiple_of(every) {
+            frames.push(engine.particles().owned().to_vec());
+        }
+    }
+    Ok((samples, frames))
+}
+
+/// Spheres at the start and after every step.
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    /// Time between two frames (s).
+    pub(super) dt: f64,
+    /// Spheres by id.
+    pub(super) frames: Vec<Vec<Particle>>,
+    /// Whether the forces of a frame belong to the positions of the frame before.
+    late: bool,
+}
+
+impl Track {
+    fn of(
+        engine: &mut dyn DemEngine,
+        dt: f64,
+        steps: usize,
+        late: bool,
+        until: impl Fn(&[Particle]) -> bool,
+    ) -> Result<Self> {
+        let mut frames = vec![engine.particles().owned().to_vec()];
+        for _ in 0..steps {
+            advance(engine, dt)?;
+            frames.push(engine.particles().owned().to_vec());
+            if until(engine.particles().owned()) {
+                break;
+            }
+        }
+        Ok(Self { dt, frames, late })
+    }
+
+    /// The last frame.
+    pub(super) fn last(&self) -> &[Particle] {
+        self.frames.last().expect("the start is a frame")
+    }
+
+    /// Contact force (N) on a sphere at the positions of a frame; the native engine knows it one step later.
+    pub(super) fn force(&self, frame: usize, id: usize) -> Vec3 {
+        let known = self.frames.get(frame + usize::from(self.late));
+        known.map_or_else(Vec3::zeros, |frame| frame[id].contact_force.into())
+    }
+
+    /// Contact force (N) on a sphere in the last frame, if the spheres have not moved since the frame before.
+    pub(super) fn resting_force(&self, id: usize) -> Vec3 {
+        self.last()[id].contact_force.into()
+    }
+
+    /// Time of a frame (s).
+    pub(super) fn time(&self, frame: usize) -> f64 {
+        frame as f64 * self.dt
+    }
+
+    /// Duration (s), between two frames by linear interpolation, and largest depth (m) of an impact that begins with the first frame,
+    /// from the depth (m) of the overlap in a frame.
+    pub(super) fn impact(&self, depth: impl Fn(&[Particle]) -> f64) -> Option<[f64; 2]> {
+        let depths: Vec<f64> = self.frames.iter().map(|frame| depth(frame)).collect();
+        let in_contact = (1..depths.len()).find(|&k| depths[k] > 0.0)?;
+        let end = (in_contact..depths.len()).find(|&k| depths[k] <= 0.0)?;
+        let part = depths[end - 1] / (depths[end - 1] - depths[end]);
+        let top = (1..end).max_by(|&a, &b| depths[a].total_cmp(&depths[b]))?;
+        // The peak of the parabola through three points.
+        let [before, most, after] = [depths[top - 1], depths[top], depths[top + 1]];
+        let slope = 0.5 * (after - before);
+        let deepest = most - 0.5 * slope * slope / (before - 2.0 * most + after);
+        Some([self.dt * ((end - 1) as f64 + part), deepest])
+    }
+}
+
+/// Random numbers between -1 and 1 from a linear congruence.
+pub(super) struct Random(pub(super) u64);
+
+impl Random {
+    /// The next number.
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        2.0 * ((self.0 >> 33) as f64 + 0.5) / f64::from(1_u32 << 31) - 1.0
+    }
+
+    /// A vector of three numbers.
+    pub(super) fn vector(&mut self) -> Vec3 {
+        Vec3::from_fn(|_, _| self.next())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_impact_is_measured_between_the_frames() {
+        // A parabola: touch at 0, peak 1 at 1.5, separation at 3 steps of 0.25 s, off the frames.
+        let at = |time: f64| {
+            let mut particle = Particle::at(0, 0, Vec3::zeros());
+            particle.position[0] = time * (3.1 - time);
+            vec![particle]
+        };
+        let track =
+            Track { dt: 0.25, frames: (0..20).map(|k| at(0.25 * f64::from(k))).collect(), late: false };
+        let [duration, deepest] = track.impact(|frame| frame[0].position[0]).unwrap();
+        assert!((deepest - 1.55 * 1.55).abs() < 1e-12);
+        assert!((duration - 3.1).abs() < 0.25 * 0.25 / 3.1);
+    }
+}
