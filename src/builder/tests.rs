@@ -76,7 +76,7 @@ fn every_method_sets_its_key() {
     assert_eq!((closed.walls.len(), closed.walls[1].motion.velocity.x), (2, 1e-2));
     let wide = example().precision(Precision::F64).coupling(Coupling::Homogenised).setup().unwrap();
     assert_eq!(wide.plan.precision, Precision::F64);
-    assert!(!wide.expect_fluid().solids.is_saturated());
+    assert_eq!(wide.expect_fluid().coupling.name(), "homogenised");
     let hard = example().restitution(0.8).friction(0.3, 0.2).setup().unwrap().contact.unwrap();
     assert_eq!((hard.pairs[0].restitution, hard.pairs[0].friction_kinetic), (0.8, 0.2));
     let again = case::from_text(&example().to_toml(), "again", &[]).unwrap();

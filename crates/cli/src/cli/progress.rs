@@ -1,11 +1,11 @@
 //! Progress of a run on standard error: a bar on a terminal, otherwise a plain line every few seconds.
 
-use turbid::case::Setup;
-use turbid::simulation::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use turbid::case::Setup;
+use turbid::simulation::Progress;
 
 /// Shows the run at hand; quiet, only its warnings.
 pub(super) struct Terminal {

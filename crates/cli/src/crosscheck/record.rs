@@ -2,7 +2,8 @@
 
 use turbid::case::Setup;
 use turbid::comm::try_on_threads;
-use turbid::dem::{EngineChoice, Load};
+use turbid::dem::Load;
+use turbid::engine::EngineChoice;
 use turbid::error::{Error, Result};
 use turbid::fluid::Precision;
 use turbid::particle::Particle;

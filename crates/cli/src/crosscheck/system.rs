@@ -6,10 +6,10 @@ use turbid::case::Setup;
 use turbid::comm::Comm;
 use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use turbid::dem::{DemEngine, Load, Native, NativeParams};
-use turbid::engine::{EngineChoice, LiggghtsOptions};
 use turbid::domain::{Decomposition, Domain};
 #[cfg(feature = "liggghts")]
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
+use turbid::engine::{EngineChoice, LiggghtsOptions};
 use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::particle::{Particle, Template};

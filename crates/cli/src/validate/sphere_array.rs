@@ -3,10 +3,10 @@
 use super::reference::Table;
 use super::trial::{unsteady, whole};
 use super::{Case, Findings, Part, Trial};
-use turbid::coupling::Method;
 use std::f64::consts::PI;
 use turbid::case::Setup;
 use turbid::comm::Comm;
+use turbid::coupling::Method;
 use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::particle::Particle;
