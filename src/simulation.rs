@@ -333,7 +333,7 @@ impl Simulation {
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
-            fluid.fault(coupling, particles)
+            fluid.measure(coupling, particles).0.fault
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {

@@ -103,11 +103,6 @@ impl AnyFluid {
         either!(self, fluid => fluid.exchange());
     }
 
-    /// First cell (of the whole box) that is too fast or not a number, and its speed, as [`Fluid::fault`].
-    pub fn fault(&self, coupling: &mut Coupling, particles: &ParticleStore) -> Option<([usize; 3], f64)> {
-        either!(self, fluid => coupling.fault(fluid, particles))
-    }
-
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`,
     /// `xy`, `xz`, `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see
     /// [`Fluid::measure`].

@@ -162,15 +162,6 @@ impl Coupling {
             fluid.each_cell(cells, acceleration, &mut self.solids(method, particles), visit);
         });
     }
-
-    /// [`Fluid::fault`] with the mapped particles.
-    pub fn fault<T: Real>(
-        &mut self,
-        fluid: &Fluid<T>,
-        particles: &ParticleStore,
-    ) -> Option<([usize; 3], f64)> {
-        with_method!(self.params.method, method => fluid.fault(&mut self.solids(method, particles)))
-    }
 }
 
 /// [`Fluid::sweep`] without particles. Collective.

@@ -3,7 +3,7 @@
 use super::bodies::{BlockSolids, Bodies};
 use super::buffer::Buffer;
 use super::solid::{SolidModel, SolidRow};
-use super::{Flow, Fluid, Real, SPEED_LIMIT, WallLoad};
+use super::{Flow, Fluid, Real, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -71,28 +71,6 @@ impl<T: Real> Fluid<T> {
                 visit(CellState { density_deviation: rho - 1.0, velocity, solid_fraction });
             }
         }
-    }
-
-    /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its speed; for
-    /// the end of a run, where no measuring sweep follows. What partially saturated cells hold of the fluid within
-    /// solids means nothing; there the velocity of the solid counts.
-    pub fn fault<B: Bodies>(&self, solids: &mut BlockSolids<T, B>) -> Option<([usize; 3], f64)> {
-        let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
-        let mut row = SolidRow::new(self.layout.chunks_per_row());
-        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            row.clear();
-            solids.fill(y + ny * z, &mut row);
-            for x in (0..nx).filter(|&x| self.walls.of([x, y, z]).is_none()) {
-                let (rho, u) = self.moments([x, y, z]);
-                let (fraction, of_solid) = row.cell(x);
-                let u = B::Model::mean_velocity(u, fraction, of_solid);
-                let speed = rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
-                if speed >= SPEED_LIMIT || speed.is_nan() {
-                    return Some(([lo[0] + x, lo[1] + y, lo[2] + z], speed));
-                }
-            }
-        }
-        None
     }
 
     /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles

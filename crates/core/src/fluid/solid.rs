@@ -51,9 +51,6 @@ pub trait SolidModel: Copy {
     /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)`; `t = tau - 1/2`.
     fn drag(self, e: f64, t: f64) -> f64;
 
-    /// Velocity of a cell that tells whether a run diverges.
-    fn mean_velocity(u: [f64; 3], e: f64, u_s: [f64; 3]) -> [f64; 3];
-
     /// Adds the momentum that the cells of a segment exchanged in this sweep to its body; takes the fractions of its windows
     /// off the front of `fractions` if the model is [`BY_FRACTION`](Self::BY_FRACTION).
     fn collect<T: Real>(

@@ -61,10 +61,6 @@ impl SolidModel for Homogenised {
         e
     }
 
-    fn mean_velocity(u: [f64; 3], _: f64, _: [f64; 3]) -> [f64; 3] {
-        u
-    }
-
     #[inline(always)]
     fn collect<T: Real>(segment: &Segment, _: &mut &[[T; CHUNK]], solids: &SolidRow<T>, body: &mut Body) {
         let velocity = body.motion.row::<T>(segment);

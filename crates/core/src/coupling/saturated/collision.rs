@@ -100,11 +100,6 @@ impl SolidModel for Saturated {
         self.operator.momentum() * e * t / (1.0 - e + t)
     }
 
-    /// What a cell holds of the fluid within solids means nothing; there the velocity of the solid counts.
-    fn mean_velocity(u: [f64; 3], e: f64, u_s: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|a| (1.0 - e) * u[a] + e * u_s[a])
-    }
-
     #[inline(always)]
     fn collect<T: Real>(
         segment: &Segment,
