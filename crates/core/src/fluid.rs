@@ -28,14 +28,13 @@ pub(crate) use bodies::masked;
 pub use bodies::{BlockSolids, Bodies, Body, ExchangeSum, RigidMotion, RowSegments, Segment, Window};
 use buffer::Buffer;
 pub use dispatch::Real;
+#[doc(hidden)]
+pub use dispatch::Sweep;
 use halo::FluidHalo;
 use kernel::Measured;
-pub use kernel::Number;
 use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
-#[doc(hidden)]
-pub use rows::Part;
-use rows::RowOrder;
+use rows::{Part, RowOrder};
 use serde::{Deserialize, Serialize};
 pub(crate) use solid::SolidRow;
 pub use solid::{CHUNK, SolidModel};
@@ -235,10 +234,10 @@ impl<T: Real> Fluid<T> {
             self.sweep_part(Part::All, acceleration, solids, flow.as_mut());
         } else {
             self.sweep_part(Part::First, acceleration, solids, flow.as_mut());
-            self.halo.start_early(&self.populations, entered);
+            self.halo.early.start(&self.populations, entered);
             self.sweep_part(Part::Rest, acceleration, solids, flow.as_mut());
         }
-        self.halo.start_late(&self.populations, entered);
+        self.halo.late.start(&self.populations, entered);
         self.phase = entered;
         flow
     }
@@ -251,17 +250,14 @@ impl<T: Real> Fluid<T> {
         flow: Option<&mut Flow>,
     ) {
         // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        let walls = !self.walls.is_empty();
-        if B::Model::PAIRS || self.collision != Collision::Bgk {
-            match walls {
-                false => T::sweep::<B, true, false>(self, part, acceleration, solids, flow),
-                true => T::sweep::<B, true, true>(self, part, acceleration, solids, flow),
-            }
+        let (pairs, walls) = (self.collision != Collision::Bgk, !self.walls.is_empty());
+        let sweep = Sweep { fluid: self, part, acceleration, solids, flow };
+        if B::Model::PAIRS || pairs {
+            if walls { T::sweep::<B, true, true>(sweep) } else { T::sweep::<B, true, false>(sweep) }
+        } else if walls {
+            T::sweep::<B, false, true>(sweep);
         } else {
-            match walls {
-                false => T::sweep::<B, false, false>(self, part, acceleration, solids, flow),
-                true => T::sweep::<B, false, true>(self, part, acceleration, solids, flow),
-            }
+            T::sweep::<B, false, false>(sweep);
         }
     }
 

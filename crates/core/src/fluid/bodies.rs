@@ -5,7 +5,6 @@
 //! after, all in the first-level cache; nothing is stored per cell of the block.
 
 use super::Real;
-use super::kernel::Number;
 use super::solid::{CHUNK, SolidModel, SolidRow};
 use crate::math::{sum_fixed, to_fixed};
 use std::ops::Range;
@@ -103,7 +102,7 @@ impl RigidMotion {
 
     /// Velocities along the row of a segment.
     #[inline(always)]
-    pub(crate) fn row<T: Number>(&self, segment: &Segment) -> RowVelocity<T> {
+    pub(crate) fn row<T: Real>(&self, segment: &Segment) -> RowVelocity<T> {
         let [_, ny, nz] = segment.offset.map(f64::from);
         let (constant, slope) = self.along_row(ny, nz);
         RowVelocity {
@@ -121,7 +120,7 @@ pub(crate) struct RowVelocity<T> {
     centre: T,
 }
 
-impl<T: Number> RowVelocity<T> {
+impl<T: Real> RowVelocity<T> {
     /// Velocities in the cells of a window whose first has offset `n` in x.
     #[inline(always)]
     pub(crate) fn window(&self, n: i32) -> [[T; CHUNK]; 3] {
@@ -333,7 +332,7 @@ const FIRST: [u64; 2 * CHUNK] = {
 /// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and
 /// undefined. Without a branch.
 #[inline(always)]
-pub(crate) fn masked<T: Number>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
+pub(crate) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
     let mask = &FIRST[CHUNK - count..];
     let mut masked = [0.0_f64; CHUNK];
     // A loop: what `array::from_fn` calls is not compiled for the instruction set of the sweep.

@@ -16,7 +16,7 @@
 
 use super::bodies::{BlockSolids, Bodies, masked};
 use super::dispatch::{observe_row, row_of};
-use super::kernel::{Measured, Moments, Number, Row, moments, put};
+use super::kernel::{Measured, Moments, Row, moments, put};
 use super::simd::Lanes;
 use super::solid::{CHUNK, Covered, Measure, SolidModel, SolidRow};
 use super::{Flow, Fluid, Real};
@@ -105,7 +105,7 @@ fn add_moments<T: Real, B: Bodies>(
 
 /// Flux of momentum minus that of equilibrium: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
 #[inline(always)]
-fn deviation_of_flux<T: Number, R: Lanes<T>>(
+fn deviation_of_flux<T: Real, R: Lanes<T>>(
     g: &[R; Q],
     &Moments { deviation, momentum, u, .. }: &Moments<R>,
 ) -> [R; 6] {

@@ -14,7 +14,7 @@ pub(crate) struct RowOrder {
 
 /// Some rows of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub(crate) enum Part {
     /// All of them, plane by plane.
     All,
     /// Those next to another rank in y or z.

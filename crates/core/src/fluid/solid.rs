@@ -2,7 +2,7 @@
 
 use super::Real;
 use super::bodies::{Body, Segment};
-use super::kernel::{Moments, Number, Row};
+use super::kernel::{Moments, Row};
 use super::simd::Lanes;
 use crate::lattice::Q;
 use crate::math::to_fixed;
@@ -23,7 +23,7 @@ pub trait SolidModel: Copy {
     const BY_FRACTION: bool;
 
     /// `B` of some cells, given their former `B`, the solid fraction that is added, and the sum with it.
-    fn permeability<T: Number>(before: &[T; CHUNK], fraction: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK];
+    fn permeability<T: Real>(before: &[T; CHUNK], fraction: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK];
 
     /// Collides the register of cells at `x` under the acceleration `a`, writes what the solids exchange to `solids`, and
     /// returns the mean momentum of solid and fluid.
@@ -89,7 +89,7 @@ impl<R> Covered<R> {
     /// # Safety
     /// The row has `WIDTH` cells from `x` on.
     #[inline(always)]
-    pub(crate) unsafe fn load<T: Number>(solids: &SolidRow<T>, x: usize) -> Self
+    pub(crate) unsafe fn load<T: Real>(solids: &SolidRow<T>, x: usize) -> Self
     where
         R: Lanes<T>,
     {
@@ -140,7 +140,7 @@ fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
     values[x..].first_chunk_mut().expect("a chunk more than the row")
 }
 
-impl<T: Number> SolidRow<T> {
+impl<T: Real> SolidRow<T> {
     pub(crate) fn new(chunks: usize) -> Self {
         let cells = (chunks + 1) * CHUNK;
         let zeros = || vec![T::ZERO; cells];

@@ -1,7 +1,7 @@
 //! Collision of homogenised cells, and the momentum that they exchange.
 
 use super::Homogenised;
-use crate::fluid::kernel::{Moments, Number, Row, put, relax};
+use crate::fluid::kernel::{Moments, Row, put, relax};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
 use crate::fluid::{Body, CHUNK, ExchangeSum, Real, Segment, SolidModel, SolidRow, masked};
@@ -12,7 +12,7 @@ impl SolidModel for Homogenised {
     const BY_FRACTION: bool = false;
 
     #[inline(always)]
-    fn permeability<T: Number>(before: &[T; CHUNK], fraction: &[T; CHUNK], _: &[T; CHUNK]) -> [T; CHUNK] {
+    fn permeability<T: Real>(before: &[T; CHUNK], fraction: &[T; CHUNK], _: &[T; CHUNK]) -> [T; CHUNK] {
         let mut open = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
             open[k] = before[k] * (T::ONE - fraction[k]);
@@ -76,7 +76,7 @@ impl SolidModel for Homogenised {
 
 /// Sum of `p - m u` over the first `count` cells of a window whose first cell has offset `n`.
 #[inline(always)]
-fn over_cells<T: Number>(
+fn over_cells<T: Real>(
     exchanged: [&[T; CHUNK]; 4],
     u: &[[T; CHUNK]; 3],
     count: usize,

@@ -1,7 +1,7 @@
 //! Collision of partially saturated cells, and the momentum that they exchange.
 
 use super::{Saturated, SolidOperator};
-use crate::fluid::kernel::{Moments, Number, Row, put, relax};
+use crate::fluid::kernel::{Moments, Row, put, relax};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
 use crate::fluid::{Body, CHUNK, ExchangeSum, Real, Segment, SolidModel, SolidRow, masked};
@@ -16,7 +16,7 @@ impl SolidModel for Saturated {
     const BY_FRACTION: bool = true;
 
     #[inline(always)]
-    fn permeability<T: Number>(_: &[T; CHUNK], _: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK] {
+    fn permeability<T: Real>(_: &[T; CHUNK], _: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK] {
         let mut open = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
             let left = T::ONE - sum[k];
@@ -120,7 +120,7 @@ impl SolidModel for Saturated {
 
 /// `(1 - e) + l` and `b`.
 #[inline(always)]
-fn reflected<T: Number, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R, R) {
+fn reflected<T: Real, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R, R) {
     let overlap = (covered.fractions - covered.solid).max(R::splat(T::ZERO));
     let c = |x: f64| R::splat(T::from_f64(x));
     let through = covered.open + c(LEAK) + c(FILM) * (above_half * overlap);
@@ -129,14 +129,14 @@ fn reflected<T: Number, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R,
 
 /// Momentum of a cell, that of its solid as it moves.
 #[inline(always)]
-fn with_solid<T: Number, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, axis: usize) -> R {
+fn with_solid<T: Real, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, axis: usize) -> R {
     let momentum = cells.momentum[axis];
     momentum - covered.solid * (momentum - cells.rho * covered.velocity[axis])
 }
 
 /// `f_-i + feq_i(u_s) - feq_-i(u)`: with weights taken off, even and odd parts of the difference.
 #[inline(always)]
-fn bounce_back<T: Number, R: Lanes<T>>(
+fn bounce_back<T: Real, R: Lanes<T>>(
     pulled: &mut [R; Q],
     before: &[R; Q],
     &Moments { rho, u, .. }: &Moments<R>,
@@ -158,7 +158,7 @@ fn bounce_back<T: Number, R: Lanes<T>>(
 ///
 /// Axis by axis: with the forces of all axes handed to a function for both methods, collecting takes twice as long.
 #[inline(always)]
-fn part<T: Number>(
+fn part<T: Real>(
     exchanged: [&[T; CHUNK]; 4],
     fraction: &[T; CHUNK],
     count: usize,
