@@ -155,7 +155,7 @@ impl FluidSystem {
         Ok(Self {
             cells: cells[0] as f64,
             fluid,
-            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach).in_fluid_at_rest(),
+            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
             driving: Driving::new(driving),
         })
     }
@@ -241,7 +241,6 @@ impl Simulation {
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
-            t.stage("map", || fluid.begin_exchange(coupling));
             flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, dem.particles(), measure));
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {

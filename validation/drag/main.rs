@@ -158,7 +158,6 @@ fn measure(row: &Row) -> Outcome {
         let (mut torque, mut solid) = (Vec3::zeros(), 0.0);
         for step in 0..interval {
             coupling.map(&store);
-            coupling.begin_exchange(&fluid);
             let look = step % 7 == 0;
             let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), &store, look);
             fluid.exchange();

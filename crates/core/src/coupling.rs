@@ -1,9 +1,9 @@
 //! Coupling of fluid and particles: the only place where SI units meet lattice units at run time.
 //!
-//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep requests row
-//!   by row ([`solids`](Coupling::solids));
+//! - [`map`](Coupling::map): particles -> the cells they cover;
+//! - [`sweep`](Coupling::sweep): one sweep of the fluid round them, by one of two [`Method`]s;
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
-//! - [`Stresslet`]: first moments of that momentum -> stress of the particles;
+//! - [`measure`](Coupling::measure): first moments of that momentum -> stress of the particles;
 //! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
@@ -51,7 +51,7 @@ pub struct CouplingParams {
     pub force_balance: ForceBalance,
 }
 
-/// Moves particle data between the engine and one block of fluid.
+/// Moves particle data between the engine and one block of fluid, which is at rest before the first step.
 pub struct Coupling {
     params: CouplingParams,
     decomposition: Decomposition,
@@ -70,8 +70,6 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
-    /// True if the momentum inside the particles a step before is available: there was a sweep, or all was at rest.
-    begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
 }
@@ -109,17 +107,8 @@ impl Coupling {
             swept_particles: Vec::new(),
             swept_owned: 0,
             swept_loads: Vec::new(),
-            begun: false,
             added: Vec::new(),
         }
-    }
-
-    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not
-    /// charged with the momentum of the fluid that its cells hold from then on.
-    #[must_use]
-    pub fn in_fluid_at_rest(mut self) -> Self {
-        self.begun = true;
-        self
     }
 
     /// Finds the cells of the block that every particle covers, with all its periodic images.
@@ -169,7 +158,7 @@ impl Coupling {
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
     /// that were covered only then or only now.
-    pub fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
+    fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
         // Where each particle of one list is in the other.
         let mut before: Vec<(u64, u32)> = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
         before.sort_unstable();
@@ -201,9 +190,6 @@ impl Coupling {
     /// `-rho a` that drives the fluid, if it acts on the particles as well.
     pub fn loads(&mut self, particles: &ParticleStore, acceleration: Vec3, comm: &Comm) -> Vec<Load> {
         assert_eq!(particles.particles.len(), self.bodies.len(), "the particles that were mapped");
-        if !self.begun {
-            with_method!(self.params.method, method => self.bodies.iter_mut().for_each(|body| method.correct_first_step(body)));
-        }
         self.collect(particles, comm);
         let units = &self.params.units;
         let loads = particles.owned().iter().zip(&self.bodies).map(|(particle, body)| {
@@ -233,7 +219,6 @@ impl Coupling {
         self.swept_particles.clear();
         self.swept_particles.extend_from_slice(&particles.particles);
         self.swept_owned = particles.owned;
-        self.begun = true;
     }
 
     /// Cells of the block that were covered in the last step, once for each particle that covered them.

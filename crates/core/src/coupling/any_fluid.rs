@@ -76,11 +76,6 @@ impl AnyFluid {
         either!(self, fluid => fluid.moments(cell))
     }
 
-    /// Prepares the momentum exchange of the particles of the last [`Coupling::map`] for a sweep.
-    pub fn begin_exchange(&self, coupling: &mut Coupling) {
-        either!(self, fluid => coupling.begin_exchange(fluid));
-    }
-
     /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step
     /// squared), as [`Fluid::sweep`]; with `measure`, returns measurements of the cells before the sweep. Collective.
     pub fn sweep(

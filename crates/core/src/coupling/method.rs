@@ -6,7 +6,7 @@ use super::mapper::Mapper;
 use super::saturated::Saturated;
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, Bodies, Body, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
+    BlockSolids, Bodies, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
     SolidModel, Window,
 };
 use crate::particle::{Particle, ParticleStore};
@@ -94,9 +94,6 @@ pub(super) trait CouplingMethod: SolidModel {
         _new_of: &[u32],
     ) {
     }
-
-    /// Corrects the exchange of a body in a first step from a fluid that moves already.
-    fn correct_first_step(self, _body: &mut Body) {}
 }
 
 /// The mapped particles of a block.
@@ -139,6 +136,7 @@ impl Coupling {
         particles: &ParticleStore,
         measure: bool,
     ) -> Option<Flow> {
+        self.begin_exchange(fluid);
         with_method!(self.params.method, method => {
             fluid.sweep(acceleration, &mut self.solids(method, particles), measure)
         })

@@ -22,7 +22,7 @@ mod volume_fraction;
 use super::faces::FacePlane;
 use super::mapper::{Geometry, HALF_DIAGONAL, Mapper};
 use super::method::CouplingMethod;
-use crate::fluid::{Body, CHUNK, ExchangeSum, Real, RigidMotion, Window};
+use crate::fluid::{CHUNK, ExchangeSum, Real, RigidMotion, Window};
 use crate::math::{Vec3, to_fixed_wide};
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -142,11 +142,6 @@ impl CouplingMethod for Saturated {
         let angular = turn.transform_vector(&inertia.component_mul(&spin));
         let moment = angular + Vec3::from(motion.centre).cross(&momentum);
         ExchangeSum { force: momentum.map(to_fixed_wide).into(), moment: moment.map(to_fixed_wide).into() }
-    }
-
-    /// There is no step before: the fluid inside the body is taken to have been there.
-    fn correct_first_step(self, body: &mut Body) {
-        body.exchange.add(&body.departed, -1);
     }
 }
 

@@ -125,7 +125,6 @@ impl Coupling {
         self.swept_loads =
             loads.map(|[force, torque]| Load { force: force.into(), torque: torque.into() }).collect();
         self.note_swept(&then);
-        self.begun |= !swept.is_empty();
         Ok(())
     }
 }

@@ -52,7 +52,6 @@ fn run<T: Real>(
         let mut loads = Vec::new();
         for _ in 0..steps {
             coupling.map(&store);
-            coupling.begin_exchange(&fluid);
             coupling.sweep(&mut fluid, acceleration, &store, false);
             fluid.exchange();
             loads = coupling.loads(&store, Vec3::zeros(), &comm);
