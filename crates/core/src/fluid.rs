@@ -1,9 +1,9 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
 //!
-//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their
-//! weights and streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts
-//! exchanged with the neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not
-//! know particles: it receives solid fractions and velocities, and returns the momentum that rows of cells received.
+//! D3Q19, BGK or TRT, forces by the exact difference method ([`kernel`]); populations shifted by their weights and
+//! streamed in place in one buffer ([`layout`]); ghosts exchanged with the neighbouring blocks ([`halo`]); walls by
+//! half-way bounce-back ([`walls`]). The fluid does not know particles: a sweep gets the cells that bodies cover and
+//! returns the momentum that each body received ([`bodies`]).
 
 mod bodies;
 mod buffer;
@@ -34,7 +34,7 @@ use halo::FluidHalo;
 use kernel::Measured;
 use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
-use rows::{Part, RowOrder};
+use rows::RowOrder;
 use serde::{Deserialize, Serialize};
 pub(crate) use solid::SolidRow;
 pub use solid::{CHUNK, SolidModel};
@@ -186,8 +186,7 @@ impl<T: Real> Fluid<T> {
         self.block
     }
 
-    /// Sets every cell to equilibrium at the density and velocity given for its position in the whole box. Collective
-    /// in effect: every rank calls it between steps.
+    /// Sets every cell to equilibrium at the density and velocity given for its position in the box. Collective in effect.
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
         let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
         let cells = self.domain.cells.map(|n| n as isize);
@@ -219,9 +218,9 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations that leave the block are being
-    /// sent to the neighbouring blocks, most of them since the rows next to those were swept; the ghosts are stale until
-    /// [`exchange`](Self::exchange). With `measure`, also returns measurements of the cells before the sweep. Collective.
+    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
+    /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
+    /// measurements of the cells before the sweep. Collective.
     pub fn sweep<B: Bodies>(
         &mut self,
         acceleration: [f64; 3],
@@ -230,13 +229,11 @@ impl<T: Real> Fluid<T> {
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
         let entered = self.phase.next();
-        if self.order.plain() {
-            self.sweep_part(Part::All, acceleration, solids, flow.as_mut());
-        } else {
-            self.sweep_part(Part::First, acceleration, solids, flow.as_mut());
+        if self.order.has_first() {
+            self.sweep_part(true, acceleration, solids, flow.as_mut());
             self.halo.early.start(&self.populations, entered);
-            self.sweep_part(Part::Rest, acceleration, solids, flow.as_mut());
         }
+        self.sweep_part(false, acceleration, solids, flow.as_mut());
         self.halo.late.start(&self.populations, entered);
         self.phase = entered;
         flow
@@ -244,14 +241,14 @@ impl<T: Real> Fluid<T> {
 
     fn sweep_part<B: Bodies>(
         &mut self,
-        part: Part,
+        first: bool,
         acceleration: [f64; 3],
         solids: &mut BlockSolids<T, B>,
         flow: Option<&mut Flow>,
     ) {
         // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
         let (pairs, walls) = (self.collision != Collision::Bgk, !self.walls.is_empty());
-        let sweep = Sweep { fluid: self, part, acceleration, solids, flow };
+        let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
         if B::Model::PAIRS || pairs {
             if walls { T::sweep::<B, true, true>(sweep) } else { T::sweep::<B, true, false>(sweep) }
         } else if walls {

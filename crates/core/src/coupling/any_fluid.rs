@@ -76,8 +76,7 @@ impl AnyFluid {
         either!(self, fluid => fluid.moments(cell))
     }
 
-    /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step
-    /// squared), as [`Fluid::sweep`]; with `measure`, returns measurements of the cells before the sweep. Collective.
+    /// As [`Coupling::sweep`]. Collective.
     pub fn sweep(
         &mut self,
         acceleration: [f64; 3],
@@ -98,9 +97,7 @@ impl AnyFluid {
         either!(self, fluid => fluid.exchange());
     }
 
-    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`,
-    /// `xy`, `xz`, `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see
-    /// [`Fluid::measure`].
+    /// As [`Coupling::measure`].
     pub fn measure(&self, coupling: &mut Coupling, particles: &ParticleStore) -> (Flow, [i128; 6]) {
         either!(self, fluid => coupling.measure(fluid, particles))
     }

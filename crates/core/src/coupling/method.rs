@@ -72,8 +72,7 @@ pub(super) trait CouplingMethod: SolidModel {
     /// Writes the solid fractions of the cells of a window that are not wholly solid.
     fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]);
 
-    /// Momentum and angular momentum about the reference cell of fluid that fills a body and moves with it, if it counts
-    /// as momentum of the body; lattice units.
+    /// Momentum of fluid that fills a body and moves with it, if it counts as that of the body; lattice units.
     fn momentum_inside(
         self,
         _particle: &Particle,
@@ -128,7 +127,8 @@ impl Coupling {
         BlockSolids::new(segments, bodies, Mapped { method, mappers })
     }
 
-    /// [`Fluid::sweep`] round the mapped particles, which receive their exchange of momentum. Collective.
+    /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
+    /// acceleration (cells per step squared); with `measure`, returns measurements of the cells before. Collective.
     pub fn sweep<T: Real>(
         &mut self,
         fluid: &mut Fluid<T>,
@@ -142,7 +142,8 @@ impl Coupling {
         })
     }
 
-    /// [`Fluid::measure`] with the mapped particles.
+    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
+    /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
     pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>, particles: &ParticleStore) -> (Flow, [i128; 6]) {
         with_method!(self.params.method, method => fluid.measure(&mut self.solids(method, particles)))
     }

@@ -148,8 +148,7 @@ impl CouplingMethod for Saturated {
 /// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
 const NEAR: f64 = 1e-3;
 
-/// Adds the volume fractions of cells on the surface of a sphere, where there are none yet, [`BLOCK`] at a time
-/// and without branches: most of the cost of a particle on the lattice.
+/// Adds the volume fractions of cells on the surface of a sphere, [`BLOCK`] at a time and without branches.
 #[inline(always)]
 fn sphere<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK], radius: f64) {
     let ([y, z], cut) = (mapper.row_distance(window), CutCells::new(window));

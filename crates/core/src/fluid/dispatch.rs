@@ -4,7 +4,6 @@ use super::bodies::{BlockSolids, Bodies};
 use super::kernel::{Measured, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
-use super::rows::Part;
 use super::simd::Lanes;
 use super::solid::{CHUNK, SolidRow};
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
@@ -39,7 +38,8 @@ pub trait Real:
 #[doc(hidden)]
 pub struct Sweep<'a, 'b, T: Real, B> {
     pub(super) fluid: &'a mut Fluid<T>,
-    pub(super) part: Part,
+    /// The rows next to other ranks in y and z, or the others.
+    pub(super) first: bool,
     pub(super) acceleration: [f64; 3],
     pub(super) solids: &'a mut BlockSolids<'b, T, B>,
     /// Gets measurements before the collisions.
@@ -63,7 +63,7 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, cons
     sweep: Sweep<'_, 'b, T, B>,
     (fill, collect): RowFunctions<'b, T, B>,
 ) {
-    let Sweep { fluid, part, acceleration, solids, mut flow } = sweep;
+    let Sweep { fluid, first, acceleration, solids, mut flow } = sweep;
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
@@ -71,7 +71,7 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, cons
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
-            if !order.is_in(part, [y, z]) {
+            if order.is_first([y, z]) != first {
                 continue;
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };

@@ -126,13 +126,10 @@ impl<T: Pod + Send> Pattern<T> {
     }
 }
 
-/// The plan for one block, with its buffers.
+/// The messages of one block, one to each other rank.
 ///
-/// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
-/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all
-/// rows. In both phases the slots that a message is packed from belong to cells of these rows, so no later row writes
-/// them, and those that it is unpacked to belong to no cell of the block: only garbage lanes of the sweep may write
-/// them, which is over by then.
+/// In both phases the slots that a message is packed from belong to cells of the rows named below, so no later row writes
+/// them, and those that it is unpacked to belong to no cell of the block: only garbage lanes of the sweep may write them.
 pub(crate) struct FluidHalo<T> {
     /// From here to here, where the block is its own neighbour.
     own: Message,
@@ -226,7 +223,7 @@ fn runs(layout: &Layout, d: [isize; 3], side: Side) -> Vec<Run> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rows::{Part, RowOrder};
+    use super::super::rows::RowOrder;
     use super::*;
     use crate::comm::on_threads;
     use crate::domain::Domain;
@@ -277,7 +274,7 @@ mod tests {
                     let is_early = peer != rank && !is_late(&cut, rank, peer);
                     for slot in slots(from) {
                         let row = *writer.get(&slot).expect("written by the sweep");
-                        assert!(!is_early || order.is_in(Part::First, row), "{grid:?} {row:?}");
+                        assert!(!is_early || order.is_first(row), "{grid:?} {row:?}");
                         assert!(sent.insert(slot), "sent twice");
                     }
                     for slot in slots(to) {

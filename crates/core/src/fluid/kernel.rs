@@ -43,8 +43,7 @@ pub(crate) fn moments<T: Real, R: Lanes<T>>(g: &[R; Q]) -> Moments<R> {
     Moments { deviation, momentum, rho, u }
 }
 
-/// Relaxation factors of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
-/// time ignores the second.
+/// Factors `1 - 1/tau` of the even and the odd part of a deviation from equilibrium; with one relaxation time the first.
 #[derive(Clone, Copy)]
 pub(crate) struct RelaxationFactors<T> {
     pub(crate) even: T,
@@ -145,8 +144,7 @@ impl<T: Real> Measured<T> {
 
 /// Bytes of a cache line.
 const LINE: usize = 64;
-/// Prefetch distance of populations (bytes). Measured: half and twice the distance are a few per cent
-/// slower, none at all by a third.
+/// Prefetch distance of populations (bytes). Measured: half and twice are a few per cent slower, none by a third.
 const AHEAD: usize = 768;
 
 /// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or

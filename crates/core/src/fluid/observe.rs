@@ -31,11 +31,8 @@ impl<T: Real> Fluid<T> {
     }
 
     /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids
-    /// and the acceleration of the coming sweep.
-    ///
-    /// With exact-difference forcing the velocity lies midway between before and after the collision,
-    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator instead of
-    /// `(1 - B)(u_s - u)`.
+    /// and the acceleration of the coming sweep: the velocity midway between before and after the collision,
+    /// `u + (B a + drag (u_s - u)) / 2`, with the [`drag`](SolidModel::drag) of the method.
     pub fn each_cell<B: Bodies>(
         &self,
         cells: Block,
@@ -79,8 +76,8 @@ impl<T: Real> Fluid<T> {
         T::measure(self, solids)
     }
 
-    /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks
-    /// add up; without the pressure of a fluid at rest with density 1.
+    /// Force and torque on each wall in the last step over the cells of this block, as exact sums; without the pressure of a
+    /// fluid at rest with density 1.
     pub fn wall_loads(&self) -> Vec<WallLoad> {
         self.walls.loads(&self.layout, self.block.lo, &self.populations)
     }
@@ -108,9 +105,8 @@ impl<T: Real> Fluid<T> {
     }
 }
 
-/// Streaming bandwidth of this thread (bytes per second, read and write counted): scales an array far larger than the
-/// caches in place, the traffic pattern of a sweep; the best of `repeats` after one warm-up.
-/// All ranks at once, each for itself. Collective.
+/// Streaming bandwidth of this thread (bytes per second, read and write counted): an array far larger than the caches is
+/// scaled in place, by all ranks at once; the best of `repeats` after one warm-up. Collective.
 ///
 /// # Errors
 /// On every rank, if one of them has no room for the array.

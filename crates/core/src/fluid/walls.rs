@@ -203,9 +203,8 @@ impl<T: Real> Walls<T> {
         !self.ends.is_empty()
     }
 
-    /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both
-    /// ends of a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a
-    /// chunk is swept, too). `entered` is the phase after the sweep.
+    /// Bounces the links at the ends of rows of which the sweep of row `(y, z)`, the last so far, has swept the second end,
+    /// which would overwrite the link; `entered` is the phase after the sweep.
     #[inline(never)]
     pub(crate) fn bounce_row_ends(
         &self,
