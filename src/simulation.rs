@@ -241,7 +241,7 @@ impl Simulation {
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
-            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, dem.particles(), measure));
+            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, measure));
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
@@ -332,7 +332,7 @@ impl Simulation {
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
-            fluid.measure(coupling, particles).0.fault
+            fluid.measure(coupling).0.fault
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {

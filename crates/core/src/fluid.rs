@@ -24,7 +24,6 @@ use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
 use crate::lattice::{C, Q, shifted_equilibrium};
 use crate::memory;
-pub(crate) use bodies::masked;
 pub use bodies::{BlockSolids, Bodies, Body, ExchangeSum, RigidMotion, RowSegments, Segment, Window};
 use buffer::Buffer;
 pub use dispatch::Real;
