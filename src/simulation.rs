@@ -150,7 +150,7 @@ impl FluidSystem {
         Ok(Self {
             cells: cells[0] as f64,
             fluid,
-            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach).in_fluid_at_rest(),
+            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
             driving: Driving::new(driving),
         })
     }
@@ -218,8 +218,7 @@ impl Simulation {
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
-            t.stage("map", || fluid.begin_exchange(coupling));
-            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, dem.particles(), measure));
+            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, measure));
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
@@ -306,7 +305,7 @@ impl Simulation {
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
-            fluid.fault(coupling, particles)
+            fluid.measure(coupling).0.fault
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {

@@ -158,9 +158,8 @@ fn measure(row: &Row) -> Outcome {
         let (mut torque, mut solid) = (Vec3::zeros(), 0.0);
         for step in 0..interval {
             coupling.map(&store);
-            coupling.begin_exchange(&fluid);
             let look = step % 7 == 0;
-            let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), &store, look);
+            let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), look);
             fluid.exchange();
             let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
             let one = (1_u64 << 42) as f64;

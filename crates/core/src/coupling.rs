@@ -1,9 +1,9 @@
 //! Coupling of fluid and particles: the only place where SI units meet lattice units at run time.
 //!
-//! - [`map`](Coupling::map): particles -> the cells they cover, whose solid fractions and velocities the sweep requests row
-//!   by row ([`solids`](Coupling::solids));
+//! - [`map`](Coupling::map): particles -> the cells they cover;
+//! - [`sweep`](Coupling::sweep): one sweep of the fluid round them, by one of two [`Method`]s;
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
-//! - [`Stresslet`]: first moments of that momentum -> stress of the particles;
+//! - [`measure`](Coupling::measure): first moments of that momentum -> stress of the particles;
 //! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
 //!
@@ -25,12 +25,12 @@ use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{Body, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Segment};
 use crate::math::{Vec3, from_fixed};
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
 pub use any_fluid::AnyFluid;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
-use mapper::Surfaces;
+use mapper::Mapper;
 pub use method::Method;
 #[cfg(test)]
 pub(crate) use method::sweep_alone;
@@ -51,7 +51,7 @@ pub struct CouplingParams {
     pub force_balance: ForceBalance,
 }
 
-/// Moves particle data between the engine and one block of fluid.
+/// Moves particle data between the engine and one block of fluid, which is at rest before the first step.
 pub struct Coupling {
     params: CouplingParams,
     decomposition: Decomposition,
@@ -61,7 +61,9 @@ pub struct Coupling {
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
     segments: RowSegments,
-    surfaces: Surfaces,
+    mappers: Vec<Mapper>,
+    /// Distance by which the surface of each template is moved in (cells).
+    shifts: Vec<f64>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
@@ -70,8 +72,6 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
-    /// True if the momentum inside the particles a step before is available: there was a sweep, or all was at rest.
-    begun: bool,
     /// Scratch of [`map`](Self::map).
     added: Vec<(u32, Segment)>,
 }
@@ -103,48 +103,48 @@ impl Coupling {
             peers: decomposition.neighbours(rank, reach),
             bodies: Vec::new(),
             segments: RowSegments::default(),
-            surfaces: Surfaces::default(),
+            mappers: Vec::new(),
+            shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
             swept_particles: Vec::new(),
             swept_owned: 0,
             swept_loads: Vec::new(),
-            begun: false,
             added: Vec::new(),
         }
     }
 
-    /// For a fluid that is at rest before the first step, within the particles as well: one that moves already is not
-    /// charged with the momentum of the fluid that its cells hold from then on.
-    #[must_use]
-    pub fn in_fluid_at_rest(mut self) -> Self {
-        self.begun = true;
-        self
-    }
-
     /// Finds the cells of the block that every particle covers, with all its periodic images.
     pub fn map(&mut self, particles: &ParticleStore) {
-        let [_, ny, nz] = self.block.size();
-        self.bodies.clear();
-        self.bodies
-            .extend(particles.particles.iter().map(|particle| lattice_body(particle, &self.params.units)));
-        let dx = self.params.units.dx;
-        for (particle, body) in particles.owned().iter().zip(&mut self.bodies) {
-            let shape = &*particles.template(particle).shape;
-            body.departed = with_method!(self.params.method, method => {
-                method.momentum_inside(particle, shape, &body.motion, dx)
-            });
+        let ([_, ny, nz], params) = (self.block.size(), &self.params);
+        let dx = params.units.dx;
+        if self.shifts.len() != particles.templates.len() {
+            let shift =
+                |t: &Template| with_method!(params.method, method => method.surface_shift(&*t.shape, dx));
+            self.shifts = particles.templates.iter().map(shift).collect();
         }
-        self.surfaces.find(particles, &self.params);
+        self.bodies.clear();
+        self.mappers.clear();
+        for (i, particle) in particles.particles.iter().enumerate() {
+            let (shape, mut body) =
+                (&particles.template(particle).shape, lattice_body(particle, &params.units));
+            if i < particles.owned {
+                body.departed = with_method!(params.method, method => {
+                    method.momentum_inside(particle, &**shape, &body.motion, dx)
+                });
+            }
+            let shift = self.shifts[particle.template as usize];
+            self.mappers.push(Mapper::new(shape, particle.orientation(), body.motion, params, shift));
+            self.bodies.push(body);
+        }
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
         let mut added = std::mem::take(&mut self.added);
         added.clear();
         for i in order {
-            let body = &self.bodies[i as usize];
-            let mapper = self.surfaces.mapper(particles, i as usize, body.motion, &self.params);
-            mapper.each_image(&self.decomposition.domain, self.block, body.reference, |offsets, base| {
+            let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
+            mapper.each_image(&self.decomposition.domain, self.block, reference, |offsets, base| {
                 for z in offsets[2].clone() {
                     for y in offsets[1].clone() {
                         let Some((all, full)) = mapper.row(&offsets[0], y, z) else {
@@ -169,7 +169,7 @@ impl Coupling {
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
     /// that were covered only then or only now.
-    pub fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
+    fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
         // Where each particle of one list is in the other.
         let mut before: Vec<(u64, u32)> = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
         before.sort_unstable();
@@ -201,9 +201,6 @@ impl Coupling {
     /// `-rho a` that drives the fluid, if it acts on the particles as well.
     pub fn loads(&mut self, particles: &ParticleStore, acceleration: Vec3, comm: &Comm) -> Vec<Load> {
         assert_eq!(particles.particles.len(), self.bodies.len(), "the particles that were mapped");
-        if !self.begun {
-            with_method!(self.params.method, method => self.bodies.iter_mut().for_each(|body| method.correct_first_step(body)));
-        }
         self.collect(particles, comm);
         let units = &self.params.units;
         let loads = particles.owned().iter().zip(&self.bodies).map(|(particle, body)| {
@@ -233,7 +230,6 @@ impl Coupling {
         self.swept_particles.clear();
         self.swept_particles.extend_from_slice(&particles.particles);
         self.swept_owned = particles.owned;
-        self.begun = true;
     }
 
     /// Cells of the block that were covered in the last step, once for each particle that covered them.

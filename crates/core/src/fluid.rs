@@ -1,9 +1,9 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
 //!
-//! D3Q19, BGK or TRT, forces and solids by the exact difference method ([`kernel`]); populations shifted by their
-//! weights and streamed in place in one buffer ([`layout`]); solid data only where solids are ([`solid`]); ghosts
-//! exchanged with the neighbouring blocks ([`halo`]); walls by half-way bounce-back ([`walls`]). The fluid does not
-//! know particles: it receives solid fractions and velocities, and returns the momentum that rows of cells received.
+//! D3Q19, BGK or TRT, forces by the exact difference method ([`kernel`]); populations shifted by their weights and
+//! streamed in place in one buffer ([`layout`]); ghosts exchanged with the neighbouring blocks ([`halo`]); walls by
+//! half-way bounce-back ([`walls`]). The fluid does not know particles: a sweep gets the cells that bodies cover and
+//! returns the momentum that each body received ([`bodies`]).
 
 mod bodies;
 mod buffer;
@@ -24,17 +24,15 @@ use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
 use crate::lattice::{C, Q, shifted_equilibrium};
 use crate::memory;
-pub(crate) use bodies::masked;
 pub use bodies::{BlockSolids, Bodies, Body, ExchangeSum, RigidMotion, RowSegments, Segment, Window};
 use buffer::Buffer;
 pub use dispatch::Real;
+#[doc(hidden)]
+pub use dispatch::Sweep;
 use halo::FluidHalo;
 use kernel::Measured;
-pub use kernel::Number;
 use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
-#[doc(hidden)]
-pub use rows::Part;
 use rows::RowOrder;
 use serde::{Deserialize, Serialize};
 pub(crate) use solid::SolidRow;
@@ -187,8 +185,7 @@ impl<T: Real> Fluid<T> {
         self.block
     }
 
-    /// Sets every cell to equilibrium at the density and velocity given for its position in the whole box. Collective
-    /// in effect: every rank calls it between steps.
+    /// Sets every cell to equilibrium at the density and velocity given for its position in the box. Collective in effect.
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
         let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
         let cells = self.domain.cells.map(|n| n as isize);
@@ -220,9 +217,9 @@ impl<T: Real> Fluid<T> {
 
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
-    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations that leave the block are being
-    /// sent to the neighbouring blocks, most of them since the rows next to those were swept; the ghosts are stale until
-    /// [`exchange`](Self::exchange). With `measure`, also returns measurements of the cells before the sweep. Collective.
+    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
+    /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
+    /// measurements of the cells before the sweep. Collective.
     pub fn sweep<B: Bodies>(
         &mut self,
         acceleration: [f64; 3],
@@ -231,37 +228,32 @@ impl<T: Real> Fluid<T> {
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
         let entered = self.phase.next();
-        if self.order.plain() {
-            self.sweep_part(Part::All, acceleration, solids, flow.as_mut());
-        } else {
-            self.sweep_part(Part::First, acceleration, solids, flow.as_mut());
-            self.halo.start_early(&self.populations, entered);
-            self.sweep_part(Part::Rest, acceleration, solids, flow.as_mut());
+        if self.order.has_first() {
+            self.sweep_part(true, acceleration, solids, flow.as_mut());
+            self.halo.early.start(&self.populations, entered);
         }
-        self.halo.start_late(&self.populations, entered);
+        self.sweep_part(false, acceleration, solids, flow.as_mut());
+        self.halo.late.start(&self.populations, entered);
         self.phase = entered;
         flow
     }
 
     fn sweep_part<B: Bodies>(
         &mut self,
-        part: Part,
+        first: bool,
         acceleration: [f64; 3],
         solids: &mut BlockSolids<T, B>,
         flow: Option<&mut Flow>,
     ) {
         // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        let walls = !self.walls.is_empty();
-        if B::Model::PAIRS || self.collision != Collision::Bgk {
-            match walls {
-                false => T::sweep::<B, true, false>(self, part, acceleration, solids, flow),
-                true => T::sweep::<B, true, true>(self, part, acceleration, solids, flow),
-            }
+        let (pairs, walls) = (self.collision != Collision::Bgk, !self.walls.is_empty());
+        let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
+        if B::Model::PAIRS || pairs {
+            if walls { T::sweep::<B, true, true>(sweep) } else { T::sweep::<B, true, false>(sweep) }
+        } else if walls {
+            T::sweep::<B, false, true>(sweep);
         } else {
-            match walls {
-                false => T::sweep::<B, false, false>(self, part, acceleration, solids, flow),
-                true => T::sweep::<B, false, true>(self, part, acceleration, solids, flow),
-            }
+            T::sweep::<B, false, false>(sweep);
         }
     }
 

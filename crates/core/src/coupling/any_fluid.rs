@@ -6,7 +6,6 @@ use crate::comm::Comm;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{Boundary, CellState, Flow, Fluid, FluidParams, Precision, WallLoad};
-use crate::particle::ParticleStore;
 
 /// The fluid of one block, of either [`Precision`], in lattice units; see [`Fluid`].
 pub enum AnyFluid {
@@ -76,21 +75,9 @@ impl AnyFluid {
         either!(self, fluid => fluid.moments(cell))
     }
 
-    /// Prepares the momentum exchange of the particles of the last [`Coupling::map`] for a sweep.
-    pub fn begin_exchange(&self, coupling: &mut Coupling) {
-        either!(self, fluid => coupling.begin_exchange(fluid));
-    }
-
-    /// Collides and streams all cells round the mapped particles under a uniform acceleration (cells per step
-    /// squared), as [`Fluid::sweep`]; with `measure`, returns measurements of the cells before the sweep. Collective.
-    pub fn sweep(
-        &mut self,
-        acceleration: [f64; 3],
-        coupling: &mut Coupling,
-        particles: &ParticleStore,
-        measure: bool,
-    ) -> Option<Flow> {
-        either!(self, fluid => coupling.sweep(fluid, acceleration, particles, measure))
+    /// As [`Coupling::sweep`]. Collective.
+    pub fn sweep(&mut self, acceleration: [f64; 3], coupling: &mut Coupling, measure: bool) -> Option<Flow> {
+        either!(self, fluid => coupling.sweep(fluid, acceleration, measure))
     }
 
     /// As [`sweep`](Self::sweep), without particles and without measuring. Collective.
@@ -103,16 +90,9 @@ impl AnyFluid {
         either!(self, fluid => fluid.exchange());
     }
 
-    /// First cell (of the whole box) that is too fast or not a number, and its speed, as [`Fluid::fault`].
-    pub fn fault(&self, coupling: &mut Coupling, particles: &ParticleStore) -> Option<([usize; 3], f64)> {
-        either!(self, fluid => coupling.fault(fluid, particles))
-    }
-
-    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`,
-    /// `xy`, `xz`, `yz`) as exact sums of fixed-point numbers, both over the cells of the block; see
-    /// [`Fluid::measure`].
-    pub fn measure(&self, coupling: &mut Coupling, particles: &ParticleStore) -> (Flow, [i128; 6]) {
-        either!(self, fluid => coupling.measure(fluid, particles))
+    /// As [`Coupling::measure`].
+    pub fn measure(&self, coupling: &mut Coupling) -> (Flow, [i128; 6]) {
+        either!(self, fluid => coupling.measure(fluid))
     }
 
     /// Calls `visit` with the state of each of `cells`, which are of the block, x fastest, as [`Fluid::each_cell`].
@@ -121,10 +101,9 @@ impl AnyFluid {
         cells: Block,
         acceleration: [f64; 3],
         coupling: &mut Coupling,
-        particles: &ParticleStore,
         mut visit: impl FnMut(CellState),
     ) {
-        either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, particles, &mut visit));
+        either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, &mut visit));
     }
 
     /// Force and torque on each wall in the last step, as [`Fluid::wall_loads`].

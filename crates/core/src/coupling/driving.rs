@@ -8,10 +8,9 @@
 //! mixture      rho a (<B> V + sum V_p) = -W     the gradient acts on the particles as well, as in a closed vessel
 //! ```
 //!
-//! The first solves the problem for gravity `g / (1 - phi)` instead and overestimates the settling velocity at high
-//! volume fraction. A proportional controller adds `-k <u>`, `k = max(u_Stokes / D, nu / D^2)`, which removes the
-//! volume flux `<u>` of the mixture, in each direction on its own. A direction with walls at both ends needs
-//! neither.
+//! The first equals gravity `g / (1 - phi)`. A proportional controller adds `-k <u>`, `k = max(u_Stokes / D, nu / D^2)`,
+//! which removes the volume flux `<u>` of the mixture, in each direction on its own. A direction with walls at both ends
+//! needs neither.
 //!
 //! Reference: Marquardt et al. (2024), section 4, and the force balance of its published driver.
 
@@ -30,8 +29,7 @@ pub enum ForceBalance {
     FluidOnly,
 }
 
-/// Steps between two measurements of the flow, which the controller holds in between: short against every time scale
-/// of the flow, long enough to cost nothing.
+/// Steps between two measurements of the flow: short against its time scales, long enough to cost nothing.
 pub const CONTROL_INTERVAL: u64 = 8;
 
 /// Parameters of the driving.
@@ -55,7 +53,7 @@ pub struct DrivingParams {
     pub body_acceleration: Vec3,
 }
 
-/// Mean values over all cells of the box that are not in walls, solid ones included; SI units.
+/// Means over all cells that are not in walls, solid ones included; SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeanFlow {
     /// Mean velocity, the volume flux of the mixture (m/s).
@@ -68,7 +66,7 @@ pub struct MeanFlow {
     pub max_lattice_speed: f64,
 }
 
-/// The accelerations by which the controller has changed the flow since the start of the run.
+/// Accelerations by the controller since the start of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControlRecord {
     /// Sum over all steps (m/s^2).
@@ -100,14 +98,11 @@ impl Driving {
         let params =
             DrivingParams { control_rate: params.control_rate.map(|rate| rate.min(limit)), ..params };
         let solid_fraction = params.particle_volume / params.volume;
-        Self {
-            params,
-            mean: MeanFlow { solid_fraction, ..MeanFlow::default() },
-            record: ControlRecord::default(),
-        }
+        let mean = MeanFlow { solid_fraction, ..MeanFlow::default() };
+        Self { params, mean, record: ControlRecord::default() }
     }
 
-    /// Takes note of a measurement.
+    /// Sets the last measurement.
     pub fn observe(&mut self, mean: MeanFlow) {
         self.mean = mean;
     }
@@ -127,7 +122,7 @@ impl Driving {
         self.record = record;
     }
 
-    /// Acceleration of the fluid (m/s^2) for a step that is about to be done, which enters the record.
+    /// Acceleration of the fluid (m/s^2) in the coming step, which is recorded.
     pub fn step(&mut self) -> Vec3 {
         let control = self.control();
         self.record.sum += control;

@@ -6,10 +6,10 @@ use super::mapper::Mapper;
 use super::saturated::Saturated;
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, Bodies, Body, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
+    BlockSolids, Bodies, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
     SolidModel, Window,
 };
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::Particle;
 use crate::shape::Shape;
 use std::fmt;
 
@@ -72,8 +72,7 @@ pub(super) trait CouplingMethod: SolidModel {
     /// Writes the solid fractions of the cells of a window that are not wholly solid.
     fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]);
 
-    /// Momentum and angular momentum about the reference cell of fluid that fills a body and moves with it, if it counts
-    /// as momentum of the body; lattice units.
+    /// Momentum of fluid that fills a body and moves with it, if it counts as that of the body; lattice units.
     fn momentum_inside(
         self,
         _particle: &Particle,
@@ -94,15 +93,12 @@ pub(super) trait CouplingMethod: SolidModel {
         _new_of: &[u32],
     ) {
     }
-
-    /// Corrects the exchange of a body in a first step from a fluid that moves already.
-    fn correct_first_step(self, _body: &mut Body) {}
 }
 
 /// The mapped particles of a block.
 struct Mapped<'a, M> {
     method: M,
-    mappers: Vec<Mapper<'a>>,
+    mappers: &'a [Mapper],
 }
 
 impl<M: CouplingMethod> Bodies for Mapped<'_, M> {
@@ -119,34 +115,33 @@ impl<M: CouplingMethod> Bodies for Mapped<'_, M> {
 }
 
 impl Coupling {
-    /// The mapped particles as the fluid sees them; `particles` as at [`map`](Self::map).
-    fn solids<'a, T: Real, M: CouplingMethod>(
-        &'a mut self,
+    /// The mapped particles as the fluid sees them.
+    fn solids<T: Real, M: CouplingMethod>(
+        &mut self,
         method: M,
-        particles: &'a ParticleStore,
-    ) -> BlockSolids<'a, T, impl Bodies<Model = M>> {
-        let Self { bodies, surfaces, segments, params, .. } = self;
-        let motions = bodies.iter().map(|body| body.motion).enumerate();
-        let mappers = motions.map(|(i, motion)| surfaces.mapper(particles, i, motion, params)).collect();
-        BlockSolids::new(segments, bodies, Mapped { method, mappers })
+    ) -> BlockSolids<'_, T, impl Bodies<Model = M>> {
+        let mapped = Mapped { method, mappers: &self.mappers };
+        BlockSolids::new(&self.segments, &mut self.bodies, mapped)
     }
 
-    /// [`Fluid::sweep`] round the mapped particles, which receive their exchange of momentum. Collective.
+    /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
+    /// acceleration (cells per step squared); with `measure`, returns measurements of the cells before. Collective.
     pub fn sweep<T: Real>(
         &mut self,
         fluid: &mut Fluid<T>,
         acceleration: [f64; 3],
-        particles: &ParticleStore,
         measure: bool,
     ) -> Option<Flow> {
+        self.begin_exchange(fluid);
         with_method!(self.params.method, method => {
-            fluid.sweep(acceleration, &mut self.solids(method, particles), measure)
+            fluid.sweep(acceleration, &mut self.solids(method), measure)
         })
     }
 
-    /// [`Fluid::measure`] with the mapped particles.
-    pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>, particles: &ParticleStore) -> (Flow, [i128; 6]) {
-        with_method!(self.params.method, method => fluid.measure(&mut self.solids(method, particles)))
+    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
+    /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
+    pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>) -> (Flow, [i128; 6]) {
+        with_method!(self.params.method, method => fluid.measure(&mut self.solids(method)))
     }
 
     /// [`Fluid::each_cell`] with the mapped particles.
@@ -155,21 +150,11 @@ impl Coupling {
         fluid: &Fluid<T>,
         cells: Block,
         acceleration: [f64; 3],
-        particles: &ParticleStore,
         visit: &mut dyn FnMut(CellState),
     ) {
         with_method!(self.params.method, method => {
-            fluid.each_cell(cells, acceleration, &mut self.solids(method, particles), visit);
+            fluid.each_cell(cells, acceleration, &mut self.solids(method), visit);
         });
-    }
-
-    /// [`Fluid::fault`] with the mapped particles.
-    pub fn fault<T: Real>(
-        &mut self,
-        fluid: &Fluid<T>,
-        particles: &ParticleStore,
-    ) -> Option<([usize; 3], f64)> {
-        with_method!(self.params.method, method => fluid.fault(&mut self.solids(method, particles)))
     }
 }
 
@@ -180,6 +165,6 @@ pub(crate) fn sweep_alone<T: Real>(
     measure: bool,
 ) -> Option<Flow> {
     let (segments, mapped) =
-        (RowSegments::default(), Mapped { method: Homogenised { ramp: 1.0 }, mappers: Vec::new() });
+        (RowSegments::default(), Mapped { method: Homogenised { ramp: 1.0 }, mappers: &[] });
     fluid.sweep(acceleration, &mut BlockSolids::new(&segments, &mut [], mapped), measure)
 }

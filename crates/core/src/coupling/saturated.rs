@@ -22,7 +22,7 @@ mod volume_fraction;
 use super::faces::FacePlane;
 use super::mapper::{Geometry, HALF_DIAGONAL, Mapper};
 use super::method::CouplingMethod;
-use crate::fluid::{Body, CHUNK, ExchangeSum, Real, RigidMotion, Window};
+use crate::fluid::{CHUNK, ExchangeSum, Real, RigidMotion, Window};
 use crate::math::{Vec3, to_fixed_wide};
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -117,8 +117,8 @@ impl CouplingMethod for Saturated {
 
     #[inline(always)]
     fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]) {
-        match mapper.geometry {
-            Geometry::Sphere(radius) => sphere(mapper, window, fraction, radius),
+        match &mapper.geometry {
+            Geometry::Sphere(radius) => sphere(mapper, window, fraction, *radius),
             Geometry::Flat(planes) => flat(mapper, window, fraction, planes),
             Geometry::Smooth => {
                 smooth(mapper, window, fraction, 0..window.full.start);
@@ -143,18 +143,12 @@ impl CouplingMethod for Saturated {
         let moment = angular + Vec3::from(motion.centre).cross(&momentum);
         ExchangeSum { force: momentum.map(to_fixed_wide).into(), moment: moment.map(to_fixed_wide).into() }
     }
-
-    /// There is no step before: the fluid inside the body is taken to have been there.
-    fn correct_first_step(self, body: &mut Body) {
-        body.exchange.add(&body.departed, -1);
-    }
 }
 
 /// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
 const NEAR: f64 = 1e-3;
 
-/// Adds the volume fractions of cells on the surface of a sphere, where there are none yet, [`BLOCK`] at a time
-/// and without branches: most of the cost of a particle on the lattice.
+/// Adds the volume fractions of cells on the surface of a sphere, [`BLOCK`] at a time and without branches.
 #[inline(always)]
 fn sphere<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK], radius: f64) {
     let ([y, z], cut) = (mapper.row_distance(window), CutCells::new(window));

@@ -26,8 +26,7 @@ impl Coupling {
         owned.zip(self.swept_loads.iter().copied())
     }
 
-    /// This rank's part of the state that a resumed run needs: all parts together describe every particle that a
-    /// sweep has seen.
+    /// This rank's part of the state: all parts together describe every particle that a sweep has seen.
     pub fn save(&self) -> Vec<u8> {
         let swept: Vec<Swept> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
             // Of a particle that is owned elsewhere only what left its cells here.
@@ -58,8 +57,7 @@ impl Coupling {
         particle.flaw(self.decomposition.domain.size()).or_else(too_fast)
     }
 
-    /// Restores the state of an earlier run, of any number of ranks, when these
-    /// [saved](Self::save) `parts`, one for each of them; `particles` are those the engine has now.
+    /// Restores the state that all ranks of an earlier run [saved](Self::save); `particles` are those of the engine.
     ///
     /// # Errors
     /// Defect of the parts.
@@ -125,7 +123,6 @@ impl Coupling {
         self.swept_loads =
             loads.map(|[force, torque]| Load { force: force.into(), torque: torque.into() }).collect();
         self.note_swept(&then);
-        self.begun |= !swept.is_empty();
         Ok(())
     }
 }

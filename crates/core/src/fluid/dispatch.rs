@@ -1,29 +1,49 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
 use super::bodies::{BlockSolids, Bodies};
-use super::kernel::{Measured, Number, RelaxationFactors, Row, Slots, sweep_row};
+use super::kernel::{Measured, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
-use super::rows::Part;
 use super::simd::Lanes;
-use super::solid::SolidRow;
+use super::solid::{CHUNK, SolidRow};
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
+use std::ops::{Add, Mul, Sub};
 
 /// Storage type of populations: `f32` or `f64`.
-pub trait Real: Number + Pod + Send + Sync {
+pub trait Real:
+    Pod + Send + Sync + PartialOrd + Into<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Smaller than any solid fraction that matters, larger than zero.
+    const TINY: Self;
+    /// 0, 1, 2, ...
+    const LANE: [Self; CHUNK];
+    /// [`CHUNK`] zeros, then [`CHUNK`] ones.
+    const STEP: [Self; 2 * CHUNK];
+    /// Rounds.
+    fn from_f64(x: f64) -> Self;
     #[doc(hidden)]
-    fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(
-        fluid: &mut Fluid<Self>,
-        part: Part,
-        acceleration: [f64; 3],
-        solids: &mut BlockSolids<Self, B>,
-        flow: Option<&mut Flow>,
-    );
+    fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, B>);
     #[doc(hidden)]
     fn measure<B: Bodies>(fluid: &Fluid<Self>, solids: &mut BlockSolids<Self, B>) -> (Flow, [i128; 6]);
+}
+
+/// A sweep of a part of the rows of a block.
+#[doc(hidden)]
+pub struct Sweep<'a, 'b, T: Real, B> {
+    pub(super) fluid: &'a mut Fluid<T>,
+    /// The rows next to other ranks in y and z, or the others.
+    pub(super) first: bool,
+    pub(super) acceleration: [f64; 3],
+    pub(super) solids: &'a mut BlockSolids<'b, T, B>,
+    /// Gets measurements before the collisions.
+    pub(super) flow: Option<&'a mut Flow>,
 }
 
 /// [`BlockSolids::fill`] and [`BlockSolids::collect`], compiled for an instruction set and apart from the sweep, so that
@@ -39,14 +59,11 @@ type RowFunctions<'a, T, B> = (
 /// The function that this is inlined into is compiled for the instructions of `R`, and the processor has those and the ones
 /// that the row functions are compiled for.
 #[inline(always)]
-unsafe fn sweep_block<'a, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, const WALLS: bool>(
-    fluid: &mut Fluid<T>,
-    part: Part,
-    acceleration: [f64; 3],
-    solids: &mut BlockSolids<'a, T, B>,
-    mut flow: Option<&mut Flow>,
-    (fill, collect): RowFunctions<'a, T, B>,
+unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, const WALLS: bool>(
+    sweep: Sweep<'_, 'b, T, B>,
+    (fill, collect): RowFunctions<'b, T, B>,
 ) {
+    let Sweep { fluid, first, acceleration, solids, mut flow } = sweep;
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
@@ -54,7 +71,7 @@ unsafe fn sweep_block<'a, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, cons
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
-            if !order.is_in(part, [y, z]) {
+            if order.is_first([y, z]) != first {
                 continue;
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
@@ -195,24 +212,9 @@ macro_rules! compiled_for {
             solids.collect(row, data);
         }
         $(#[target_feature(enable = $feature)])?
-        fn $sweep<B: Bodies, const TRT: bool, const WALLS: bool>(
-            fluid: &mut Fluid<$t>,
-            part: Part,
-            acceleration: [f64; 3],
-            solids: &mut BlockSolids<$t, B>,
-            flow: Option<&mut Flow>,
-        ) {
+        fn $sweep<B: Bodies, const TRT: bool, const WALLS: bool>(sweep: Sweep<$t, B>) {
             // SAFETY: `$lanes` and the two functions need the same instructions as this one.
-            unsafe {
-                sweep_block::<$t, $lanes, B, TRT, WALLS>(
-                    fluid,
-                    part,
-                    acceleration,
-                    solids,
-                    flow,
-                    ($fill::<B>, $collect::<B>),
-                );
-            }
+            unsafe { sweep_block::<$t, $lanes, B, TRT, WALLS>(sweep, ($fill::<B>, $collect::<B>)) };
         }
     };
 }
@@ -220,13 +222,23 @@ macro_rules! compiled_for {
 macro_rules! real {
     ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
         impl Real for $t {
-            fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(
-                fluid: &mut Fluid<Self>,
-                part: Part,
-                acceleration: [f64; 3],
-                solids: &mut BlockSolids<$t, B>,
-                flow: Option<&mut Flow>,
-            ) {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const TINY: Self = 1e-30;
+            const LANE: [Self; CHUNK] =
+                [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+            const STEP: [Self; 2 * CHUNK] = {
+                let mut step = [1.0; 2 * CHUNK];
+                step.split_at_mut(CHUNK).0.copy_from_slice(&[0.0; CHUNK]);
+                step
+            };
+
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as Self
+            }
+
+            fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, B>) {
                 compiled_for!($t, $t, scalar, fill_scalar, collect_scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
@@ -234,21 +246,23 @@ macro_rules! real {
                     compiled_for!($t, $sse2, sse2, fill_sse2, collect_sse2);
                     compiled_for!($t, $avx2, avx2, fill_avx2, collect_avx2, "avx2");
                     compiled_for!($t, $avx512, avx512, fill_avx512, collect_avx512, "avx512f");
-                    let (f, a, s) = (fluid, acceleration, solids);
-                    return match f.simd {
+                    match sweep.fluid.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<B, TRT, WALLS>(f, part, a, s, flow) },
+                        Simd::Avx512 => unsafe { avx512::<B, TRT, WALLS>(sweep) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<B, TRT, WALLS>(f, part, a, s, flow) },
-                        Simd::Sse2 => sse2::<B, TRT, WALLS>(f, part, a, s, flow),
-                        Simd::Scalar => scalar::<B, TRT, WALLS>(f, part, a, s, flow),
-                    };
+                        Simd::Avx2 => unsafe { avx2::<B, TRT, WALLS>(sweep) },
+                        Simd::Sse2 => sse2::<B, TRT, WALLS>(sweep),
+                        Simd::Scalar => scalar::<B, TRT, WALLS>(sweep),
+                    }
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                scalar::<B, TRT, WALLS>(fluid, part, acceleration, solids, flow);
+                scalar::<B, TRT, WALLS>(sweep);
             }
 
-            fn measure<B: Bodies>(fluid: &Fluid<Self>, solids: &mut BlockSolids<$t, B>) -> (Flow, [i128; 6]) {
+            fn measure<B: Bodies>(
+                fluid: &Fluid<Self>,
+                solids: &mut BlockSolids<Self, B>,
+            ) -> (Flow, [i128; 6]) {
                 // What every processor of the kind has: it waits for memory.
                 #[cfg(target_arch = "x86_64")]
                 use super::simd::$sse2 as Baseline;

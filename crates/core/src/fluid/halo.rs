@@ -21,26 +21,17 @@ struct Run {
     count: usize,
 }
 
-/// Contents of one message, in order.
+/// Contents of one message, in order, by the phase that is entered: even a return, odd a fill.
 #[derive(Default)]
 struct Message {
-    /// Boundary cells sent by a fill.
-    fill_from: Vec<Run>,
-    /// Ghosts received by a fill.
-    fill_to: Vec<Run>,
-    /// Ghosts sent by a return.
-    return_from: Vec<Run>,
-    /// Boundary cells received by a return.
-    return_to: Vec<Run>,
+    from: [Vec<Run>; 2],
+    to: [Vec<Run>; 2],
 }
 
 impl Message {
     /// Slots that are sent on entering a phase, and slots that are received into.
     fn runs(&self, entered: AaPhase) -> (&[Run], &[Run]) {
-        match entered {
-            AaPhase::Odd => (&self.fill_from, &self.fill_to),
-            AaPhase::Even => (&self.return_from, &self.return_to),
-        }
+        (&self.from[entered as usize], &self.to[entered as usize])
     }
 
     /// All messages of a rank by peer, ascending, including those to itself.
@@ -55,13 +46,13 @@ impl Message {
             let back = d.map(|x| -x);
             if let Some(peer) = neighbour(decomposition, rank, d) {
                 let message = messages.entry(peer).or_default();
-                message.fill_from.extend(runs(layout, back, Side::Boundary));
-                message.return_from.extend(runs(layout, d, Side::Ghost));
+                message.from[1].extend(runs(layout, back, Side::Boundary));
+                message.from[0].extend(runs(layout, d, Side::Ghost));
             }
             if let Some(peer) = neighbour(decomposition, rank, back) {
                 let message = messages.entry(peer).or_default();
-                message.fill_to.extend(runs(layout, back, Side::Ghost));
-                message.return_to.extend(runs(layout, d, Side::Boundary));
+                message.to[1].extend(runs(layout, back, Side::Ghost));
+                message.to[0].extend(runs(layout, d, Side::Boundary));
             }
         }
         messages
@@ -77,7 +68,7 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
 }
 
 /// Messages that go together.
-struct Pattern<T> {
+pub(crate) struct Pattern<T> {
     messages: Vec<Message>,
     halo: Halo<T>,
     under_way: bool,
@@ -88,12 +79,12 @@ impl<T: Pod + Send> Pattern<T> {
     fn new(messages: Vec<(usize, Message)>, comm: &Comm) -> Result<Self> {
         let (peers, messages): (Vec<usize>, Vec<Message>) = messages.into_iter().unzip();
         let lengths: Vec<usize> =
-            messages.iter().map(|m| m.fill_from.iter().map(|run| run.count).sum()).collect();
+            messages.iter().map(|m| m.from[1].iter().map(|run| run.count).sum()).collect();
         Ok(Self { messages, halo: comm.halo(&peers, &lengths)?, under_way: false })
     }
 
     /// Packs and sends, unless that has been done since the last [`finish`](Self::finish).
-    fn start(&mut self, populations: &[T], entered: AaPhase) {
+    pub(crate) fn start(&mut self, populations: &[T], entered: AaPhase) {
         if self.under_way || self.messages.is_empty() {
             return;
         }
@@ -135,20 +126,17 @@ impl<T: Pod + Send> Pattern<T> {
     }
 }
 
-/// The plan for one block, with its buffers.
+/// The messages of one block, one to each other rank.
 ///
-/// Each other rank gets one message, of all that crosses to it. Those from the rows that are swept first
-/// ([`RowOrder`](super::rows::RowOrder)) start as soon as these are swept; those across x faces need the ends of all
-/// rows. In both phases the slots that a message is packed from belong to cells of these rows, so no later row writes
-/// them, and those that it is unpacked to belong to no cell of the block: only garbage lanes of the sweep may write
-/// them, which is over by then.
+/// In both phases the slots that a message is packed from belong to cells of the rows named below, so no later row writes
+/// them, and those that it is unpacked to belong to no cell of the block: only garbage lanes of the sweep may write them.
 pub(crate) struct FluidHalo<T> {
     /// From here to here, where the block is its own neighbour.
     own: Message,
-    /// To ranks that no x face is shared with.
-    early: Pattern<T>,
-    /// To ranks across x faces.
-    late: Pattern<T>,
+    /// To ranks that no x face is shared with: from the rows that are swept first.
+    pub(crate) early: Pattern<T>,
+    /// To ranks across x faces: needs the ends of all rows.
+    pub(crate) late: Pattern<T>,
 }
 
 impl<T: Pod + Send> FluidHalo<T> {
@@ -159,16 +147,6 @@ impl<T: Pod + Send> FluidHalo<T> {
         let own = messages.remove(&rank).unwrap_or_default();
         let (late, early) = messages.into_iter().partition(|(peer, _)| is_late(decomposition, rank, *peer));
         Ok(Self { own, early: Pattern::new(early, comm)?, late: Pattern::new(late, comm)? })
-    }
-
-    /// Sends the populations of the rows that are swept first, which is everything for some neighbours.
-    pub(crate) fn start_early(&mut self, populations: &[T], entered: AaPhase) {
-        self.early.start(populations, entered);
-    }
-
-    /// Sends what needs the ends of all rows.
-    pub(crate) fn start_late(&mut self, populations: &[T], entered: AaPhase) {
-        self.late.start(populations, entered);
     }
 
     /// Lets messages move on.
@@ -235,11 +213,8 @@ fn runs(layout: &Layout, d: [isize; 3], side: Side) -> Vec<Run> {
                     runs.push(Run { start: at(xs.start, y), distance: 1, count: xs.clone().count() });
                 }
             } else {
-                runs.push(Run {
-                    start: at(xs.start, ys.start),
-                    distance: layout.pitch,
-                    count: ys.clone().count(),
-                });
+                let start = at(xs.start, ys.start);
+                runs.push(Run { start, distance: layout.pitch, count: ys.clone().count() });
             }
         }
     }
@@ -248,7 +223,7 @@ fn runs(layout: &Layout, d: [isize; 3], side: Side) -> Vec<Run> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rows::{Part, RowOrder};
+    use super::super::rows::RowOrder;
     use super::*;
     use crate::comm::on_threads;
     use crate::domain::Domain;
@@ -299,7 +274,7 @@ mod tests {
                     let is_early = peer != rank && !is_late(&cut, rank, peer);
                     for slot in slots(from) {
                         let row = *writer.get(&slot).expect("written by the sweep");
-                        assert!(!is_early || order.is_in(Part::First, row), "{grid:?} {row:?}");
+                        assert!(!is_early || order.is_first(row), "{grid:?} {row:?}");
                         assert!(sent.insert(slot), "sent twice");
                     }
                     for slot in slots(to) {

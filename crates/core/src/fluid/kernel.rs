@@ -16,7 +16,7 @@ use super::Real;
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidModel, SolidRow};
 use crate::lattice::Q;
-use std::ops::{Add, Mul, Range, Sub};
+use std::ops::Range;
 
 /// Density deviation, momentum, density and velocity of a register of cells.
 #[derive(Clone, Copy)]
@@ -29,7 +29,7 @@ pub struct Moments<R> {
 
 /// Moments of a register of cells.
 #[inline(always)]
-pub(crate) fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> Moments<R> {
+pub(crate) fn moments<T: Real, R: Lanes<T>>(g: &[R; Q]) -> Moments<R> {
     let pair = |i: usize| (g[i] + g[i + 1], g[i] - g[i + 1]);
     let ((s1, d1), (s3, d3), (s5, d5)) = (pair(1), pair(3), pair(5));
     let ((s7, d7), (s9, d9), (s11, d11)) = (pair(7), pair(9), pair(11));
@@ -43,8 +43,7 @@ pub(crate) fn moments<T: Number, R: Lanes<T>>(g: &[R; Q]) -> Moments<R> {
     Moments { deviation, momentum, rho, u }
 }
 
-/// Relaxation factors of a deviation from equilibrium: `1 - 1/tau` of its even and of its odd part. One relaxation
-/// time ignores the second.
+/// Factors `1 - 1/tau` of the even and the odd part of a deviation from equilibrium; with one relaxation time the first.
 #[derive(Clone, Copy)]
 pub(crate) struct RelaxationFactors<T> {
     pub(crate) even: T,
@@ -57,7 +56,7 @@ pub(crate) struct RelaxationFactors<T> {
 /// part of a pair `f_i + f_-i` stays, in the odd part `f_i - f_-i` changes sign and gains that of the equilibrium at twice
 /// `u_s`. Cells of `b = 0` get the same bits as with two relaxation times and without a solid.
 #[inline(always)]
-pub(crate) fn relax<T: Number, R: Lanes<T>, const TRT: bool>(
+pub(crate) fn relax<T: Real, R: Lanes<T>, const TRT: bool>(
     g: &mut [R; Q],
     cells: &Moments<R>,
     target: [R; 3],
@@ -134,7 +133,7 @@ pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
 }
 
-impl<T: Number> Measured<T> {
+impl<T: Real> Measured<T> {
     /// Forgets some cells.
     pub(crate) fn clear(&mut self, cells: Range<usize>) {
         for momentum in &mut self.momentum {
@@ -145,8 +144,7 @@ impl<T: Number> Measured<T> {
 
 /// Bytes of a cache line.
 const LINE: usize = 64;
-/// Prefetch distance of populations (bytes). Measured: half and twice the distance are a few per cent
-/// slower, none at all by a third.
+/// Prefetch distance of populations (bytes). Measured: half and twice are a few per cent slower, none by a third.
 const AHEAD: usize = 768;
 
 /// Collides and streams one row in place, without chunks that are `dead`; the list may be shorter than the row, or
@@ -221,55 +219,3 @@ pub(crate) unsafe fn put<T, R: Lanes<T>>(values: &mut [T], x: usize, r: R) {
     // SAFETY: promised by the caller.
     unsafe { r.store(values.as_mut_ptr().add(x)) };
 }
-
-/// Constants and conversions the kernels need of a storage type.
-pub trait Number:
-    Copy + PartialOrd + Into<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
-{
-    /// 0.
-    const ZERO: Self;
-    /// 1.
-    const ONE: Self;
-    /// Smaller than any solid fraction that matters, larger than zero.
-    const TINY: Self;
-    /// 0, 1, 2, ...
-    const LANE: [Self; CHUNK];
-    /// [`CHUNK`] zeros, then [`CHUNK`] ones.
-    const STEP: [Self; 2 * CHUNK];
-    /// Rounds.
-    fn from_f64(x: f64) -> Self;
-}
-
-macro_rules! number {
-    ($t:ty) => {
-        impl Number for $t {
-            const ZERO: Self = 0.0;
-            const ONE: Self = 1.0;
-            const TINY: Self = 1e-30;
-            const LANE: [Self; CHUNK] = {
-                let mut lane = [0.0; CHUNK];
-                let mut k = 0;
-                while k < CHUNK {
-                    lane[k] = k as Self;
-                    k += 1;
-                }
-                lane
-            };
-            const STEP: [Self; 2 * CHUNK] = {
-                let mut step = [0.0; 2 * CHUNK];
-                let mut k = CHUNK;
-                while k < 2 * CHUNK {
-                    step[k] = 1.0;
-                    k += 1;
-                }
-                step
-            };
-            #[inline(always)]
-            fn from_f64(x: f64) -> Self {
-                x as Self
-            }
-        }
-    };
-}
-number!(f32);
-number!(f64);

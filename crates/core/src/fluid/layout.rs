@@ -25,9 +25,8 @@ impl AaPhase {
 
 /// Structure of arrays with one layer of ghost cells: `index = i * stride + cell`, `cell = x + pitch * (row)`.
 ///
-/// Rows are padded to whole chunks and at least one chunk more, so that kernels may run over the end of a row: the
-/// slots that such a garbage cell touches belong to no real cell of the block (the sets of slots of different cells are
-/// disjoint), and ghost slots are refreshed by the halo exchange before they are read.
+/// Rows are padded to whole chunks and at least one more, so that kernels may run over the end of a row: the slots of
+/// different cells are disjoint, and ghost slots are refreshed by the halo exchange before they are read.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Real cells in each direction.

@@ -16,7 +16,7 @@
 
 use super::bodies::{BlockSolids, Bodies, masked};
 use super::dispatch::{observe_row, row_of};
-use super::kernel::{Measured, Moments, Number, Row, moments, put};
+use super::kernel::{Measured, Moments, Row, moments, put};
 use super::simd::Lanes;
 use super::solid::{CHUNK, Covered, Measure, SolidModel, SolidRow};
 use super::{Flow, Fluid, Real};
@@ -39,7 +39,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
     let mut measured = Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]) };
     let mut reflected: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
     let (mut flow, mut stresslet) = (Flow::default(), [0; 6]);
-    solids.keep_fractions();
+    solids.fractions.get_or_insert_default();
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
@@ -77,7 +77,7 @@ fn add_moments<T: Real, B: Bodies>(
     solid: &SolidRow<T>,
     sums: &mut [i128; 6],
 ) {
-    let mut fractions = solids.kept_fractions().iter();
+    let mut fractions = solids.fractions.iter().flatten();
     for segment in solids.segments.row(row) {
         let centre = solids.bodies[segment.body as usize].motion.centre;
         for done in (0..segment.count as usize).step_by(CHUNK) {
@@ -105,7 +105,7 @@ fn add_moments<T: Real, B: Bodies>(
 
 /// Flux of momentum minus that of equilibrium: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
 #[inline(always)]
-fn deviation_of_flux<T: Number, R: Lanes<T>>(
+fn deviation_of_flux<T: Real, R: Lanes<T>>(
     g: &[R; Q],
     &Moments { deviation, momentum, u, .. }: &Moments<R>,
 ) -> [R; 6] {

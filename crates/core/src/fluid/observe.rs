@@ -3,7 +3,7 @@
 use super::bodies::{BlockSolids, Bodies};
 use super::buffer::Buffer;
 use super::solid::{SolidModel, SolidRow};
-use super::{Flow, Fluid, Real, SPEED_LIMIT, WallLoad};
+use super::{Flow, Fluid, Real, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -31,11 +31,8 @@ impl<T: Real> Fluid<T> {
     }
 
     /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids
-    /// and the acceleration of the coming sweep.
-    ///
-    /// With exact-difference forcing the velocity lies midway between before and after the collision,
-    /// `u + (B a + (1 - B)(u_s - u)) / 2`; in partially saturated cells with the momentum of their operator instead of
-    /// `(1 - B)(u_s - u)`.
+    /// and the acceleration of the coming sweep: the velocity midway between before and after the collision,
+    /// `u + (B a + drag (u_s - u)) / 2`, with the [`drag`](SolidModel::drag) of the method.
     pub fn each_cell<B: Bodies>(
         &self,
         cells: Block,
@@ -73,36 +70,14 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// The first cell (of the whole box) that is now faster than [`SPEED_LIMIT`] or not a number, and its speed; for
-    /// the end of a run, where no measuring sweep follows. What partially saturated cells hold of the fluid within
-    /// solids means nothing; there the velocity of the solid counts.
-    pub fn fault<B: Bodies>(&self, solids: &mut BlockSolids<T, B>) -> Option<([usize; 3], f64)> {
-        let ([nx, ny, nz], lo) = (self.layout.size, self.block.lo);
-        let mut row = SolidRow::new(self.layout.chunks_per_row());
-        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            row.clear();
-            solids.fill(y + ny * z, &mut row);
-            for x in (0..nx).filter(|&x| self.walls.of([x, y, z]).is_none()) {
-                let (rho, u) = self.moments([x, y, z]);
-                let (fraction, of_solid) = row.cell(x);
-                let u = B::Model::mean_velocity(u, fraction, of_solid);
-                let speed = rho * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt();
-                if speed >= SPEED_LIMIT || speed.is_nan() {
-                    return Some(([lo[0] + x, lo[1] + y, lo[2] + z], speed));
-                }
-            }
-        }
-        None
-    }
-
     /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles
     /// ([`measure`](super::measure)); nothing changes, and no message is sent.
     pub fn measure<B: Bodies>(&self, solids: &mut BlockSolids<T, B>) -> (Flow, [i128; 6]) {
         T::measure(self, solids)
     }
 
-    /// Force and torque on each wall in the last step over the cells of this block, as exact sums over which ranks
-    /// add up; without the pressure of a fluid at rest with density 1.
+    /// Force and torque on each wall in the last step over the cells of this block, as exact sums; without the pressure of a
+    /// fluid at rest with density 1.
     pub fn wall_loads(&self) -> Vec<WallLoad> {
         self.walls.loads(&self.layout, self.block.lo, &self.populations)
     }
@@ -130,9 +105,8 @@ impl<T: Real> Fluid<T> {
     }
 }
 
-/// Streaming bandwidth of this thread (bytes per second, read and write counted): scales an array far larger than the
-/// caches in place, the traffic pattern of a sweep; the best of `repeats` after one warm-up.
-/// All ranks at once, each for itself. Collective.
+/// Streaming bandwidth of this thread (bytes per second, read and write counted): an array far larger than the caches is
+/// scaled in place, by all ranks at once; the best of `repeats` after one warm-up. Collective.
 ///
 /// # Errors
 /// On every rank, if one of them has no room for the array.

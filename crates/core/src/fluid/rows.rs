@@ -12,17 +12,6 @@ pub(crate) struct RowOrder {
     neighbour: [[bool; 2]; 2],
 }
 
-/// Some rows of a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// All of them, plane by plane.
-    All,
-    /// Those next to another rank in y or z.
-    First,
-    /// The others.
-    Rest,
-}
-
 impl RowOrder {
     /// For the block of `rank`.
     pub(crate) fn new(decomposition: &Decomposition, rank: usize) -> Self {
@@ -36,23 +25,14 @@ impl RowOrder {
         Self { size: [ny, nz], neighbour: [beyond(1), beyond(2)] }
     }
 
-    /// Plane by plane.
-    pub(crate) fn plain(&self) -> bool {
-        self.neighbour == [[false; 2]; 2]
+    /// Returns true if some rows come first.
+    pub(crate) fn has_first(&self) -> bool {
+        self.neighbour != [[false; 2]; 2]
     }
 
-    /// Returns true if row `[y, z]` of the block belongs to a part.
+    /// Returns true if row `[y, z]` of the block is next to another rank in y or z.
     #[inline(always)]
-    pub(crate) fn is_in(&self, part: Part, row: [usize; 2]) -> bool {
-        match part {
-            Part::All => true,
-            Part::First => self.is_first(row),
-            Part::Rest => !self.is_first(row),
-        }
-    }
-
-    #[inline(always)]
-    fn is_first(&self, row: [usize; 2]) -> bool {
+    pub(crate) fn is_first(&self, row: [usize; 2]) -> bool {
         (0..2).any(|a| {
             let [low, high] = self.neighbour[a];
             (low && row[a] == 0) || (high && row[a] + 1 == self.size[a])
@@ -91,12 +71,10 @@ mod tests {
         for ranks in [1, 2, 4, 6] {
             let (order, [ny, nz]) = order([true; 3], ranks, ranks - 1);
             let rows: Vec<[usize; 2]> = (0..nz).flat_map(|z| (0..ny).map(move |y| [y, z])).collect();
-            let part = |part| rows.iter().copied().filter(move |&row| order.is_in(part, row));
-            assert_eq!(part(Part::All).count(), rows.len());
-            let turns: Vec<_> = part(Part::First).chain(part(Part::Rest)).collect();
-            assert_eq!(turns.len(), rows.len(), "{ranks} ranks");
+            let part = |first| rows.iter().copied().filter(move |&row| order.is_first(row) == first);
+            let turns: Vec<_> = part(true).chain(part(false)).collect();
             assert!(turns.windows(2).all(|w| order.is_before(w[0], w[1])));
-            assert_eq!(part(Part::First).count() == 0, order.plain());
+            assert_eq!(part(true).count() > 0, order.has_first(), "{ranks} ranks");
         }
     }
 
@@ -104,14 +82,14 @@ mod tests {
     fn only_rows_next_to_another_rank_come_first() {
         // One block, two along z, and four along y and z.
         let (alone, [ny, nz]) = order([true; 3], 1, 0);
-        assert!(alone.plain() && !alone.is_in(Part::First, [0, 0]));
+        assert!(!alone.has_first() && !alone.is_first([0, 0]));
         assert_eq!([ny, nz], [24, 40]);
         let (two, [_, nz]) = order([true; 3], 2, 0);
         assert_eq!(nz, 20);
-        assert!(two.is_in(Part::First, [3, 0]) && two.is_in(Part::First, [3, 19]));
-        assert!(two.is_in(Part::Rest, [0, 1]));
+        assert!(two.is_first([3, 0]) && two.is_first([3, 19]));
+        assert!(!two.is_first([0, 1]));
         // The lower of two between closed faces.
         let (lower, _) = order([true, true, false], 2, 0);
-        assert!(lower.is_in(Part::Rest, [3, 0]) && lower.is_in(Part::First, [3, 19]));
+        assert!(!lower.is_first([3, 0]) && lower.is_first([3, 19]));
     }
 }

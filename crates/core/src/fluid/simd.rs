@@ -60,70 +60,6 @@ scalar_lanes!(f32);
 scalar_lanes!(f64);
 
 #[cfg(target_arch = "x86_64")]
-macro_rules! vector_lanes {
-    ($name:ident, $t:ty, $register:ty, $width:literal, $load:ident, $store:ident, $set:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $max:ident) => {
-        /// A vector register.
-        #[derive(Clone, Copy)]
-        #[repr(transparent)]
-        pub(crate) struct $name($register);
-
-        impl Add for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, other: Self) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $add(self.0, other.0) })
-            }
-        }
-        impl Sub for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, other: Self) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $sub(self.0, other.0) })
-            }
-        }
-        impl Mul for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, other: Self) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $mul(self.0, other.0) })
-            }
-        }
-        impl Lanes<$t> for $name {
-            const WIDTH: usize = $width;
-            #[inline(always)]
-            unsafe fn load(p: *const $t) -> Self {
-                // SAFETY: promised by the caller; unaligned load.
-                Self(unsafe { $load(p) })
-            }
-            #[inline(always)]
-            unsafe fn store(self, p: *mut $t) {
-                // SAFETY: promised by the caller; unaligned store.
-                unsafe { $store(p, self.0) }
-            }
-            #[inline(always)]
-            fn splat(x: $t) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $set(x) })
-            }
-            #[inline(always)]
-            fn recip(self) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $div($set(1.0), self.0) })
-            }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $max(self.0, other.0) })
-            }
-        }
-    };
-}
-
-#[cfg(target_arch = "x86_64")]
 pub(crate) use x86::*;
 #[cfg(target_arch = "x86_64")]
 mod x86 {
@@ -131,90 +67,80 @@ mod x86 {
     #[allow(clippy::wildcard_imports)] // every name in there says where it is from
     use std::arch::x86_64::*;
 
-    vector_lanes!(
-        F32x4,
-        f32,
-        __m128,
-        4,
-        _mm_loadu_ps,
-        _mm_storeu_ps,
-        _mm_set1_ps,
-        _mm_add_ps,
-        _mm_sub_ps,
-        _mm_mul_ps,
-        _mm_div_ps,
-        _mm_max_ps
-    );
-    vector_lanes!(
-        F64x2,
-        f64,
-        __m128d,
-        2,
-        _mm_loadu_pd,
-        _mm_storeu_pd,
-        _mm_set1_pd,
-        _mm_add_pd,
-        _mm_sub_pd,
-        _mm_mul_pd,
-        _mm_div_pd,
-        _mm_max_pd
-    );
-    vector_lanes!(
-        F32x8,
-        f32,
-        __m256,
-        8,
-        _mm256_loadu_ps,
-        _mm256_storeu_ps,
-        _mm256_set1_ps,
-        _mm256_add_ps,
-        _mm256_sub_ps,
-        _mm256_mul_ps,
-        _mm256_div_ps,
-        _mm256_max_ps
-    );
-    vector_lanes!(
-        F64x4,
-        f64,
-        __m256d,
-        4,
-        _mm256_loadu_pd,
-        _mm256_storeu_pd,
-        _mm256_set1_pd,
-        _mm256_add_pd,
-        _mm256_sub_pd,
-        _mm256_mul_pd,
-        _mm256_div_pd,
-        _mm256_max_pd
-    );
-    vector_lanes!(
-        F32x16,
-        f32,
-        __m512,
-        16,
-        _mm512_loadu_ps,
-        _mm512_storeu_ps,
-        _mm512_set1_ps,
-        _mm512_add_ps,
-        _mm512_sub_ps,
-        _mm512_mul_ps,
-        _mm512_div_ps,
-        _mm512_max_ps
-    );
-    vector_lanes!(
-        F64x8,
-        f64,
-        __m512d,
-        8,
-        _mm512_loadu_pd,
-        _mm512_storeu_pd,
-        _mm512_set1_pd,
-        _mm512_add_pd,
-        _mm512_sub_pd,
-        _mm512_mul_pd,
-        _mm512_div_pd,
-        _mm512_max_pd
-    );
+    macro_rules! operator {
+        ($name:ident, $operator:ident, $method:ident, $intrinsic:ident) => {
+            impl $operator for $name {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $intrinsic(self.0, other.0) })
+                }
+            }
+        };
+    }
+
+    macro_rules! vector_lanes {
+        ($($name:ident $t:ident $width:literal $register:ident:
+           $load:ident $store:ident $set:ident $add:ident $sub:ident $mul:ident $div:ident $max:ident;)*) => {$(
+            /// A vector register.
+            #[derive(Clone, Copy)]
+            #[repr(transparent)]
+            pub(crate) struct $name($register);
+
+            operator!($name, Add, add, $add);
+            operator!($name, Sub, sub, $sub);
+            operator!($name, Mul, mul, $mul);
+            impl Lanes<$t> for $name {
+                const WIDTH: usize = $width;
+                #[inline(always)]
+                unsafe fn load(p: *const $t) -> Self {
+                    // SAFETY: promised by the caller; unaligned load.
+                    Self(unsafe { $load(p) })
+                }
+                #[inline(always)]
+                unsafe fn store(self, p: *mut $t) {
+                    // SAFETY: promised by the caller; unaligned store.
+                    unsafe { $store(p, self.0) }
+                }
+                #[inline(always)]
+                fn splat(x: $t) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $set(x) })
+                }
+                #[inline(always)]
+                fn recip(self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $div($set(1.0), self.0) })
+                }
+                #[inline(always)]
+                fn max(self, other: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $max(self.0, other.0) })
+                }
+            }
+        )*};
+    }
+    vector_lanes! {
+        F32x4 f32 4 __m128:
+            _mm_loadu_ps _mm_storeu_ps _mm_set1_ps _mm_add_ps
+            _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_max_ps;
+        F64x2 f64 2 __m128d:
+            _mm_loadu_pd _mm_storeu_pd _mm_set1_pd _mm_add_pd
+            _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_max_pd;
+        F32x8 f32 8 __m256:
+            _mm256_loadu_ps _mm256_storeu_ps _mm256_set1_ps _mm256_add_ps
+            _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_max_ps;
+        F64x4 f64 4 __m256d:
+            _mm256_loadu_pd _mm256_storeu_pd _mm256_set1_pd _mm256_add_pd
+            _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_max_pd;
+        F32x16 f32 16 __m512:
+            _mm512_loadu_ps _mm512_storeu_ps _mm512_set1_ps _mm512_add_ps
+            _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_max_ps;
+        F64x8 f64 8 __m512d:
+            _mm512_loadu_pd _mm512_storeu_pd _mm512_set1_pd _mm512_add_pd
+            _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_max_pd;
+    }
 }
 
 impl Simd {

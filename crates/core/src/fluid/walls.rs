@@ -14,15 +14,17 @@
 //! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice
 //! Boltzmann Method, Eqs. (5.26) and (5.79).
 
+mod find;
+
 use super::Real;
 use super::layout::{AaPhase, Layout};
 use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
 use crate::error::Result;
-use crate::lattice::{C, Q, W, opposite};
+use crate::lattice::{C, Q, opposite};
 use crate::math::to_fixed;
-use crate::memory;
+use find::Map;
 use std::ops::Range;
 
 /// Steady rigid motion of a wall, lattice units.
@@ -42,9 +44,9 @@ impl WallMotion {
     }
 
     /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
-    pub fn at(&self, place: [f64; 3]) -> [f64; 3] {
+    pub fn at(&self, position: [f64; 3]) -> [f64; 3] {
         let (w, r): (_, [f64; 3]) =
-            (self.angular_velocity, std::array::from_fn(|a| place[a] - self.pivot[a]));
+            (self.angular_velocity, std::array::from_fn(|a| position[a] - self.pivot[a]));
         std::array::from_fn(|a| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
             self.velocity[a] + (w[b] * r[c] - w[c] * r[b])
@@ -87,27 +89,17 @@ struct Run {
     /// Slot `(x, i)` of the first link; the direction gives the distance of `(w, -i)` from it.
     near: usize,
     count: u32,
-    /// First of the corrections, or `NO_CORRECTION`.
-    correction: u32,
+    /// First of the corrections, if the wall moves.
+    corrections: Option<u32>,
     wall: u16,
     direction: u8,
-}
-
-/// Of links to walls at rest.
-const NO_CORRECTION: u32 = u32::MAX;
-
-/// Consecutive wall cells of a row.
-#[derive(Clone, Copy, Debug)]
-struct WallCells {
-    start: usize,
-    end: usize,
-    wall: u16,
 }
 
 /// A row of the block with wall cells in it.
 #[derive(Debug)]
 pub(crate) struct WallRow<T> {
-    cells: Vec<WallCells>,
+    /// Consecutive wall cells, and the wall.
+    cells: Vec<(Range<usize>, u16)>,
     /// By chunk: all cells are wall and need no sweep.
     pub(crate) dead: Vec<bool>,
     /// Other chunks with wall cells: 1 in fluid, 0 in walls.
@@ -119,10 +111,9 @@ pub(crate) struct Walls<T> {
     motions: Vec<WallMotion>,
     /// Links to wall cells beyond the block, which wait for the halo exchange.
     late: Vec<Run>,
-    /// Links between cells of the block, by the row whose sweep completes them, and where each row begins; no row at
-    /// all if there is none. The memory they touch is in the cache then.
-    early: Vec<Run>,
-    early_rows: Vec<usize>,
+    /// Links between cells of the block, by the row whose sweep completes them, so that the memory they touch is in the
+    /// cache; no row at all if there is none.
+    early: Vec<Vec<Run>>,
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
     /// `6 w_i c_i . u_w` of the links to moving walls.
@@ -149,60 +140,6 @@ struct RowEnds<T> {
     walls: Vec<u16>,
 }
 
-/// The wall of every cell of a block and its ghosts.
-struct Map {
-    size: [usize; 3],
-    lo: [usize; 3],
-    walls: Vec<u16>,
-}
-
-impl Map {
-    fn new(domain: &Domain, block: Block, boundary: &Boundary) -> Result<Self> {
-        assert!(boundary.motions.len() < NO_WALL.into());
-        let size = block.size();
-        let cells = domain.cells.map(|n| n as i64);
-        let cells_with_ghosts = size.iter().map(|n| n + 2).product();
-        let mut walls = memory::with_capacity(cells_with_ghosts, "the map of the walls")?;
-        let [xs, ys, zs]: [_; 3] = std::array::from_fn(|a| block.lo[a] as i64 - 1..block.hi[a] as i64 + 1);
-        for z in zs {
-            for y in ys.clone() {
-                for x in xs.clone() {
-                    let (mut cell, mut beyond) = ([x, y, z], false);
-                    for a in 0..3 {
-                        if domain.periodic[a] {
-                            cell[a] = cell[a].rem_euclid(cells[a]);
-                        } else {
-                            beyond |= !(0..cells[a]).contains(&cell[a]);
-                        }
-                    }
-                    let wall = (boundary.wall_of)(cell);
-                    assert!(wall.is_some() || !beyond, "{cell:?} lies in a wall");
-                    assert!(wall.is_none_or(|wall| wall < boundary.motions.len()));
-                    walls.push(wall.map_or(NO_WALL, |wall| wall as u16));
-                }
-            }
-        }
-        let lo = block.lo;
-        Ok(Self { size, lo, walls })
-    }
-
-    /// The wall of a cell of the block or a ghost.
-    fn at(&self, x: isize, y: isize, z: isize) -> u16 {
-        let [nx, ny, _] = self.size.map(|n| n as isize + 2);
-        self.walls[((x + 1) + nx * ((y + 1) + ny * (z + 1))) as usize]
-    }
-
-    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so
-    /// it is the same on every rank.
-    fn correction<T: Real>(&self, motion: &WallMotion, cell: [isize; 3], i: usize) -> T {
-        let middle =
-            std::array::from_fn(|a| (cell[a] + self.lo[a] as isize) as f64 + 0.5 * (1.0 - C[i][a] as f64));
-        let u = motion.at(middle);
-        let cu: f64 = (0..3).map(|a| C[i][a] as f64 * u[a]).sum();
-        T::from_f64(6.0 * W[i] * cu)
-    }
-}
-
 impl<T: Real> Walls<T> {
     pub(crate) fn new(
         layout: &Layout,
@@ -216,7 +153,6 @@ impl<T: Real> Walls<T> {
             motions: boundary.motions.to_vec(),
             late: Vec::new(),
             early: Vec::new(),
-            early_rows: Vec::new(),
             to_far: std::array::from_fn(|i| {
                 (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
             }),
@@ -240,108 +176,6 @@ impl<T: Real> Walls<T> {
         Ok(walls)
     }
 
-    fn find_ends(&mut self, map: &Map, closed: [bool; 2]) {
-        let [nx, ny, nz] = self.size.map(|n| n as isize);
-        for (last, ghost, _) in [(0, -1, closed[0]), (nx - 1, nx, closed[1])].into_iter().filter(|end| end.2)
-        {
-            let inwards = (1..Q).filter(|&i| C[i][0] == last - ghost);
-            let mut directions = [0; 5];
-            directions.iter_mut().zip(inwards).for_each(|(to, i)| *to = i);
-            let mut ends = RowEnds { directions, last, ghost, corrections: Vec::new(), walls: Vec::new() };
-            for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-                let in_fluid = map.at(last, y, z) == NO_WALL;
-                for i in directions {
-                    let wall = map.at(ghost, y - C[i][1], z - C[i][2]);
-                    ends.walls.push(if in_fluid { wall } else { NO_WALL });
-                    let motion = &self.motions[usize::from(wall)];
-                    ends.corrections.push(map.correction(motion, [last, y, z], i));
-                }
-            }
-            if ends.corrections.iter().all(|&c| c == T::ZERO) {
-                ends.corrections.clear();
-            }
-            self.ends.push(ends);
-        }
-    }
-
-    fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2]) {
-        let [nx, ny, nz] = self.size.map(|n| n as isize);
-        let mut early: Vec<(usize, Run)> = Vec::new();
-        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            for i in 1..Q {
-                let [cx, cy, cz] = C[i];
-                let other = self.order.row(y - cy, z - cz);
-                let beyond = other.is_none();
-                // The later of the two rows.
-                let own = [y as usize, z as usize];
-                let later = other.filter(|&other| self.order.is_before(own, other)).unwrap_or(own);
-                let completed = later[1] * ny as usize + later[0];
-                // The others are done at the ends of rows.
-                let first = isize::from(closed[0] && cx > 0);
-                let end = nx - isize::from(closed[1] && cx < 0);
-                let mut last: Option<(bool, Run)> = None;
-                let mut put = |run: Option<(bool, Run)>, late: &mut Vec<Run>| match run {
-                    Some((true, run)) => late.push(run),
-                    Some((false, run)) => early.push((completed, run)),
-                    None => {}
-                };
-                for x in first..end {
-                    let wall = map.at(x - cx, y - cy, z - cz);
-                    if wall == NO_WALL || map.at(x, y, z) != NO_WALL {
-                        put(last.take(), &mut self.late);
-                        continue;
-                    }
-                    let is_late = beyond || !(0..nx).contains(&(x - cx));
-                    if last.is_some_and(|(late, run)| run.wall != wall || late != is_late) {
-                        put(last.take(), &mut self.late);
-                    }
-                    let motion = self.motions[usize::from(wall)];
-                    let (_, run) = last.get_or_insert_with(|| {
-                        let run = Run {
-                            near: i * layout.stride + layout.cell(x, y, z),
-                            count: 0,
-                            correction: if motion.moves() {
-                                self.corrections.len() as u32
-                            } else {
-                                NO_CORRECTION
-                            },
-                            wall,
-                            direction: i as u8,
-                        };
-                        (is_late, run)
-                    });
-                    run.count += 1;
-                    if motion.moves() {
-                        self.corrections.push(map.correction(&motion, [x, y, z], i));
-                    }
-                }
-                put(last.take(), &mut self.late);
-            }
-        }
-        assert!(self.corrections.len() < NO_CORRECTION as usize);
-        if early.is_empty() {
-            return;
-        }
-        early.sort_by_key(|&(row, _)| row);
-        let rows = 0..=(ny * nz) as usize;
-        self.early_rows = rows.map(|row| early.partition_point(|e| e.0 < row)).collect();
-        self.early = early.into_iter().map(|(_, run)| run).collect();
-    }
-
-    fn find_cells(&mut self, map: &Map) {
-        let [nx, ny, nz] = self.size;
-        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            let walls: Vec<u16> = (0..nx).map(|x| map.at(x as isize, y as isize, z as isize)).collect();
-            self.rows.push(WallRow::new(&walls).map(Box::new));
-        }
-        let rows = self.rows.iter().flatten();
-        let wall_cells: usize = rows.flat_map(|row| &row.cells).map(|cells| cells.end - cells.start).sum();
-        self.fluid_cells -= wall_cells;
-        if wall_cells == 0 {
-            self.rows.clear();
-        }
-    }
-
     /// Returns true if there are none in the whole box.
     pub(crate) fn is_empty(&self) -> bool {
         self.motions.is_empty()
@@ -360,9 +194,8 @@ impl<T: Real> Walls<T> {
 
     /// The wall of a cell of the block.
     pub(crate) fn of(&self, [x, y, z]: [usize; 3]) -> Option<&WallMotion> {
-        let cells = &self.row(y, z)?.cells;
-        let cells = cells.iter().find(|cells| (cells.start..cells.end).contains(&x))?;
-        Some(&self.motions[usize::from(cells.wall)])
+        let (_, wall) = self.row(y, z)?.cells.iter().find(|(cells, _)| cells.contains(&x))?;
+        Some(&self.motions[usize::from(*wall)])
     }
 
     /// Returns true if rows end at a closed face on some side.
@@ -370,9 +203,8 @@ impl<T: Real> Walls<T> {
         !self.ends.is_empty()
     }
 
-    /// Bounces the links at the ends of rows that the sweep of row `(y, z)`, the last so far, has completed: both
-    /// ends of a link must have been swept, for the second would overwrite it (the ghost of a row that ends within a
-    /// chunk is swept, too). `entered` is the phase after the sweep.
+    /// Bounces the links at the ends of rows of which the sweep of row `(y, z)`, the last so far, has swept the second end,
+    /// which would overwrite the link; `entered` is the phase after the sweep.
     #[inline(never)]
     pub(crate) fn bounce_row_ends(
         &self,
@@ -417,9 +249,8 @@ impl<T: Real> Walls<T> {
     /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
     #[inline(never)]
     pub(crate) fn bounce_row(&self, entered: AaPhase, populations: &mut [T], y: usize, z: usize) {
-        let row = z * self.size[1] + y;
-        if let (Some(&first), Some(&end)) = (self.early_rows.get(row), self.early_rows.get(row + 1)) {
-            self.bounce(&self.early[first..end], entered, populations);
+        if let Some(runs) = self.early.get(z * self.size[1] + y) {
+            self.bounce(runs, entered, populations);
         }
     }
 
@@ -453,8 +284,7 @@ impl<T: Real> Walls<T> {
 
     #[inline(always)]
     fn corrections_of(&self, run: &Run) -> Option<&[T]> {
-        let first = run.correction as usize;
-        (run.correction != NO_CORRECTION).then(|| &self.corrections[first..first + run.count as usize])
+        run.corrections.map(|first| &self.corrections[first as usize..][..run.count as usize])
     }
 
     /// Slot `(w, -i)` of the first link of a run.
@@ -465,7 +295,7 @@ impl<T: Real> Walls<T> {
 
     /// Sets `far` of every link so that `near`, given in the phase `Even`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [T]) {
-        for run in self.late.iter().chain(&self.early) {
+        for run in self.late.iter().chain(self.early.iter().flatten()) {
             let (far, corrections) = (self.far(run), self.corrections_of(run));
             for k in 0..run.count as usize {
                 let correction = corrections.map_or(T::ZERO, |corrections| corrections[k]);
@@ -497,7 +327,7 @@ impl<T: Real> Walls<T> {
                 load.torque[a] -= i128::from(to_fixed((near + far) * (r[b] * c[d] - r[d] * c[b])));
             }
         };
-        for run in self.late.iter().chain(&self.early) {
+        for run in self.late.iter().chain(self.early.iter().flatten()) {
             let (far, i) = (self.far(run), usize::from(run.direction));
             let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
             for k in 0..run.count as usize {
@@ -518,21 +348,19 @@ impl<T: Real> Walls<T> {
 impl<T: Real> WallRow<T> {
     /// From the wall of every cell; `None` if all are fluid.
     fn new(walls: &[u16]) -> Option<Self> {
-        let (mut cells, mut dead, mut mixed) = (Vec::<WallCells>::new(), Vec::new(), Vec::new());
-        for (x, &wall) in walls.iter().enumerate().filter(|&(_, &wall)| wall != NO_WALL) {
-            match cells.last_mut() {
-                Some(cells) if cells.end == x && cells.wall == wall => cells.end += 1,
-                _ => cells.push(WallCells { start: x, end: x + 1, wall }),
+        let (mut x, mut cells, mut dead, mut mixed) = (0, Vec::new(), Vec::new(), Vec::new());
+        for same in walls.chunk_by(PartialEq::eq) {
+            if same[0] != NO_WALL {
+                cells.push((x..x + same.len(), same[0]));
             }
+            x += same.len();
         }
         for (chunk, walls) in walls.chunks(CHUNK).enumerate() {
             let fluid = walls.iter().filter(|&&wall| wall == NO_WALL).count();
             dead.push(fluid == 0);
             if fluid > 0 && fluid < walls.len() {
-                let mut mask = [T::ONE; CHUNK];
-                for (mask, &wall) in mask.iter_mut().zip(walls) {
-                    *mask = if wall == NO_WALL { T::ONE } else { T::ZERO };
-                }
+                let is_wall = |k: usize| walls.get(k).is_some_and(|&wall| wall != NO_WALL);
+                let mask = std::array::from_fn(|k| if is_wall(k) { T::ZERO } else { T::ONE });
                 mixed.push((chunk, mask));
             }
         }
@@ -542,17 +370,17 @@ impl<T: Real> WallRow<T> {
     /// Calls `visit` for all stretches of wall cells.
     #[inline(always)]
     pub(crate) fn each(&self, mut visit: impl FnMut(Range<usize>)) {
-        for cells in &self.cells {
-            visit(cells.start..cells.end);
+        for (cells, _) in &self.cells {
+            visit(cells.clone());
         }
     }
 
-    /// Empties the wall cells, whose populations lie at `places` (of the first cell of the row).
+    /// Empties the wall cells, whose populations lie at `slots` (of the first cell of the row).
     #[inline(never)]
-    pub(crate) fn clear(&self, places: &[usize; Q], populations: &mut [T]) {
+    pub(crate) fn clear(&self, slots: &[usize; Q], populations: &mut [T]) {
         for (chunk, mask) in &self.mixed {
-            for place in places {
-                let cells = &mut populations[place + chunk * CHUNK..][..CHUNK];
+            for slot in slots {
+                let cells = &mut populations[slot + chunk * CHUNK..][..CHUNK];
                 for k in 0..CHUNK {
                     cells[k] = cells[k] * mask[k];
                 }

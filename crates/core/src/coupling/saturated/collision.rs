@@ -1,10 +1,10 @@
 //! Collision of partially saturated cells, and the momentum that they exchange.
 
 use super::{Saturated, SolidOperator};
-use crate::fluid::kernel::{Moments, Number, Row, put, relax};
+use crate::fluid::kernel::{Moments, Row, put, relax};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Body, CHUNK, ExchangeSum, Real, Segment, SolidModel, SolidRow, masked};
+use crate::fluid::{CHUNK, Real, SolidModel, SolidRow};
 use crate::lattice::{C, Q, W, opposite};
 
 /// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
@@ -13,17 +13,7 @@ const FILM: f64 = 20.0;
 
 impl SolidModel for Saturated {
     const PAIRS: bool = true;
-    const BY_FRACTION: bool = true;
-
-    #[inline(always)]
-    fn permeability<T: Number>(_: &[T; CHUNK], _: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK] {
-        let mut open = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            let left = T::ONE - sum[k];
-            open[k] = if left > T::ZERO { left } else { T::ZERO };
-        }
-        open
-    }
+    const BY_VOLUME: bool = true;
 
     #[inline(always)]
     unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
@@ -100,32 +90,19 @@ impl SolidModel for Saturated {
         self.operator.momentum() * e * t / (1.0 - e + t)
     }
 
-    /// What a cell holds of the fluid within solids means nothing; there the velocity of the solid counts.
-    fn mean_velocity(u: [f64; 3], e: f64, u_s: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|a| (1.0 - e) * u[a] + e * u_s[a])
-    }
-
     #[inline(always)]
-    fn collect<T: Real>(
-        segment: &Segment,
-        fractions: &mut &[[T; CHUNK]],
-        solids: &SolidRow<T>,
-        body: &mut Body,
-    ) {
-        for done in (0..segment.count as usize).step_by(CHUNK) {
-            let window = segment.window(done);
-            let (fraction, rest) = fractions.split_first().expect("one for each window");
-            *fractions = rest;
-            let [incoming, outgoing] = solids.exchanged(window.x);
-            body.exchange.add(&part(incoming, fraction, window.count, window.offset), 1);
-            body.departed.add(&part(outgoing, fraction, window.count, window.offset), 1);
+    fn force<T: Real>(p: &[T; CHUNK], _: &[T; CHUNK], fraction: &[T; CHUNK], _: &[T; CHUNK]) -> [T; CHUNK] {
+        let mut force = [T::ZERO; CHUNK];
+        for k in 0..CHUNK {
+            force[k] = fraction[k] * p[k];
         }
+        force
     }
 }
 
 /// `(1 - e) + l` and `b`.
 #[inline(always)]
-fn reflected<T: Number, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R, R) {
+fn reflected<T: Real, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R, R) {
     let overlap = (covered.fractions - covered.solid).max(R::splat(T::ZERO));
     let c = |x: f64| R::splat(T::from_f64(x));
     let through = covered.open + c(LEAK) + c(FILM) * (above_half * overlap);
@@ -134,14 +111,14 @@ fn reflected<T: Number, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R,
 
 /// Momentum of a cell, that of its solid as it moves.
 #[inline(always)]
-fn with_solid<T: Number, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, axis: usize) -> R {
+fn with_solid<T: Real, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, axis: usize) -> R {
     let momentum = cells.momentum[axis];
     momentum - covered.solid * (momentum - cells.rho * covered.velocity[axis])
 }
 
 /// `f_-i + feq_i(u_s) - feq_-i(u)`: with weights taken off, even and odd parts of the difference.
 #[inline(always)]
-fn bounce_back<T: Number, R: Lanes<T>>(
+fn bounce_back<T: Real, R: Lanes<T>>(
     pulled: &mut [R; Q],
     before: &[R; Q],
     &Moments { rho, u, .. }: &Moments<R>,
@@ -157,26 +134,4 @@ fn bounce_back<T: Number, R: Lanes<T>>(
         let change = base + quadratic + c(3.0) * rho * (cu + cv);
         pulled[i] = before[opposite(i)] + c(W[i]) * change;
     }
-}
-
-/// Sum of `fraction` of what the first `count` cells of a window exchanged, whose first cell has offset `n`.
-///
-/// Axis by axis: with the forces of all axes handed to a function for both methods, collecting takes twice as long.
-#[inline(always)]
-fn part<T: Number>(
-    exchanged: [&[T; CHUNK]; 4],
-    fraction: &[T; CHUNK],
-    count: usize,
-    n: [i32; 3],
-) -> ExchangeSum {
-    let mut f = [[0.0_f64; CHUNK]; 3];
-    for axis in 0..3 {
-        let p = exchanged[axis];
-        let mut force = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            force[k] = fraction[k] * p[k];
-        }
-        f[axis] = masked(&force, count);
-    }
-    ExchangeSum::of_window(&f, n)
 }

@@ -48,8 +48,7 @@ pub(super) fn behind(d: f64, m: [f64; 3]) -> f64 {
     if d > 0.0 { part } else { 1.0 - part }
 }
 
-/// Distance by which a surface whose principal curvatures (1 / cells) sum to `curvature` is moved in to count as a
-/// plane (cells).
+/// Distance (cells) by which a surface with this sum of principal curvatures (1 / cells) is moved in.
 #[inline(always)]
 pub(super) fn curved(curvature: f64) -> f64 {
     curvature / 24.0

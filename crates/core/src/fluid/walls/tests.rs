@@ -8,6 +8,7 @@ use crate::fluid::{
     BlockSolids, Bodies, Body, CHUNK, Collision, ExchangeSum, Fluid, FluidParams, RigidMotion, RowSegments,
     Segment, Simd, Window,
 };
+use crate::lattice::W;
 use crate::lattice::shifted_equilibrium;
 use crate::math::from_fixed_wide;
 

@@ -1,0 +1,149 @@
+//! Finding the links of a block to its walls.
+
+use super::{Boundary, NO_WALL, RowEnds, Run, WallMotion, WallRow, Walls};
+use crate::domain::{Block, Domain};
+use crate::error::Result;
+use crate::fluid::Real;
+use crate::fluid::layout::Layout;
+use crate::lattice::{C, Q, W};
+use crate::memory;
+
+/// The wall of every cell of a block and its ghosts.
+pub(super) struct Map {
+    size: [usize; 3],
+    lo: [usize; 3],
+    walls: Vec<u16>,
+}
+
+impl Map {
+    pub(super) fn new(domain: &Domain, block: Block, boundary: &Boundary) -> Result<Self> {
+        assert!(boundary.motions.len() < NO_WALL.into());
+        let size = block.size();
+        let cells = domain.cells.map(|n| n as i64);
+        let cells_with_ghosts = size.iter().map(|n| n + 2).product();
+        let mut walls = memory::with_capacity(cells_with_ghosts, "the map of the walls")?;
+        let [xs, ys, zs]: [_; 3] = std::array::from_fn(|a| block.lo[a] as i64 - 1..block.hi[a] as i64 + 1);
+        for z in zs {
+            for y in ys.clone() {
+                for x in xs.clone() {
+                    let (mut cell, mut beyond) = ([x, y, z], false);
+                    for a in 0..3 {
+                        if domain.periodic[a] {
+                            cell[a] = cell[a].rem_euclid(cells[a]);
+                        } else {
+                            beyond |= !(0..cells[a]).contains(&cell[a]);
+                        }
+                    }
+                    let wall = (boundary.wall_of)(cell);
+                    assert!(wall.is_some() || !beyond, "{cell:?} lies in a wall");
+                    assert!(wall.is_none_or(|wall| wall < boundary.motions.len()));
+                    walls.push(wall.map_or(NO_WALL, |wall| wall as u16));
+                }
+            }
+        }
+        let lo = block.lo;
+        Ok(Self { size, lo, walls })
+    }
+
+    /// The wall of a cell of the block or a ghost.
+    fn at(&self, x: isize, y: isize, z: isize) -> u16 {
+        let [nx, ny, _] = self.size.map(|n| n as isize + 2);
+        self.walls[((x + 1) + nx * ((y + 1) + ny * (z + 1))) as usize]
+    }
+
+    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so
+    /// it is the same on every rank.
+    fn correction<T: Real>(&self, motion: &WallMotion, cell: [isize; 3], i: usize) -> T {
+        let middle =
+            std::array::from_fn(|a| (cell[a] + self.lo[a] as isize) as f64 + 0.5 * (1.0 - C[i][a] as f64));
+        let u = motion.at(middle);
+        let cu: f64 = (0..3).map(|a| C[i][a] as f64 * u[a]).sum();
+        T::from_f64(6.0 * W[i] * cu)
+    }
+}
+
+impl<T: Real> Walls<T> {
+    /// Links across the ends of rows that are `closed`, low and high.
+    pub(super) fn find_ends(&mut self, map: &Map, closed: [bool; 2]) {
+        let [nx, ny, nz] = self.size.map(|n| n as isize);
+        for (last, ghost, _) in [(0, -1, closed[0]), (nx - 1, nx, closed[1])].into_iter().filter(|end| end.2)
+        {
+            let inwards: Vec<usize> = (1..Q).filter(|&i| C[i][0] == last - ghost).collect();
+            let directions = inwards.try_into().expect("five of them");
+            let mut ends = RowEnds { directions, last, ghost, corrections: Vec::new(), walls: Vec::new() };
+            for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+                let in_fluid = map.at(last, y, z) == NO_WALL;
+                for i in directions {
+                    let wall = map.at(ghost, y - C[i][1], z - C[i][2]);
+                    ends.walls.push(if in_fluid { wall } else { NO_WALL });
+                    let motion = &self.motions[usize::from(wall)];
+                    ends.corrections.push(map.correction(motion, [last, y, z], i));
+                }
+            }
+            if ends.corrections.iter().all(|&c| c == T::ZERO) {
+                ends.corrections.clear();
+            }
+            self.ends.push(ends);
+        }
+    }
+
+    /// All other links.
+    pub(super) fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2]) {
+        let [nx, ny, nz] = self.size.map(|n| n as isize);
+        self.early.resize_with((ny * nz) as usize, Vec::new);
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            for i in 1..Q {
+                let [cx, cy, cz] = C[i];
+                let other = self.order.row(y - cy, z - cz);
+                // The later of the two rows.
+                let own = [y as usize, z as usize];
+                let later = other.filter(|&other| self.order.is_before(own, other)).unwrap_or(own);
+                let completed = later[1] * ny as usize + later[0];
+                // The others are done at the ends of rows.
+                let first = isize::from(closed[0] && cx > 0);
+                let end = nx - isize::from(closed[1] && cx < 0);
+                // First cell, wall, and whether it is beyond the block.
+                let link = |x: isize| {
+                    let wall = map.at(x - cx, y - cy, z - cz);
+                    let is_link = wall != NO_WALL && map.at(x, y, z) == NO_WALL;
+                    is_link.then_some((x, wall, other.is_none() || !(0..nx).contains(&(x - cx))))
+                };
+                let links: Vec<_> = (first..end).filter_map(link).collect();
+                for links in links.chunk_by(|a, b| a.0 + 1 == b.0 && (a.1, a.2) == (b.1, b.2)) {
+                    let (x, wall, late) = links[0];
+                    let motion = self.motions[usize::from(wall)];
+                    let run = Run {
+                        near: i * layout.stride + layout.cell(x, y, z),
+                        count: links.len() as u32,
+                        corrections: motion.moves().then_some(self.corrections.len() as u32),
+                        wall,
+                        direction: i as u8,
+                    };
+                    if motion.moves() {
+                        let corrections =
+                            links.iter().map(|link| map.correction::<T>(&motion, [link.0, y, z], i));
+                        self.corrections.extend(corrections);
+                    }
+                    if late { &mut self.late } else { &mut self.early[completed] }.push(run);
+                }
+            }
+        }
+        assert!(u32::try_from(self.corrections.len()).is_ok());
+        if self.early.iter().all(Vec::is_empty) {
+            self.early.clear();
+        }
+    }
+
+    /// Wall cells of the block.
+    pub(super) fn find_cells(&mut self, map: &Map) {
+        let [nx, ny, nz] = self.size;
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            let walls: Vec<u16> = (0..nx).map(|x| map.at(x as isize, y as isize, z as isize)).collect();
+            self.fluid_cells -= walls.iter().filter(|&&wall| wall != NO_WALL).count();
+            self.rows.push(WallRow::new(&walls).map(Box::new));
+        }
+        if self.rows.iter().all(Option::is_none) {
+            self.rows.clear();
+        }
+    }
+}
