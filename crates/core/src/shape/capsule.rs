@@ -23,16 +23,6 @@ impl Capsule {
         Ok(Self { radius, half: 0.5 * length })
     }
 
-    /// Radius (m).
-    pub fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    /// Length of the cylinder between the ends (m).
-    pub fn length(&self) -> f64 {
-        2.0 * self.half
-    }
-
     /// From the nearest point of the axis.
     fn off_axis(&self, point: Vec3) -> Vec3 {
         Vec3::new(point.x, point.y, point.z - point.z.clamp(-self.half, self.half))

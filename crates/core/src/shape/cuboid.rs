@@ -21,11 +21,6 @@ impl Cuboid {
         }
         Ok(Self { half: edges * 0.5, polyhedron: Polyhedron::cuboid(edges) })
     }
-
-    /// Edges (m).
-    pub fn edges(&self) -> Vec3 {
-        self.half * 2.0
-    }
 }
 
 impl Shape for Cuboid {

@@ -22,16 +22,6 @@ impl Cylinder {
         check_size("length", length)?;
         Ok(Self { radius, half: 0.5 * length })
     }
-
-    /// Radius (m).
-    pub fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    /// Length (m).
-    pub fn length(&self) -> f64 {
-        2.0 * self.half
-    }
 }
 
 impl Shape for Cylinder {

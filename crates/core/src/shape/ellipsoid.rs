@@ -35,11 +35,6 @@ impl Ellipsoid {
         Ok(Self { semi_axes, squares, geometric_mean: libm::cbrt(semi_axes.product()) })
     }
 
-    /// Semi-axes (m).
-    pub fn semi_axes(&self) -> Vec3 {
-        self.semi_axes
-    }
-
     /// The `t` of the head of this module, and `x_i / a_i^2` of the nearest surface point.
     #[inline]
     fn nearest(&self, point: Vec3) -> (f64, Vec3) {

@@ -6,7 +6,7 @@ mod width;
 
 use super::hull::{self, Hull};
 use super::{Shape, ShapeError, SurfaceMesh, row};
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, bounding_box, furthest};
 use nearest::Features;
 use std::collections::BTreeMap;
 
@@ -228,23 +228,12 @@ impl Shape for Polyhedron {
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {
-        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
-        for vertex in &self.vertices {
-            let height = vertex.dot(&direction);
-            if height > best.0 {
-                best = (height, *vertex);
-            }
-        }
-        best.1
+        furthest(self.vertices.iter().copied(), &direction)
     }
 
     fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {
         let turn = orientation.to_rotation_matrix();
-        let first = turn * self.vertices[0];
-        self.vertices[1..].iter().fold((first, first), |(low, high), vertex| {
-            let vertex = turn * vertex;
-            (low.inf(&vertex), high.sup(&vertex))
-        })
+        bounding_box(self.vertices.iter().map(|vertex| turn * vertex))
     }
 
     /// The planes moved by `growth`: exact inwards, and outwards a little long beside edges; there the sphere that

@@ -60,16 +60,6 @@ impl Superellipsoid {
         })
     }
 
-    /// Semi-axes (m).
-    pub fn semi_axes(&self) -> Vec3 {
-        self.semi_axes
-    }
-
-    /// Exponents `e1`, `e2`.
-    pub fn exponents(&self) -> [f64; 2] {
-        self.p.map(|p| 2.0 / p)
-    }
-
     /// The gauge, 1 on the surface, and its gradient (1/m).
     fn gauge(&self, point: Vec3) -> (f64, Vec3) {
         let scaled = point.component_div(&self.semi_axes);
