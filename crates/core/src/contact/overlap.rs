@@ -27,6 +27,15 @@ pub struct Overlap {
     pub moment: Vec3,
 }
 
+impl Overlap {
+    /// The same overlap with the bodies exchanged; `offset` (m) leads from the centre of the new first body to the other.
+    pub(super) fn reversed(self, offset: Vec3) -> Self {
+        let normal = -self.normal;
+        let moment = offset.cross(&normal) * self.area - self.moment;
+        Self { point: self.point + offset, normal, moment, ..self }
+    }
+}
+
 /// A shape made ready for contacts: grown by the enlargement.
 ///
 /// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
@@ -124,7 +133,8 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
                 return sphere_polyhedron::overlap(radius, solid, &second.rotation(), offset);
             }
             (Form::Solid(solid), Form::Sphere(radius)) => {
-                return sphere_polyhedron::overlap_reversed(radius, solid, &first.rotation(), offset);
+                let seen = sphere_polyhedron::overlap(radius, solid, &first.rotation(), -offset)?;
+                return Some(seen.reversed(offset));
             }
             _ => sampled::DEFAULT_SAMPLES,
         },

@@ -43,14 +43,7 @@ pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Optio
     // Of the two orders, that with the offset in the upper half of space.
     let turned_round = offset.iter().find(|x| **x != 0.0).is_some_and(|x| *x < 0.0);
     if turned_round {
-        let seen = in_order(second, first, -offset, samples)?;
-        let normal = -seen.normal;
-        return Some(Overlap {
-            point: seen.point + offset,
-            normal,
-            moment: offset.cross(&normal) * seen.area - seen.moment,
-            ..seen
-        });
+        return Some(in_order(second, first, -offset, samples)?.reversed(offset));
     }
     in_order(first, second, offset, samples)
 }

@@ -51,13 +51,6 @@ pub(super) fn overlap(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3)
     })
 }
 
-/// The same with the polyhedron as the first body, `offset` (m) from the polyhedron to the sphere.
-pub(super) fn overlap_reversed(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3) -> Option<Overlap> {
-    let seen = overlap(radius, solid, to_world, -offset)?;
-    let normal = -seen.normal;
-    Some(Overlap { point: offset + seen.point, normal, moment: offset.cross(&normal) * seen.area, ..seen })
-}
-
 /// Integrals over the overlap, from the centre of the sphere.
 struct Sums {
     volume: f64,

@@ -91,8 +91,7 @@ impl Shape for Cylinder {
             return None;
         }
         let line = row::Line::new(orientation, y, z);
-        let (low, high) = row::ball(self.circumradius() + growth.max(0.0), y, z)?;
-        let mut clip = row::Clip { low, high };
+        let mut clip = row::Clip::ball(self.circumradius() + growth.max(0.0), y, z)?;
         clip.below(line.direction.z, half - line.origin.z);
         clip.below(-line.direction.z, half + line.origin.z);
         clip.tube(&line, radius)?;

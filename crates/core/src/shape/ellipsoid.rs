@@ -154,10 +154,6 @@ impl Shape for Ellipsoid {
 
     /// Icosahedron, each triangle split in four `refinement` times, stretched.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let mut mesh = surface::icosphere(refinement);
-        for point in &mut mesh.points {
-            point.component_mul_assign(&self.semi_axes);
-        }
-        mesh
+        surface::icosphere(refinement, |point| point.component_mul(&self.semi_axes))
     }
 }

@@ -161,7 +161,7 @@ impl Shape for Superellipsoid {
         if level <= 0.0 {
             return None;
         }
-        let bracket = row::ball(self.circumradius * level, y, z)?;
+        let bracket = row::Clip::ball(self.circumradius * level, y, z)?;
         let line = row::Line::new(orientation, y, z);
         let gauge = |x: f64| {
             let (value, gradient) = self.gauge(line.at(x));
@@ -172,11 +172,9 @@ impl Shape for Superellipsoid {
 
     /// Icosahedron, each triangle split in four `refinement` times, its points moved to the surface along the radius.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let mut mesh = surface::icosphere(refinement);
-        for point in &mut mesh.points {
+        surface::icosphere(refinement, |point| {
             let stretched = point.component_mul(&self.semi_axes);
-            *point = stretched / self.gauge(stretched).0;
-        }
-        mesh
+            stretched / self.gauge(stretched).0
+        })
     }
 }
