@@ -12,6 +12,25 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 /// Rotation; maps the body frame to the world frame.
 pub type Quat = nalgebra::UnitQuaternion<f64>;
 
+/// The one of some points that is furthest along a direction; the first of several.
+#[inline]
+pub fn furthest(points: impl IntoIterator<Item = Vec3>, direction: &Vec3) -> Vec3 {
+    let mut best = (f64::NEG_INFINITY, Vec3::zeros());
+    for point in points {
+        let height = direction.dot(&point);
+        if height > best.0 {
+            best = (height, point);
+        }
+    }
+    best.1
+}
+
+/// Low and high corner of the box around points.
+pub fn bounding_box(points: impl IntoIterator<Item = Vec3>) -> (Vec3, Vec3) {
+    let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    points.into_iter().fold(nothing, |(low, high), point| (low.inf(&point), high.sup(&point)))
+}
+
 /// Binary digits after the point of a [`to_fixed`] number.
 pub const FIXED_POINT_BITS: u32 = 42;
 /// Numbers below this have a [`to_fixed`] number.

@@ -78,7 +78,7 @@ pub trait Shape: Send + Sync + Debug {
     /// there is none.
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
         let line = row::Line::new(orientation, y, z);
-        let bracket = row::ball(self.circumradius() + growth.max(0.0), y, z)?;
+        let bracket = row::Clip::ball(self.circumradius() + growth.max(0.0), y, z)?;
         let distance = |x: f64| {
             let slope = self.gradient(line.at(x)).dot(&line.direction);
             (self.signed_distance(line.at(x)), slope)
@@ -98,11 +98,7 @@ pub trait Shape: Send + Sync + Debug {
 
     /// Triangulation for pictures; `refinement` 0 is coarsest.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let mut mesh = surface::icosphere(refinement);
-        for point in &mut mesh.points {
-            *point = self.support(*point);
-        }
-        mesh
+        surface::icosphere(refinement, |point| self.support(point))
     }
 
     /// Diameter of the sphere of equal volume (m).

@@ -12,14 +12,17 @@ mod pattern;
 use super::traffic::Counters;
 use super::{Pattern, Transport};
 use crate::error::Result;
+use ::mpi::collective::SystemOperation;
 use ::mpi::environment::Threading;
 use ::mpi::ffi;
+use ::mpi::request::multiple_scope;
+use ::mpi::topology::SimpleCommunicator;
+use ::mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
 use bytemuck::Pod;
 use pattern::MpiPattern;
 use std::cell::Cell;
-use std::os::raw::{c_int, c_void};
+use std::os::raw::c_int;
 use std::process;
-use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Once};
 
@@ -71,23 +74,13 @@ pub struct MpiComm {
     limit: usize,
 }
 
-/// Panics if MPI reports a failure; its default is to end the job before that.
-fn done(code: c_int) {
-    assert_eq!(code, 0, "an MPI call failed");
-}
-
 fn count(length: usize) -> c_int {
     c_int::try_from(length).expect("a message of less than 2 GiB")
 }
 
-/// Address of the first byte. An empty vector has the address 1, which in Open MPI is `MPI_IN_PLACE`.
-fn start(bytes: &[u8]) -> *const c_void {
-    if bytes.is_empty() { ptr::null() } else { bytes.as_ptr().cast() }
-}
-
-/// Address for received bytes, like [`start`].
-fn start_mut(bytes: &mut [u8]) -> *mut c_void {
-    if bytes.is_empty() { ptr::null_mut() } else { bytes.as_mut_ptr().cast() }
+/// The communicator of all ranks; who has an [`MpiComm`] knows that MPI runs.
+fn ranks() -> SimpleCommunicator {
+    SimpleCommunicator::world()
 }
 
 impl MpiComm {
@@ -99,16 +92,10 @@ impl MpiComm {
     pub fn world() -> Self {
         let turn = Arc::new(Turn::take());
         START.call_once(initialise);
-        let (mut rank, mut size) = (0, 0);
-        // SAFETY: MPI runs, and the numbers are valid for writing.
-        unsafe {
-            done(ffi::MPI_Comm_rank(ffi::RSMPI_COMM_WORLD, &raw mut rank));
-            done(ffi::MPI_Comm_size(ffi::RSMPI_COMM_WORLD, &raw mut size));
-        }
         Self {
             turn,
-            rank: rank as usize,
-            size: size as usize,
+            rank: ranks().rank() as usize,
+            size: ranks().size() as usize,
             plans: Cell::new(POST),
             counters: Arc::default(),
             limit: MOST,
@@ -127,12 +114,6 @@ impl MpiComm {
         Self { turn: self.turn.clone(), plans: Cell::new(POST), counters: self.counters.clone(), ..*self }
     }
 
-    #[expect(clippy::unused_self, reason = "who has a communicator knows that MPI runs")]
-    fn raw(&self) -> ffi::MPI_Comm {
-        // SAFETY: a constant of the library.
-        unsafe { ffi::RSMPI_COMM_WORLD }
-    }
-
     /// Number of this rank, as MPI has it.
     pub fn rank(&self) -> usize {
         self.rank
@@ -143,62 +124,11 @@ impl MpiComm {
         self.size
     }
 
-    /// Replaces `values` by the result of an operation on those of all ranks.
-    fn reduce<T: Copy>(&self, values: &mut [T], kind: ffi::MPI_Datatype, operation: ffi::MPI_Op) {
-        let mine = values.to_vec();
-        // SAFETY: both arrays have that many numbers of this kind, the same on every rank.
-        done(unsafe {
-            ffi::MPI_Allreduce(
-                mine.as_ptr().cast(),
-                values.as_mut_ptr().cast(),
-                count(mine.len()),
-                kind,
-                operation,
-                self.raw(),
-            )
-        });
-    }
-
     /// Number of bytes of each rank.
     fn lengths(&self, bytes: &[u8]) -> Vec<usize> {
-        let mine = bytes.len() as u64;
         let mut lengths = vec![0_u64; self.size];
-        // SAFETY: one number goes out, and one from every rank comes in.
-        done(unsafe {
-            ffi::MPI_Allgather(
-                (&raw const mine).cast(),
-                1,
-                ffi::RSMPI_UINT64_T,
-                lengths.as_mut_ptr().cast(),
-                1,
-                ffi::RSMPI_UINT64_T,
-                self.raw(),
-            )
-        });
+        ranks().all_gather_into(&(bytes.len() as u64), &mut lengths);
         lengths.into_iter().map(|length| length as usize).collect()
-    }
-
-    /// The next message of a peer, of any length.
-    fn receive(&self, peer: usize) -> Vec<u8> {
-        let mut length = 0;
-        // SAFETY: the status is filled by the probe before it is read, and the buffer has the length it tells;
-        // messages of one peer do not overtake each other.
-        unsafe {
-            let mut status = std::mem::zeroed::<ffi::MPI_Status>();
-            done(ffi::MPI_Probe(count(peer), POST, self.raw(), &raw mut status));
-            done(ffi::MPI_Get_count(&raw const status, ffi::RSMPI_UINT8_T, &raw mut length));
-            let mut message = vec![0_u8; length as usize];
-            done(ffi::MPI_Recv(
-                start_mut(&mut message),
-                length,
-                ffi::RSMPI_UINT8_T,
-                count(peer),
-                POST,
-                self.raw(),
-                &raw mut status,
-            ));
-            message
-        }
     }
 
     pub(super) fn pattern<T: Pod + Send>(
@@ -225,20 +155,17 @@ impl Transport for MpiComm {
     }
 
     fn barrier(&self) {
-        // SAFETY: the communicator is alive.
-        done(unsafe { ffi::MPI_Barrier(self.raw()) });
+        ranks().barrier();
     }
 
     fn sum(&self, values: &mut [i64]) {
-        // SAFETY: constants of the library. Unsigned integers wrap.
-        let (kind, operation) = unsafe { (ffi::RSMPI_UINT64_T, ffi::RSMPI_SUM) };
-        self.reduce(values, kind, operation);
+        // Unsigned integers wrap.
+        let values: &mut [u64] = bytemuck::cast_slice_mut(values);
+        ranks().all_reduce_into(&values.to_vec(), values, SystemOperation::sum());
     }
 
     fn max(&self, values: &mut [f64]) {
-        // SAFETY: constants of the library.
-        let (kind, operation) = unsafe { (ffi::RSMPI_DOUBLE, ffi::RSMPI_MAX) };
-        self.reduce(values, kind, operation);
+        ranks().all_reduce_into(&values.to_vec(), values, SystemOperation::max());
     }
 
     /// Rank 0 gathers the bytes and shows them to all, piece by piece.
@@ -247,16 +174,7 @@ impl Transport for MpiComm {
         let mut all = self.gather(bytes).concat();
         all.resize(lengths.iter().sum(), 0);
         for piece in all.chunks_mut(self.limit) {
-            // SAFETY: the piece has the same length on every rank; it is read on rank 0 and written on the others.
-            done(unsafe {
-                ffi::MPI_Bcast(
-                    piece.as_mut_ptr().cast(),
-                    count(piece.len()),
-                    ffi::RSMPI_UINT8_T,
-                    0,
-                    self.raw(),
-                )
-            });
+            ranks().process_at_rank(0).broadcast_into(piece);
         }
         let mut rest = &all[..];
         let part = |length| rest.split_off(..length).expect("a sum of all lengths").to_vec();
@@ -268,17 +186,7 @@ impl Transport for MpiComm {
         let lengths = self.lengths(&bytes);
         if self.rank > 0 {
             for piece in bytes.chunks(self.limit) {
-                // SAFETY: the piece is not touched before the call returns.
-                done(unsafe {
-                    ffi::MPI_Send(
-                        piece.as_ptr().cast(),
-                        count(piece.len()),
-                        ffi::RSMPI_UINT8_T,
-                        0,
-                        POST,
-                        self.raw(),
-                    )
-                });
+                ranks().process_at_rank(0).send_with_tag(piece, POST);
             }
             return Vec::new();
         }
@@ -286,7 +194,7 @@ impl Transport for MpiComm {
         for (peer, &length) in lengths.iter().enumerate().skip(1) {
             let mut part = Vec::with_capacity(length);
             while part.len() < length {
-                part.extend(self.receive(peer));
+                part.extend(receive(peer));
             }
             all.push(part);
         }
@@ -294,26 +202,22 @@ impl Transport for MpiComm {
     }
 
     fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
-        // SAFETY: a null request is a value that the library gives.
-        let mut requests = vec![unsafe { ffi::RSMPI_REQUEST_NULL }; peers.len()];
-        for ((&peer, message), request) in peers.iter().zip(&messages).zip(&mut requests) {
-            // SAFETY: the message is not touched before all requests are complete.
-            done(unsafe {
-                ffi::MPI_Isend(
-                    start(message),
-                    count(message.len()),
-                    ffi::RSMPI_UINT8_T,
-                    count(peer),
-                    POST,
-                    self.raw(),
-                    request,
-                )
-            });
-        }
-        let received = peers.iter().map(|&peer| self.receive(peer)).collect();
-        wait_all(&mut requests);
-        received
+        let ranks = ranks();
+        multiple_scope(peers.len(), |scope, requests| {
+            for (&peer, message) in peers.iter().zip(&messages) {
+                let peer = ranks.process_at_rank(count(peer));
+                requests.add(peer.immediate_send_with_tag(scope, &message[..], POST));
+            }
+            let received = peers.iter().map(|&peer| receive(peer)).collect();
+            requests.wait_all(&mut Vec::new());
+            received
+        })
     }
+}
+
+/// The next message of a peer, of any length.
+fn receive(peer: usize) -> Vec<u8> {
+    ranks().process_at_rank(count(peer)).receive_vec_with_tag(POST).0
 }
 
 /// Starts MPI, to be ended at the exit of this process, or of all processes when this one panics.
@@ -359,11 +263,4 @@ pub fn abort(code: i32) -> ! {
         }
     }
     process::exit(code)
-}
-
-fn wait_all(requests: &mut [ffi::MPI_Request]) {
-    // SAFETY: the requests are alive, and their statuses not needed.
-    done(unsafe {
-        ffi::MPI_Waitall(count(requests.len()), requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE)
-    });
 }

@@ -1,7 +1,7 @@
 //! Counts of what a rank sends.
 
 use std::ops::{Add, Sub};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Messages and bytes that a rank has sent since it began, by kind. Messages to itself are not counted.
@@ -46,36 +46,28 @@ macro_rules! by_fields {
 by_fields!(Tally { messages, bytes, seconds });
 by_fields!(Traffic { halo, exchange, collective });
 
-/// Counts messages of one kind. Only one thread writes at a time, so the numbers are exact.
+/// Counts messages of one kind.
 #[derive(Debug, Default)]
-pub(super) struct Counter {
-    messages: AtomicU64,
-    bytes: AtomicU64,
-    nanoseconds: AtomicU64,
-}
+pub(super) struct Counter(Mutex<Tally>);
 
 impl Counter {
-    /// Notes messages that are about to go.
-    pub(super) fn add(&self, messages: usize, bytes: usize) {
-        self.messages.fetch_add(messages as u64, Ordering::Relaxed);
-        self.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
+    fn tally(&self) -> MutexGuard<'_, Tally> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does what takes time to send or to wait.
+    /// Counts messages that are about to go.
+    pub(super) fn add(&self, messages: usize, bytes: usize) {
+        let mut tally = self.tally();
+        tally.messages += messages as u64;
+        tally.bytes += bytes as u64;
+    }
+
+    /// Times a call that sends or waits.
     pub(super) fn time<R>(&self, work: impl FnOnce() -> R) -> R {
         let start = Instant::now();
         let result = work();
-        let spent = start.elapsed().as_nanos() as u64;
-        self.nanoseconds.fetch_add(spent, Ordering::Relaxed);
+        self.tally().seconds += start.elapsed().as_secs_f64();
         result
-    }
-
-    fn tally(&self) -> Tally {
-        Tally {
-            messages: self.messages.load(Ordering::Relaxed),
-            bytes: self.bytes.load(Ordering::Relaxed),
-            seconds: self.nanoseconds.load(Ordering::Relaxed) as f64 / 1e9,
-        }
     }
 }
 
@@ -89,10 +81,7 @@ pub(super) struct Counters {
 
 impl Counters {
     pub(super) fn traffic(&self) -> Traffic {
-        Traffic {
-            halo: self.halo.tally(),
-            exchange: self.exchange.tally(),
-            collective: self.collective.tally(),
-        }
+        let [halo, exchange, collective] = [&self.halo, &self.exchange, &self.collective].map(|c| *c.tally());
+        Traffic { halo, exchange, collective }
     }
 }

@@ -17,7 +17,7 @@
 //! Powell and Abel (2015), J. Comput. Phys. 297, 340, doi:10.1016/j.jcp.2015.05.022 (the graph; our own rules for
 //! joining, by twins of half-edges, also hold where two vertices have two edges in common).
 
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, bounding_box, furthest};
 
 /// A plane, `normal . x = offset`; the body lies where `normal . x <= offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,24 @@ impl Plane {
     pub(super) fn height(&self, at: &Vec3) -> f64 {
         self.normal.dot(at) - self.offset
     }
+}
+
+/// Distances (m) from a point along a unit vector, and against it, to the first of some planes.
+pub(super) fn distances<'a>(
+    planes: impl Iterator<Item = &'a Plane>,
+    from: &Vec3,
+    along: &Vec3,
+) -> (f64, f64) {
+    let (mut ahead, mut behind) = (f64::INFINITY, f64::INFINITY);
+    for plane in planes {
+        let (slope, room) = (plane.normal.dot(along), -plane.height(from));
+        if slope > 0.0 {
+            ahead = ahead.min(room / slope);
+        } else if slope < 0.0 {
+            behind = behind.min(-room / slope);
+        }
+    }
+    (ahead, behind)
 }
 
 /// Corner of the graph: half-edges 0, 1, 2 leave it counter-clockwise, seen from outside.
@@ -192,14 +210,7 @@ impl Clipper {
 
     /// The corner furthest along a direction; there must be one.
     pub(super) fn furthest(&self, along: &Vec3) -> Vec3 {
-        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
-        for x in self.positions() {
-            let reach = along.dot(&x);
-            if reach > best.0 {
-                best = (reach, x);
-            }
-        }
-        best.1
+        furthest(self.positions(), along)
     }
 
     /// Vectors along all edges (m), each once.
@@ -222,10 +233,7 @@ impl Clipper {
     }
 
     fn bound(&mut self) -> (Vec3, f64) {
-        let (mut lo, mut hi) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-        for x in self.positions() {
-            (lo, hi) = (lo.inf(&x), hi.sup(&x));
-        }
+        let (lo, hi) = bounding_box(self.positions());
         *self.ball.insert((0.5 * (lo + hi), 0.5 * (hi - lo).norm()))
     }
 

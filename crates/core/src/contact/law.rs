@@ -27,12 +27,11 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 /// Factor that makes small overlaps of spheres and planes follow Hertz (-), `4 / (3 sqrt(pi))`.
 ///
-/// Lens and cap both have `V -> pi R d^2`, so that `sqrt(V d) = sqrt(pi R) d^(3/2)`; Marquardt et al. (2024) print
-/// `4 / (3 pi)`, too small by `sqrt(pi)`.
-pub const HERTZ_FACTOR: f64 = 2.0 / 3.0 * FRAC_2_SQRT_PI;
+/// Lens and cap both have `V -> pi R d^2`; Marquardt et al. (2024) print `4 / (3 pi)`, too small by `sqrt(pi)`.
+const HERTZ_FACTOR: f64 = 2.0 / 3.0 * FRAC_2_SQRT_PI;
 
 /// Factor of the derivative of the energy of an overlap (-), `(2/3) pi^(-5/4)`.
-pub const ENERGY_FACTOR: f64 = 2.0 / 3.0 * 0.239_090_686_568_373_64;
+const ENERGY_FACTOR: f64 = 2.0 / 3.0 * 0.239_090_686_568_373_64;
 
 /// Damping of a contact whose bodies have not approached yet.
 pub const UNSET: f64 = -1.0;
@@ -92,9 +91,8 @@ impl PairLaw {
 
     /// The damping constant `c = (c u0) / u0` (s/m) of a contact, from its history so far.
     ///
-    /// Latched at the first evaluation at which the bodies approach, `approach = u0 > 0` (m/s); until then it stays
-    /// [`UNSET`], which damps nothing. (The reference code latches whatever speed it meets first, separation too.)
-    /// [`DampingLaw::Tsuji`] latches nothing.
+    /// Stored at the first evaluation at which the bodies approach, `approach = u0 > 0` (m/s); until then it stays
+    /// [`UNSET`], which damps nothing.
     pub fn latch(&self, damping: f64, approach: f64) -> f64 {
         if self.damping == DampingLaw::HuntCrossley && damping < 0.0 && approach > 0.0 {
             self.damping_number / approach.max(SLOWEST)
@@ -103,9 +101,8 @@ impl PairLaw {
         }
     }
 
-    /// The pressure `E'(V)` of [`ElasticLaw::OverlapEnergy`] (Pa).
-    ///
-    /// `R_e^-3 = (1/R_a + 1/R_b)^3`; the fourth root is two square roots, alike on every machine.
+    /// The pressure `E'(V)` of [`ElasticLaw::OverlapEnergy`] (Pa). The fourth root is two square roots, alike on every
+    /// machine.
     fn pressure(&self, overlap: &Overlap, pair: &PairProperties) -> f64 {
         let curvature = 1.0 / pair.radii[0] + 1.0 / pair.radii[1];
         let part = overlap.volume * curvature * curvature * curvature;
@@ -129,14 +126,11 @@ impl PairLaw {
 
     /// Damping of an elastic force (N): the factor (-) by which it is multiplied, and the force (N) that is added.
     ///
-    /// With approach speed `v` (m/s, positive while the bodies close in). [`HuntCrossley`](DampingLaw::HuntCrossley):
-    /// `1 + c v >= 0` with `c` from [`latch`](Self::latch). An impact keeps `-e u0 <= v <= u0`. Outside of
-    /// `-u0 <= v <= u0` the product `c v` is clamped to its end, `|c v| <= c u0`, so that a contact made almost at
-    /// rest and pushed later cannot explode. [`Tsuji`](DampingLaw::Tsuji): `sqrt(5) b sqrt(m* F / d) v`, of either
-    /// sign; for Hertz `sqrt(5) b sqrt(m* K) d^(1/4) v` with `F = K d^(3/2)`.
+    /// An impact keeps the approach speed `-e u0 <= v <= u0`. Outside of `-u0 <= v <= u0` the product `c v` is clamped
+    /// (our rule), so that a contact made almost at rest and pushed later cannot explode.
     ///
     /// # Reference
-    /// Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028; bound on `c v`: ours.
+    /// Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028.
     fn damped(
         &self,
         elastic: f64,
@@ -159,20 +153,11 @@ impl PairLaw {
         }
     }
 
-    /// The normal force (N), positive if it pushes the bodies apart; only [`DampingLaw::Tsuji`] pulls.
-    ///
-    /// ```text
-    /// OverlapVolume   F = k E* sqrt(V d)
-    /// OverlapEnergy   F = A E'(V)
-    /// Hertz           F = 4/3 E* sqrt(R_e) d^(3/2)
-    /// ```
-    ///
-    /// damped: `F (1 + c v)` or `F + sqrt(5) b sqrt(m* F / d) v`, with approach speed `v` (m/s) and `damping` from
-    /// [`latch`](Self::latch).
-    pub fn normal_force(&self, overlap: &Overlap, pair: &PairProperties, damping: f64, approach: f64) -> f64 {
+    /// Normal force (N), positive if it pushes the bodies apart, with the factor and the summand of its damping.
+    fn normal(&self, overlap: &Overlap, pair: &PairProperties, damping: f64, approach: f64) -> [f64; 3] {
         let elastic = self.elastic_force(overlap, pair);
         let [factor, dashpot] = self.damped(elastic, overlap.depth, pair, damping, approach);
-        elastic * factor + dashpot
+        [elastic * factor + dashpot, factor, dashpot]
     }
 
     /// Friction coefficient (-) at sliding speed `speed` (m/s).
@@ -181,9 +166,6 @@ impl PairLaw {
     /// mu = (2 mu_s* - mu_k) a^2 / (a^4 + 1) + mu_k - mu_k / (a^2 + 1),   a = speed / u_k
     /// mu_s* = mu_s (1 - 0.09 (mu_k / mu_s)^4)
     /// ```
-    ///
-    /// Rises from 0 at rest to `mu_s*` at the transition speed `u_k` (the maximum, close by, is `mu_s`) and falls to
-    /// `mu_k`.
     ///
     /// # Reference
     /// Nassauer and Kuna (2013), Eqs. 7-9 of Marquardt et al. (2024).
@@ -212,9 +194,7 @@ impl PairLaw {
         damping: f64,
     ) -> Action {
         let approach = velocity.dot(&overlap.normal);
-        let elastic = self.elastic_force(overlap, pair);
-        let [factor, dashpot] = self.damped(elastic, overlap.depth, pair, damping, approach);
-        let normal = elastic * factor + dashpot;
+        let [normal, factor, dashpot] = self.normal(overlap, pair, damping, approach);
         let sliding = velocity - overlap.normal * approach;
         let speed = sliding.norm();
         let mut force = overlap.normal * -normal;

@@ -27,6 +27,15 @@ pub struct Overlap {
     pub moment: Vec3,
 }
 
+impl Overlap {
+    /// The same overlap with the bodies exchanged; `offset` (m) leads from the centre of the new first body to the other.
+    pub(super) fn reversed(self, offset: Vec3) -> Self {
+        let normal = -self.normal;
+        let moment = offset.cross(&normal) * self.area - self.moment;
+        Self { point: self.point + offset, normal, moment, ..self }
+    }
+}
+
 /// A shape made ready for contacts: grown by the enlargement.
 ///
 /// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
@@ -93,6 +102,12 @@ impl Body<'_> {
     }
 }
 
+/// Returns true if the spheres that hold two bodies meet; false if the offset is not finite.
+fn meet(first: &Body, second: &Body, offset: Vec3) -> bool {
+    let reach = first.grown.reach() + second.grown.reach();
+    offset.norm_squared() < reach * reach
+}
+
 /// Centres closer than this part of the reach of a body are moved that far apart before they are sampled.
 const COINCIDENT: f64 = 1e-6;
 
@@ -101,10 +116,16 @@ const COINCIDENT: f64 = 1e-6;
 /// `offset` (m) is the centre of the second body relative to the first, the nearest image in a periodic box. Pairs
 /// without a closed form are sampled with [`sampled::DEFAULT_SAMPLES`].
 pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) -> Option<Overlap> {
+    let forms = (first.form(), second.form());
+    if let (Geometry::Exact, (Form::Sphere(a), Form::Sphere(b))) = (geometry, &forms) {
+        return sphere_sphere::overlap(*a, *b, offset);
+    }
+    if !meet(first, second, offset) {
+        return None;
+    }
     let samples = match geometry {
         Geometry::Sampled { samples } => samples,
-        Geometry::Exact => match (first.form(), second.form()) {
-            (Form::Sphere(a), Form::Sphere(b)) => return sphere_sphere::overlap(a, b, offset),
+        Geometry::Exact => match forms {
             (Form::Solid(a), Form::Solid(b)) => {
                 return polyhedra::overlap(a, &first.rotation(), b, &second.rotation(), offset);
             }
@@ -112,7 +133,8 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
                 return sphere_polyhedron::overlap(radius, solid, &second.rotation(), offset);
             }
             (Form::Solid(solid), Form::Sphere(radius)) => {
-                return sphere_polyhedron::overlap_reversed(radius, solid, &first.rotation(), offset);
+                let seen = sphere_polyhedron::overlap(radius, solid, &first.rotation(), -offset)?;
+                return Some(seen.reversed(offset));
             }
             _ => sampled::DEFAULT_SAMPLES,
         },
@@ -126,8 +148,7 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
 /// Returns true if two bodies overlap, as [`overlap()`] of the exact geometry finds, but faster and without a size.
 /// Overlaps so small that samples miss them count.
 pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
-    let reach = first.grown.reach() + second.grown.reach();
-    if offset.norm_squared() >= reach * reach {
+    if !meet(first, second, offset) {
         return false;
     }
     match (first.form(), second.form()) {
@@ -198,6 +219,8 @@ mod tests {
             let offset = random_direction(&mut random) * (0.4 + 0.6 * (n % 97) as f64 / 97.0) * reach;
             let touches = intersects(&first, &second, offset);
             let overlap = overlap(Geometry::Exact, &first, &second, offset);
+            let nowhere = Vec3::new(f64::NAN, 0.0, 0.0);
+            assert_eq!(super::overlap(Geometry::Exact, &first, &second, nowhere), None);
             touching += u32::from(touches);
             let wall = Surface::Plane { point: offset, normal: -offset.normalize() };
             let beside = overlap_wall(Geometry::Exact, &first, &wall).is_some();

@@ -2,7 +2,7 @@
 //!
 //! Bodies are sorted into cells at least as wide as the largest sum of two bounding radii by a counting sort; a body
 //! then looks into its own cell and the neighbours. Pairs come out in lexicographic order of the indices, so the list
-//! depends only on the set of bodies. [`brute_force`] is the slow reference.
+//! depends only on the set of bodies.
 
 use crate::domain::Domain;
 use crate::math::Vec3;
@@ -199,23 +199,23 @@ fn meet(domain: &Domain, difference: Vec3, reach: f64) -> bool {
     x * x + y * y + z * z <= reach * reach * (1.0 + SLACK)
 }
 
-/// Result of [`PairFinder::find`] by a test of every pair.
-pub fn brute_force(domain: Domain, positions: &[Vec3], radii: &[f64]) -> Vec<[u32; 2]> {
-    let mut pairs = Vec::new();
-    for i in 0..positions.len() {
-        for j in i + 1..positions.len() {
-            if meet(&domain, positions[j] - positions[i], radii[i] + radii[j]) {
-                pairs.push([i as u32, j as u32]);
-            }
-        }
-    }
-    pairs
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Result of [`PairFinder::find`] by a test of every pair.
+    fn brute_force(domain: Domain, positions: &[Vec3], radii: &[f64]) -> Vec<[u32; 2]> {
+        let mut pairs = Vec::new();
+        for i in 0..positions.len() {
+            for j in i + 1..positions.len() {
+                if meet(&domain, positions[j] - positions[i], radii[i] + radii[j]) {
+                    pairs.push([i as u32, j as u32]);
+                }
+            }
+        }
+        pairs
+    }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(300))]

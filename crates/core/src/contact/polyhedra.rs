@@ -5,11 +5,10 @@
 //! to each: this is the mean of the values for a small motion either way along its normal, and it is symmetric in the
 //! two bodies. Depth is the length of the line along the normal through the centre.
 //!
-//! Pairs that do not overlap are excluded by, in this order, bounding spheres, the planes of the faces of either body
-//! (the furthest corner of the other along the normal; faces that point away are skipped, by the inscribed sphere),
-//! and the clipping itself, which leaves nothing where an edge passes another edge.
+//! Pairs that do not overlap are excluded by the planes of the faces of either body (faces that point away are skipped,
+//! by the inscribed sphere), and by the clipping itself, which leaves nothing where an edge passes another edge.
 
-use super::clip::{Clipper, Cut, Plane};
+use super::clip::{Clipper, Cut, Plane, distances};
 use super::overlap::Overlap;
 use super::sampled::portal;
 use super::solid::Solid;
@@ -43,11 +42,6 @@ pub(super) fn overlap(
     second_to_world: &Mat3,
     offset: Vec3,
 ) -> Option<Overlap> {
-    let reach = first.reach + second.reach;
-    let distance = offset.norm_squared();
-    if distance.is_nan() || distance >= reach * reach {
-        return None;
-    }
     // From here on in the frame of the first body.
     let turn = to_world.tr_mul(second_to_world);
     let shift = to_world.tr_mul(&offset);
@@ -184,16 +178,8 @@ impl Workshop {
             let towards = to_world.tr_mul(&towards);
             towards.try_normalize(0.0).unwrap_or_else(Vec3::x)
         };
-        let (mut ahead, mut behind) = (f64::INFINITY, f64::INFINITY);
-        for &face in &self.clipper.faces {
-            let plane = &self.planes[face as usize];
-            let (slope, room) = (plane.normal.dot(&normal), -plane.height(&integrals.centre));
-            if slope > 0.0 {
-                ahead = ahead.min(room / slope);
-            } else if slope < 0.0 {
-                behind = behind.min(-room / slope);
-            }
-        }
+        let planes = self.clipper.faces.iter().map(|&face| &self.planes[face as usize]);
+        let (ahead, behind) = distances(planes, &integrals.centre, &normal);
         let depth = ahead + behind;
         (depth > 0.0 && depth.is_finite()).then(|| Overlap {
             volume: integrals.volume,

@@ -40,22 +40,10 @@ const NOWHERE: f64 = 1e-3;
 ///
 /// `offset` (m) is the centre of the second body relative to the first.
 pub fn overlap(first: &Body, second: &Body, offset: Vec3, samples: u32) -> Option<Overlap> {
-    let reach = first.grown.reach() + second.grown.reach();
-    let distance = offset.norm_squared();
-    if distance.is_nan() || distance >= reach * reach {
-        return None;
-    }
     // Of the two orders, that with the offset in the upper half of space.
     let turned_round = offset.iter().find(|x| **x != 0.0).is_some_and(|x| *x < 0.0);
     if turned_round {
-        let seen = in_order(second, first, -offset, samples)?;
-        let normal = -seen.normal;
-        return Some(Overlap {
-            point: seen.point + offset,
-            normal,
-            moment: offset.cross(&normal) * seen.area - seen.moment,
-            ..seen
-        });
+        return Some(in_order(second, first, -offset, samples)?.reversed(offset));
     }
     in_order(first, second, offset, samples)
 }

@@ -5,7 +5,7 @@
 //! circumscribed sphere. Planes that do not bound the body (doubles, for example of a triangulated face) are dropped.
 
 use super::clip::{Clipper, Cut, Graph, Plane};
-use crate::math::Vec3;
+use crate::math::{Vec3, furthest};
 use crate::shape::Polyhedron;
 use std::collections::BTreeSet;
 
@@ -95,14 +95,7 @@ impl Solid {
     /// The corner that lies furthest along a direction (m); the first of several.
     #[inline]
     pub(super) fn furthest(&self, direction: &Vec3) -> Vec3 {
-        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
-        for vertex in &self.vertices {
-            let way = direction.dot(vertex);
-            if way > best.0 {
-                best = (way, *vertex);
-            }
-        }
-        best.1
+        furthest(self.vertices.iter().copied(), direction)
     }
 
     /// Lowest value of `direction . x` over the body (m).

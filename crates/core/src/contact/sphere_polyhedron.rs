@@ -15,6 +15,7 @@
 //! # Reference
 //! Derived here. Other closed forms: Strobl, Formella, Pöschel (2016), doi:10.1016/j.jcp.2016.02.003.
 
+use super::clip::distances;
 use super::overlap::Overlap;
 use super::solid::{Edge, Solid};
 use crate::math::{Mat3, Vec3};
@@ -28,11 +29,6 @@ const NOWHERE: f64 = 1e-12;
 /// Overlap of a sphere, the first body, with a polyhedron turned by `to_world`, `offset` (m) from the sphere to the
 /// polyhedron.
 pub(super) fn overlap(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3) -> Option<Overlap> {
-    let reach = radius + solid.reach;
-    let distance = offset.norm_squared();
-    if distance.is_nan() || distance >= reach * reach {
-        return None;
-    }
     let centre = -to_world.tr_mul(&offset);
     let Sums { volume, first, area } = sums(radius, solid, centre)?;
     let point = first / volume;
@@ -53,13 +49,6 @@ pub(super) fn overlap(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3)
         area: norm,
         moment: Vec3::zeros(),
     })
-}
-
-/// The same with the polyhedron as the first body, `offset` (m) from the polyhedron to the sphere.
-pub(super) fn overlap_reversed(radius: f64, solid: &Solid, to_world: &Mat3, offset: Vec3) -> Option<Overlap> {
-    let seen = overlap(radius, solid, to_world, -offset)?;
-    let normal = -seen.normal;
-    Some(Overlap { point: offset + seen.point, normal, moment: offset.cross(&normal) * seen.area, ..seen })
 }
 
 /// Integrals over the overlap, from the centre of the sphere.
@@ -203,17 +192,8 @@ fn turned(p: f64, from: f64, to: f64) -> f64 {
 fn thickness(radius: f64, solid: &Solid, centre: Vec3, point: Vec3, normal: Vec3) -> f64 {
     let middle = -point.dot(&normal);
     let half = (radius * radius - (point + normal * middle).norm_squared()).max(0.0).sqrt();
-    let (mut ahead, mut behind) = (half + middle, half - middle);
-    let place = centre + point;
-    for plane in &solid.planes {
-        let (slope, room) = (plane.normal.dot(&normal), -plane.height(&place));
-        if slope > 0.0 {
-            ahead = ahead.min(room / slope);
-        } else if slope < 0.0 {
-            behind = behind.min(-room / slope);
-        }
-    }
-    ahead + behind
+    let (ahead, behind) = distances(solid.planes.iter(), &(centre + point), &normal);
+    ahead.min(half + middle) + behind.min(half - middle)
 }
 
 #[cfg(test)]

@@ -239,42 +239,40 @@ impl Case {
 
     /// Checks that an engine can continue with the numbers of a part; returns the reason if not.
     fn is_sound(&self, part: &Saved) -> std::result::Result<(), String> {
-        let size = self.domain.size();
-        if let Some(flaw) = part.particles.iter().find_map(|particle| particle.flaw(size)) {
+        let finite = |vectors: &[Vec3]| vectors.iter().flatten().all(|x| x.is_finite());
+        let known = |id: u64| self.global_ids.binary_search_by_key(&id, |[id, _]| *id).is_ok();
+        let partner = |first: u64, second: u64| match ContactState::wall_of(second) {
+            Some(wall) => wall < self.walls,
+            None => first != second && known(second),
+        };
+        let states = part.states.iter().map(|state| (state.first, state.second));
+        let mut pairs = part.records.iter().map(Record::key).chain(states);
+        let in_box = |particle: &Particle| particle.flaw(self.domain.size());
+        if let Some(flaw) = part.particles.iter().find_map(in_box) {
             return Err(flaw);
         }
-        let finite = |vectors: &[Vec3]| vectors.iter().flatten().all(|x| x.is_finite());
-        for (particle, load) in part.particles.iter().zip(&part.loads) {
-            if !finite(&[load.force, load.torque]) {
-                return Err(format!("the load on particle {} is not finite", particle.id));
-            }
+        let mut loads = part.particles.iter().zip(&part.loads);
+        if let Some((particle, _)) = loads.find(|(_, load)| !finite(&[load.force, load.torque])) {
+            return Err(format!("the load on particle {} is not finite", particle.id));
         }
-        let known = |id: u64| self.global_ids.binary_search_by_key(&id, |[id, _]| *id).is_ok();
-        let states = part.states.iter().map(|state| (state.first, state.second));
-        for (first, second) in part.records.iter().map(Record::key).chain(states) {
-            let partner = match ContactState::wall_of(second) {
-                Some(wall) => wall < self.walls,
-                None => first != second && known(second),
-            };
-            if !(known(first) && partner) {
-                return Err(format!(
-                    "it remembers a contact of {first} with {second}, which are not both there"
-                ));
-            }
+        if let Some((first, second)) =
+            pairs.find(|&(first, second)| !(known(first) && partner(first, second)))
+        {
+            return Err(format!("it remembers a contact of {first} with {second}, which are not both there"));
         }
-        for Record { first, second, damping, age } in &part.records {
-            if !damping.is_finite() || *age > MOST || first >= second {
-                return Err(format!(
-                    "the order, the damping or the age of the contact of {first} with {second} is that of none"
-                ));
-            }
+        let is_none = |r: &&Record| !r.damping.is_finite() || r.age > MOST || r.first >= r.second;
+        if let Some(Record { first, second, .. }) = part.records.iter().find(is_none) {
+            return Err(format!(
+                "the order, the damping or the age of the contact of {first} with {second} is that of none"
+            ));
         }
-        for state in &part.states {
-            let vectors = [state.point, state.normal, state.force].map(Vec3::from);
-            if !finite(&vectors) || !finite(&[Vec3::new(state.depth, state.volume, 0.0)]) {
-                let (first, second) = (state.first, state.second);
-                return Err(format!("the contact of {first} with {second} has a number that is not finite"));
-            }
+        let is_finite = |state: &ContactState| {
+            finite(
+                &[state.point, state.normal, state.force, [state.depth, state.volume, 0.0]].map(Vec3::from),
+            )
+        };
+        if let Some(ContactState { first, second, .. }) = part.states.iter().find(|state| !is_finite(state)) {
+            return Err(format!("the contact of {first} with {second} has a number that is not finite"));
         }
         if part.substep.max(part.begun) > MOST {
             return Err("the number of sub-steps or of contacts is that of no run".into());

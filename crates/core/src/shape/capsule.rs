@@ -23,16 +23,6 @@ impl Capsule {
         Ok(Self { radius, half: 0.5 * length })
     }
 
-    /// Radius (m).
-    pub fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    /// Length of the cylinder between the ends (m).
-    pub fn length(&self) -> f64 {
-        2.0 * self.half
-    }
-
     /// From the nearest point of the axis.
     fn off_axis(&self, point: Vec3) -> Vec3 {
         Vec3::new(point.x, point.y, point.z - point.z.clamp(-self.half, self.half))
@@ -91,7 +81,7 @@ impl Shape for Capsule {
         if radius < 0.0 {
             return None;
         }
-        let (low, high) = row::ball(radius + self.half, y, z)?;
+        let mut tube = row::Clip::ball(radius + self.half, y, z)?;
         let line = row::Line::new(orientation, y, z);
         let mut found = (f64::INFINITY, f64::NEG_INFINITY);
         let mut join = |low: f64, high: f64| found = (found.0.min(low), found.1.max(high));
@@ -103,7 +93,6 @@ impl Shape for Capsule {
                 join(middle - square.sqrt(), middle + square.sqrt());
             }
         }
-        let mut tube = row::Clip { low, high };
         tube.below(line.direction.z, self.half - line.origin.z);
         tube.below(-line.direction.z, self.half + line.origin.z);
         if let Some((low, high)) = tube.tube(&line, radius).and_then(|()| tube.interval()) {

@@ -21,11 +21,6 @@ impl Cuboid {
         }
         Ok(Self { half: edges * 0.5, polyhedron: Polyhedron::cuboid(edges) })
     }
-
-    /// Edges (m).
-    pub fn edges(&self) -> Vec3 {
-        self.half * 2.0
-    }
 }
 
 impl Shape for Cuboid {
@@ -84,9 +79,8 @@ impl Shape for Cuboid {
     /// Slabs grown by `growth`: exact inwards, outwards a little long beside edges.
     #[inline]
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
-        let (low, high) = row::ball(self.circumradius() + growth.max(0.0), y, z)?;
+        let mut clip = row::Clip::ball(self.circumradius() + growth.max(0.0), y, z)?;
         let line = row::Line::new(orientation, y, z);
-        let mut clip = row::Clip { low, high };
         for axis in 0..3 {
             let half = self.half[axis] + growth;
             // Both ways: a box that has shrunk to less than nothing leaves no x.

@@ -22,16 +22,6 @@ impl Cylinder {
         check_size("length", length)?;
         Ok(Self { radius, half: 0.5 * length })
     }
-
-    /// Radius (m).
-    pub fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    /// Length (m).
-    pub fn length(&self) -> f64 {
-        2.0 * self.half
-    }
 }
 
 impl Shape for Cylinder {
@@ -101,8 +91,7 @@ impl Shape for Cylinder {
             return None;
         }
         let line = row::Line::new(orientation, y, z);
-        let (low, high) = row::ball(self.circumradius() + growth.max(0.0), y, z)?;
-        let mut clip = row::Clip { low, high };
+        let mut clip = row::Clip::ball(self.circumradius() + growth.max(0.0), y, z)?;
         clip.below(line.direction.z, half - line.origin.z);
         clip.below(-line.direction.z, half + line.origin.z);
         clip.tube(&line, radius)?;

@@ -35,11 +35,6 @@ impl Ellipsoid {
         Ok(Self { semi_axes, squares, geometric_mean: libm::cbrt(semi_axes.product()) })
     }
 
-    /// Semi-axes (m).
-    pub fn semi_axes(&self) -> Vec3 {
-        self.semi_axes
-    }
-
     /// The `t` of the head of this module, and `x_i / a_i^2` of the nearest surface point.
     #[inline]
     fn nearest(&self, point: Vec3) -> (f64, Vec3) {
@@ -159,10 +154,6 @@ impl Shape for Ellipsoid {
 
     /// Icosahedron, each triangle split in four `refinement` times, stretched.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let mut mesh = surface::icosphere(refinement);
-        for point in &mut mesh.points {
-            point.component_mul_assign(&self.semi_axes);
-        }
-        mesh
+        surface::icosphere(refinement, |point| point.component_mul(&self.semi_axes))
     }
 }

@@ -5,7 +5,7 @@
 //! thin triangles; [`merge`] joins these to flat faces with a tolerance.
 
 use super::ShapeError;
-use crate::math::Vec3;
+use crate::math::{Vec3, bounding_box};
 use robust::{Coord3D, orient3d};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,7 +35,8 @@ pub(super) fn hull(points: &[Vec3], relative_tolerance: f64) -> Result<Hull, Sha
         let at = points[index].into();
         return Err(ShapeError::NotFinite { index, at });
     }
-    let extent = extent(points);
+    let (low, high) = bounding_box(points.iter().copied());
+    let extent = (high - low).max().max(0.0);
     let tolerance = relative_tolerance * extent;
     let points = weld(points, tolerance);
     if points.len() < 4 {
@@ -45,13 +46,6 @@ pub(super) fn hull(points: &[Vec3], relative_tolerance: f64) -> Result<Hull, Sha
     builder.grow();
     let triangles = builder.facets.iter().filter(|facet| facet.alive).map(|facet| facet.corners).collect();
     Ok(Hull { points, triangles, tolerance })
-}
-
-/// Longest edge of the bounding box.
-fn extent(points: &[Vec3]) -> f64 {
-    let Some(&first) = points.first() else { return 0.0 };
-    let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
-    (high - low).max()
 }
 
 /// The first of all points in a cell of a grid of this spacing.

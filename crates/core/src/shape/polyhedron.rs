@@ -6,9 +6,9 @@ mod width;
 
 use super::hull::{self, Hull};
 use super::{Shape, ShapeError, SurfaceMesh, row};
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, bounding_box, furthest};
 use nearest::Features;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 /// Relative tolerance for corners that were computed: closer ones are one, faces that are flat up to it are one face.
 pub const COMPUTED: f64 = 1e-9;
@@ -112,9 +112,8 @@ impl Polyhedron {
             // Rounding has torn the flat faces apart; the triangles are closed whatever happens.
             loops = hull.triangles.iter().map(|t| t.to_vec()).collect();
         }
-        let mut used: Vec<u32> = loops.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
+        let used: BTreeSet<u32> = loops.iter().flatten().copied().collect();
+        let used = Vec::from_iter(used);
         let vertices: Vec<Vec3> = used.iter().map(|&i| placement.to_body(hull.points[i as usize])).collect();
         let mut faces = Vec::new();
         for corners in loops {
@@ -137,21 +136,14 @@ impl Polyhedron {
     /// Sharpness of the edges relative to a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at
     /// which the normals turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
     pub fn sharpness(&self) -> f64 {
-        let mut across = BTreeMap::new();
-        let (mut area, mut sum) = (0.0, 0.0);
+        let mut area = 0.0;
         for face in &self.faces {
-            let corner = |n: usize| face.corners[n % face.corners.len()];
-            let at = |n: usize| self.vertices[corner(n) as usize];
-            for n in 0..face.corners.len() {
-                let (from, to) = (corner(n), corner(n + 1));
-                area += 0.5 * (at(n) - at(0)).cross(&(at(n + 1) - at(0))).dot(&face.normal);
-                if let Some(other) = across.remove(&(to, from)) {
-                    sum += (at(n + 1) - at(n)).norm() * (1.0 - face.normal.dot(other));
-                } else {
-                    across.insert((from, to), &face.normal);
-                }
+            for [a, b, c] in fan(face).map(|corners| corners.map(|i| self.vertices[i as usize])) {
+                area += 0.5 * (b - a).cross(&(c - a)).dot(&face.normal);
             }
         }
+        let edges = width::edges(&self.vertices, &self.faces);
+        let sum: f64 = edges.iter().map(|e| e.along.norm() * (1.0 - e.normals[0].dot(&e.normals[1]))).sum();
         libm::cbrt(self.volume) * sum / (2.0 * area)
     }
 
@@ -188,9 +180,7 @@ fn is_closed(loops: &[Vec<u32>]) -> bool {
     let mut edges: Vec<(u32, u32)> =
         loops.iter().flat_map(|c| (0..c.len()).map(|n| (c[n], c[(n + 1) % c.len()]))).collect();
     edges.sort_unstable();
-    let mut corners: Vec<u32> = loops.iter().flatten().copied().collect();
-    corners.sort_unstable();
-    corners.dedup();
+    let corners: BTreeSet<u32> = loops.iter().flatten().copied().collect();
     loops.len() >= 4
         && edges.windows(2).all(|pair| pair[0] != pair[1])
         && edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
@@ -228,31 +218,19 @@ impl Shape for Polyhedron {
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {
-        let mut best = (f64::NEG_INFINITY, Vec3::zeros());
-        for vertex in &self.vertices {
-            let height = vertex.dot(&direction);
-            if height > best.0 {
-                best = (height, *vertex);
-            }
-        }
-        best.1
+        furthest(self.vertices.iter().copied(), &direction)
     }
 
     fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {
         let turn = orientation.to_rotation_matrix();
-        let first = turn * self.vertices[0];
-        self.vertices[1..].iter().fold((first, first), |(low, high), vertex| {
-            let vertex = turn * vertex;
-            (low.inf(&vertex), high.sup(&vertex))
-        })
+        bounding_box(self.vertices.iter().map(|vertex| turn * vertex))
     }
 
     /// The planes moved by `growth`: exact inwards, and outwards a little long beside edges; there the sphere that
     /// holds the grown body cuts off what is far out.
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
-        let (low, high) = row::ball(self.circumradius + growth.max(0.0), y, z)?;
+        let mut clip = row::Clip::ball(self.circumradius + growth.max(0.0), y, z)?;
         let line = row::Line::new(orientation, y, z);
-        let mut clip = row::Clip { low, high };
         for plane in &self.features.planes {
             let [nx, ny, nz, offset] = *plane;
             let rise = nx * line.direction.x + ny * line.direction.y + nz * line.direction.z;

@@ -22,13 +22,6 @@ impl Line {
     }
 }
 
-/// Interval in which the line is inside the ball of this radius (m) about the origin.
-#[inline]
-pub(super) fn ball(radius: f64, y: f64, z: f64) -> Option<(f64, f64)> {
-    let square = radius * radius - (y * y + z * z);
-    (square >= 0.0).then(|| (-square.sqrt(), square.sqrt()))
-}
-
 /// An interval that is cut by half-spaces.
 pub(super) struct Clip {
     pub low: f64,
@@ -36,6 +29,13 @@ pub(super) struct Clip {
 }
 
 impl Clip {
+    /// The part of the line in the ball of this radius (m) about the origin.
+    #[inline]
+    pub(super) fn ball(radius: f64, y: f64, z: f64) -> Option<Self> {
+        let square = radius * radius - (y * y + z * z);
+        (square >= 0.0).then(|| Self { low: -square.sqrt(), high: square.sqrt() })
+    }
+
     /// Keeps the x with `rise x <= room`.
     #[inline(always)]
     pub(super) fn below(&mut self, rise: f64, room: f64) {
@@ -88,7 +88,7 @@ pub(super) fn quadratic(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
 /// function is below its chord.
 pub(super) fn convex(
     function: impl Fn(f64) -> (f64, f64),
-    (low, high): (f64, f64),
+    Clip { low, high }: Clip,
     level: f64,
     inner: bool,
     tolerance: f64,

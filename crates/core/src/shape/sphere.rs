@@ -62,11 +62,7 @@ impl Shape for Sphere {
 
     /// Icosahedron, each triangle split in four `refinement` times.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let mut mesh = surface::icosphere(refinement);
-        for point in &mut mesh.points {
-            *point *= self.radius;
-        }
-        mesh
+        surface::icosphere(refinement, |point| point * self.radius)
     }
 }
 

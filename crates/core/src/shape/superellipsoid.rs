@@ -60,16 +60,6 @@ impl Superellipsoid {
         })
     }
 
-    /// Semi-axes (m).
-    pub fn semi_axes(&self) -> Vec3 {
-        self.semi_axes
-    }
-
-    /// Exponents `e1`, `e2`.
-    pub fn exponents(&self) -> [f64; 2] {
-        self.p.map(|p| 2.0 / p)
-    }
-
     /// The gauge, 1 on the surface, and its gradient (1/m).
     fn gauge(&self, point: Vec3) -> (f64, Vec3) {
         let scaled = point.component_div(&self.semi_axes);
@@ -171,7 +161,7 @@ impl Shape for Superellipsoid {
         if level <= 0.0 {
             return None;
         }
-        let bracket = row::ball(self.circumradius * level, y, z)?;
+        let bracket = row::Clip::ball(self.circumradius * level, y, z)?;
         let line = row::Line::new(orientation, y, z);
         let gauge = |x: f64| {
             let (value, gradient) = self.gauge(line.at(x));
@@ -182,11 +172,9 @@ impl Shape for Superellipsoid {
 
     /// Icosahedron, each triangle split in four `refinement` times, its points moved to the surface along the radius.
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
-        let mut mesh = surface::icosphere(refinement);
-        for point in &mut mesh.points {
+        surface::icosphere(refinement, |point| {
             let stretched = point.component_mul(&self.semi_axes);
-            *point = stretched / self.gauge(stretched).0;
-        }
-        mesh
+            stretched / self.gauge(stretched).0
+        })
     }
 }

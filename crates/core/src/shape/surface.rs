@@ -5,8 +5,8 @@ use crate::math::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// Unit vectors: an icosahedron, each triangle split in four `refinement` times.
-pub(super) fn icosphere(refinement: u32) -> SurfaceMesh {
+/// What `surface` makes of unit vectors: those of an icosahedron, each triangle split in four `refinement` times.
+pub(super) fn icosphere(refinement: u32, surface: impl Fn(Vec3) -> Vec3) -> SurfaceMesh {
     let golden = 0.5 + 0.5 * 5.0_f64.sqrt();
     let signs = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)];
     let mut points = Vec::new();
@@ -34,7 +34,7 @@ pub(super) fn icosphere(refinement: u32) -> SurfaceMesh {
         }
         triangles = finer;
     }
-    let points = points.iter().map(Vec3::normalize).collect();
+    let points = points.iter().map(|point| surface(point.normalize())).collect();
     SurfaceMesh { points, triangles }
 }
 

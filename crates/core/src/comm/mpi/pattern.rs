@@ -1,63 +1,32 @@
 //! Patterns of messages as persistent requests of MPI.
 
-use super::{MpiComm, Turn, count, done, wait_all};
+use super::{MpiComm, Turn, count};
 use crate::comm::{Pattern, buffers};
 use crate::error::Result;
 use ::mpi::ffi;
 use bytemuck::Pod;
-use std::os::raw::{c_int, c_void};
-use std::ptr::{self, NonNull};
-use std::slice;
+use std::os::raw::c_int;
 use std::sync::Arc;
 
-/// Memory that MPI reads and writes through the address it was once given: a reference to it lives only between
-/// transfers, and derives from that address, so that none is made void by what MPI does.
-struct Shared<T> {
-    start: NonNull<T>,
-    len: usize,
+/// Panics if MPI reports a failure; its default is to end the job before that.
+fn done(code: c_int) {
+    assert_eq!(code, 0, "an MPI call failed");
 }
 
-impl<T> Shared<T> {
-    fn new(buffer: Vec<T>) -> Self {
-        let buffer = Box::leak(buffer.into_boxed_slice());
-        Self { len: buffer.len(), start: NonNull::from(buffer).cast() }
-    }
-
-    fn address(&self) -> *mut c_void {
-        self.start.as_ptr().cast()
-    }
-
-    /// The numbers.
-    ///
-    /// # Safety
-    /// MPI has no transfer to here under way, as long as the slice lives.
-    unsafe fn get(&self) -> &[T] {
-        // SAFETY: a buffer of this length begins there, and by the contract nobody writes to it.
-        unsafe { slice::from_raw_parts(self.start.as_ptr(), self.len) }
-    }
-
-    /// As [`get`](Self::get), to write.
-    ///
-    /// # Safety
-    /// MPI has no transfer from or to here under way, as long as the slice lives.
-    unsafe fn get_mut(&mut self) -> &mut [T] {
-        // SAFETY: a buffer of this length begins there, the borrow is unique, and by the contract MPI does not use it.
-        unsafe { slice::from_raw_parts_mut(self.start.as_ptr(), self.len) }
-    }
-}
-
-impl<T> Drop for Shared<T> {
-    fn drop(&mut self) {
-        let buffer = ptr::slice_from_raw_parts_mut(self.start.as_ptr(), self.len);
-        // SAFETY: leaked by `new`, once, with this length.
-        drop(unsafe { Box::from_raw(buffer) });
-    }
+fn wait_all(requests: &mut [ffi::MPI_Request]) {
+    // SAFETY: the requests are alive, and their statuses not needed.
+    done(unsafe {
+        ffi::MPI_Waitall(count(requests.len()), requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE)
+    });
 }
 
 /// Persistent requests, and the buffers that they name. The requests end first: see `drop`.
+///
+/// MPI reads and writes the buffers through the addresses it was once given; a slice of them lives only between
+/// transfers, which [`Halo`](crate::comm::Halo) asserts.
 pub(super) struct MpiPattern<T> {
-    outgoing: Vec<Shared<T>>,
-    incoming: Vec<Shared<T>>,
+    outgoing: Vec<Vec<T>>,
+    incoming: Vec<Vec<T>>,
     requests: Vec<ffi::MPI_Request>,
     /// Ends after the requests.
     _turn: Arc<Turn>,
@@ -68,11 +37,7 @@ unsafe impl<T: Send> Send for MpiPattern<T> {}
 
 impl<T: Pod> MpiPattern<T> {
     pub(super) fn new(comm: &MpiComm, plan: c_int, peers: &[usize], lengths: &[usize]) -> Result<Self> {
-        let shared = || -> Result<Vec<Shared<T>>> {
-            let buffers = buffers(lengths)?.into_iter();
-            Ok(buffers.map(Shared::new).collect())
-        };
-        let (outgoing, incoming) = (shared()?, shared()?);
+        let (mut outgoing, mut incoming) = (buffers::<T>(lengths)?, buffers::<T>(lengths)?);
         // SAFETY: a null request is a value that the library gives.
         let mut requests = vec![unsafe { ffi::RSMPI_REQUEST_NULL }; 2 * peers.len()];
         let (receives, sends) = requests.split_at_mut(peers.len());
@@ -81,21 +46,21 @@ impl<T: Pod> MpiPattern<T> {
             // SAFETY: the buffers stay where they are and live as long as the requests, which are freed before them.
             unsafe {
                 done(ffi::MPI_Recv_init(
-                    incoming[link].address(),
+                    incoming[link].as_mut_ptr().cast(),
                     bytes,
                     ffi::RSMPI_UINT8_T,
                     count(peer),
                     plan,
-                    comm.raw(),
+                    ffi::RSMPI_COMM_WORLD,
                     &raw mut receives[link],
                 ));
                 done(ffi::MPI_Send_init(
-                    outgoing[link].address().cast_const(),
+                    outgoing[link].as_mut_ptr().cast_const().cast(),
                     bytes,
                     ffi::RSMPI_UINT8_T,
                     count(peer),
                     plan,
-                    comm.raw(),
+                    ffi::RSMPI_COMM_WORLD,
                     &raw mut sends[link],
                 ));
             }
@@ -106,8 +71,7 @@ impl<T: Pod> MpiPattern<T> {
 
 impl<T: Pod + Send> Pattern<T> for MpiPattern<T> {
     fn send(&mut self, link: usize) -> &mut [T] {
-        // SAFETY: nothing is under way, and `start`, which ends the borrow, lets MPI begin.
-        unsafe { self.outgoing[link].get_mut() }
+        &mut self.outgoing[link]
     }
 
     fn start(&mut self) {
@@ -135,8 +99,7 @@ impl<T: Pod + Send> Pattern<T> for MpiPattern<T> {
     }
 
     fn received(&self, link: usize) -> &[T] {
-        // SAFETY: nothing is under way, and `start`, which ends the borrow, lets MPI begin.
-        unsafe { self.incoming[link].get() }
+        &self.incoming[link]
     }
 }
 

@@ -3,6 +3,13 @@
 use super::*;
 use crate::contact::{ContactParams, Geometry, PairParams, sphere_sphere};
 
+impl PairLaw {
+    /// Normal force (N), positive if it pushes the bodies apart.
+    fn normal_force(&self, overlap: &Overlap, pair: &PairProperties, damping: f64, approach: f64) -> f64 {
+        self.normal(overlap, pair, damping, approach)[0]
+    }
+}
+
 const GLASS: ContactParams = ContactParams {
     material: Material { youngs_modulus: 5e6, poisson_ratio: 0.25 },
     pair: PairParams {

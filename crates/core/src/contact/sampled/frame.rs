@@ -7,7 +7,7 @@
 
 use super::side::Side;
 use crate::contact::clip::{Clipper, Cut, Graph};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, bounding_box};
 use std::cell::RefCell;
 
 /// Limit on how far a corner may be outside, relative to the thickness.
@@ -65,7 +65,7 @@ pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
             refine(clipper, sides, axis, normal, CUTS)?;
             refine(clipper, sides, -axis, normal, CUTS)?;
         }
-        let (lo, hi) = extent(clipper, &axes);
+        let (lo, hi) = bounding_box(clipper.positions().map(|x| axes.tr_mul(&x)));
         let margin = (hi - lo) * MARGIN + Vec3::repeat(f64::MIN_POSITIVE);
         let (lo, hi) = (lo - margin, hi + margin);
         (hi - lo).iter().all(|x| x.is_finite()).then_some(Frame { axes, lo, hi })
@@ -91,15 +91,6 @@ fn furthest(sides: [&Side; 2], axes: &Mat3) -> Option<(Vec3, Vec3)> {
         }
     }
     (0..3).all(|n| lo[n] < hi[n]).then_some((lo, hi))
-}
-
-fn extent(clipper: &Clipper, axes: &Mat3) -> (Vec3, Vec3) {
-    let (mut lo, mut hi) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-    for x in clipper.positions() {
-        let x = axes.tr_mul(&x);
-        (lo, hi) = (lo.inf(&x), hi.sup(&x));
-    }
-    (lo, hi)
 }
 
 /// Cuts off the furthest corner along a direction, up to `cuts` times, while it is far outside.
@@ -141,13 +132,9 @@ fn longest_side(clipper: &Clipper, axes: &Mat3) -> Vec3 {
         }
         let along = flat / length;
         let across = normal.cross(&along);
-        let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for x in clipper.positions() {
-            for (n, value) in [along.dot(&x), across.dot(&x)].into_iter().enumerate() {
-                (lo[n], hi[n]) = (lo[n].min(value), hi[n].max(value));
-            }
-        }
-        let area = (hi[0] - lo[0]) * (hi[1] - lo[1]);
+        let flat = clipper.positions().map(|x| Vec3::new(along.dot(&x), across.dot(&x), 0.0));
+        let (lo, hi) = bounding_box(flat);
+        let area = (hi.x - lo.x) * (hi.y - lo.y);
         // Not for the last digits: the first of equals.
         if area < best.0 * (1.0 - 1e-9) {
             best = (area, along);

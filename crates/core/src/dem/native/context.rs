@@ -34,16 +34,10 @@ impl IdOrder {
 
     /// Lists the particles by ascending id.
     fn list(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
-        let (owned, all) = (store.owned as u32, store.particles.len() as u32);
-        let id = |k: u32| store.particles[k as usize].id;
-        let (mut next_owned, mut next_ghost) = (0, owned);
         self.indices.clear();
-        while next_owned < owned || next_ghost < all {
-            let ghost = next_owned == owned || (next_ghost < all && id(next_ghost) < id(next_owned));
-            let next = if ghost { &mut next_ghost } else { &mut next_owned };
-            self.indices.push(*next);
-            *next += 1;
-        }
+        self.indices.extend(0..store.particles.len() as u32);
+        // Owned particles, then ghosts, both ascending: a stable sort merges them.
+        self.indices.sort_by_key(|&k| store.particles[k as usize].id);
         let particles = || self.indices.iter().map(|&k| &store.particles[k as usize]);
         self.positions.clear();
         self.positions.extend(particles().map(Particle::position));

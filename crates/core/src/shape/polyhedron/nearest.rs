@@ -57,7 +57,7 @@ impl Features {
     pub(super) fn highest_plane(&self, point: Vec3) -> (f64, usize) {
         let mut best = (f64::NEG_INFINITY, 0);
         for (n, plane) in self.planes.iter().enumerate() {
-            let height = plane[0] * point.x + plane[1] * point.y + plane[2] * point.z - plane[3];
+            let height = height(plane, point);
             if height > best.0 {
                 best = (height, n);
             }
@@ -68,11 +68,7 @@ impl Features {
     /// Signed distance (m).
     #[inline]
     pub(super) fn distance(&self, point: Vec3) -> f64 {
-        let (height, face) = self.highest_plane(point);
-        if height <= 0.0 || self.covers(face, point) {
-            return height;
-        }
-        match self.outside(point) {
+        match self.nearest(point) {
             Nearest::Face(_, height) => height,
             Nearest::Edge(offset) => offset.norm(),
         }
@@ -81,13 +77,22 @@ impl Features {
     /// Gradient of [`Self::distance`].
     pub(super) fn gradient(&self, point: Vec3) -> Vec3 {
         let normal = |face: usize| Vec3::from_fn(|i, _| self.planes[face][i]);
+        match self.nearest(point) {
+            Nearest::Face(face, _) => normal(face),
+            Nearest::Edge(offset) => {
+                offset.try_normalize(0.0).unwrap_or_else(|| normal(self.highest_plane(point).1))
+            }
+        }
+    }
+
+    /// The nearest feature of a point.
+    #[inline]
+    fn nearest(&self, point: Vec3) -> Nearest {
         let (height, face) = self.highest_plane(point);
         if height <= 0.0 || self.covers(face, point) {
-            return normal(face);
-        }
-        match self.outside(point) {
-            Nearest::Face(face, _) => normal(face),
-            Nearest::Edge(offset) => offset.try_normalize(0.0).unwrap_or_else(|| normal(face)),
+            Nearest::Face(face, height)
+        } else {
+            self.outside(point)
         }
     }
 
@@ -106,7 +111,7 @@ impl Features {
     fn outside(&self, point: Vec3) -> Nearest {
         let mut best = (f64::INFINITY, Vec3::zeros());
         for (face, plane) in self.planes.iter().enumerate() {
-            let height = plane[0] * point.x + plane[1] * point.y + plane[2] * point.z - plane[3];
+            let height = height(plane, point);
             if height <= 0.0 {
                 continue;
             }
@@ -131,7 +136,12 @@ impl Features {
     }
 }
 
-/// Feature that is nearest to a point outside.
+#[inline]
+fn height(plane: &[f64; 4], point: Vec3) -> f64 {
+    plane[0] * point.x + plane[1] * point.y + plane[2] * point.z - plane[3]
+}
+
+/// Feature that is nearest to a point.
 enum Nearest {
     /// This face, at this height above it (m).
     Face(usize, f64),

@@ -33,16 +33,17 @@ pub(super) fn width(vertices: &[Vec3], faces: &[Face]) -> f64 {
     width
 }
 
-struct Edge {
+pub(super) struct Edge {
     start: Vec3,
-    along: Vec3,
+    pub along: Vec3,
     /// Of the faces on either side.
-    normals: [Vec3; 2],
+    pub normals: [Vec3; 2],
     /// Their cross product.
     across: Vec3,
 }
 
-fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
+/// Every edge once.
+pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Vec<Edge> {
     let mut first_side = BTreeMap::new();
     let mut edges = Vec::new();
     for face in faces {
