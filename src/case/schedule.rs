@@ -2,7 +2,7 @@
 
 use super::checks::{Clock, Document};
 use super::file::{Case, CheckpointEvery, Duration, EngineKind, Every};
-use super::overrides::option_keys;
+use super::overrides::split;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
 use crate::error::Result;
@@ -101,8 +101,8 @@ pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (
 
 /// Whether an option sets this key or one below it.
 pub(super) fn names(option: &str, key: &str) -> bool {
-    let path = option_keys(option);
-    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|given| given == key))
+    let (path, _) = split(option);
+    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|(_, given)| given == key))
 }
 
 /// How messages call a case that was saved.
@@ -115,8 +115,7 @@ impl Source {
     fn refuse_changes_of_the_case(&self) -> Result<()> {
         for option in &self.options {
             let text = &self.text[option.span.clone()];
-            let path = option_keys(text);
-            let path: Vec<&str> = path.iter().map(String::as_str).collect();
+            let path: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
             let remedy = match path[..] {
                 ["output", "directory", ..] => {
                     "a run is resumed in its own directory; a copy of that can be resumed as well"

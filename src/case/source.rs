@@ -1,6 +1,6 @@
 //! The text of a case: the file followed by the `--set` options, so that every position is one number.
 
-use super::overrides::{Alternatives, key_length, option_keys};
+use super::overrides::{Alternatives, Keys, split};
 use super::{conform, schema};
 use crate::error::{Error, Result};
 use crate::input;
@@ -32,10 +32,10 @@ pub(crate) struct Source {
 pub(crate) struct GivenOption {
     /// Position in [`Source::text`].
     pub(crate) span: Range<usize>,
-    /// Length of its path of keys, if it has a value.
-    pub(crate) key: Option<usize>,
+    /// Its path of keys.
+    pub(super) keys: Keys,
     /// `v=` and its value, after as many blanks as give every part of the value its position in [`Source::text`].
-    pub(crate) shifted: String,
+    pub(super) shifted: Option<String>,
 }
 
 impl Source {
@@ -62,13 +62,10 @@ impl Source {
                 text.push('\n');
                 let start = text.len();
                 text.push_str(option);
-                let key = key_length(option);
-                let value = key.map_or(option.len(), |length| length + 1);
-                GivenOption {
-                    key,
-                    span: start..text.len(),
-                    shifted: format!("{}v={}", " ".repeat(start + value - 2), &option[value..]),
-                }
+                let (keys, value) = split(option);
+                let shifted =
+                    value.map(|value| format!("{}v={}", " ".repeat(start + value - 2), &option[value..]));
+                GivenOption { keys, span: start..text.len(), shifted }
             })
             .collect();
         Self { path, text, file_length, options }
@@ -165,7 +162,8 @@ impl Source {
             return None;
         }
         if let Some(option) = self.options.iter().find(|option| holds(&option.span)) {
-            return Some(option_keys(&self.text[option.span.clone()]).join("."));
+            let keys: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
+            return Some(keys.join("."));
         }
         let document = DeTable::parse(&self.text[..self.file_length]).ok()?;
         innermost(&DeValue::Table(document.into_inner()), &holds)
