@@ -180,8 +180,9 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         },
     };
     if let Medium::Fluid(fluid, lattice) = medium {
-        let written = Written { document, case: &case, fluid, lattice, present, walls: wall_keys };
-        let found = written.judge(&setup)?;
+        let written =
+            Written { document, case: &case, fluid, lattice, setup: &setup, present, walls: wall_keys };
+        let found = written.judge()?;
         setup.provenance.warnings.extend(found);
     }
     Ok(setup)
