@@ -3,7 +3,7 @@
 
 use super::Setup;
 use super::checks::Document;
-use super::file::{Case, FluidSection, LatticeSection};
+use super::file::{FluidSection, LatticeSection};
 use super::speeds::wall_speed;
 use crate::error::Result;
 use crate::particle::Template;
@@ -27,7 +27,6 @@ const UNSTABLE_RATIO_CELLS: f64 = 2.0;
 /// A [`Setup`] and the case that it comes from.
 pub(super) struct Written<'a> {
     pub(super) document: &'a Document<'a>,
-    pub(super) case: &'a Case,
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
     pub(super) setup: &'a Setup,
@@ -99,7 +98,7 @@ impl Written<'_> {
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
             let name = format!("the fastest surface of `particles.{section}` at the start");
-            let list = if self.case.particles[section].list.is_some() { ".list.0" } else { "" };
+            let list = if self.document.case.particles[section].list.is_some() { ".list.0" } else { "" };
             let doubt = (speed > 10.0).then(|| "velocities are in m/s".to_string());
             follow(&name, speed, &format!("particles.{section}{list}"), doubt)?;
         }
@@ -197,7 +196,8 @@ impl Written<'_> {
     fn light(&self) -> Option<String> {
         let (setup, light) = (self.setup, self.setup.too_light()?);
         let section = setup.sections[light.template];
-        let (density, key) = (self.case.particles[section].density, format!("particles.{section}.density"));
+        let (density, key) =
+            (self.document.case.particles[section].density, format!("particles.{section}.density"));
         let least = light.limit * setup.fluid_density();
         let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;
         let remedy = if density < 25.0 && setup.fluid_density() > 500.0 {

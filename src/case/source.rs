@@ -106,11 +106,10 @@ impl Source {
         let known: Vec<&str> = keys.map(|(key, _)| key.as_str()).collect();
         let mut lines = self.text[..self.file_length].trim_start_matches('\u{feff}').lines();
         let begins = |line: &str| {
-            let line = line.trim_start_matches(|c: char| c.is_whitespace() || "[\"'".contains(c));
-            let word = line.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(line.len());
-            let (word, rest) = line.split_at(word);
-            known.contains(&word)
-                && rest.trim_start_matches(['"', '\'', ' ', '\t']).starts_with([']', '.', '='])
+            let line = line.trim_start_matches(['[', '"', '\'', ' ', '\t']);
+            let behind = known.iter().filter_map(|key| line.strip_prefix(key));
+            let mut behind = behind.map(|rest| rest.trim_start_matches(['"', '\'', ' ', '\t']));
+            behind.any(|rest| rest.starts_with([']', '.', '=']))
         };
         let says_nothing = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
         if lines.clone().any(begins) || lines.all(says_nothing) {

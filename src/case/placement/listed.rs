@@ -77,7 +77,7 @@ impl Placer<'_> {
         name: &str,
         placement: &Placement,
     ) -> std::result::Result<bool, (String, &'static str)> {
-        let sections = &self.case.particles;
+        let sections = &self.document.case.particles;
         let reads = |section: &ParticleSection| section.file.as_deref() == Some(file);
         let Some((kind, column)) = placement.kind else {
             return match sections.iter().filter(|section| reads(section)).count() {
