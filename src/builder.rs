@@ -41,17 +41,13 @@ const NAME: &str = "builder";
 #[must_use]
 pub struct Builder {
     case: Keys,
-    particles: Vec<Keys>,
-    walls: Vec<Keys>,
     shapes: Vec<(String, Arc<dyn Shape>)>,
 }
 
 impl Builder {
     /// A periodic box with these edges (m): `domain.size`. Without [`end`](Self::end) a run of it is one step.
     pub fn new(size: impl Into<[f64; 3]>) -> Self {
-        let empty =
-            Self { case: Keys::default(), particles: Vec::new(), walls: Vec::new(), shapes: Vec::new() };
-        empty.set("domain.size", size.into())
+        Self { case: Keys::default(), shapes: Vec::new() }.set("domain.size", size.into())
     }
 
     /// The smallest case: a sphere of 1 mm settles in a periodic box of 16 x 16 x 16 cells. For first tries.
@@ -114,13 +110,13 @@ impl Builder {
     /// Adds a kind of particles: `particles`. The diameter of the first kind is the reference length.
     pub fn particles(mut self, particles: Particles) -> Self {
         let kind = particles.into_keys(&mut self.shapes);
-        self.particles.push(kind);
+        self.case.push("particles", kind);
         self
     }
 
     /// Adds a wall: `walls`.
     pub fn wall(mut self, wall: Wall) -> Self {
-        self.walls.push(wall.into_keys());
+        self.case.push("walls", wall.keys);
         self
     }
 
@@ -201,12 +197,6 @@ impl Builder {
         if case.table.get("run").is_none_or(|run| run.get("end").is_none()) {
             case.put("run.end.steps", 1);
         }
-        for (key, sections) in [("particles", &self.particles), ("walls", &self.walls)] {
-            let tables: Vec<&Table> = sections.iter().map(|section| &section.table).collect();
-            if !tables.is_empty() {
-                case.put(key, tables);
-            }
-        }
         toml::to_string(&case.table).expect("plain values have a text")
     }
 
@@ -215,17 +205,7 @@ impl Builder {
     /// # Errors
     /// [`Error::Case`] with the key, the value and a remedy.
     pub fn setup(&self) -> Result<Setup> {
-        let within = |name: &str, sections: &[Keys]| {
-            let refused = |(n, keys): (usize, &Keys)| {
-                let (key, why) = keys.refused.as_ref()?;
-                Some((format!("{name}.{n}.{key}"), why.clone()))
-            };
-            sections.iter().enumerate().find_map(refused)
-        };
-        let refused = (self.case.refused.clone())
-            .or_else(|| within("particles", &self.particles))
-            .or_else(|| within("walls", &self.walls));
-        if let Some((key, why)) = refused {
+        if let Some((key, why)) = self.case.refused.clone() {
             let what = format!("`{key}` has no value that a case can have: {why}");
             return Err(Error::Case { key, text: what.clone(), what, remedy: String::new() });
         }
@@ -251,26 +231,38 @@ struct Keys {
 impl Keys {
     /// Sets the value of a key by its path, `"lattice.relaxation_time"`.
     fn put(&mut self, path: &str, value: impl Serialize) {
-        let value = match Value::try_from(value) {
-            Ok(value) => value,
+        match Value::try_from(value) {
+            Ok(value) => *self.slot(path) = value,
             Err(error) => {
                 self.refused.get_or_insert((path.to_string(), error.to_string()));
-                return;
             }
-        };
+        }
+    }
+
+    /// Adds a section to a list of sections.
+    fn push(&mut self, list: &str, section: Self) {
+        let sections = self.slot(list);
+        let mut all = sections.as_array().cloned().unwrap_or_default();
+        let index = all.len();
+        all.push(section.table.into());
+        *sections = all.into();
+        if let Some((key, why)) = section.refused {
+            self.refused.get_or_insert((format!("{list}.{index}.{key}"), why));
+        }
+    }
+
+    /// The value at a path, which tables lead to.
+    fn slot(&mut self, path: &str) -> &mut Value {
+        let (outer, last) = path.rsplit_once('.').unwrap_or(("", path));
         let mut table = &mut self.table;
-        let mut keys = path.split('.').peekable();
-        while let Some(key) = keys.next() {
-            if keys.peek().is_none() {
-                table.insert(key.to_string(), value);
-                return;
-            }
+        for key in outer.split('.').filter(|key| !key.is_empty()) {
             let inner = table.entry(key).or_insert_with(|| Table::new().into());
             if !inner.is_table() {
                 *inner = Table::new().into();
             }
             table = inner.as_table_mut().expect("made one above");
         }
+        table.entry(last).or_insert(Value::Boolean(false))
     }
 }
 

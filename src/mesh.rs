@@ -5,7 +5,6 @@
 
 mod stl;
 
-use crate::input;
 use crate::math::Vec3;
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::SINGLE_PRECISION;
@@ -18,25 +17,14 @@ use std::path::Path;
 const MOST_FACETS: usize = 2_000;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
-/// Reads the body in a file; `scale` is the length in metres of 1 in the file. With `hull`, takes the hull of all
-/// points whatever the facets are.
+/// The body in the contents of a file, of which `path` has the kind and the name for errors; `scale` is the length in metres of 1
+/// in the file. With `hull`, takes the hull of all points whatever the facets are.
 ///
-/// Returns where the body lies in the frame of the file, too (m, after scaling).
-///
-/// # Errors
-/// [`ShapeError::Mesh`] with file, facet and remedy: a file that cannot be read or is no such file, numbers that are not
-/// finite, a surface that is open, inside out, without volume, or concave.
-pub fn read(path: &Path, scale: f64, hull: bool) -> Result<(Polyhedron, Placement), ShapeError> {
-    let bytes = kind(path)
-        .and_then(|_| input::read(path, input::MESH).map_err(|e| format!("cannot be read: {e}")))
-        .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })?;
-    parse(path, &bytes, scale, hull)
-}
-
-/// As [`read`], for contents that are in memory; `path` says what kind of file it is, and names it in errors.
+/// Returns the position of the body in the frame of the file, too (m, after scaling).
 ///
 /// # Errors
-/// As [`read`].
+/// [`ShapeError::Mesh`] with file, facet and remedy: no file of its kind, numbers that are not finite, a surface that is open,
+/// inside out, without volume, or concave.
 pub fn parse(
     path: &Path,
     bytes: &[u8],
@@ -44,37 +32,21 @@ pub fn parse(
     hull: bool,
 ) -> Result<(Polyhedron, Placement), ShapeError> {
     check_size("scale", scale)?;
-    let in_file = |problem: String| ShapeError::Mesh { path: path.to_path_buf(), problem };
-    let facets = facets(path, bytes).map_err(in_file)?;
-    body(&facets, scale, hull).map_err(in_file)
-}
-
-/// Kinds of files, by extension.
-enum Kind {
-    Stl,
-    Obj,
-}
-
-fn kind(path: &Path) -> Result<Kind, String> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    match extension.as_str() {
-        "stl" => Ok(Kind::Stl),
-        "obj" => Ok(Kind::Obj),
-        other => Err(format!("the extension is `{other}`, but must be `stl` or `obj`")),
-    }
+    (facets(path, bytes).and_then(|facets| body(&facets, scale, hull)))
+        .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })
 }
 
 /// The triangles in a file, in its units.
 fn facets(path: &Path, bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
-    let facets = match kind(path)? {
-        Kind::Stl => stl::parse(bytes)?,
-        Kind::Obj => obj(bytes)?,
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let facets = match extension.as_str() {
+        "stl" => stl::parse(bytes)?,
+        "obj" => obj(bytes)?,
+        other => return Err(format!("the extension is `{other}`, but must be `stl` or `obj`")),
     };
     if facets.len() > MOST_FACETS {
-        return Err(format!(
-            "has {} facets; at most {MOST_FACETS} are of use. Take a coarser mesh",
-            facets.len()
-        ));
+        let count = facets.len();
+        return Err(format!("has {count} facets; at most {MOST_FACETS} are of use. Take a coarser mesh"));
     }
     if facets.is_empty() {
         return Err("has no facets".to_owned());

@@ -5,7 +5,7 @@ use crate::math::{Quat, Vec3};
 use crate::shape::Shape;
 use serde::Serialize;
 use std::sync::Arc;
-use toml::{Table, Value};
+use toml::Value;
 
 /// Particles of one shape and density, for [`Builder::particles`](super::Builder::particles): listed one by one
 /// ([`at`](Self::at), [`moving`](Self::moving), [`posed`](Self::posed)) or at random ([`count`](Self::count),
@@ -27,58 +27,49 @@ pub struct Particles {
 }
 
 impl Particles {
-    fn shaped(shape: &str, lengths: &[(&str, Value)], density: f64) -> Self {
-        let mut keys = Keys::default();
-        for (name, value) in lengths {
-            keys.put(&format!("shape.{shape}.{name}"), value);
-        }
-        keys.put("density", density);
-        Self { keys, list: Vec::new(), own: None }
+    fn new(density: f64) -> Self {
+        Self { keys: Keys::default(), list: Vec::new(), own: None }.set("density", density)
     }
 
     /// Spheres of this diameter.
     pub fn spheres(diameter: f64, density: f64) -> Self {
-        Self::shaped("sphere", &[("diameter", diameter.into())], density)
+        Self::new(density).set("shape.sphere.diameter", diameter)
     }
 
     /// Boxes with edges along x, y and z.
     pub fn cuboids(edges: impl Into<[f64; 3]>, density: f64) -> Self {
-        Self::shaped("cuboid", &[("edges", numbers(edges.into()))], density)
+        Self::new(density).set("shape.cuboid.edges", edges.into())
     }
 
     /// Ellipsoids with axes along x, y and z, from end to end.
     pub fn ellipsoids(axes: impl Into<[f64; 3]>, density: f64) -> Self {
-        Self::shaped("ellipsoid", &[("axes", numbers(axes.into()))], density)
+        Self::new(density).set("shape.ellipsoid.axes", axes.into())
     }
 
     /// Circular cylinders along z, of this diameter and length.
     pub fn cylinders(diameter: f64, length: f64, density: f64) -> Self {
-        let lengths = [("diameter", diameter.into()), ("length", length.into())];
-        Self::shaped("cylinder", &lengths, density)
+        Self::new(density).set("shape.cylinder.diameter", diameter).set("shape.cylinder.length", length)
     }
 
     /// Cylinders along z with half spheres as ends, of this diameter and length from tip to tip.
     pub fn capsules(diameter: f64, length: f64, density: f64) -> Self {
-        let lengths = [("diameter", diameter.into()), ("length", length.into())];
-        Self::shaped("capsule", &lengths, density)
+        Self::new(density).set("shape.capsule.diameter", diameter).set("shape.capsule.length", length)
     }
 
     /// Superellipsoids with axes along x, y and z, from end to end, and [exponents](crate::case::file::ShapeSection::Superellipsoid).
     pub fn superellipsoids(axes: impl Into<[f64; 3]>, exponents: [f64; 2], density: f64) -> Self {
-        let lengths = [("axes", numbers(axes.into())), ("exponents", exponents.to_vec().into())];
-        Self::shaped("superellipsoid", &lengths, density)
+        let sized = Self::new(density).set("shape.superellipsoid.axes", axes.into());
+        sized.set("shape.superellipsoid.exponents", exponents)
     }
 
     /// Convex hulls of these points.
     pub fn polyhedra(points: &[[f64; 3]], density: f64) -> Self {
-        let points: Vec<Value> = points.iter().copied().map(numbers).collect();
-        let shape = [("vertices", points.into()), ("hull", true.into())];
-        Self::shaped("polyhedron", &shape, density)
+        Self::new(density).set("shape.polyhedron.vertices", points).set("shape.polyhedron.hull", true)
     }
 
     /// Convex bodies from an STL or OBJ file in metres.
     pub fn mesh(file: &str, density: f64) -> Self {
-        Self::shaped("mesh", &[("file", file.into())], density)
+        Self::new(density).set("shape.mesh.file", file)
     }
 
     /// Bodies of a shape of the caller's own. Contacts are sampled.
@@ -92,14 +83,12 @@ impl Particles {
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn of_shape(shape: Arc<dyn Shape>, density: f64) -> Self {
-        let mut particles = Self::shaped("mesh", &[], density);
-        particles.own = Some(shape);
-        particles
+        Self { own: Some(shape), ..Self::new(density) }
     }
 
     /// Adds one at rest, with its centre of mass here (m) and the axes of the shape along those of the box.
     pub fn at(mut self, position: impl Into<[f64; 3]>) -> Self {
-        self.list.push(numbers(position.into()));
+        self.list.push(position.into().to_vec().into());
         self
     }
 
@@ -127,21 +116,14 @@ impl Particles {
         velocity: Vec3,
         angular_velocity: Vec3,
     ) -> Self {
-        let mut entry = Table::new();
-        let quaternion: [f64; 4] = orientation.coords.into();
+        let mut entry = Keys::default();
         if *orientation != Quat::identity() {
-            let turned: Table =
-                [("quaternion".to_string(), quaternion.to_vec().into())].into_iter().collect();
-            entry.insert("orientation".to_string(), turned.into());
+            entry.put("orientation.quaternion", <[f64; 4]>::from(orientation.coords));
         }
-        for (name, vector) in [
-            ("position", position.into()),
-            ("velocity", velocity.into()),
-            ("angular_velocity", angular_velocity.into()),
-        ] {
-            entry.insert(name.to_string(), numbers(vector));
-        }
-        self.list.push(entry.into());
+        entry.put("position", position.into());
+        entry.put("velocity", <[f64; 3]>::from(velocity));
+        entry.put("angular_velocity", <[f64; 3]>::from(angular_velocity));
+        self.list.push(entry.table.into());
         self
     }
 
@@ -173,9 +155,4 @@ impl Particles {
         }
         self.keys
     }
-}
-
-/// A list of three numbers.
-pub(super) fn numbers(numbers: [f64; 3]) -> Value {
-    numbers.to_vec().into()
 }

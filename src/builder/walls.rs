@@ -15,7 +15,7 @@ use serde::Serialize;
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct Wall {
-    keys: Keys,
+    pub(super) keys: Keys,
 }
 
 impl Wall {
@@ -55,10 +55,5 @@ impl Wall {
     pub fn set(mut self, key: &str, value: impl Serialize) -> Self {
         self.keys.put(key, value);
         self
-    }
-
-    /// The keys of the section.
-    pub(super) fn into_keys(self) -> Keys {
-        self.keys
     }
 }

@@ -25,19 +25,21 @@ impl Clock {
     }
 }
 
-/// A parsed case. Keys are paths such as `particles.0.shape`.
+/// A parsed case and the positions of its keys, which are paths such as `particles.0.shape`.
 pub(super) struct Document<'a> {
     source: &'a Source,
     tree: Spanned<DeTable<'a>>,
+    pub(super) case: Case,
+    /// The text with the options applied.
+    pub(super) text: String,
 }
 
 impl<'a> Document<'a> {
-    /// The document, the case that it describes, and its text with the options applied.
-    pub(super) fn parse(source: &'a Source) -> Result<(Self, Case, String)> {
+    pub(super) fn parse(source: &'a Source) -> Result<Self> {
         let tree = source.tree(&schema::of::<Case>())?;
         let (table, text) = source.effective(tree.clone())?;
         let case = table.try_into().map_err(|e| source.type_error(&e))?;
-        Ok((Self { source, tree }, case, text))
+        Ok(Self { source, tree, case, text })
     }
 
     /// The innermost value on the path of a key, and whether it is that of the key itself.

@@ -256,17 +256,16 @@ impl<'a> Check<'a> {
         let wanted = alternatives(forms);
         let of_type = |kind: &str| forms.iter().any(|form| form["type"] == kind);
         let number = of_type("number") || of_type("integer");
-        let remedy = match value.get_ref() {
-            DeValue::String(text) if number && text.parse::<f64>().is_ok() => {
+        let unquoted = value.get_ref().as_str().map(|text| (text, text.replacen(',', ".", 1)));
+        let remedy = match (unquoted, value.get_ref().as_float()) {
+            (Some((text, point)), _) if number && point.parse::<f64>().is_ok() => {
+                let comma = if point == text { "" } else { " with a point and" };
+                format!("write {point}{comma} without quotes")
+            }
+            (Some((text @ ("true" | "false"), _)), _) if of_type("boolean") => {
                 format!("write {text} without quotes")
             }
-            DeValue::String(text) if number && text.replacen(',', ".", 1).parse::<f64>().is_ok() => {
-                format!("write {} with a point and without quotes", text.replacen(',', ".", 1))
-            }
-            DeValue::String(text) if of_type("boolean") && ["true", "false"].contains(&text.as_ref()) => {
-                format!("write {text} without quotes")
-            }
-            DeValue::Float(number) if of_type("integer") => match number.as_str().parse::<f64>() {
+            (_, Some(number)) if of_type("integer") => match number.as_str().parse::<f64>() {
                 Ok(whole) if whole.fract() == 0.0 => format!("write {whole}"),
                 _ => "without a decimal point".to_string(),
             },
@@ -282,21 +281,13 @@ fn takes(form: &Form, value: &DeValue<'_>) -> bool {
     let kind = form.get("type").and_then(Json::as_str).unwrap_or_default();
     match value {
         DeValue::String(_) => kind == "string",
-        DeValue::Integer(number) => {
-            kind == "number"
-                || kind == "integer" && !(least(form).is_some() && number.as_str().starts_with('-'))
-        }
+        DeValue::Integer(_) => kind == "number" || kind == "integer",
         DeValue::Float(_) => kind == "number",
         DeValue::Boolean(_) => kind == "boolean",
         DeValue::Datetime(_) => false,
         DeValue::Array(_) => kind == "array",
         DeValue::Table(_) => kind == "object",
     }
-}
-
-/// Least value of a form of whole numbers of at least 0.
-fn least(form: &Form) -> Option<u64> {
-    form.get("minimum").and_then(Json::as_u64)
 }
 
 /// The forms in words.
@@ -316,18 +307,18 @@ fn alternatives(forms: &[&Form]) -> String {
 }
 
 fn in_words(form: &Form) -> String {
-    let list =
-        |form: &Form| form.get("minItems").map_or("a list".to_string(), |n| format!("a list of {n} values"));
     match (form["type"].as_str().unwrap_or_default(), form.get("const")) {
         (_, Some(word)) => word.to_string(),
         ("number", _) => "a number".to_string(),
-        ("integer", _) => match least(form) {
+        ("integer", _) => match form.get("minimum") {
             Some(least) => format!("a whole number of at least {least}"),
             None => "a whole number".to_string(),
         },
         ("boolean", _) => "true or false".to_string(),
         ("string", _) => "a text in quotes".to_string(),
-        ("array", _) => list(form),
+        ("array", _) => {
+            form.get("minItems").map_or("a list".to_string(), |n| format!("a list of {n} values"))
+        }
         _ => {
             let only = form.get("properties").and_then(Json::as_object).filter(|keys| keys.len() == 1);
             let only = only.and_then(|keys| keys.iter().next());

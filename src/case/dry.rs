@@ -1,7 +1,7 @@
 //! Particles without a fluid: their time step, and the cells that only the decomposition of the box needs.
 
 use super::checks::Document;
-use super::file::{Case, DrySection, FluidSection, LatticeSection};
+use super::file::{DrySection, FluidSection, LatticeSection};
 use super::hertz::Hertz;
 use super::materials::Materials;
 use crate::error::Result;
@@ -24,7 +24,8 @@ pub(super) enum Medium<'a> {
 
 impl<'a> Medium<'a> {
     /// Refuses a case that has both, or neither, and keys of the fluid in a dry run.
-    pub(super) fn of(document: &Document, case: &'a Case) -> Result<Self> {
+    pub(super) fn of(document: &'a Document) -> Result<Self> {
+        let case = &document.case;
         let missing = |name: &str| {
             let remedy = "a case has [fluid] and [lattice], or [dry] for particles without a fluid";
             Err(document.error(name, &format!("the section [{name}] is missing"), "", remedy))

@@ -4,7 +4,7 @@
 //! misinterprets other walls.
 
 use super::checks::Document;
-use super::file::{Case, EngineKind, GeometryKind, ShapeSection};
+use super::file::{EngineKind, GeometryKind, ShapeSection};
 use super::walls::PlacedWall;
 use crate::contact::ElasticLaw;
 use crate::engine::{EngineChoice, LiggghtsOptions, commands};
@@ -19,9 +19,9 @@ const LEAST_RESTITUTION: f64 = 0.05;
 const ALIGNED: f64 = 1e-9;
 
 /// The engine that the case asks for, if its sections ask for nothing that the engine lacks.
-pub(super) fn engine(document: &Document, case: &Case) -> Result<EngineChoice> {
-    let section = &case.dem.liggghts;
-    if case.dem.engine == EngineKind::Native {
+pub(super) fn engine(document: &Document) -> Result<EngineChoice> {
+    let section = &document.case.dem.liggghts;
+    if document.case.dem.engine == EngineKind::Native {
         if section.is_none() {
             return Ok(EngineChoice::Native);
         }
@@ -33,10 +33,10 @@ pub(super) fn engine(document: &Document, case: &Case) -> Result<EngineChoice> {
         let remedy = "set engine = \"liggghts\" in [dem], or remove the section";
         return Err(document.error_at(&places, title, remedy));
     }
-    refuse_shapes(document, case)?;
-    if case.contact.enabled {
-        refuse_law(document, case)?;
-        refuse_numbers(document, case)?;
+    refuse_shapes(document)?;
+    if document.case.contact.enabled {
+        refuse_law(document)?;
+        refuse_numbers(document)?;
     }
     let mut options = LiggghtsOptions::default();
     if let Some(section) = section {
@@ -54,13 +54,8 @@ pub(super) fn engine(document: &Document, case: &Case) -> Result<EngineChoice> {
 }
 
 /// Refuses walls that the engine does not have; without contacts there are none for it.
-pub(super) fn refuse_walls(
-    document: &Document,
-    case: &Case,
-    engine: &EngineChoice,
-    walls: &[PlacedWall],
-) -> Result<()> {
-    if *engine == EngineChoice::Native || !case.contact.enabled {
+pub(super) fn refuse_walls(document: &Document, engine: &EngineChoice, walls: &[PlacedWall]) -> Result<()> {
+    if *engine == EngineChoice::Native || !document.case.contact.enabled {
         return Ok(());
     }
     for PlacedWall { wall, key, .. } in walls {
@@ -91,9 +86,9 @@ fn lies_askew(vector: &Vec3) -> bool {
     vector.iter().filter(|x| x.abs() > ALIGNED * vector.norm()).count() > 1
 }
 
-fn refuse_shapes(document: &Document, case: &Case) -> Result<()> {
+fn refuse_shapes(document: &Document) -> Result<()> {
     let is_sphere = |shape: &ShapeSection| matches!(shape, ShapeSection::Sphere { .. });
-    let Some(index) = case.particles.iter().position(|section| !is_sphere(&section.shape)) else {
+    let Some(index) = document.case.particles.iter().position(|section| !is_sphere(&section.shape)) else {
         return Ok(());
     };
     let key = format!("particles.{index}.shape");
@@ -104,10 +99,10 @@ fn refuse_shapes(document: &Document, case: &Case) -> Result<()> {
     Err(document.error_at(&places, &title, remedy))
 }
 
-fn refuse_law(document: &Document, case: &Case) -> Result<()> {
-    let (key, value) = if case.contact.law == ElasticLaw::OverlapEnergy {
+fn refuse_law(document: &Document) -> Result<()> {
+    let (key, value) = if document.case.contact.law == ElasticLaw::OverlapEnergy {
         ("contact.law", "overlap_energy")
-    } else if case.contact.geometry == GeometryKind::Sampled {
+    } else if document.case.contact.geometry == GeometryKind::Sampled {
         ("contact.geometry", "sampled")
     } else {
         return Ok(());
@@ -119,11 +114,15 @@ fn refuse_law(document: &Document, case: &Case) -> Result<()> {
 }
 
 /// Refuses materials and pairs beyond the limits of LIGGGHTS.
-fn refuse_numbers(document: &Document, case: &Case) -> Result<()> {
-    let contact = &case.contact;
+fn refuse_numbers(document: &Document) -> Result<()> {
+    let contact = &document.case.contact;
     let of_contact = |value| [("contact".to_string(), Some(value))];
-    let ratios =
-        case.materials.iter().enumerate().map(|(n, one)| (format!("materials.{n}"), one.poisson_ratio));
+    let ratios = document
+        .case
+        .materials
+        .iter()
+        .enumerate()
+        .map(|(n, one)| (format!("materials.{n}"), one.poisson_ratio));
     let ratios = of_contact(contact.poisson_ratio).into_iter().chain(ratios);
     let restitutions = contact.pairs.iter().enumerate();
     let restitutions = restitutions.map(|(n, pair)| (format!("contact.pairs.{n}"), pair.restitution));

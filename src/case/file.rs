@@ -13,13 +13,14 @@ pub use crate::coupling::SolidOperator;
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 pub use contacts::{
     ContactSection, DemSection, EngineKind, GeometryKind, LiggghtsSection, MaterialSection, PairSection,
 };
 pub use particles::{Entry, MovingEntry, OrientationSection, ParticleSection, SizeShare, SizeSpread, Sizes};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
-pub use walls::{FaceSection, FacesSection, PlaneSection, RoundSection, WallSection};
+pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection};
 
 /// A case of turbid: resolved particles in a fluid in a box, or particles alone (`[dry]`). SI units.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -74,7 +75,8 @@ pub struct DomainSection {
     pub periodic: [bool; 3],
     /// Motion and material of closed faces: `"z+" = { velocity = [1e-3, 0, 0] }`. Default: all at rest.
     #[serde(default)]
-    pub faces: FacesSection,
+    #[schemars(schema_with = "walls::faces")]
+    pub faces: BTreeMap<String, FaceSection>,
 }
 
 fn all_periodic() -> [bool; 3] {

@@ -1,7 +1,7 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
 use super::checks::Document;
-use super::file::{Case, LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
+use super::file::{LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
 use super::files::Files;
 use super::materials::Materials;
 use crate::error::{Error, Result};
@@ -52,18 +52,13 @@ pub(super) struct Kinds {
 
 impl Kinds {
     /// Builds all kinds.
-    pub(super) fn new(
-        document: &Document,
-        case: &Case,
-        materials: &Materials,
-        files: &Files,
-    ) -> Result<Self> {
-        if case.particles.is_empty() {
+    pub(super) fn new(document: &Document, materials: &Materials, files: &Files) -> Result<Self> {
+        if document.case.particles.is_empty() {
             let remedy = "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
             return Err(document.error("particles", "the case has no `particles`", "", remedy));
         }
         let mut all = Self { sections: Vec::new(), templates: Vec::new(), diameter: 0.0 };
-        for (index, section) in case.particles.iter().enumerate() {
+        for (index, section) in document.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
             let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));
             let shapes = Shapes { document, shape: &section.shape, key: shape_key, files };

@@ -1,7 +1,7 @@
 //! Materials by name, and the contact model.
 
 use super::checks::Document;
-use super::file::{Case, GeometryKind};
+use super::file::GeometryKind;
 use super::source::nearest;
 use crate::contact::{ContactModel, Geometry, Material, PairParams};
 use crate::error::Result;
@@ -30,13 +30,13 @@ fn friction_order(document: &Document, section: &str, pair: &PairParams) -> Resu
 
 impl Materials {
     /// That of `[contact]` first, then those listed.
-    pub(super) fn new(document: &Document, case: &Case) -> Result<Self> {
+    pub(super) fn new(document: &Document) -> Result<Self> {
         let usual = Material {
-            youngs_modulus: case.contact.youngs_modulus,
-            poisson_ratio: case.contact.poisson_ratio,
+            youngs_modulus: document.case.contact.youngs_modulus,
+            poisson_ratio: document.case.contact.poisson_ratio,
         };
         let mut all = Self { names: vec![DEFAULT.to_string()], elasticity: vec![usual] };
-        for (index, section) in case.materials.iter().enumerate() {
+        for (index, section) in document.case.materials.iter().enumerate() {
             let name = section.name.trim();
             if name.is_empty() || all.names.iter().any(|known| known == name) {
                 let key = format!("materials.{index}.name");
@@ -75,13 +75,8 @@ impl Materials {
     }
 
     /// The contact model in SI units, if contacts are on; surfaces are grown by `enlargement` (m).
-    pub(super) fn contact(
-        &self,
-        document: &Document,
-        case: &Case,
-        enlargement: f64,
-    ) -> Result<Option<ContactModel>> {
-        let contact = &case.contact;
+    pub(super) fn contact(&self, document: &Document, enlargement: f64) -> Result<Option<ContactModel>> {
+        let contact = &document.case.contact;
         let usual = PairParams {
             restitution: contact.restitution,
             friction_static: contact.friction_static,

@@ -75,21 +75,19 @@ impl Alternatives {
     }
 }
 
-/// Keys of a path with their places in it.
-type Keys = Vec<(Range<usize>, String)>;
+/// Keys of a path with their positions in it.
+pub(super) type Keys = Vec<(Range<usize>, String)>;
 
-/// Length of the path of keys before the `=` of an option, none without one: a quoted key may have a `=` of its own.
-pub(super) fn key_length(option: &str) -> Option<usize> {
-    let mut signs = option.match_indices('=').map(|(at, _)| at);
-    let first = signs.clone().next();
-    signs.find(|at| quoted_keys(&option[..*at]).is_some()).or(first)
-}
-
-/// The keys that an option names, from the outermost.
-pub(super) fn option_keys(option: &str) -> Vec<String> {
-    let path = &option[..key_length(option).unwrap_or(option.len())];
-    let keys = quoted_keys(path).unwrap_or_else(|| plain_keys(path));
-    keys.into_iter().map(|(_, key)| key).collect()
+/// The keys that an option names, from the outermost, with their positions, and that of its value, if it has one. A quoted key
+/// may have a `=` of its own.
+pub(super) fn split(option: &str) -> (Keys, Option<usize>) {
+    let signs = || option.match_indices('=').map(|(at, _)| at);
+    if let Some((at, keys)) = signs().find_map(|at| Some((at, quoted_keys(&option[..at])?))) {
+        return (keys, Some(at + 1));
+    }
+    let first = signs().next();
+    let path = &option[..first.unwrap_or(option.len())];
+    (quoted_keys(path).unwrap_or_else(|| plain_keys(path)), first.map(|at| at + 1))
 }
 
 /// The keys of a path as TOML has it: bare, quoted, dotted.
@@ -129,30 +127,28 @@ impl Source {
     ) -> Result<()> {
         let option = &given.span;
         let text = &self.text[option.clone()];
-        let Some(length) = given.key else {
-            return Err(self.error(
-                option,
-                &format!("`--set {text}` has no value"),
-                "no `=`",
-                "write --set key.path=value, e.g. --set fluid.archimedes=500",
-            ));
+        let Some(shifted) = &given.shifted else {
+            let title = format!("`--set {text}` has no value");
+            let remedy = "write --set key.path=value, e.g. --set fluid.archimedes=500";
+            return Err(self.error(option, &title, "no `=`", remedy));
         };
-        let value = self.option_value(option.start + length + 1..option.end, &given.shifted)?;
-        let mut keys = Vec::new();
-        for (at, key) in quoted_keys(&text[..length]).unwrap_or_else(|| plain_keys(&text[..length])) {
-            if key.is_empty() {
-                let remedy = "write --set key.path=value, e.g. --set particles.0.volume_fraction=0.3";
-                return Err(self.error(option, "an option has an empty key", "empty key", remedy));
-            }
-            let span = option.start + at.start..option.start + at.end;
-            keys.push(Spanned::new(span, Cow::Owned(key)));
+        if given.keys.iter().any(|(_, key)| key.is_empty()) {
+            let remedy = "write --set key.path=value, e.g. --set particles.0.volume_fraction=0.3";
+            return Err(self.error(option, "an option has an empty key", "empty key", remedy));
         }
+        let value = self.option_value(shifted)?;
+        let spanned = |(at, key): &(Range<usize>, String)| {
+            Spanned::new(option.start + at.start..option.start + at.end, Cow::Owned(key.clone()))
+        };
+        let keys: Vec<_> = given.keys.iter().map(spanned).collect();
         self.place(document, &keys, value, alternatives)
     }
 
     /// The value of an option; a bare word is a string, since shells eat quotes.
-    fn option_value<'a>(&self, span: Range<usize>, shifted: &'a str) -> Result<Spanned<DeValue<'a>>> {
-        let text = shifted[span.start..].trim();
+    fn option_value<'a>(&self, shifted: &'a str) -> Result<Spanned<DeValue<'a>>> {
+        // "v=" is before it.
+        let start = shifted.len() - shifted.trim_start().len() + 2;
+        let (span, text) = (start..shifted.len(), shifted[start..].trim());
         let is_word = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
         match DeTable::parse(shifted) {
             Ok(mut table) if table.get_ref().len() == 1 => {

@@ -2,7 +2,7 @@
 
 use super::FluidSetup;
 use super::checks::Document;
-use super::file::{Case, CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection};
+use super::file::{CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection};
 use super::kinds::Kinds;
 use super::scales::Reference;
 use super::walls::PlacedWall;
@@ -19,8 +19,8 @@ use crate::wall::Motion;
 const SATURATED_MAGIC: f64 = 0.125;
 
 /// Gravity as a vector (m/s^2).
-pub(super) fn gravity(case: &Case) -> Vec3 {
-    match case.driving.gravity {
+pub(super) fn gravity(document: &Document) -> Vec3 {
+    match document.case.driving.gravity {
         Gravity::Downwards(g) => Vec3::new(0.0, 0.0, -g),
         Gravity::Vector(vector) => vector.into(),
     }
@@ -29,13 +29,13 @@ pub(super) fn gravity(case: &Case) -> Vec3 {
 /// The time step (s) and the fluid.
 pub(super) fn fluid(
     document: &Document,
-    driving: &DrivingSection,
     (section, lattice): (&FluidSection, &LatticeSection),
     kinds: &Kinds,
     domain: &Domain,
     walls: &[PlacedWall],
     gravity: Vec3,
 ) -> Result<(f64, FluidSetup)> {
+    let driving = &document.case.driving;
     let (density, diameter, dx) = (section.density, kinds.diameter, domain.dx);
     let reference =
         Reference { diameter, density_ratio: kinds.templates[0].density / density, gravity: gravity.norm() };

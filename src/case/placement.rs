@@ -5,7 +5,7 @@ mod overlaps;
 mod random;
 
 use super::checks::Document;
-use super::file::{Case, Entry, MovingEntry, OrientationSection};
+use super::file::{Entry, MovingEntry, OrientationSection};
 use super::files::Files;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
@@ -19,7 +19,6 @@ use std::collections::HashMap;
 /// A case, and all that the positions depend on.
 pub(super) struct Placer<'a> {
     pub(super) document: &'a Document<'a>,
-    pub(super) case: &'a Case,
     pub(super) domain: Domain,
     pub(super) kinds: &'a Kinds,
     pub(super) walls: &'a [PlacedWall],
@@ -49,7 +48,7 @@ impl Placer<'_> {
     pub(super) fn place(&self, places: bool, warnings: &mut Vec<String>) -> Result<(Vec<Particle>, Counts)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
-        for (index, kind) in self.case.particles.iter().enumerate() {
+        for (index, kind) in self.document.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
             if kind.file.is_none() && kind.list.is_none() {
                 random.push((index, self.count(index, kind)?));

@@ -3,7 +3,7 @@
 
 use super::Setup;
 use super::checks::Document;
-use super::file::{Case, FluidSection, LatticeSection};
+use super::file::{FluidSection, LatticeSection};
 use super::speeds::wall_speed;
 use crate::error::Result;
 use crate::particle::Template;
@@ -24,24 +24,16 @@ const WATER_DYNAMIC: RangeInclusive<f64> = 0.88e-3..=1.14e-3;
 /// less below.
 const UNSTABLE_RATIO_CELLS: f64 = 2.0;
 
-/// The case that a [`Setup`] comes from.
+/// A [`Setup`] and the case that it comes from.
 pub(super) struct Written<'a> {
     pub(super) document: &'a Document<'a>,
-    pub(super) case: &'a Case,
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
+    pub(super) setup: &'a Setup,
     /// Templates of which there are particles.
     pub(super) present: BTreeSet<usize>,
     /// The key of each wall.
     pub(super) walls: Vec<String>,
-}
-
-/// A velocity of the case: its name, its value (m/s), the key that decides it, and what may be wrong with that.
-struct Velocity {
-    name: String,
-    speed: f64,
-    key: String,
-    doubt: Option<String>,
 }
 
 /// Particles that are too light for the explicit coupling.
@@ -84,45 +76,19 @@ impl Setup {
 }
 
 impl Written<'_> {
-    /// Refuses a case that cannot work; what it should be warned of.
-    pub(super) fn judge(&self, setup: &Setup) -> Result<Vec<String>> {
-        let mut warnings: Vec<String> =
-            self.dynamic_viscosity(setup).into_iter().chain(self.light(setup)).collect();
-        for Velocity { name, speed, key, doubt } in self.velocities(setup) {
-            let lattice = speed / setup.units().velocity();
-            if lattice > LARGEST_SPEED {
-                let remedy = doubt.unwrap_or_else(|| self.slower(setup, lattice));
-                let title = format!(
-                    "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {LARGEST_SPEED}, which the lattice \
-                     cannot follow"
-                );
-                return Err(self.document.error(&key, &title, "too fast", &remedy));
-            }
-            if lattice > USUAL_SPEED {
-                let title = format!(
-                    "{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above {USUAL_SPEED}, where the fluid \
-                     becomes compressible"
-                );
-                warnings.push(self.document.warning(&key, &title, "fast", &self.slower(setup, lattice)));
-            }
-        }
-        Ok(warnings)
-    }
-
-    fn velocities(&self, setup: &Setup) -> Vec<Velocity> {
-        let (fluid, mut all) = (setup.expect_fluid(), Vec::new());
-        let fastest = (self.present.iter())
-            .map(|&template| (template, setup.settling_speed(fluid, template)))
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((template, speed)) = fastest {
+    /// Refuses a case that cannot work; returns warnings.
+    pub(super) fn judge(&self) -> Result<Vec<String>> {
+        let (setup, fluid) = (self.setup, self.setup.expect_fluid());
+        let mut warnings: Vec<String> = self.dynamic_viscosity().into_iter().chain(self.light()).collect();
+        let mut follow = |name: &str, speed: f64, key: &str, doubt: Option<String>| {
+            self.follow(name, speed, key, doubt).map(|warning| warnings.extend(warning))
+        };
+        let settling = self.present.iter().map(|&template| (template, setup.settling_speed(fluid, template)));
+        if let Some((template, speed)) = settling.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
-            let diameter = setup.templates[template].shape.equivalent_diameter();
-            all.push(Velocity {
-                name: format!("the settling velocity of `particles.{section}`"),
-                speed,
-                key: format!("particles.{section}.shape"),
-                doubt: self.doubt_of_settling(setup, diameter),
-            });
+            let name = format!("the settling velocity of `particles.{section}`");
+            let doubt = self.doubt_of_settling(setup.templates[template].shape.equivalent_diameter());
+            follow(&name, speed, &format!("particles.{section}.shape"), doubt)?;
         }
         let started = setup.particles.iter().map(|p| {
             let template = p.template as usize;
@@ -131,44 +97,46 @@ impl Written<'_> {
         });
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
-            let list = if self.case.particles[section].list.is_some() { ".list.0" } else { "" };
-            all.push(Velocity {
-                name: format!("the fastest surface of `particles.{section}` at the start"),
-                speed,
-                key: format!("particles.{section}{list}"),
-                doubt: (speed > 10.0).then(|| "velocities are in m/s".to_string()),
-            });
+            let name = format!("the fastest surface of `particles.{section}` at the start");
+            let list = if self.document.case.particles[section].list.is_some() { ".list.0" } else { "" };
+            let doubt = (speed > 10.0).then(|| "velocities are in m/s".to_string());
+            follow(&name, speed, &format!("particles.{section}{list}"), doubt)?;
         }
         let size = setup.domain.size();
         for (wall, key) in setup.walls.iter().zip(&self.walls) {
-            all.push(Velocity {
-                name: format!("the wall \"{}\"", wall.name),
-                speed: wall_speed(wall, &size),
-                key: key.clone(),
-                doubt: None,
-            });
+            follow(&format!("the wall \"{}\"", wall.name), wall_speed(wall, &size), key, None)?;
         }
         if let Some(flow) = setup.driven_flow() {
+            let key = "driving.body_acceleration";
             let acceleration = fluid.body_acceleration.norm();
-            all.push(Velocity {
-                name: "the flow that `driving.body_acceleration` drives".to_string(),
-                speed: flow.speed,
-                key: "driving.body_acceleration".to_string(),
-                doubt: (acceleration > 100.0).then(|| {
-                    format!(
-                        "it is in m/s^2, the gradient of the pressure over the density: is {:.4} meant, from \
-                         {acceleration} Pa/m?",
-                        acceleration / setup.fluid_density()
-                    )
-                }),
+            let doubt = (acceleration > 100.0).then(|| {
+                format!(
+                    "it is in m/s^2, the gradient of the pressure over the density: is {:.4} meant, from \
+                     {acceleration} Pa/m?",
+                    acceleration / fluid.density
+                )
             });
+            follow(&format!("the flow that `{key}` drives"), flow.speed, key, doubt)?;
         }
-        all
+        Ok(warnings)
+    }
+
+    /// Refuses a speed (m/s) that the lattice cannot follow, which one key decides and which may be a mistake; or warns of it.
+    fn follow(&self, name: &str, speed: f64, key: &str, doubt: Option<String>) -> Result<Option<String>> {
+        let lattice = speed / self.setup.units().velocity();
+        let is = format!("{name} is {speed:.4e} m/s or {lattice:.3} cells per time step, above");
+        if lattice > LARGEST_SPEED {
+            let remedy = doubt.unwrap_or_else(|| self.slower(lattice));
+            let title = format!("{is} {LARGEST_SPEED}, which the lattice cannot follow");
+            return Err(self.document.error(key, &title, "too fast", &remedy));
+        }
+        let title = format!("{is} {USUAL_SPEED}, where the fluid becomes compressible");
+        Ok((lattice > USUAL_SPEED).then(|| self.document.warning(key, &title, "fast", &self.slower(lattice))))
     }
 
     /// The unit that was likely mixed up where a particle settles too fast.
-    fn doubt_of_settling(&self, setup: &Setup, diameter: f64) -> Option<String> {
-        let (gravity, viscosity) = (setup.gravity.norm(), setup.expect_fluid().viscosity);
+    fn doubt_of_settling(&self, diameter: f64) -> Option<String> {
+        let (gravity, viscosity) = (self.setup.gravity.norm(), self.setup.expect_fluid().viscosity);
         if diameter > 0.05 {
             return Some(format!(
                 "lengths are in metres: is a diameter of {:.4e} m meant, not {diameter} m?",
@@ -184,8 +152,8 @@ impl Written<'_> {
     }
 
     /// What lowers a speed on the lattice to the usual range, as far as that can be had.
-    fn slower(&self, setup: &Setup, lattice: f64) -> String {
-        let (fluid, factor) = (setup.expect_fluid(), USUAL_SPEED / lattice);
+    fn slower(&self, lattice: f64) -> String {
+        let (setup, fluid, factor) = (self.setup, self.setup.expect_fluid(), USUAL_SPEED / lattice);
         let tau = 0.5 + (fluid.relaxation_time - 0.5) * factor;
         let cells = setup.diameter / setup.domain.dx / factor;
         let mut ways = Vec::new();
@@ -211,25 +179,25 @@ impl Written<'_> {
     }
 
     /// Asks about a viscosity that looks like the dynamic one of water.
-    fn dynamic_viscosity(&self, setup: &Setup) -> Option<String> {
-        let viscosity = self.fluid.viscosity?;
-        let like_water = (950.0..1050.0).contains(&setup.fluid_density());
+    fn dynamic_viscosity(&self) -> Option<String> {
+        let (viscosity, density) = (self.fluid.viscosity?, self.fluid.density);
+        let like_water = (950.0..1050.0).contains(&density);
         if !like_water || !WATER_DYNAMIC.contains(&viscosity) {
             return None;
         }
         let title = format!(
             "`fluid.viscosity` = {viscosity:e} m^2/s is a thousand times that of water: is it the dynamic viscosity, in Pa s?"
         );
-        let remedy =
-            format!("if so, divide it by the density: {:.3e} m^2/s", viscosity / setup.fluid_density());
+        let remedy = format!("if so, divide it by the density: {:.3e} m^2/s", viscosity / density);
         Some(self.document.warning("fluid.viscosity", &title, "kinematic, in m^2/s", &remedy))
     }
 
     /// Particles too light for the explicit coupling.
-    fn light(&self, setup: &Setup) -> Option<String> {
-        let light = setup.too_light()?;
+    fn light(&self) -> Option<String> {
+        let (setup, light) = (self.setup, self.setup.too_light()?);
         let section = setup.sections[light.template];
-        let (density, key) = (self.case.particles[section].density, format!("particles.{section}.density"));
+        let (density, key) =
+            (self.document.case.particles[section].density, format!("particles.{section}.density"));
         let least = light.limit * setup.fluid_density();
         let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;
         let remedy = if density < 25.0 && setup.fluid_density() > 500.0 {

@@ -95,41 +95,39 @@ pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: 
 
 /// Particles are placed at random if `places`, else counted.
 fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Setup> {
-    let (document, case, text) = Document::parse(source)?;
-    let document = &document;
+    let document = &Document::parse(source)?;
     let mut warnings = Vec::new();
-    let medium = Medium::of(document, &case)?;
-    let materials = Materials::new(document, &case)?;
-    let kinds = Kinds::new(document, &case, &materials, &files)?;
+    let medium = Medium::of(document)?;
+    let materials = Materials::new(document)?;
+    let kinds = Kinds::new(document, &materials, &files)?;
     let templates = &kinds.templates;
-    let lattice = case.lattice.as_ref();
-    let domain = domain(document, &case, lattice, &kinds, &mut warnings)?;
+    let lattice = document.case.lattice.as_ref();
+    let domain = domain(document, lattice, &kinds, &mut warnings)?;
     let enlargement = match &medium {
-        Medium::Fluid(..) => domain.dx * case.contact.enlargement,
+        Medium::Fluid(..) => domain.dx * document.case.contact.enlargement,
         Medium::Dry(dry) => dry.enlargement,
     };
-    let contact = materials.contact(document, &case, enlargement)?;
-    let engine = engine(document, &case)?;
+    let contact = materials.contact(document, enlargement)?;
+    let engine = engine(document)?;
     // As the engine grows them: corners stay sharp.
     let reaches: Vec<f64> = (templates.iter())
         .map(|template| GrownShape::new(template.shape.clone(), enlargement).reach())
         .collect();
     let reach = reaches.iter().copied().fold(0.0, f64::max);
-    let walls = walls(document, &case, &domain, &materials, reach)?;
-    refuse_walls(document, &case, &engine, &walls)?;
-    let gravity = gravity(&case);
-    let substeps = case.contact.substeps;
+    let walls = walls(document, &domain, &materials, reach)?;
+    refuse_walls(document, &engine, &walls)?;
+    let gravity = gravity(document);
+    let substeps = document.case.contact.substeps;
     let (time_step, fluid) = match &medium {
         Medium::Fluid(section, lattice) => {
             let sections = (*section, *lattice);
-            let fluid = physics::fluid(document, &case.driving, sections, &kinds, &domain, &walls, gravity)?;
+            let fluid = physics::fluid(document, sections, &kinds, &domain, &walls, gravity)?;
             (fluid.0, Some(fluid.1))
         }
         Medium::Dry(section) => (dry::time_step(section, substeps, templates, &materials), None),
     };
     let placer = Placer {
         document,
-        case: &case,
         domain,
         kinds: &kinds,
         walls: &walls,
@@ -152,7 +150,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         size: domain.size(),
         few: are_few(templates, counts),
     };
-    let plan = RunPlan::new(document, &case, &known)?;
+    let plan = RunPlan::new(document, &known)?;
     let (walls, wall_keys): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.key)).unzip();
     let mut setup = Setup {
@@ -173,15 +171,15 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         plan,
         provenance: Provenance {
             name: name.to_string(),
-            text,
+            text: document.text.clone(),
             files: files.read.into_inner(),
             inputs: Vec::new(),
             warnings,
         },
     };
     if let Medium::Fluid(fluid, lattice) = medium {
-        let written = Written { document, case: &case, fluid, lattice, present, walls: wall_keys };
-        let found = written.judge(&setup)?;
+        let written = Written { document, fluid, lattice, setup: &setup, present, walls: wall_keys };
+        let found = written.judge()?;
         setup.provenance.warnings.extend(found);
     }
     Ok(setup)

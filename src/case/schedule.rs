@@ -1,8 +1,8 @@
 //! How long to run and what to write: what may change when a run is resumed, and the numbers that then stay.
 
 use super::checks::{Clock, Document};
-use super::file::{Case, CheckpointEvery, Duration, EngineKind, Every};
-use super::overrides::option_keys;
+use super::file::{CheckpointEvery, Duration, EngineKind, Every};
+use super::overrides::split;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
 use crate::error::Result;
@@ -27,16 +27,16 @@ pub(super) struct Known<'a> {
 
 impl RunPlan {
     /// The plan that the sections `[run]` and `[output]` describe.
-    pub(super) fn new(document: &Document, case: &Case, known: &Known) -> Result<Self> {
+    pub(super) fn new(document: &Document, known: &Known) -> Result<Self> {
         let clock = known.clock;
-        let end_step = document.steps("run.end", case.run.end, clock)?;
+        let end_step = document.steps("run.end", document.case.run.end, clock)?;
         Ok(Self {
             end_step,
-            average_from_step: average_from(document, case, clock, end_step)?,
-            threads: case.run.threads,
-            precision: case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
-            simd: simd(document, case)?,
-            output: output(document, case, known, end_step)?,
+            average_from_step: average_from(document, clock, end_step)?,
+            threads: document.case.run.threads,
+            precision: document.case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
+            simd: simd(document)?,
+            output: output(document, known, end_step)?,
         })
     }
 
@@ -68,8 +68,8 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     let resolve = |options: &[String]| -> Result<(RunPlan, String)> {
         let source = Source::new(title(known.name), saved.to_string(), options);
         source.refuse_changes_of_the_case()?;
-        let (document, case, text) = Document::parse(&source)?;
-        Ok((RunPlan::new(&document, &case, &known)?, text))
+        let document = Document::parse(&source)?;
+        Ok((RunPlan::new(&document, &known)?, document.text))
     };
     let (mut plan, mut text) = resolve(options)?;
     // Contacts and surfaces are written as often as particles if nothing else is said.
@@ -101,8 +101,8 @@ pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (
 
 /// Whether an option sets this key or one below it.
 pub(super) fn names(option: &str, key: &str) -> bool {
-    let path = option_keys(option);
-    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|given| given == key))
+    let (path, _) = split(option);
+    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|(_, given)| given == key))
 }
 
 /// How messages call a case that was saved.
@@ -115,8 +115,7 @@ impl Source {
     fn refuse_changes_of_the_case(&self) -> Result<()> {
         for option in &self.options {
             let text = &self.text[option.span.clone()];
-            let path = option_keys(text);
-            let path: Vec<&str> = path.iter().map(String::as_str).collect();
+            let path: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
             let remedy = match path[..] {
                 ["output", "directory", ..] => {
                     "a run is resumed in its own directory; a copy of that can be resumed as well"
@@ -133,9 +132,9 @@ impl Source {
     }
 }
 
-fn average_from(document: &Document, case: &Case, clock: Clock, end_step: u64) -> Result<u64> {
+fn average_from(document: &Document, clock: Clock, end_step: u64) -> Result<u64> {
     let key = "run.average_from";
-    let step = match case.run.average_from {
+    let step = match document.case.run.average_from {
         None => return Ok(end_step / 3),
         Some(Duration::Steps(0)) => 0,
         Some(from) => document.steps(key, from, clock)?,
@@ -150,9 +149,9 @@ fn average_from(document: &Document, case: &Case, clock: Clock, end_step: u64) -
     Ok(step)
 }
 
-fn output(document: &Document, case: &Case, known: &Known, end_step: u64) -> Result<OutputPlan> {
+fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPlan> {
     let &Known { name, clock, size, few } = known;
-    let output = &case.output;
+    let output = &document.case.output;
     let directory = match &output.directory {
         Some(directory) if directory.trim().is_empty() => {
             let title = "`output.directory` is empty";
@@ -178,7 +177,7 @@ fn output(document: &Document, case: &Case, known: &Known, end_step: u64) -> Res
             "leave the key out or give \"never\", or build with the default features",
         ));
     }
-    let dry = case.dry.is_some();
+    let dry = document.case.dry.is_some();
     if dry && output.fields_every.is_some_and(|every| every != Every::Never) {
         let title = "`output.fields_every` has no meaning in a dry run";
         return Err(document.error("output.fields_every", title, "there is no field to write", "remove it"));
@@ -204,22 +203,22 @@ fn output(document: &Document, case: &Case, known: &Known, end_step: u64) -> Res
             None if !cfg!(feature = "pictures") => 0,
             asked => every("picture_every", asked, 10)?,
         },
-        picture_plane: picture_plane(document, case, size)?,
+        picture_plane: picture_plane(document, size)?,
         picture_range: output.picture_range,
-        checkpoint_every: checkpoint_every(document, case, clock)?,
+        checkpoint_every: checkpoint_every(document, clock)?,
     })
 }
 
 /// Axis and coordinate of the plane of pictures.
-fn picture_plane(document: &Document, case: &Case, size: Vec3) -> Result<Option<(usize, Option<f64>)>> {
-    let Some(plane) = &case.output.picture_plane else {
+fn picture_plane(document: &Document, size: Vec3) -> Result<Option<(usize, Option<f64>)>> {
+    let Some(plane) = &document.case.output.picture_plane else {
         return Ok(None);
     };
     let (axis, key) = (plane.normal as usize, "output.picture_plane.position");
     let Some(position) = plane.position else {
         return Ok(Some((axis, None)));
     };
-    if case.dry.is_some() {
+    if document.case.dry.is_some() {
         let title =
             format!("`{key}` has no meaning in a dry run, whose pictures show all particles from the side");
         return Err(document.error(key, &title, "there is no slice", "remove it"));
@@ -231,10 +230,10 @@ fn picture_plane(document: &Document, case: &Case, size: Vec3) -> Result<Option<
     Ok(Some((axis, Some(position))))
 }
 
-fn checkpoint_every(document: &Document, case: &Case, clock: Clock) -> Result<CheckpointSpacing> {
-    let duration = match case.output.checkpoint_every {
+fn checkpoint_every(document: &Document, clock: Clock) -> Result<CheckpointSpacing> {
+    let duration = match document.case.output.checkpoint_every {
         // LIGGGHTS rounds differently once it has been saved: results would depend on how fast the machine is.
-        None if case.dem.engine == EngineKind::Liggghts => return Ok(CheckpointSpacing::Never),
+        None if document.case.dem.engine == EngineKind::Liggghts => return Ok(CheckpointSpacing::Never),
         None => return Ok(CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL)),
         Some(CheckpointEvery::Never) => return Ok(CheckpointSpacing::Never),
         Some(CheckpointEvery::WallTime(seconds)) => {
@@ -248,8 +247,8 @@ fn checkpoint_every(document: &Document, case: &Case, clock: Clock) -> Result<Ch
 }
 
 /// The instruction set asked for, if this processor has it.
-fn simd(document: &Document, case: &Case) -> Result<Option<Simd>> {
-    match case.run.simd {
+fn simd(document: &Document) -> Result<Option<Simd>> {
+    match document.case.run.simd {
         Some(asked) if !asked.is_available() => {
             let best = Simd::best().name();
             let remedy =

@@ -1,6 +1,6 @@
 //! The text of a case: the file followed by the `--set` options, so that every position is one number.
 
-use super::overrides::{Alternatives, key_length, option_keys};
+use super::overrides::{Alternatives, Keys, split};
 use super::{conform, schema};
 use crate::error::{Error, Result};
 use crate::input;
@@ -32,10 +32,10 @@ pub struct Source {
 pub struct GivenOption {
     /// Position in [`Source::text`].
     pub span: Range<usize>,
-    /// Length of its path of keys, if it has a value.
-    pub key: Option<usize>,
+    /// Its path of keys.
+    pub(crate) keys: Keys,
     /// `v=` and its value, after as many blanks as give every part of the value its position in [`Source::text`].
-    pub shifted: String,
+    pub(crate) shifted: Option<String>,
 }
 
 impl Source {
@@ -62,13 +62,10 @@ impl Source {
                 text.push('\n');
                 let start = text.len();
                 text.push_str(option);
-                let key = key_length(option);
-                let value = key.map_or(option.len(), |length| length + 1);
-                GivenOption {
-                    key,
-                    span: start..text.len(),
-                    shifted: format!("{}v={}", " ".repeat(start + value - 2), &option[value..]),
-                }
+                let (keys, value) = split(option);
+                let shifted =
+                    value.map(|value| format!("{}v={}", " ".repeat(start + value - 2), &option[value..]));
+                GivenOption { keys, span: start..text.len(), shifted }
             })
             .collect();
         Self { path, text, file_length, options }
@@ -109,11 +106,10 @@ impl Source {
         let known: Vec<&str> = keys.map(|(key, _)| key.as_str()).collect();
         let mut lines = self.text[..self.file_length].trim_start_matches('\u{feff}').lines();
         let begins = |line: &str| {
-            let line = line.trim_start_matches(|c: char| c.is_whitespace() || "[\"'".contains(c));
-            let word = line.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(line.len());
-            let (word, rest) = line.split_at(word);
-            known.contains(&word)
-                && rest.trim_start_matches(['"', '\'', ' ', '\t']).starts_with([']', '.', '='])
+            let line = line.trim_start_matches(['[', '"', '\'', ' ', '\t']);
+            let behind = known.iter().filter_map(|key| line.strip_prefix(key));
+            let mut behind = behind.map(|rest| rest.trim_start_matches(['"', '\'', ' ', '\t']));
+            behind.any(|rest| rest.starts_with([']', '.', '=']))
         };
         let says_nothing = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
         if lines.clone().any(begins) || lines.all(says_nothing) {
@@ -165,7 +161,8 @@ impl Source {
             return None;
         }
         if let Some(option) = self.options.iter().find(|option| holds(&option.span)) {
-            return Some(option_keys(&self.text[option.span.clone()]).join("."));
+            let keys: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
+            return Some(keys.join("."));
         }
         let document = DeTable::parse(&self.text[..self.file_length]).ok()?;
         innermost(&DeValue::Table(document.into_inner()), &holds)

@@ -2,7 +2,7 @@
 
 use super::checks::Document;
 use super::dry;
-use super::file::{Case, LatticeSection, Size};
+use super::file::{LatticeSection, Size};
 use super::kinds::Kinds;
 use crate::domain::Domain;
 use crate::error::Result;
@@ -16,14 +16,13 @@ const THINNEST_CELLS: f64 = 4.0;
 /// The box in cells; what had to be rounded goes to `warnings`. Without a lattice the cells are those of a dry run.
 pub(super) fn domain(
     document: &Document,
-    case: &Case,
     lattice: Option<&LatticeSection>,
     kinds: &Kinds,
     warnings: &mut Vec<String>,
 ) -> Result<Domain> {
     let (diameter, key) = (kinds.diameter, "domain.size");
     // The unit of the edges in metres and in diameters.
-    let (edges, unit, relative) = match &case.domain.size {
+    let (edges, unit, relative) = match &document.case.domain.size {
         Size::Metres(edges) => (*edges, 1.0, diameter),
         Size::Relative(relative) => (relative.diameters, diameter, 1.0),
     };
@@ -43,7 +42,7 @@ pub(super) fn domain(
         return Err(document.error(key, &title, "too large", remedy));
     }
     let cells = exact.map(|cells| cells.round().max(1.0) as usize);
-    let domain = Domain { periodic: case.domain.periodic, cells, dx };
+    let domain = Domain { periodic: document.case.domain.periodic, cells, dx };
     if (0..3).any(|i| (exact[i] - cells[i] as f64).abs() > 1e-9 * exact[i]) {
         let used = domain.size();
         let (x, y, z) = (used.x, used.y, used.z);

@@ -1,7 +1,7 @@
 //! Closed faces of the box and other walls.
 
 use super::checks::Document;
-use super::file::{Case, WallSection};
+use super::file::{FACES, WallSection};
 use super::materials::Materials;
 use crate::coupling::check_motion;
 use crate::domain::Domain;
@@ -32,14 +32,13 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// `reach` (m) is how far a particle extends from its centre at most.
 pub(super) fn walls(
     document: &Document,
-    case: &Case,
     domain: &Domain,
     materials: &Materials,
     reach: f64,
 ) -> Result<Vec<PlacedWall>> {
-    let builder = Builder { document, case, domain, materials };
+    let builder = Builder { document, domain, materials };
     let mut walls = builder.faces()?;
-    for (index, section) in case.walls.iter().enumerate() {
+    for (index, section) in document.case.walls.iter().enumerate() {
         let placed = builder.listed(format!("walls.{index}"), section)?;
         if walls.iter().any(|other| other.wall.name == placed.wall.name) {
             let key = format!("{}.name", placed.key);
@@ -50,7 +49,7 @@ pub(super) fn walls(
         builder.agrees_with_periodic_faces(&placed, reach)?;
         walls.push(placed);
     }
-    if case.dry.is_none() {
+    if document.case.dry.is_none() {
         for PlacedWall { wall, key, .. } in &walls {
             check_motion(wall).map_err(|what| {
                 document.error(
@@ -89,7 +88,6 @@ fn grid(counts: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
 
 struct Builder<'a> {
     document: &'a Document<'a>,
-    case: &'a Case,
     domain: &'a Domain,
     materials: &'a Materials,
 }
@@ -98,9 +96,9 @@ impl Builder<'_> {
     fn faces(&self) -> Result<Vec<PlacedWall>> {
         let mut walls = Vec::new();
         let size = self.domain.size();
-        for (n, (name, face)) in self.case.domain.faces.named().into_iter().enumerate() {
+        for (n, name) in FACES.into_iter().enumerate() {
             let (axis, upper) = (n / 2, n % 2 == 1);
-            let key = format!("domain.faces.{name}");
+            let (key, face) = (format!("domain.faces.{name}"), self.document.case.domain.faces.get(name));
             if self.domain.periodic[axis] {
                 if face.is_some() {
                     let remedy = format!(

@@ -2,7 +2,6 @@ use super::*;
 use crate::math::Quat;
 use crate::shape::Cuboid;
 use std::fmt::Write as _;
-use std::fs;
 use std::path::PathBuf;
 
 /// Corners of a cuboid as triangles, counter-clockwise from outside.
@@ -38,10 +37,7 @@ fn binary_stl(facets: &[[Vec3; 3]], head: &str) -> Vec<u8> {
 }
 
 fn read_bytes(name: &str, bytes: &[u8], hull: bool) -> Result<(Polyhedron, Placement), String> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(name);
-    fs::write(&path, bytes).unwrap();
-    read(&path, 1e-3, hull).map_err(|e| {
+    parse(Path::new(name), bytes, 1e-3, hull).map_err(|e| {
         let message = e.to_string();
         assert!(message.contains(name), "the file is named: {message}");
         message
@@ -101,7 +97,8 @@ fn a_turned_box_in_single_precision_has_six_faces() {
 #[test]
 fn the_stone_of_the_cases_is_a_convex_body_of_one_millimetre() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("cases/stone.stl");
-    let (stone, _) = read(&path, 1e-3, false).unwrap_or_else(|e| panic!("{e}"));
+    let bytes = std::fs::read(&path).unwrap();
+    let (stone, _) = parse(&path, &bytes, 1e-3, false).unwrap_or_else(|e| panic!("{e}"));
     assert!((stone.equivalent_diameter() / 1e-3 - 1.0).abs() < 1e-5);
     assert!((12..=60).contains(&stone.faces.len()), "{}", stone.faces.len());
     assert!(stone.thickness() > 0.5e-3 && stone.circumradius() < 1e-3);

@@ -31,17 +31,8 @@ const MAX_ID: u64 = 1 << 53;
 
 /// Largest deviation of the squared length of a quaternion from 1 if it was written with few digits.
 const FEW_DIGITS: f64 = 1e-5;
-/// Largest deviation by rounding, which is left as it is.
+/// Largest deviation that is taken as rounding.
 const ROUNDING: f64 = 1e-12;
-
-/// A value and where it stands in its line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell<T> {
-    /// The value.
-    pub value: T,
-    /// Column of its first character, from 1.
-    pub column: usize,
-}
 
 /// One line of a positions file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,10 +45,10 @@ pub struct Placement {
     pub orientation: Quat,
     /// Unique number, if the file has them.
     pub id: Option<u64>,
-    /// Section of the case that it belongs to, if the file says so.
-    pub kind: Option<Cell<u64>>,
-    /// Diameter of the sphere of equal volume (m), if the file has them.
-    pub diameter: Option<Cell<f64>>,
+    /// Section of the case that it belongs to, if the file says so, and the column in the line, from 1.
+    pub kind: Option<(u64, usize)>,
+    /// Diameter of the sphere of equal volume (m), if the file has them, and the column in the line, from 1.
+    pub diameter: Option<(f64, usize)>,
     /// Velocity (m/s) and angular velocity (1/s), if the file has them: then it is the state of a run.
     pub motion: Option<[Vec3; 2]>,
 }
@@ -125,14 +116,8 @@ pub fn parse(text: &str, name: &str) -> Result<Vec<Placement>, String> {
             };
             match which {
                 ID => id = Some(whole()?),
-                KIND => {
-                    let value = whole()?;
-                    kind = Some(Cell { value, column });
-                }
-                DIAMETER => {
-                    let value = finite()?;
-                    diameter = Some(Cell { value, column });
-                }
+                KIND => kind = Some((whole()?, column)),
+                DIAMETER => diameter = Some((finite()?, column)),
                 _ => values[which] = finite()?,
             }
             column += field.chars().count() + 1;
@@ -270,8 +255,8 @@ mod tests {
             prop_assert_eq!(back[0].position, row.position);
             prop_assert_eq!(back[0].id, Some(id));
             prop_assert_eq!(back[0].orientation, row.orientation);
-            prop_assert_eq!(back[0].kind.unwrap().value, kind as u64);
-            prop_assert_eq!(back[0].diameter.unwrap().value.to_bits(), row.diameter.to_bits());
+            prop_assert_eq!(back[0].kind.unwrap().0, kind as u64);
+            prop_assert_eq!(back[0].diameter.unwrap().0.to_bits(), row.diameter.to_bits());
             prop_assert_eq!(back[0].motion, Some([row.velocity, row.angular_velocity]));
         }
     }

@@ -76,7 +76,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         ),
         ("[4, 4, 4]", "[4, 4, 1]", &["14 |", "bad.toml:3:", "larger than half the box", "3.0"]),
         ("[4, 4, 4]", "[4, 4]", &["bad.toml:3:", "must have 3"]),
-        ("[4, 4, 4]", "[4, 4, -4]", &["bad.toml:3:", "`domain.size` is -4"]),
+        ("[4, 4, 4]", "[4, 4, -4]", &["bad.toml:3:29", "`domain.size.diameters` is -4", "above 0"]),
         ("1.5e-3", "0", &["bad.toml:14:33", "`particles.0.shape.sphere.diameter` is 0", "metres"]),
         ("sphere", "spere", &["bad.toml:14:", "unknown choice `spere`", "did you mean `sphere`"]),
         ("volume_fraction = 0.1", "volume_fraction = 0.4", &["bad.toml:16:19", "is 0.4", "at most 0.35"]),
@@ -118,7 +118,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
             &["bad.toml:16:9", "outside the box", "z is 3.1 m", "0.006"],
         ),
         ("{ steps = 10 }", "{ steps = 0 }", &["bad.toml:20:7", "`run.end` is 0 steps"]),
-        ("{ steps = 10 }", "{ time = -1 }", &["bad.toml:20:7", "`run.end` is -1", "{ time = 0.5 }"]),
+        ("{ steps = 10 }", "{ time = -1 }", &["bad.toml:20:16", "`run.end.time` is -1", "{ time = 0.5 }"]),
         ("{ steps = 10 }", "{ steps = 10, time = 1 }", &["bad.toml:20:7", "exactly one"]),
         ("{ steps = 10 }", "10", &["bad.toml:20:7", "{ steps = 100 }"]),
         (
@@ -136,7 +136,11 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         ("[run]", "[contact]\nyoungs_modulus = 0\n[run]", &["bad.toml:20:18", "above 0", "Pa"]),
         ("[run]", "[contact]\nsubsteps = 0\n[run]", &["bad.toml:20:12", "`contact.substeps` is 0"]),
         ("[run]", "[driving]\ngravity = 0\n[run]", &["bad.toml:7:14", "give `viscosity`"]),
-        ("[run]", "[output]\nfields_every = { steps = 0 }\n[run]", &["bad.toml:20:16", "\"never\""]),
+        (
+            "[run]",
+            "[output]\nfields_every = { steps = 0 }\n[run]",
+            &["bad.toml:20:26", "`output.fields_every.steps` is 0", "\"never\""],
+        ),
         (
             "[[particles]]",
             "[particle]",

@@ -1,45 +1,19 @@
 //! Faces of the box and other walls as the user writes them.
 
 use crate::case::schema::positive;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use serde_json::{Map, Value as Json};
 
-/// The closed faces of the box; a face that is not listed is at rest.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FacesSection {
-    /// The face x = 0.
-    #[serde(rename = "x-")]
-    pub x_low: Option<FaceSection>,
-    /// The face at the upper end of x.
-    #[serde(rename = "x+")]
-    pub x_high: Option<FaceSection>,
-    /// The face y = 0.
-    #[serde(rename = "y-")]
-    pub y_low: Option<FaceSection>,
-    /// The face at the upper end of y.
-    #[serde(rename = "y+")]
-    pub y_high: Option<FaceSection>,
-    /// The face z = 0.
-    #[serde(rename = "z-")]
-    pub z_low: Option<FaceSection>,
-    /// The face at the upper end of z.
-    #[serde(rename = "z+")]
-    pub z_high: Option<FaceSection>,
-}
+/// Names of the faces of the box, the lower one of each direction first.
+pub const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
 
-impl FacesSection {
-    /// The faces by name, the lower one of each direction first.
-    pub fn named(&self) -> [(&'static str, Option<&FaceSection>); 6] {
-        [
-            ("x-", self.x_low.as_ref()),
-            ("x+", self.x_high.as_ref()),
-            ("y-", self.y_low.as_ref()),
-            ("y+", self.y_high.as_ref()),
-            ("z-", self.z_low.as_ref()),
-            ("z+", self.z_high.as_ref()),
-        ]
-    }
+/// The schema of the faces by name.
+pub(super) fn faces(generator: &mut SchemaGenerator) -> Schema {
+    let face = generator.subschema_for::<FaceSection>();
+    let faces: Map<String, Json> =
+        FACES.iter().map(|name| (name.to_string(), face.clone().to_value())).collect();
+    json_schema!({ "type": "object", "properties": faces, "additionalProperties": false })
 }
 
 /// A closed face of the box: a no-slip wall.

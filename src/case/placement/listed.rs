@@ -77,9 +77,9 @@ impl Placer<'_> {
         name: &str,
         placement: &Placement,
     ) -> std::result::Result<bool, (String, &'static str)> {
-        let sections = &self.case.particles;
+        let sections = &self.document.case.particles;
         let reads = |section: &ParticleSection| section.file.as_deref() == Some(file);
-        let Some(kind) = placement.kind else {
+        let Some((kind, column)) = placement.kind else {
             return match sections.iter().filter(|section| reads(section)).count() {
                 1 => Ok(false),
                 count => Err((
@@ -88,11 +88,11 @@ impl Placer<'_> {
                 )),
             };
         };
-        let section = usize::try_from(kind.value).ok().and_then(|i| sections.get(i));
+        let section = usize::try_from(kind).ok().and_then(|i| sections.get(i));
         if section.is_some_and(reads) {
-            return Ok(kind.value != index as u64);
+            return Ok(kind != index as u64);
         }
-        let (line, column, kind) = (placement.line, kind.column, kind.value);
+        let line = placement.line;
         let why = match section {
             Some(_) => format!("`particles.{kind}` does not read this file"),
             None => format!("the case has {} [[particles]] sections", sections.len()),
@@ -109,7 +109,7 @@ impl Placer<'_> {
         placement: &Placement,
     ) -> std::result::Result<usize, (String, &'static str)> {
         let templates = self.kinds.sections[index].templates();
-        let Some(diameter) = placement.diameter else {
+        let Some((diameter, column)) = placement.diameter else {
             if templates.len() == 1 {
                 return Ok(templates.start);
             }
@@ -120,17 +120,14 @@ impl Placer<'_> {
             return Err((title, remedy));
         };
         let of = |template: usize| self.kinds.templates[template].shape.equivalent_diameter();
-        let off = |template: usize| (of(template) - diameter.value).abs();
+        let off = |template: usize| (of(template) - diameter).abs();
         let nearest = templates.min_by(|a, b| off(*a).total_cmp(&off(*b))).expect("every kind has a size");
         if off(nearest) <= SAME_DIAMETER * of(nearest) {
             return Ok(nearest);
         }
+        let (line, size) = (placement.line, of(nearest));
         let title = format!(
-            "{name}:{}:{}: `diameter` is {} m, but the nearest size of `particles.{index}` is {} m",
-            placement.line,
-            diameter.column,
-            diameter.value,
-            of(nearest)
+            "{name}:{line}:{column}: `diameter` is {diameter} m, but the nearest size of `particles.{index}` is {size} m"
         );
         let remedy =
             "diameters are those of spheres of equal volume: give the shape this size, or list it in `sizes`";

@@ -67,7 +67,7 @@ impl Placer<'_> {
             self.refuse_too_many(index, count)?;
         }
         let clear = CLEAR * 2.0 * self.enlargement;
-        let asked = |index: usize| self.case.particles[index].minimum_gap;
+        let asked = |index: usize| self.document.case.particles[index].minimum_gap;
         for &(index, _) in random {
             if let Some(gap) = asked(index).filter(|gap| *gap < clear / CLEAR) {
                 warnings.push(self.begins_in_contact(index, gap, clear));
@@ -119,7 +119,7 @@ impl Placer<'_> {
         let mut drawn = Vec::new();
         let mut seed = 0_u64;
         for &(index, count) in random {
-            let kind = &self.case.particles[index];
+            let kind = &self.document.case.particles[index];
             for template in self.kinds.sections[index].templates() {
                 let usual = 2.0 * self.radius(template) * packing::DEFAULT_GAP;
                 gaps[template] = kind.minimum_gap.unwrap_or(usual.max(clear));

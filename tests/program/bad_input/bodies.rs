@@ -52,13 +52,13 @@ fn shapes_that_are_no_bodies_are_refused() {
         (
             SPHERE,
             "{ polyhedron = { vertices = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, nan]] } }",
-            &["bad.toml:14:", "point 3", "finite"],
+            &["bad.toml:14:", "`particles.0.shape.polyhedron.vertices.3` is NaN", "finite"],
         ),
         (SPHERE, "{ mesh = { file = \"none.stl\" } }", &["bad.toml:14:", "none.stl", "cannot be read"]),
         (
             SPHERE,
             "{ mesh = { file = \"none.stl\", unit = \"ell\" } }",
-            &["bad.toml:14:", "\"ell\"", "m, cm, mm"],
+            &["bad.toml:14:", "unknown choice `ell`", "m, cm, mm"],
         ),
         (
             SPHERE,
@@ -79,7 +79,7 @@ fn shapes_that_are_no_bodies_are_refused() {
         (
             "seed = 1",
             "seed = 1\nsizes = [{ scale = 1, share = 0 }]",
-            &["bad.toml:18:", "`particles.0.sizes.share` is 0"],
+            &["bad.toml:18:", "`particles.0.sizes.0.share` is 0"],
         ),
         ("seed = 1", "seed = 1\nsizes = [{ scale = 3, share = 1 }]", &["14 |", "larger than half the box"]),
         (

@@ -28,7 +28,7 @@ fn walls_and_faces_that_cannot_be_are_refused() {
         (
             SIZE,
             closed("[domain.faces]\n\"z+\" = { velocity = [inf, 0, 0] }"),
-            &["bad.toml:6:8", "`domain.faces.z+.velocity` is inf"],
+            &["bad.toml:6:22", "`domain.faces.z+.velocity` is inf"],
         ),
         (
             SIZE,
@@ -59,7 +59,7 @@ fn walls_and_faces_that_cannot_be_are_refused() {
         (
             "[run]",
             wall("plane = { point = [0, 0, 0], normal = [0, 0, 0] }"),
-            &["bad.toml:21:9", "`walls.0.plane.normal` is [0, 0, 0]"],
+            &["bad.toml:21:39", "`walls.0.plane.normal` is [0, 0, 0]"],
         ),
         (
             "[run]",
