@@ -159,10 +159,8 @@ impl FluidSystem {
 }
 
 impl Simulation {
-    /// The case at rest, with the engine it asks for. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if this program was built without that engine, or what the engine says.
+    /// The case at rest, with the engine it asks for. Errors: [`Error::Input`] if this program was built without that engine, or
+    /// what the engine says. Collective.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
         let dem = engine::engine(setup, decomposition, &comm, &Context::default())?;
         Self::with_engine(setup, decomposition, comm, dem)
@@ -207,10 +205,8 @@ impl Simulation {
         })
     }
 
-    /// Advances fluid and particles by one time step. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
+    /// Advances fluid and particles by one time step. Errors: [`Error::Diverged`] or [`Error::Engine`] on every rank, at most
+    /// [`CONTROL_INTERVAL`] steps after it happened on one. Collective.
     pub fn step(&mut self) -> Result<()> {
         let Self { comm, units, system, dem, timings: t, failure, external, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
@@ -300,10 +296,8 @@ impl Simulation {
         }
     }
 
-    /// Looks for a failure since the last control, also in the fluid as it is now, and makes it known to all. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
+    /// Looks for a failure since the last control, also in the fluid as it is now, and makes it known to all. Errors:
+    /// [`Error::Diverged`] or [`Error::Engine`] on every rank. Collective.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {

@@ -40,10 +40,7 @@ pub(super) fn partial(directory: &Path, step: u64) -> PathBuf {
     directory.join(name(step) + ".partial")
 }
 
-/// The whole checkpoints in a folder, newest first; none if there is no folder.
-///
-/// # Errors
-/// [`Error::Io`] if the folder cannot be read.
+/// The whole checkpoints in a folder, newest first; none if there is no folder. Errors: [`Error::Io`] if the folder cannot be read.
 pub fn list(directory: &Path) -> Result<Vec<Found>> {
     let mut whole: Vec<_> =
         entries(directory)?.into_iter().filter(|(_, kind)| *kind != Kind::Partial).collect();
@@ -51,10 +48,8 @@ pub fn list(directory: &Path) -> Result<Vec<Found>> {
     Ok(whole.into_iter().map(|(found, _)| found).collect())
 }
 
-/// Removes all checkpoints in a folder, whole or not, and the folder if nothing else is in it.
-///
-/// # Errors
-/// [`Error::Io`] if one cannot be removed.
+/// Removes all checkpoints in a folder, whole or not, and the folder if nothing else is in it. Errors: [`Error::Io`] if one cannot
+/// be removed.
 pub fn clear(directory: &Path) -> Result<()> {
     for (found, _) in entries(directory)? {
         remove(&found.path)?;

@@ -158,10 +158,7 @@ impl SeriesWriter {
         Self { path: path.to_path_buf(), writer }
     }
 
-    /// Checks that the file has the first `length` bytes that [`resume`](Self::resume) wants.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if not.
+    /// Checks that the file has the first `length` bytes that [`resume`](Self::resume) wants. Errors: [`Error::Input`] if not.
     pub fn holds(path: &Path, length: u64) -> Result<()> {
         let found = std::fs::metadata(path).map_err(|source| gone(path, &source.to_string()))?.len();
         if found < length {
@@ -170,9 +167,7 @@ impl SeriesWriter {
         Ok(())
     }
 
-    /// Continues after the first `length` bytes of the file, which are whole rows; what follows is cut off.
-    ///
-    /// # Errors
+    /// Continues after the first `length` bytes of the file, which are whole rows; what follows is cut off. Errors:
     /// [`Error::Input`] if the file is not there or has become shorter.
     pub fn resume(path: &Path, length: u64) -> Result<Self> {
         Self::holds(path, length)?;

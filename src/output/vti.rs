@@ -1,17 +1,13 @@
 //! Fluid fields as VTK image data (`.vti`), written as a stream, of the box or of one block; `.pvti` lists the blocks.
 //!
-//! Cell data in the appended section, raw, each array cut into blocks that are compressed with LZ4, sizes as
-//! 64-bit integers. VTK's layout of one such array, all numbers `u64`:
+//! Cell data in the appended section, raw; each array is cut into blocks that are compressed with LZ4, in VTK's layout, all numbers `u64`:
 //!
 //! ```text
 //! number of blocks | block size | size of the last block, 0 if it is full | compressed size of each block | blocks
 //! ```
 //!
-//! Offsets of the arrays are not known before they are compressed, so the header is written with blanks that are
-//! filled in at the end. Nothing is held in memory but one block.
-//!
-//! Pieces are cell data with the extents of their blocks in the box: neighbours share the plane of points between them, and no
-//! cell is in two pieces, so there are no ghosts.
+//! Offsets of the arrays are not known before they are compressed, so the header has blanks that are filled in at the end. Nothing is held
+//! in memory but one block. Pieces have the extents of their blocks in the box: neighbours share a plane of points, but no cell.
 
 use super::atomic::write_atomically;
 use super::pieces;

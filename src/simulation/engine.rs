@@ -27,11 +27,8 @@ pub(super) struct Context {
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// The engine with the particles of the case. Collective.
-///
-/// # Errors
-/// [`crate::Error::Input`] if this program was built without the engine, or if it would live in one of several processes of an MPI
-/// job; those of the engine.
+/// The engine with the particles of the case. Errors: [`crate::Error::Input`] if this program was built without the engine, or if
+/// it would live in one of several processes of an MPI job; those of the engine. Collective.
 #[cfg_attr(not(feature = "liggghts"), expect(unused_variables, reason = "there is no external engine"))]
 pub(super) fn engine(
     setup: &Setup,

@@ -2,7 +2,7 @@
 
 use super::checkpointer::{Checkpointer, Requests};
 use super::engine::{Context, engine};
-use super::observe::{Observer, agree as agree_here, names};
+use super::observe::{Observer, names};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Progress, Simulation};
@@ -127,26 +127,19 @@ fn run_from(
 }
 
 /// Resumes the run of this case from the newest sound checkpoint in its output directory. The summary is as that of [`run`].
-///
-/// # Errors
-/// [`Error::Input`] if there is no sound checkpoint; else as [`run`].
+/// Errors: [`Error::Input`] if there is no sound checkpoint; else as [`run`].
 pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     resume_with(setup, options, &|_| Vec::new())
 }
 
-/// As [`resume`], with the caller's writers that [`run_with`] had.
-///
-/// # Errors
-/// As [`resume`]; what a writer says.
+/// As [`resume`], with the caller's writers that [`run_with`] had. Errors: as [`resume`]; what a writer says.
 pub fn resume_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
     run_from(setup, options, more, Origin::Checkpoint)
 }
 
 /// The case of the run with this output directory, from the newest checkpoint whose case and heads are sound; `changes` are options
-/// for keys of `[run]` and `[output]`.
-///
-/// # Errors
-/// [`Error::Input`] if there is no such checkpoint, or for a change that would make another run of it.
+/// for keys of `[run]` and `[output]`. Errors: [`Error::Input`] if there is no such checkpoint, or for a change that would make
+/// another run of it.
 pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
     let folder = OutputFiles::new(directory).checkpoints();
     let newest = |checkpoint: &Checkpoint| Ok(checkpoint.head().clone());
@@ -202,10 +195,8 @@ fn processes() -> Option<usize> {
 }
 
 /// Agrees on what every process of an MPI job does for itself: the result of this process, or the error of the first that has
-/// failed, with its number. Without MPI the result as it is. Collective.
-///
-/// # Errors
-/// [`Error::Agreed`] also if the launcher is not that of the MPI of this program.
+/// failed, with its number. Without MPI the result as it is. Errors: [`Error::Agreed`] also if the launcher is not that of the MPI
+/// of this program. Collective.
 pub fn agreed<R>(result: Result<R>) -> Result<R> {
     #[cfg(feature = "mpi")]
     if processes().is_some() {
@@ -245,10 +236,7 @@ fn world() -> Result<MpiComm> {
 }
 
 /// Blocks with about the same work: one per process of an MPI job, else per thread that the case asks for, else per core or as many
-/// as fit.
-///
-/// # Errors
-/// [`Error::Input`] with the largest admissible number if the case asks for more than fit.
+/// as fit. Errors: [`Error::Input`] with the largest admissible number if the case asks for more than fit.
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processes = processes();
@@ -268,10 +256,7 @@ pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     blocks.ok_or_else(|| too_many(setup, ranks, kind, remedy))
 }
 
-/// Work of each of `ranks` ranks.
-///
-/// # Errors
-/// [`Error::Input`] with the largest admissible number if these are too many.
+/// Work of each of `ranks` ranks. Errors: [`Error::Input`] with the largest admissible number if these are too many.
 pub fn forecast(setup: &Setup, ranks: usize) -> Result<Forecast> {
     let work = Work::of(setup);
     Decomposition::balanced(setup.domain, ranks, &work.weights())
@@ -314,7 +299,8 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let mut observer = match origin {
         Origin::Start => {
-            in_rank_0(&simulation.comm, || directory::clear(&setup.plan.output.directory, &names(&writers)))?;
+            let clear = || directory::clear(&setup.plan.output.directory, &names(&writers));
+            simulation.comm.agree(if simulation.comm.rank() == 0 { clear() } else { Ok(()) })?;
             observer(&simulation, writers)
         }
         Origin::Checkpoint => {
@@ -352,10 +338,4 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     observer.observe(&mut simulation, true)?;
     let interrupted = simulation.step < setup.plan.end_step;
     observer.finish(&mut simulation, interrupted)
-}
-
-/// Does `work` on rank 0. Collective.
-fn in_rank_0(comm: &Comm, work: impl FnOnce() -> Result<()>) -> Result<()> {
-    let done = if comm.rank() == 0 { work() } else { Ok(()) };
-    agree_here(comm, done.err())
 }

@@ -11,8 +11,10 @@ use turbid_plot::{Figure, Image, Picture, round_up, viridis};
 pub struct Scene<'a> {
     /// Name of the case, for the title.
     pub case: &'a str,
-    /// Time, for the title and for the positions of moving walls.
-    pub clock: Clock,
+    /// Time (s).
+    pub time: f64,
+    /// Unit of `t*`, `D / u_Stokes` (s); `None` gives the time in seconds.
+    pub stokes_time: Option<f64>,
     /// Plane that is cut, or along whose normal the box is seen; with the box and its cells.
     pub plane: Plane,
     /// Geometries and materials.
@@ -21,32 +23,20 @@ pub struct Scene<'a> {
     pub particles: &'a [Particle],
     /// All walls.
     pub walls: &'a [Wall],
-    /// Speed at the upper end of the colours (m/s); `None` takes the largest in the picture. Give the same one to all
-    /// pictures of a film.
+    /// Speed at the upper end of the colours (m/s), the same for all pictures of a film; `None` takes the largest in the picture.
     pub largest_speed: Option<f64>,
 }
 
-/// A time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clock {
-    /// Since the start (s).
-    pub time: f64,
-    /// Unit of `t*`, `D / u_Stokes` (s); `None` gives the time in seconds.
-    pub stokes_time: Option<f64>,
-}
-
-impl Clock {
+impl Scene<'_> {
     /// The time as text.
-    pub(super) fn text(&self) -> String {
+    fn time_text(&self) -> String {
         match self.stokes_time {
             Some(unit) => format!("t* = {:.1}", self.time / unit),
             None if self.time > 0.0 && self.time < 0.1 => format!("t = {:.2} ms", 1e3 * self.time),
             None => format!("t = {:.3} s", self.time),
         }
     }
-}
 
-impl Scene<'_> {
     /// Images of a wrapped position that can be seen within `reach` of the box, along the periodic ones of `axes`.
     pub(super) fn images(&self, position: Vec3, reach: f64, axes: &[usize]) -> Vec<Vec3> {
         let size = self.plane.domain.size();
@@ -90,7 +80,7 @@ impl Scene<'_> {
         let closed = |axis: usize| !plane.domain.periodic[axis];
         let picture = Picture {
             title: self.case.to_string(),
-            caption: format!("{caption}     {}", self.clock.text()),
+            caption: format!("{caption}     {}", self.time_text()),
             image,
             x: (label(plane.across), plane.size.0 / length),
             y: (label(plane.up), plane.size.1 / length),

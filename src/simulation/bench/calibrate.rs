@@ -27,10 +27,8 @@ end = { steps = 100 }
 ";
 
 /// Times a built-in case on `threads` threads (0 is one per core), in both precisions: a calibration for estimates of later runs,
-/// once it is [kept](Calibration::keep).
-///
-/// # Errors
-/// [`Error::Input`] in an MPI job, or if these are too many threads; [`Error::Memory`].
+/// once it is [kept](Calibration::keep). Errors: [`Error::Input`] in an MPI job, or if these are too many threads;
+/// [`Error::Memory`].
 pub fn calibrate(threads: usize) -> Result<Calibration> {
     if let Some(launched) = comm::launched().filter(|launched| launched.size > 1) {
         return Err(Error::Input(format!(

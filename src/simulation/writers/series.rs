@@ -6,6 +6,8 @@ use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::error::{Error, Result};
 #[cfg(feature = "pictures")]
+use crate::output::ReferenceScales;
+#[cfg(feature = "pictures")]
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
     Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, SeriesRow, SeriesWriter, Summary, directory,
@@ -14,7 +16,7 @@ use crate::output::{
 use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
 #[cfg(feature = "pictures")]
-use crate::simulation::{observe::settling_direction, references::references};
+use crate::simulation::{observe::settling_direction, settling_references};
 use serde::{Deserialize, Serialize};
 
 /// Samples over a run whose rows nobody asked for: averages need them.
@@ -73,15 +75,17 @@ impl<'a> Series<'a> {
 impl Series<'_> {
     /// The plot of the settling velocity, of its `mean` over an interval of t*, and of that after the transient; nothing for
     /// particles that do not settle.
-    fn draw(&self, mean: Option<([f64; 2], Estimate)>, settled: Option<(f64, Estimate)>) -> Result<()> {
+    fn draw(
+        &self,
+        mean: Option<([f64; 2], Estimate)>,
+        settled: Option<(f64, Estimate)>,
+        scales: &ReferenceScales,
+    ) -> Result<()> {
         let (setup, samples) = (self.setup, &self.samples);
-        let Some(fluid) = setup.fluid.as_ref().filter(|_| settling_direction(setup).is_some()) else {
-            return Ok(());
-        };
-        if samples.settling.is_empty() {
+        if setup.fluid.is_none() || settling_direction(setup).is_none() || samples.settling.is_empty() {
             return Ok(());
         }
-        let references = references(&fluid.scales, setup.volume_fraction);
+        let references = settling_references(scales, setup.volume_fraction);
         let plot = SettlingPlot {
             case: &setup.provenance.name,
             t_star: &samples.t_star,
@@ -186,7 +190,7 @@ impl Writer for Series<'_> {
             .map(|settled| (t_star[settled.first], settled.estimate));
         let averaged_over = mean.map(|_| [t_star[first], t_star[t_star.len() - 1]]);
         #[cfg(feature = "pictures")]
-        self.draw(averaged_over.zip(mean), settled)?;
+        self.draw(averaged_over.zip(mean), settled, &summary.scales)?;
         let viscosity = estimate_mean(samples.viscosity.get(first..).unwrap_or(&[]));
         let error = |of: Option<Estimate>| of.and_then(|estimate| estimate.standard_error);
         let over_schiller_naumann = summary.scales.stokes_velocity / summary.scales.schiller_naumann_velocity;
