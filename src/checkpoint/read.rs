@@ -63,7 +63,7 @@ impl Checkpoint {
                 return Err(of_part(format!("it has {length} bytes, not {wanted}")));
             }
             let head = PartHead::read(&mut file, (rank, ranks), &entry.head_xxh3).map_err(of_part)?;
-            if !head.is_of(step, cells, bytes_per_cell) || head.file_length() != Some(length) {
+            if !head.is_of(step, cells, bytes_per_cell) || head.file_length() != u128::from(length) {
                 return Err(of_part("it is of another checkpoint".to_string()));
             }
             covered = head.block().cell_count().saturating_add(covered);

@@ -90,27 +90,18 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 /// # Errors
 /// As [`run`]; what a writer says.
 pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
-    run_from(setup, options, more, Origin::Start)
+    run_from(setup, options, more, false)
 }
 
 /// Makes the caller's writers for a rank, the same ones for every rank whenever it is asked.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
-/// Where a run begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Origin {
-    /// With the particles of the case in a fluid at rest.
-    Start,
-    /// With the newest sound checkpoint in the output directory.
-    Checkpoint,
-}
-
-/// As [`run`], from the start or from a checkpoint.
+/// As [`run`], or [`resume`].
 fn run_from(
     setup: &Setup,
     options: &RunOptions,
     more: &MoreWriters,
-    origin: Origin,
+    resumes: bool,
 ) -> Result<Option<Summary>> {
     let start = Instant::now();
     let decomposition =
@@ -118,11 +109,11 @@ fn run_from(
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let _lock = agreed(if first {
         let kinds = [names(&writers::of(setup)), names(&more(0))].concat();
-        claim(setup, options, &kinds, origin)
+        claim(setup, options, &kinds, resumes)
     } else {
         Ok(None)
     })?;
-    let plan = Plan { setup, options, more, decomposition: &decomposition, origin, start };
+    let plan = Plan { setup, options, more, decomposition: &decomposition, resumes, start };
     on_ranks(&decomposition, |comm| run_rank(&plan, comm))
 }
 
@@ -134,7 +125,7 @@ pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 
 /// As [`resume`], with the caller's writers that [`run_with`] had. Errors: as [`resume`]; what a writer says.
 pub fn resume_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
-    run_from(setup, options, more, Origin::Checkpoint)
+    run_from(setup, options, more, true)
 }
 
 /// The case of the run with this output directory, from the newest checkpoint whose case and heads are sound; `changes` are options
@@ -152,10 +143,10 @@ pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>)
 }
 
 /// Takes the output directory, unless something in it must stay.
-fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], origin: Origin) -> Result<Option<Lock>> {
+fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], resumes: bool) -> Result<Option<Lock>> {
     let directory = &setup.plan.output.directory;
     let lock = directory::claim(directory, kinds)?;
-    if origin == Origin::Start {
+    if !resumes {
         directory::refuse_inputs(directory, kinds, &setup.provenance.inputs)?;
         if !options.overwrite {
             directory::refuse_results(directory, kinds)?;
@@ -279,12 +270,12 @@ struct Plan<'a> {
     options: &'a RunOptions,
     more: &'a MoreWriters<'a>,
     decomposition: &'a Decomposition,
-    origin: Origin,
+    resumes: bool,
     start: Instant,
 }
 
 fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
-    let &Plan { setup, options, more, decomposition, origin, start } = plan;
+    let &Plan { setup, options, more, decomposition, resumes, start } = plan;
     let log = OutputFiles::new(&setup.plan.output.directory).liggghts_log();
     let context = Context { log: Some(log), stop: Arc::clone(&options.stop) };
     let dem = engine(setup, decomposition, &comm, &context)?;
@@ -297,21 +288,18 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
     };
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
-    let mut observer = match origin {
-        Origin::Start => {
-            let clear = || directory::clear(&setup.plan.output.directory, &names(&writers));
-            simulation.comm.agree(if simulation.comm.rank() == 0 { clear() } else { Ok(()) })?;
-            observer(&simulation, writers)
+    let mut observer = if resumes {
+        let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
+        let mut observer = observer(&simulation, writers);
+        observer.resume(&simulation.comm, &state)?;
+        for what in skipped {
+            observer.warn(&what);
         }
-        Origin::Checkpoint => {
-            let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
-            let mut observer = observer(&simulation, writers);
-            observer.resume(&simulation.comm, &state)?;
-            for what in skipped {
-                observer.warn(&what);
-            }
-            observer
-        }
+        observer
+    } else {
+        let clear = || directory::clear(&setup.plan.output.directory, &names(&writers));
+        simulation.comm.agree(if simulation.comm.rank() == 0 { clear() } else { Ok(()) })?;
+        observer(&simulation, writers)
     };
     let (first, mut asked) = (simulation.step, Requests::default());
     loop {

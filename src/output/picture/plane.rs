@@ -95,7 +95,8 @@ impl Plane {
     }
 }
 
-#[cfg(all(test, feature = "pictures"))]
+#[cfg(feature = "pictures")]
+#[cfg(test)]
 mod tests {
     use super::*;
 
