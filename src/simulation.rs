@@ -92,11 +92,11 @@ pub struct Simulation {
     step: u64,
     /// Number of walls.
     walls: usize,
-    /// What to say of a divergence of this case.
+    /// Causes and remedies of a divergence of this case, for its message.
     hint: String,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
-    /// What is asked of this rank; after a control step, and only then, what is asked of any.
+    /// Requests to this rank; after a control step, and only then, to any.
     requests: Requests,
     block: Block,
     /// Step of the last checkpoint that was written or read.
@@ -268,7 +268,7 @@ impl Simulation {
         if sums[0] > 0 { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
-    /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
+    /// Adds up a measurement over all ranks, sets the driving, and agrees on failures. Collective.
     fn control(&mut self, flow: &Flow) -> Result<()> {
         self.note_fault(flow.fault);
         let mut words = measure::words(flow);
@@ -296,7 +296,7 @@ impl Simulation {
         }
     }
 
-    /// Looks for a failure since the last control, also in the fluid as it is now, and makes it known to all. Errors:
+    /// Looks for a failure since the last control, also in the fluid as it is now, and agrees on it. Errors:
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank. Collective.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
@@ -311,7 +311,7 @@ impl Simulation {
         self.share_failure()
     }
 
-    /// Makes a failure since the last control known to all, with the errors of [`check`](Self::check). Collective.
+    /// Agrees on a failure since the last control, with the errors of [`check`](Self::check). Collective.
     fn share_failure(&mut self) -> Result<()> {
         if self.comm.any(self.failure.is_some()) { Err(self.agree_on_failure()) } else { Ok(()) }
     }

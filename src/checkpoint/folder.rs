@@ -14,7 +14,7 @@ pub struct Found {
     pub path: PathBuf,
 }
 
-/// Suffix behind the step in a name. An old one that makes way for another of the same step is whole.
+/// Kinds of folders, by the suffix behind the step. A replaced one, which makes way for another of the same step, is whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Whole,
@@ -40,7 +40,7 @@ pub(super) fn partial(directory: &Path, step: u64) -> PathBuf {
     directory.join(name(step) + ".partial")
 }
 
-/// The whole checkpoints in a folder, newest first; none if there is no folder. Errors: [`Error::Io`] if the folder cannot be read.
+/// The whole checkpoints in a folder, newest first; none if there is no folder.
 pub fn list(directory: &Path) -> Result<Vec<Found>> {
     let mut whole: Vec<_> =
         entries(directory)?.into_iter().filter(|(_, kind)| *kind != Kind::Partial).collect();
@@ -48,8 +48,7 @@ pub fn list(directory: &Path) -> Result<Vec<Found>> {
     Ok(whole.into_iter().map(|(found, _)| found).collect())
 }
 
-/// Removes all checkpoints in a folder, whole or not, and the folder if nothing else is in it. Errors: [`Error::Io`] if one cannot
-/// be removed.
+/// Removes all checkpoints in a folder, whole or not, and the folder if nothing else is in it.
 pub fn clear(directory: &Path) -> Result<()> {
     for (found, _) in entries(directory)? {
         remove(&found.path)?;
@@ -59,7 +58,7 @@ pub fn clear(directory: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes what no one is writing any more.
+/// Removes partial checkpoints.
 pub(super) fn clear_partial(directory: &Path) -> Result<()> {
     for (found, kind) in entries(directory)? {
         if kind == Kind::Partial {
@@ -90,8 +89,8 @@ pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
     sync_folder(directory)
 }
 
-/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. The others are
-/// damaged, or belong to a course that was given up, since the run was resumed from before them.
+/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`: the others are damaged, or later
+/// than that from which the run was resumed.
 pub(super) fn thin_out(directory: &Path, step: u64, sound: Option<u64>) -> Result<()> {
     let mut kept = Vec::new();
     for found in list(directory)? {

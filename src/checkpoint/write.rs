@@ -23,7 +23,7 @@ pub(super) fn write(
     plane: impl FnMut(usize, &mut Vec<u8>),
     create: &Create,
 ) -> Result<()> {
-    assert!(part.shared.is_empty() || comm.rank() == 0, "what is shared is of rank 0");
+    assert!(part.shared.is_empty() || comm.rank() == 0, "shared data are of rank 0");
     let written = steps(directory, comm, sound, head, part, plane, create);
     written.map_err(|why| {
         if comm.rank() == 0 {

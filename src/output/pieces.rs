@@ -12,7 +12,7 @@ use crate::error::Result;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// What stands between the name of a file and the rank whose piece it is.
+/// Separates the name of a file from the rank of a piece.
 const MARK: &str = "_p";
 
 /// The piece of `rank` of a file that is written in pieces.

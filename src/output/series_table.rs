@@ -24,7 +24,7 @@ pub struct SeriesColumn {
 
 impl SeriesTable {
     /// Reads the file; a last row that was not written to its end is left out. Errors: [`Error::Io`] if it cannot be read;
-    /// [`Error::Input`] with line and column of what is no number.
+    /// [`Error::Input`] with line and column of what is not a number.
     pub fn read(path: &Path) -> Result<Self> {
         let broken = |error: csv::Error| match error.into_kind() {
             csv::ErrorKind::Io(source) => Error::io("read", path, source),

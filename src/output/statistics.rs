@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 /// Fewest blocks from which an error is taken: its own relative error is then about 18 %.
 pub const MIN_BLOCKS: usize = 16;
 
-/// A mean and how well it is known.
+/// A mean and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Mean of all values.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The keys of a [`Summary`] and of its [`ReferenceScales`] that are numbers, if they are known.
+/// Keys of a [`Summary`] and of its [`ReferenceScales`] whose values are numbers or `null`.
 pub const NUMBERS: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
     transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
     dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \

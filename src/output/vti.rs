@@ -29,7 +29,7 @@ pub struct Fields {
 
 /// Bytes per compressed block: small enough for the cache, a multiple of every tuple size.
 const BLOCK_BYTES: usize = 3 << 16;
-/// Blanks that hold the place of an offset; more digits than any `u64`.
+/// Blanks for an offset; more digits than any `u64`.
 const OFFSET_WIDTH: usize = 20;
 
 /// Names and components of the arrays, in their order.
@@ -48,7 +48,7 @@ pub fn write_fields(path: &Path, domain: &Domain, block: &Block, time: f64, fiel
     write_atomically(path, |file| write_image(file, &image(block, domain.dx), block, time, &arrays))
 }
 
-/// Writes the index of a `file` whose blocks are all written as its [pieces](pieces::piece), by rank; the path of the index.
+/// Writes the index of a `file` whose [pieces](pieces::piece), one for each block, are all written; its path.
 pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Block]) -> Result<PathBuf> {
     let whole = Block { lo: [0; 3], hi: domain.cells };
     let mut declared = String::new();

@@ -23,7 +23,7 @@ use std::sync::atomic::AtomicBool;
 pub(super) struct Context {
     /// File for what it prints.
     pub(super) log: Option<PathBuf>,
-    /// Set when the run is told to stop.
+    /// Set when the run shall stop.
     pub(super) stop: Arc<AtomicBool>,
 }
 

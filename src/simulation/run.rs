@@ -93,7 +93,7 @@ pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Resu
     run_from(setup, options, more, false)
 }
 
-/// Makes the caller's writers for a rank, the same ones for every rank whenever it is asked.
+/// Makes the caller's writers for a rank, the same ones for every rank and call.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
 /// As [`run`], or [`resume`].

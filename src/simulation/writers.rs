@@ -28,14 +28,14 @@ use crate::output::{Fields, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
 use std::path::PathBuf;
 
-/// What a checkpoint keeps of a writer; nothing is [`Null`](serde_json::Value::Null).
+/// State of a writer in a checkpoint; nothing is [`Null`](serde_json::Value::Null).
 pub type WriterState = serde_json::Value;
 
 /// Writes one kind of file during a run. An error of a method ends the run on all ranks.
 ///
 /// Every rank has its own, made alike: what does not stand in a `&mut self` of rank 0 alone must be the same on all of them.
 pub trait Writer {
-    /// Its name, unique in a run: under it a checkpoint keeps its state.
+    /// Name, unique in a run, of its state in a checkpoint.
     fn name(&self) -> &'static str;
 
     /// Interval (steps); 0 is never.

@@ -74,7 +74,7 @@ impl Plane {
     /// If `velocity` has another length.
     pub fn add(&self, velocity: &mut [[f32; 3]], cell: [usize; 3], u: [f32; 3]) {
         let n = self.domain.cells;
-        assert_eq!(velocity.len(), self.values(), "one velocity per place of the plane");
+        assert_eq!(velocity.len(), self.values(), "one velocity per point of the plane");
         let (first, _, part) = self.layers();
         let weight = if cell[self.normal] == first { 1.0 - part } else { part } as f32;
         let at = &mut velocity[cell[self.across] + n[self.across] * cell[self.up]];

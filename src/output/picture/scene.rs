@@ -99,14 +99,14 @@ impl Plane {
         if self.flipped { up } else { self.size.1 - up }
     }
 
-    /// Unit vectors to the right, upwards in the picture, and towards who looks at it.
+    /// Unit vectors to the right, upwards in the picture, and towards the viewer.
     pub(super) fn frame(&self) -> [Vec3; 3] {
         let right = Vec3::ith(self.across, 1.0);
         let up = Vec3::ith(self.up, if self.flipped { -1.0 } else { 1.0 });
         [right, up, right.cross(&up)]
     }
 
-    /// The point of the slice at a place of the picture (m from its top left corner).
+    /// The point of the slice at a position in the picture (m from its top left corner).
     pub(super) fn point(&self, right: f64, down: f64) -> Vec3 {
         let up = if self.flipped { down } else { self.size.1 - down };
         Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
@@ -115,7 +115,7 @@ impl Plane {
     /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres. `layer` is the velocity of
     /// the plane, as [`add`](Self::add) makes it.
     pub(super) fn speeds(&self, layer: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
-        assert_eq!(layer.len(), self.values(), "one velocity per place of the plane");
+        assert_eq!(layer.len(), self.values(), "one velocity per point of the plane");
         let (n, na) = (self.domain.cells, self.domain.cells[self.across]);
         // Cells on both sides of a pixel, and how far it is from the first to the second.
         let neighbours = |pixel: u32, pixels: u32, axis: usize| {

@@ -75,7 +75,7 @@ pub fn settled(series: &[f64]) -> Option<Settled> {
 
 /// `MSER(d)` for every `d` from zero to the number of blocks, less one.
 fn marginal_errors(blocks: &[f64]) -> Vec<f64> {
-    // Deviations from a value in their midst, so that differences of squares keep their digits.
+    // Deviations from the mean of the later half, so that differences of squares keep their digits.
     let late = &blocks[blocks.len() / 2..];
     let middle = late.iter().sum::<f64>() / late.len() as f64;
     let floor = (SLIGHT * middle).powi(2);

@@ -43,7 +43,7 @@ impl Network {
     }
 }
 
-/// Seconds for an exchange of so many numbers with the partner; nobody is left over but the last of an odd number.
+/// Seconds for an exchange of `numbers` numbers with the partner rank; the last of an odd number of ranks has none.
 fn exchange(comm: &Comm, numbers: usize) -> f64 {
     let partner = Some(comm.rank() ^ 1).filter(|&partner| partner < comm.size());
     let peers: Vec<usize> = partner.into_iter().collect();

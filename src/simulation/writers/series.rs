@@ -19,12 +19,12 @@ use crate::simulation::observe::settles_for_ever;
 use crate::simulation::{observe::settling_direction, settling_references};
 use serde::{Deserialize, Serialize};
 
-/// Samples over a run whose rows nobody asked for: averages need them.
+/// Samples over a run without rows, for the averages.
 const DEFAULT_SAMPLES: u64 = 1000;
 /// Bytes of a number in a table.
 const NUMBER: f64 = 14.0;
 
-/// Writes `series.csv` and `particle_series.csv` if the case wants them, and keeps what the averages of the summary need.
+/// Writes `series.csv` and `particle_series.csv` if the case wants them, and collects samples for the averages of the summary.
 pub(super) struct Series<'a> {
     setup: &'a Setup,
     files: OutputFiles,
