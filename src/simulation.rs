@@ -10,7 +10,6 @@ mod failure;
 mod identity;
 mod measure;
 mod observe;
-mod progress;
 mod references;
 mod run;
 mod saved;
@@ -38,10 +37,10 @@ use entrances::ExternalLoad;
 pub use identity::identity;
 pub use measure::Measurement;
 pub use observe::instruction_set;
-pub use progress::Progress;
 pub use references::{Law, Suspension, settling_references};
 pub use run::{
-    MoreWriters, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with, saved_setup,
+    MoreWriters, Progress, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with,
+    saved_setup,
 };
 use std::rc::Rc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};

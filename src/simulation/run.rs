@@ -5,7 +5,7 @@ use super::engine::{Context, engine};
 use super::observe::{Observer, names};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
-use super::{CONTROL_INTERVAL, Progress, Simulation};
+use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::{self, Setup};
 use crate::checkpoint::{self, CaseText, Checkpoint};
 #[cfg(feature = "mpi")]
@@ -15,10 +15,32 @@ use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Lock};
 use crate::output::{Numbered, OutputFiles, Summary};
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
+
+/// Follows a [run](run()), on rank 0: a bar on the terminal, a window. Every method does nothing unless it is overridden.
+pub trait Progress: Send + Sync {
+    /// The run begins after `first` steps: 0, or those of its checkpoint.
+    fn start(&self, _setup: &Setup, _first: u64) {}
+
+    /// `step` steps are done. Called after every step.
+    fn step(&self, _step: u64) {}
+
+    /// A warning to the user.
+    fn warn(&self, _text: &str) {}
+
+    /// The run has ended after `step` steps, with all its files written. A run that fails does not come here.
+    fn finish(&self, _step: u64) {}
+}
+
+impl fmt::Debug for dyn Progress {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("Progress")
+    }
+}
 
 /// How a run behaves towards its caller.
 #[derive(Clone, Debug, Default)]

@@ -15,7 +15,6 @@
 #[cfg(feature = "pictures")]
 mod pictures;
 mod series;
-mod viscosity;
 mod vtk;
 
 use super::Simulation;

@@ -19,7 +19,7 @@ pub struct Plane {
     /// Width and height (m).
     pub(super) size: (f64, f64),
     /// Coordinate along the normal (cells).
-    place: f64,
+    coordinate: f64,
 }
 
 impl Plane {
@@ -40,22 +40,22 @@ impl Plane {
             normal,
             flipped: gravity[up] > 0.0,
             size: (size[across], size[up]),
-            place: position.map_or(0.5 * domain.cells[normal] as f64, |position| position / domain.dx),
+            coordinate: position.map_or(0.5 * domain.cells[normal] as f64, |position| position / domain.dx),
         }
     }
 
     /// Coordinate along the normal of the slice (m).
     pub(super) fn height(&self) -> f64 {
-        self.place * self.domain.dx
+        self.coordinate * self.domain.dx
     }
 
     /// The layers of cells whose middles the plane lies between, the same one twice if it is in the middle of it or beyond the
     /// last; and how far it is from the first to the second, 0 to 1.
     fn layers(&self) -> (usize, usize, f64) {
         let last = self.domain.cells[self.normal] - 1;
-        let place = (self.place - 0.5).clamp(0.0, last as f64);
-        let first = place as usize;
-        let part = place - first as f64;
+        let coordinate = (self.coordinate - 0.5).clamp(0.0, last as f64);
+        let first = coordinate as usize;
+        let part = coordinate - first as f64;
         (first, if part > 0.0 { first + 1 } else { first }, part)
     }
 

@@ -1,10 +1,10 @@
 //! Rows of the time series, the paths of single particles, and what the samples of a run say at its end.
 
-use super::viscosity::Plates;
 use super::vtk::parsed;
 use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::error::{Error, Result};
+use crate::math::Vec3;
 #[cfg(feature = "pictures")]
 use crate::output::ReferenceScales;
 #[cfg(feature = "pictures")]
@@ -17,6 +17,7 @@ use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
 #[cfg(feature = "pictures")]
 use crate::simulation::{observe::settling_direction, settling_references};
+use crate::wall::{Surface, Wall};
 use serde::{Deserialize, Serialize};
 
 /// Samples over a run without rows, for the averages.
@@ -239,4 +240,41 @@ fn drift(series: &[f64], mean: f64) -> Option<f64> {
     let (early, late) = series.split_at(series.len() / 2);
     let of = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
     (series.len() >= 4 && mean != 0.0).then(|| (of(late) - of(early)) / mean)
+}
+
+/// Two parallel plates that face and pass each other, the only walls of a case.
+struct Plates {
+    /// Direction in which the second one moves as seen from the first.
+    along: Vec3,
+    /// Stress of the fluid alone, viscosity times shear rate (Pa).
+    plain: f64,
+}
+
+impl Plates {
+    /// Those of a case, if its walls are such plates.
+    fn of(setup: &Setup) -> Option<Self> {
+        let [first, second] = &setup.walls[..] else {
+            return None;
+        };
+        let (Surface::Plane { point: a, normal: up }, Surface::Plane { point: b, normal: down }) =
+            (first.surface, second.surface)
+        else {
+            return None;
+        };
+        let turns = |wall: &Wall| wall.motion.angular_velocity != Vec3::zeros();
+        let passes = second.motion.velocity - first.motion.velocity;
+        let along = passes.try_normalize(0.0)?;
+        let gap = (b - a).dot(&up);
+        let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
+        let fluid = setup.fluid.as_ref()?;
+        (parallel && !turns(first) && !turns(second))
+            .then(|| Self { along, plain: fluid.density * fluid.viscosity * passes.norm() / gap })
+    }
+
+    /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out.
+    fn relative_viscosity(&self, row: &SeriesRow) -> f64 {
+        // Of each wall the force of the fluid, then the stress.
+        let stress = |wall: usize| Vec3::from_column_slice(&row.walls[6 * wall + 3..][..3]);
+        0.5 * (stress(0) - stress(1)).dot(&self.along) / self.plain
+    }
 }
