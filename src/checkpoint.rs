@@ -11,10 +11,9 @@
 //!   step-0000000100.replaced/   the old one while one of the same step takes its place
 //! ```
 //!
-//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3),
-//! so damaged, truncated or missing files are detected and named on reading. The meaning of the bytes is not known
-//! here: cells have a fixed number of bytes, and the engine, the coupling and the whole run have sections of bytes.
-//! Numbers are plain data of the machine that wrote them (little-endian on all that this program is built for).
+//! A checkpoint has its final name only once all its bytes are on disk. Every byte is covered by a checksum (xxh3), so that damaged,
+//! truncated or missing files are named on reading. Numbers are plain data of the machine that wrote them. The meaning of the bytes is
+//! not known here: cells have a fixed number of bytes; the engine, the coupling and the whole run have sections of bytes.
 
 mod folder;
 mod manifest;
@@ -85,15 +84,14 @@ pub struct Part<'a> {
     pub shared: &'a [u8],
 }
 
-/// Writes a checkpoint below `directory`, the folder of checkpoints, which may be missing. All others are removed but
-/// that of the step which is known to be `sound`: the last one that this run has written or resumed from. Collective.
+/// Writes a checkpoint below `directory`, which may be missing. All others are removed but that of the step which is known to be
+/// `sound`: the last one that this run has written or resumed from. Collective.
 ///
-/// `plane(z, out)` appends the bytes of the plane `z` of the block, `block.lo[2] <= z < block.hi[2]`: for y, for x,
-/// `bytes_per_cell` bytes. It is called once for each z, ascending, and not at all in a dry run.
+/// `plane(z, out)` appends the bytes of the plane `z` of the block, for y, for x, `bytes_per_cell` each. It is called once for each
+/// z, ascending, and not at all in a dry run.
 ///
-/// # Errors
-/// [`Error::Agreed`], the same on every rank, with the path, the reason, and which earlier checkpoint is intact. Then nothing
-/// has the final name that did not have it before, and nothing partial is left.
+/// Errors: [`Error::Agreed`], the same on every rank; then nothing has a final name that did not have it before, and nothing
+/// partial is left.
 pub fn write(
     directory: &Path,
     comm: &Comm,
@@ -105,15 +103,13 @@ pub fn write(
     write::write(directory, comm, sound, head, part, plane, &|path| File::create_new(path))
 }
 
-/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for
-/// each newer one what it was skipped for. Collective.
+/// The newest checkpoint below `directory` with which `attempt` succeeds on all ranks: what it returned here, and for each newer
+/// one why it was skipped. Collective.
 ///
-/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound on all of them. It may be
-/// collective itself if it makes the same calls on all ranks, even when only one of them finds something damaged:
-/// [`agreed`] sees to that.
+/// `attempt` is called on all ranks with the same checkpoint, whose heads are sound. It may be collective if it makes the same
+/// calls on all ranks even when only one of them finds something damaged ([`agreed`]).
 ///
-/// # Errors
-/// [`Error::Agreed`], the same on every rank: there is none, or each of them with its defect.
+/// Errors: [`Error::Agreed`], the same on every rank: there is none, or each of them with its defect.
 pub fn newest_sound<R>(
     directory: &Path,
     comm: &Comm,
@@ -134,21 +130,15 @@ pub fn newest_sound<R>(
     Err(Error::Agreed {
         code: 2,
         text: if skipped.is_empty() {
-            none_in(directory)
+            format!(
+                "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
+                 output.checkpoint_every and when it is stopped",
+                directory.display()
+            )
         } else {
-            let shown = directory.display();
-            format!("no checkpoint in {shown} can be used:\n  {}", skipped.join("\n  "))
+            format!("no checkpoint in {} can be used:\n  {}", directory.display(), skipped.join("\n  "))
         },
     })
-}
-
-/// Message if there is no checkpoint.
-fn none_in(directory: &Path) -> String {
-    format!(
-        "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
-         output.checkpoint_every and when it is stopped",
-        directory.display()
-    )
 }
 
 /// The result of this rank if all have succeeded; else, on all, [`Error::Agreed`] with the error of the first that has failed by

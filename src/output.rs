@@ -1,15 +1,10 @@
-//! What came out: tables, VTK files, pictures, the summary.
+//! Results: tables, VTK files, pictures, the summary.
 //!
-//! Everything here takes plain data in SI units and knows nothing of how it was computed. A run calls, in this
-//! order, [`directory::create`] before anything is computed and [`directory::clear`] when the run begins; [`SeriesWriter`], [`ParticleSeries`],
-//! [`write_fields`], [`ParticlePoints::write`], [`ParticleSurfaces::write`], [`write_contacts`], [`write_force_chains`] (each followed by
-//! [`Collection::add`]), [`write_walls`], and [`picture::write_slice`] or [`picture::write_side_view`] on the way, with
-//! names from [`OutputFiles`]; [`picture::write_settling`] and [`Summary::write`] at the end. Where ranks are processes, the files for
-//! VTK are written in [`pieces`], and the functions `write_..._index` follow before the collection.
+//! Everything here takes plain data in SI units. A run calls [`directory::create`] before anything is computed and [`directory::clear`]
+//! when it begins, then the writers, with names from [`OutputFiles`], and [`Summary::write`] at the end.
 //!
-//! Files appear under their final name only when they are complete and on disk: they are written beside as
-//! `NAME.tmp`, synced, and renamed. The files that grow are `series.csv` and `particle_series.csv`, by whole rows. So a run that is killed
-//! leaves nothing that cannot be read.
+//! Files appear under their final name only when they are complete and on disk: they are written as `NAME.tmp`, synced, and renamed. Only
+//! `series.csv` and `particle_series.csv` grow, by whole rows. So a run that is killed leaves readable files.
 
 mod atomic;
 pub mod contacts;
@@ -24,7 +19,6 @@ pub mod points;
 pub mod polydata;
 pub mod pvd;
 pub mod series;
-mod series_table;
 pub mod statistics;
 pub mod summary;
 pub mod surfaces;
@@ -43,8 +37,7 @@ pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use points::ParticlePoints;
 pub use polydata::PolyData;
 pub use pvd::Collection;
-pub use series::{SeriesRow, SeriesWriter};
-pub use series_table::{SeriesColumn, SeriesTable};
+pub use series::{SeriesColumn, SeriesRow, SeriesTable, SeriesWriter};
 pub use statistics::{Estimate, Settled, estimate_mean, settled};
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;

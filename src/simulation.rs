@@ -10,7 +10,6 @@ mod failure;
 mod identity;
 mod measure;
 mod observe;
-mod progress;
 mod references;
 mod run;
 mod saved;
@@ -38,10 +37,10 @@ use entrances::ExternalLoad;
 pub use identity::identity;
 pub use measure::Measurement;
 pub use observe::instruction_set;
-pub use progress::Progress;
 pub use references::{Law, Suspension, settling_references};
 pub use run::{
-    MoreWriters, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with, saved_setup,
+    MoreWriters, Progress, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with,
+    saved_setup,
 };
 use std::rc::Rc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
@@ -92,11 +91,11 @@ pub struct Simulation {
     step: u64,
     /// Number of walls.
     walls: usize,
-    /// What to say of a divergence of this case.
+    /// Causes and remedies of a divergence of this case, for its message.
     hint: String,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
-    /// What is asked of this rank; after a control step, and only then, what is asked of any.
+    /// Requests to this rank; after a control step, and only then, to any.
     requests: Requests,
     block: Block,
     /// Step of the last checkpoint that was written or read.
@@ -157,10 +156,8 @@ impl FluidSystem {
 }
 
 impl Simulation {
-    /// The case at rest, with the engine it asks for. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if this program was built without that engine, or what the engine says.
+    /// The case at rest, with the engine it asks for. Errors: [`Error::Input`] if this program was built without that engine, or
+    /// what the engine says. Collective.
     pub fn new(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
         let dem = engine::engine(setup, decomposition, &comm, &Context::default())?;
         Self::with_engine(setup, decomposition, comm, dem)
@@ -205,10 +202,8 @@ impl Simulation {
         })
     }
 
-    /// Advances fluid and particles by one time step. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Diverged`] or [`Error::Engine`] on every rank, at most [`CONTROL_INTERVAL`] steps after it happened on one.
+    /// Advances fluid and particles by one time step. Errors: [`Error::Diverged`] or [`Error::Engine`] on every rank, at most
+    /// [`CONTROL_INTERVAL`] steps after it happened on one. Collective.
     pub fn step(&mut self) -> Result<()> {
         let Self { comm, units, system, dem, timings: t, failure, external, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
@@ -269,7 +264,7 @@ impl Simulation {
         if sums[0] > 0 { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
-    /// Adds up a measurement over all ranks, sets the driving, and makes failures known to all. Collective.
+    /// Adds up a measurement over all ranks, sets the driving, and agrees on failures. Collective.
     fn control(&mut self, flow: &Flow) -> Result<()> {
         self.note_fault(flow.fault);
         let mut words = measure::words(flow);
@@ -297,10 +292,8 @@ impl Simulation {
         }
     }
 
-    /// Looks for a failure since the last control, also in the fluid as it is now, and makes it known to all. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Diverged`] or [`Error::Engine`] on every rank.
+    /// Looks for a failure since the last control, also in the fluid as it is now, and agrees on it. Errors:
+    /// [`Error::Diverged`] or [`Error::Engine`] on every rank. Collective.
     pub fn check(&mut self) -> Result<()> {
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
@@ -314,7 +307,7 @@ impl Simulation {
         self.share_failure()
     }
 
-    /// Makes a failure since the last control known to all, with the errors of [`check`](Self::check). Collective.
+    /// Agrees on a failure since the last control, with the errors of [`check`](Self::check). Collective.
     fn share_failure(&mut self) -> Result<()> {
         if self.comm.any(self.failure.is_some()) { Err(self.agree_on_failure()) } else { Ok(()) }
     }

@@ -14,16 +14,11 @@ pub struct Found {
     pub path: PathBuf,
 }
 
-/// Suffix behind the step in a name. An old one that makes way for another of the same step is whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
-    Whole,
-    Replaced,
-    Partial,
-}
-
-const SUFFIXES: [(Kind, &str); 3] =
-    [(Kind::Partial, ".partial"), (Kind::Replaced, ".replaced"), (Kind::Whole, "")];
+/// Suffixes behind the step: of a checkpoint that is being written or removed, of a whole one that makes way for another of the same
+/// step, and of all others.
+const PARTIAL: &str = ".partial";
+const REPLACED: &str = ".replaced";
+const WHOLE: &str = "";
 
 /// Name of the checkpoint of a step.
 pub(super) fn name(step: u64) -> String {
@@ -37,24 +32,18 @@ pub(super) fn name_of(path: &Path) -> String {
 
 /// Folder in which the checkpoint of a step is written.
 pub(super) fn partial(directory: &Path, step: u64) -> PathBuf {
-    directory.join(name(step) + ".partial")
+    directory.join(name(step) + PARTIAL)
 }
 
 /// The whole checkpoints in a folder, newest first; none if there is no folder.
-///
-/// # Errors
-/// [`Error::Io`] if the folder cannot be read.
 pub fn list(directory: &Path) -> Result<Vec<Found>> {
-    let mut whole: Vec<_> =
-        entries(directory)?.into_iter().filter(|(_, kind)| *kind != Kind::Partial).collect();
-    whole.sort_by_key(|(found, kind)| (std::cmp::Reverse(found.step), *kind));
+    let mut whole = entries(directory)?;
+    whole.retain(|(_, suffix)| *suffix != PARTIAL);
+    whole.sort_by_key(|(found, suffix)| (std::cmp::Reverse(found.step), *suffix));
     Ok(whole.into_iter().map(|(found, _)| found).collect())
 }
 
 /// Removes all checkpoints in a folder, whole or not, and the folder if nothing else is in it.
-///
-/// # Errors
-/// [`Error::Io`] if one cannot be removed.
 pub fn clear(directory: &Path) -> Result<()> {
     for (found, _) in entries(directory)? {
         remove(&found.path)?;
@@ -64,20 +53,16 @@ pub fn clear(directory: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes what no one is writing any more.
+/// Removes partial checkpoints.
 pub(super) fn clear_partial(directory: &Path) -> Result<()> {
-    for (found, kind) in entries(directory)? {
-        if kind == Kind::Partial {
-            remove(&found.path)?;
-        }
-    }
-    Ok(())
+    let entries = entries(directory)?;
+    entries.iter().filter(|(_, suffix)| *suffix == PARTIAL).try_for_each(|(found, _)| remove(&found.path))
 }
 
 /// Gives a checkpoint that is on disk its final name, in place of an old one of the same step.
 pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
     let (new, last) = (partial(directory, step), directory.join(name(step)));
-    let aside = directory.join(name(step) + ".replaced");
+    let aside = directory.join(name(step) + REPLACED);
     let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| Error::io("rename", from, e));
     if last.is_dir() {
         if aside.is_dir() {
@@ -95,8 +80,8 @@ pub(super) fn put_in_place(directory: &Path, step: u64) -> Result<()> {
     sync_folder(directory)
 }
 
-/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`. The others are
-/// damaged, or belong to a course that was given up, since the run was resumed from before them.
+/// Removes all checkpoints but that of `step` and the one before it that is known to be `sound`: the others are damaged, or later
+/// than that from which the run was resumed.
 pub(super) fn thin_out(directory: &Path, step: u64, sound: Option<u64>) -> Result<()> {
     let mut kept = Vec::new();
     for found in list(directory)? {
@@ -114,10 +99,10 @@ pub(super) fn thin_out(directory: &Path, step: u64, sound: Option<u64>) -> Resul
 fn remove(path: &Path) -> Result<()> {
     let attempt = || -> io::Result<()> {
         let name = name_of(path);
-        if name.ends_with(".partial") {
+        if name.ends_with(PARTIAL) {
             return fs::remove_dir_all(path);
         }
-        let doomed = path.with_file_name(name + ".partial");
+        let doomed = path.with_file_name(name + PARTIAL);
         if doomed.is_dir() {
             fs::remove_dir_all(&doomed)?;
         }
@@ -138,17 +123,17 @@ pub(super) fn sync_folder(directory: &Path) -> Result<()> {
     }
 }
 
-/// Entries of the folder with one of our names.
-fn entries(directory: &Path) -> Result<Vec<(Found, Kind)>> {
+/// Folders of checkpoints, with their suffixes.
+fn entries(directory: &Path) -> Result<Vec<(Found, &'static str)>> {
     let attempt = || -> io::Result<Vec<_>> {
         let mut ours = Vec::new();
         for entry in fs::read_dir(directory)? {
             let entry = entry?;
             let of_ours = entry.file_name().to_str().and_then(parse);
-            if let Some((step, kind)) = of_ours.filter(|_| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+            if let Some((step, suffix)) = of_ours
+                && entry.file_type().is_ok_and(|kind| kind.is_dir())
             {
-                let path = entry.path();
-                ours.push((Found { step, path }, kind));
+                ours.push((Found { step, path: entry.path() }, suffix));
             }
         }
         Ok(ours)
@@ -159,12 +144,13 @@ fn entries(directory: &Path) -> Result<Vec<(Found, Kind)>> {
     }
 }
 
-/// Step and kind, from a name.
-fn parse(text: &str) -> Option<(u64, Kind)> {
-    let (kind, stem) =
-        SUFFIXES.iter().find_map(|&(kind, suffix)| Some((kind, text.strip_suffix(suffix)?)))?;
+/// Step and suffix, from a name.
+fn parse(text: &str) -> Option<(u64, &'static str)> {
+    let (stem, suffix) = [PARTIAL, REPLACED, WHOLE]
+        .into_iter()
+        .find_map(|suffix| Some((text.strip_suffix(suffix)?, suffix)))?;
     // One that is moved aside may be on its way out.
-    let stem = stem.strip_suffix(".replaced").unwrap_or(stem);
+    let stem = stem.strip_suffix(REPLACED).unwrap_or(stem);
     let step = stem.strip_prefix("step-")?.parse().ok()?;
-    (name(step) == stem).then_some((step, kind))
+    (name(step) == stem).then_some((step, suffix))
 }

@@ -29,7 +29,7 @@ pub(super) const SHARED: usize = 2;
 const SECTION_NAMES: [&str; SECTIONS] = ["state of the engine", "state of the coupling", "common state"];
 
 /// Length of the checksum of a plane (bytes).
-const SEAL: u64 = 8;
+const SEAL: u128 = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -122,30 +122,26 @@ impl PartHead {
         Block { lo: self.lo.map(|i| i as usize), hi: self.hi.map(|i| i as usize) }
     }
 
-    /// Bytes of a plane without its checksum.
-    fn plane_length(&self) -> Option<u64> {
-        let row = self.bytes_per_cell.checked_mul(self.hi[0] - self.lo[0])?;
-        row.checked_mul(self.hi[1] - self.lo[1])
+    /// Bytes of a plane without its checksum. Lengths are of 128 bits, since those of a file may be any numbers.
+    fn plane_length(&self) -> u128 {
+        let size = self.block().size();
+        u128::from(self.bytes_per_cell) * size[0] as u128 * size[1] as u128
     }
 
     /// Start of a section; of the one behind the last, the start of the planes.
-    fn section_start(&self, section: usize) -> Option<u64> {
-        let mut lengths = self.sections[..section].iter().map(|section| section.length);
-        lengths.try_fold(size_of::<Self>() as u64, u64::checked_add)
+    fn section_start(&self, section: usize) -> u128 {
+        let lengths = self.sections[..section].iter().map(|section| u128::from(section.length));
+        size_of::<Self>() as u128 + lengths.sum::<u128>()
     }
 
     /// Start of a plane; of the one at `hi`, the end of the file.
-    fn plane_start(&self, z: u64) -> Option<u64> {
-        let start = self.section_start(SECTIONS)?;
-        if self.bytes_per_cell == 0 {
-            return Some(start);
-        }
-        let record = self.plane_length()?.checked_add(SEAL)?;
-        record.checked_mul(z - self.lo[2])?.checked_add(start)
+    fn plane_start(&self, z: u64) -> u128 {
+        let record = if self.bytes_per_cell == 0 { 0 } else { self.plane_length() + SEAL };
+        record.saturating_mul(u128::from(z - self.lo[2])).saturating_add(self.section_start(SECTIONS))
     }
 
     /// Bytes of the file.
-    pub(super) fn file_length(&self) -> Option<u64> {
+    pub(super) fn file_length(&self) -> u128 {
         self.plane_start(self.hi[2])
     }
 
@@ -159,8 +155,8 @@ impl PartHead {
         let Section { length, checksum } = self.sections[section];
         // The file is as long as its head says, but a sparse file of any length takes no disk.
         let mut bytes = memory::zeroed(length as usize, &format!("the {name}")).map_err(|e| e.to_string())?;
-        let start = self.section_start(section).unwrap_or(u64::MAX);
-        read_at(file, start, &mut bytes).map_err(|e| format!("its {name} cannot be read: {e}"))?;
+        read_at(file, self.section_start(section), &mut bytes)
+            .map_err(|e| format!("its {name} cannot be read: {e}"))?;
         if xxh3_64(&bytes) != checksum {
             return Err(format!("its {name} is damaged"));
         }
@@ -169,13 +165,14 @@ impl PartHead {
 
     /// Reads a plane into `bytes`, or returns its defect.
     pub(super) fn read_plane(&self, file: &mut File, z: usize, bytes: &mut Vec<u8>) -> Result<(), String> {
-        let (start, length) = (self.plane_start(z as u64), self.plane_length());
-        let (start, length) = start.zip(length).expect("checked with the length of the file");
+        // It is that of the file, which has been checked.
+        let length = self.plane_length();
         let room = ((length + SEAL) as usize).saturating_sub(bytes.len());
         memory::trying(|| bytes.try_reserve_exact(room))
             .map_err(|_| memory::refused(length as f64, &format!("plane z = {z}")).to_string())?;
         bytes.resize((length + SEAL) as usize, 0);
-        read_at(file, start, bytes).map_err(|e| format!("plane z = {z} cannot be read: {e}"))?;
+        read_at(file, self.plane_start(z as u64), bytes)
+            .map_err(|e| format!("plane z = {z} cannot be read: {e}"))?;
         let seal = bytes.split_off(length as usize);
         if self.plane_seal(z as u64, bytes).to_ne_bytes() != seal[..] {
             return Err(format!("plane z = {z} is damaged"));
@@ -184,8 +181,8 @@ impl PartHead {
     }
 }
 
-fn read_at(file: &mut File, start: u64, bytes: &mut [u8]) -> io::Result<()> {
-    file.seek(SeekFrom::Start(start))?;
+fn read_at(file: &mut File, start: u128, bytes: &mut [u8]) -> io::Result<()> {
+    file.seek(SeekFrom::Start(start as u64))?;
     file.read_exact(bytes)
 }
 
@@ -203,19 +200,17 @@ pub(super) fn write(
     for section in [part.engine, part.coupling, part.shared] {
         file.write_all(section)?;
     }
-    let (Some(length), Some(plane_length)) = (part_head.file_length(), part_head.plane_length()) else {
-        panic!("a block is in memory, so its length is a number");
-    };
+    let plane_length = part_head.plane_length();
     let mut bytes = Vec::new();
     for z in (part.block.lo[2]..part.block.hi[2]).filter(|_| plane_length > 0) {
         bytes.clear();
         plane(z, &mut bytes);
-        assert_eq!(bytes.len() as u64, plane_length, "plane z = {z} has another length");
+        assert_eq!(bytes.len() as u128, plane_length, "plane z = {z} has another length");
         file.write_all(&bytes)?;
         file.write_all(&part_head.plane_seal(z as u64, &bytes).to_ne_bytes())?;
     }
     let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
     // Some file systems report a full disk only here.
     file.sync_all()?;
-    Ok((part_head, length))
+    Ok((part_head, part_head.file_length() as u64))
 }

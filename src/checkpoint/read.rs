@@ -25,10 +25,7 @@ pub struct Checkpoint {
 pub(crate) type Damage<T> = std::result::Result<T, String>;
 
 impl Checkpoint {
-    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in
-    /// common.
-    ///
-    /// # Errors
+    /// Reads and checks the manifest, the case with its files, the heads of all parts, and what all ranks have in common. Errors:
     /// [`Error::Input`] with the name of the checkpoint and what is damaged or missing.
     pub fn open(directory: &Path) -> Result<Self> {
         Self::read(directory).map_err(|what| damaged(directory, &what))
@@ -66,7 +63,7 @@ impl Checkpoint {
                 return Err(of_part(format!("it has {length} bytes, not {wanted}")));
             }
             let head = PartHead::read(&mut file, (rank, ranks), &entry.head_xxh3).map_err(of_part)?;
-            if !head.is_of(step, cells, bytes_per_cell) || head.file_length() != Some(length) {
+            if !head.is_of(step, cells, bytes_per_cell) || head.file_length() != u128::from(length) {
                 return Err(of_part("it is of another checkpoint".to_string()));
             }
             covered = head.block().cell_count().saturating_add(covered);
@@ -110,29 +107,16 @@ impl Checkpoint {
         &self.shared
     }
 
-    /// States of the engine, by rank.
-    ///
-    /// # Errors
-    /// [`Error::Input`] with the part that is damaged.
-    pub fn engines(&self) -> Result<Vec<Vec<u8>>> {
-        self.sections(ENGINE)
+    /// States of the engine and of the coupling, by rank, or [`Error::Input`] with the part that is damaged.
+    pub fn states(&self) -> Result<[Vec<Vec<u8>>; 2]> {
+        let all = |section| (0..self.ranks()).map(|rank| self.section(rank, section)).collect::<Damage<_>>();
+        let states = all(ENGINE).and_then(|engines| Ok([engines, all(COUPLING)?]));
+        states.map_err(|what| damaged(&self.directory, &what))
     }
 
-    /// States of the coupling, by rank.
-    ///
-    /// # Errors
-    /// [`Error::Input`] with the part that is damaged.
-    pub fn couplings(&self) -> Result<Vec<Vec<u8>>> {
-        self.sections(COUPLING)
-    }
-
-    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one
-    /// plane of `block` (one cell thick in z, cells of the box), and `bytes` are those of its cells, for y, for x.
-    /// Nothing in a dry run.
-    ///
-    /// # Errors
-    /// [`Error::Input`] with the part and plane that is damaged, or that `visit` finds something wrong with; or if some cells are
-    /// in no part. What was visited until then was sound.
+    /// Calls `visit(piece, bytes)` with all cells of `block`, once each: `piece` is what one stored block has of one plane of
+    /// `block`, and `bytes` are those of its cells, for y, for x. Nothing in a dry run. Errors: [`Error::Input`] with the part and
+    /// plane that is damaged or that `visit` refuses, or if some cells are in no part; what was visited until then was sound.
     pub fn planes(&self, block: Block, visit: impl FnMut(Block, &[u8]) -> Damage<()>) -> Result<()> {
         self.read_planes(block, visit).map_err(|what| damaged(&self.directory, &what))
     }
@@ -167,13 +151,6 @@ impl Checkpoint {
             return Err(format!("{} cells are in no part", block.cell_count() - covered));
         }
         Ok(())
-    }
-
-    fn sections(&self, section: usize) -> Result<Vec<Vec<u8>>> {
-        (0..self.ranks())
-            .map(|rank| self.section(rank, section))
-            .collect::<Damage<_>>()
-            .map_err(|what| damaged(&self.directory, &what))
     }
 
     fn section(&self, rank: usize, section: usize) -> Damage<Vec<u8>> {

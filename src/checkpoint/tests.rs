@@ -95,9 +95,8 @@ fn write_step(directory: &Path, step: u64) {
 fn read_as(checkpoint: &Checkpoint, block: Block) -> Result<()> {
     let step = checkpoint.head().step;
     let parts: Vec<_> = (0..checkpoint.ranks()).map(sections).collect();
-    let [engines, couplings] = [0, 1].map(|i| parts.iter().map(|part| part[i].clone()).collect::<Vec<_>>());
-    assert_eq!(checkpoint.engines()?, engines);
-    assert_eq!(checkpoint.couplings()?, couplings);
+    let expected = [0, 1].map(|i| parts.iter().map(|part| part[i].clone()).collect::<Vec<_>>());
+    assert_eq!(checkpoint.states()?, expected);
     assert_eq!((checkpoint.head(), checkpoint.shared()), (&head(step), &parts[0][2][..]));
     let mut seen = BTreeSet::new();
     checkpoint.planes(block, |piece, bytes| {
@@ -332,7 +331,7 @@ fn a_dry_run_has_sections_and_no_planes() {
         write(&directory, &comm, None, &head, &part, plane).unwrap();
     });
     let checkpoint = Checkpoint::open(&directory.join("step-0000000005")).unwrap();
-    assert_eq!(checkpoint.engines().unwrap(), [b"particles", b"particles"]);
+    assert_eq!(checkpoint.states().unwrap()[0], [b"particles", b"particles"]);
     checkpoint.planes(WHOLE, |_, _| panic!("there is none")).unwrap();
 }
 

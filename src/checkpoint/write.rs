@@ -23,12 +23,36 @@ pub(super) fn write(
     plane: impl FnMut(usize, &mut Vec<u8>),
     create: &Create,
 ) -> Result<()> {
-    assert!(part.shared.is_empty() || comm.rank() == 0, "what is shared is of rank 0");
-    let written = steps(directory, comm, sound, head, part, plane, create);
-    written.map_err(|why| {
+    assert!(part.shared.is_empty() || comm.rank() == 0, "shared data are of rank 0");
+    let partial = folder::partial(directory, head.step);
+    let prepare = || {
+        if !directory.is_dir() {
+            fs::create_dir_all(directory).map_err(|e| Error::io("make", directory, e))?;
+            if let Some(parent) = directory.parent().filter(|parent| parent.is_dir()) {
+                folder::sync_folder(parent)?;
+            }
+        }
+        folder::clear_partial(directory)?;
+        fs::create_dir(&partial).map_err(|e| Error::io("make", &partial, e))
+    };
+    let attempt = || {
+        agreed(comm, in_rank_0(comm, prepare))?;
+        let path = partial.join(part::file_name(comm.rank()));
+        let ranks = (comm.rank(), comm.size());
+        let written = create(&path).and_then(|file| part::write(file, head, part, ranks, plane));
+        let (part_head, length) = agreed(comm, written.map_err(|e| Error::io("write", &path, e)))?;
+        let parts = comm.gather(bytemuck::bytes_of(&[part_head.seal(), length]).to_vec());
+        let finished = in_rank_0(comm, || {
+            finish(&partial, head, &parts, create)?;
+            folder::put_in_place(directory, head.step)?;
+            folder::thin_out(directory, head.step, sound)
+        });
+        agreed(comm, finished)
+    };
+    attempt().map_err(|why| {
         if comm.rank() == 0 {
             // The error at hand matters more than a failure to clean up after it; the folder stays if others are in it.
-            let _ = fs::remove_dir_all(folder::partial(directory, head.step));
+            let _ = fs::remove_dir_all(&partial);
             let _ = fs::remove_dir(directory);
         }
         let before = match sound {
@@ -40,42 +64,6 @@ pub(super) fn write(
             text: format!("the checkpoint of step {} failed: {why}; {before}", head.step),
         }
     })
-}
-
-fn steps(
-    directory: &Path,
-    comm: &Comm,
-    sound: Option<u64>,
-    head: &Head,
-    part: &Part,
-    plane: impl FnMut(usize, &mut Vec<u8>),
-    create: &Create,
-) -> Result<()> {
-    let partial = folder::partial(directory, head.step);
-    let prepared = in_rank_0(comm, || {
-        if !directory.is_dir() {
-            fs::create_dir_all(directory).map_err(|e| Error::io("make", directory, e))?;
-            if let Some(parent) = directory.parent().filter(|parent| parent.is_dir()) {
-                folder::sync_folder(parent)?;
-            }
-        }
-        folder::clear_partial(directory)?;
-        fs::create_dir(&partial).map_err(|e| Error::io("make", &partial, e))
-    });
-    agreed(comm, prepared)?;
-
-    let path = partial.join(part::file_name(comm.rank()));
-    let place = (comm.rank(), comm.size());
-    let written = create(&path).and_then(|file| part::write(file, head, part, place, plane));
-    let (part_head, length) = agreed(comm, written.map_err(|e| Error::io("write", &path, e)))?;
-
-    let parts = comm.gather(bytemuck::bytes_of(&[part_head.seal(), length]).to_vec());
-    let finished = in_rank_0(comm, || {
-        finish(&partial, head, &parts, create)?;
-        folder::put_in_place(directory, head.step)?;
-        folder::thin_out(directory, head.step, sound)
-    });
-    agreed(comm, finished)
 }
 
 /// Writes all that is not a part, and brings the names of all files to disk.

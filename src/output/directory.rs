@@ -26,8 +26,10 @@
 
 mod own;
 
+use super::pieces;
 use crate::checkpoint;
 use crate::error::{Error, Result};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -157,57 +159,17 @@ impl OutputFiles {
         self.directory.join(LOG)
     }
 
-    /// The fluid fields at `step`.
-    pub fn fields(&self, step: u64) -> PathBuf {
-        FIELDS.file(&self.directory, step)
+    /// A numbered file.
+    pub fn file(&self, kind: Numbered, step: u64) -> PathBuf {
+        kind.file(&self.directory, step)
     }
 
-    /// The surfaces of the particles at `step`.
-    pub fn surfaces(&self, step: u64) -> PathBuf {
-        SURFACES.file(&self.directory, step)
-    }
-
-    /// The particles at `step`, a point each.
-    pub fn particles(&self, step: u64) -> PathBuf {
-        PARTICLES.file(&self.directory, step)
-    }
-
-    /// The steps of which there are files of particles, ascending.
-    ///
-    /// # Errors
-    /// [`Error::Io`] if the folder of the run cannot be read.
-    pub fn steps_of_particles(&self) -> Result<Vec<u64>> {
-        let Numbered { folder, prefix, extension } = PARTICLES;
-        let folder = self.directory.join(folder);
-        let entries = match fs::read_dir(&folder) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-            entries => entries.map_err(|source| Error::io("read", &folder, source))?,
-        };
-        let index = extension.replacen('.', ".p", 1);
-        let step = |name: &str| {
-            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index))?;
-            frame.strip_prefix(prefix)?.parse().ok()
-        };
-        let mut steps: Vec<u64> = (entries.filter_map(std::result::Result::ok))
-            .filter_map(|entry| step(entry.file_name().to_str()?))
-            .collect();
-        steps.sort_unstable();
-        Ok(steps)
-    }
-
-    /// The contacts at `step`.
-    pub fn contacts(&self, step: u64) -> PathBuf {
-        CONTACTS.file(&self.directory, step)
-    }
-
-    /// The force chains at `step`.
-    pub fn force_chains(&self, step: u64) -> PathBuf {
-        FORCE_CHAINS.file(&self.directory, step)
-    }
-
-    /// The velocity slice at `step`.
-    pub fn picture(&self, step: u64) -> PathBuf {
-        PICTURES.file(&self.directory, step)
+    /// The steps with files of a kind, ascending, or [`Error::Io`] if its folder cannot be read.
+    pub fn steps(&self, kind: Numbered) -> Result<Vec<u64>> {
+        let all = own::frames(&self.directory, kind);
+        let all = all.map_err(|source| Error::io("read", &self.directory.join(kind.folder), source))?;
+        let whole = all.iter().filter(|own| own.of.exists() || pieces::index(&own.of).exists());
+        Ok(whole.filter_map(|own| own.step).collect::<BTreeSet<_>>().into_iter().collect())
     }
 
     /// The checkpoints.
@@ -216,9 +178,7 @@ impl OutputFiles {
     }
 }
 
-/// [`claim`] and [`prepare`], before anything is computed, so that a run cannot fail at its first output after hours.
-///
-/// # Errors
+/// [`claim`] and [`prepare`], before anything is computed, so that a run cannot fail at its first output after hours. Errors:
 /// [`Error::Input`] if nothing can be written there, if another run does, or if one of the names of a run is a symbolic link.
 pub fn create(directory: &Path) -> Result<Option<Lock>> {
     let lock = claim(directory, &[])?;
@@ -226,11 +186,8 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
     Ok(lock)
 }
 
-/// Creates the output directory of a run that writes `more` kinds of files, and keeps other runs out of it as long as the lock lives
-/// (`None` on a file system without locks).
-///
-/// # Errors
-/// Those of [`create`].
+/// Creates the output directory of a run that writes `more` kinds of files, and keeps other runs out of it as long as the lock
+/// lives (`None` on a file system without locks).
 pub fn claim(directory: &Path, more: &[Numbered]) -> Result<Option<Lock>> {
     fs::create_dir_all(directory).map_err(|source| refused(directory, &source))?;
     let lock = lock(directory)?;
@@ -246,9 +203,6 @@ pub fn claim(directory: &Path, more: &[Numbered]) -> Result<Option<Lock>> {
 }
 
 /// Removes the log of an earlier run and proves that files can be written.
-///
-/// # Errors
-/// Those of [`create`].
 pub fn prepare(directory: &Path, more: &[Numbered]) -> Result<()> {
     let attempt = || -> io::Result<()> {
         own::remove(own::there(directory, &[LOG]))?;
@@ -264,10 +218,7 @@ pub fn prepare(directory: &Path, more: &[Numbered]) -> Result<()> {
     attempt().map_err(|source| refused(directory, &source))
 }
 
-/// Refuses a directory that holds results of an earlier run, which [`clear`] would remove.
-///
-/// # Errors
-/// [`Error::Input`] with these results and the ways out.
+/// Refuses, by name and with the ways out, a directory with results of an earlier run, which [`clear`] would remove.
 pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
     let mut files = own::all(directory, more).map_err(|source| refused(directory, &source))?;
     files.retain(own::Own::is_whole_file);
@@ -291,10 +242,8 @@ pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
         return Ok(());
     }
     let shown = directory.display();
-    let resume = match saved.len() {
-        0 => String::new(),
-        _ => format!("`turbid resume {shown}` goes on with it; "),
-    };
+    let resume =
+        if saved.is_empty() { String::new() } else { format!("`turbid resume {shown}` goes on with it; ") };
     Err(Error::Input(format!(
         "the output directory {shown} holds the results of an earlier run: {}\n  {resume}--out DIR or the key \
          output.directory keeps it and writes elsewhere; --overwrite removes it",
@@ -302,10 +251,7 @@ pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
     )))
 }
 
-/// Refuses a directory in which [`clear`] would remove one of these files, which a run reads.
-///
-/// # Errors
-/// [`Error::Input`] with that file.
+/// Refuses, by name, a file that a run reads and [`clear`] would remove.
 pub fn refuse_inputs(directory: &Path, more: &[Numbered], inputs: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<Option<&PathBuf>> {
         let mut doomed: Vec<PathBuf> = (own::all(directory, more)?.into_iter())
@@ -332,9 +278,6 @@ pub fn refuse_inputs(directory: &Path, more: &[Numbered], inputs: &[PathBuf]) ->
 }
 
 /// Refuses to write a file over one of these, which were read to make it.
-///
-/// # Errors
-/// [`Error::Input`] with the file.
 pub fn refuse_input(file: &Path, inputs: &[PathBuf]) -> Result<()> {
     let same = |input: &PathBuf| {
         fs::canonicalize(file).is_ok_and(|file| fs::canonicalize(input).is_ok_and(|input| input == file))
@@ -371,13 +314,13 @@ pub fn clear_after(directory: &Path, more: &[Numbered], step: u64, kept: &[PathB
     removed.map_err(|source| refused(directory, &source))
 }
 
-/// Keeps other runs out of an output directory until it is dropped, or its process ends in any way.
+/// Keeps other runs out of an output directory until it is dropped or its process ends.
 #[derive(Debug)]
 pub struct Lock {
     _directory: fs::File,
 }
 
-/// Takes hold of a directory, unless another run has it: two that write the same files would spoil them.
+/// Locks a directory: two runs that write the same files would spoil them.
 fn lock(directory: &Path) -> Result<Option<Lock>> {
     let file = fs::File::open(directory).map_err(|source| refused(directory, &source))?;
     match file.try_lock() {
@@ -401,9 +344,6 @@ fn refused(directory: &Path, source: &io::Error) -> Error {
 }
 
 /// Removes a file of an earlier run, if it is there.
-///
-/// # Errors
-/// [`Error::Io`] if it cannot be removed.
 pub fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io("remove", path, error)),
@@ -411,13 +351,13 @@ pub fn remove(path: &Path) -> Result<()> {
     }
 }
 
-/// Writes a file and removes it again. One of the same name is what an earlier process of the same number could not remove: the
-/// directory is locked.
+/// Writes a file and removes it again. As the directory is locked, one of the same name is a left-over.
 fn probe(directory: &Path) -> io::Result<()> {
     let path = directory.join(format!(".turbid-probe-{}", std::process::id()));
-    match fs::remove_file(&path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        _ => {}
+    if let Err(error) = fs::remove_file(&path)
+        && error.kind() != io::ErrorKind::NotFound
+    {
+        return Err(error);
     }
     let written = fs::File::create_new(&path).and_then(|mut file| {
         file.write_all(b"probe")?;

@@ -1,6 +1,6 @@
 //! Numbers as they stand in tables, on the terminal and on pages.
 
-/// A number with so many significant digits; a count as it is; a dash for what is not finite.
+/// A number with `digits` significant digits; a count as it is; a dash for what is not finite.
 pub fn number(x: f64, digits: i32) -> String {
     match x {
         x if !x.is_finite() => "-".to_string(),
@@ -43,7 +43,7 @@ pub fn small(value: f64) -> String {
     }
 }
 
-/// A number from a thousandth to a million with so many significant digits.
+/// A number from a thousandth to a million with `digits` significant digits.
 pub fn significant(value: f64, digits: i32) -> String {
     // The exponent of the number after rounding.
     let rounded = format!("{value:.*e}", (digits - 1) as usize);

@@ -45,7 +45,7 @@ struct Row {
     orientation: [f64; 4],
 }
 
-/// How far `particle_series.csv` has come.
+/// State of `particle_series.csv`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PathsState {
     /// Bytes of the file.
@@ -69,24 +69,20 @@ impl ParticleSeries {
         Ok(Self { writer: SeriesWriter::with_columns(path, COLUMNS)?, domain, last: Vec::new() })
     }
 
-    /// Goes on where [`state`](Self::state) was told; rows that follow are cut off.
-    ///
-    /// # Errors
+    /// Continues from a [state](Self::state); rows that follow are cut off. Errors:
     /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
     pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
         let last = (state.last.iter()).map(|[inside, path]| (Vec3::from(*inside), Vec3::from(*path)));
         Ok(Self { writer: SeriesWriter::resume(path, state.length)?, domain, last: last.collect() })
     }
 
-    /// Whether the file has the rows that [`resume`](Self::resume) wants.
-    ///
-    /// # Errors
-    /// [`Error::Input`](crate::error::Error::Input) if not.
+    /// Whether the file has the rows that [`resume`](Self::resume) wants. Errors: [`Error::Input`](crate::error::Error::Input) if
+    /// not.
     pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
         SeriesWriter::holds(path, state.length)
     }
 
-    /// What is needed to go on; the rows so far are safe on disk after this.
+    /// State to [resume](Self::resume) from; the rows so far are safe on disk after this.
     pub fn state(&mut self) -> Result<PathsState> {
         let last = self.last.iter();
         Ok(PathsState {

@@ -13,10 +13,10 @@ mod side_view;
 #[cfg(feature = "pictures")]
 mod slice;
 
-pub use plane::{Cut, Plane};
+pub use plane::Plane;
 #[cfg(feature = "pictures")]
 pub use {
-    scene::{Clock, Scene},
+    scene::Scene,
     settling::{SettlingPlot, settling_chart, write_settling},
     side_view::write_side_view,
     slice::write_slice,

@@ -12,7 +12,7 @@ use crate::error::Result;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// What stands between the name of a file and the rank whose piece it is.
+/// Separates the name of a file from the rank of a piece.
 const MARK: &str = "_p";
 
 /// The piece of `rank` of a file that is written in pieces.
@@ -48,10 +48,8 @@ pub(super) fn array(kind: &str, name: &str, components: usize) -> String {
     format!("<PDataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"/>\n")
 }
 
-/// Writes the index of a file; the path of the index.
-///
-/// `kind` is VTK's name of the data, `attributes` are its own, each with a blank before it, `declared` its elements before the
-/// pieces; of each piece, by rank, `pieces` gives the attributes but for its name.
+/// Writes the index of a file; the path of the index. `kind` is VTK's name of the data, `attributes` are its own, each with a blank
+/// before it, `declared` its elements before the pieces; `pieces` gives the attributes of each piece but for its name, by rank.
 pub(super) fn write_index(
     file: &Path,
     kind: &str,

@@ -50,10 +50,7 @@ impl ParticlePoints {
         }
     }
 
-    /// The file of `particles`, with the loads of the fluid on each if there is one.
-    ///
-    /// # Panics
-    /// If there are not as many loads as particles.
+    /// The file of `particles`, with the loads of the fluid, one for each, if there is one.
     pub fn data(&self, domain: &Domain, particles: &[Particle], hydrodynamic: Option<&[Load]>) -> PolyData {
         let of = |particle: &Particle| &self.kinds[particle.template as usize];
         let all = || particles.iter();
@@ -106,10 +103,8 @@ pub struct PointRecord {
     pub angular_velocity: Vec3,
 }
 
-/// The particles in a file, or in its [pieces](super::pieces::piece) if it is in pieces, ascending by id.
-///
-/// # Errors
-/// [`Error::Io`] if a file cannot be read, [`Error::Input`] if it does not hold particles as points.
+/// The particles in a file, or in its [pieces](super::pieces::piece), ascending by id. Errors: [`Error::Io`] if a file cannot be
+/// read, [`Error::Input`] if it does not hold particles as points.
 pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
     let index = pieces::index(file);
     let parts: Vec<PathBuf> = if index.exists() {

@@ -9,7 +9,7 @@
 //! | an empty array that is compressed claims a whole block, which VTK looks for | files without points are not compressed |
 //! | no time in polygonal data | times stand in the collection (`.pvd`) |
 //! | indices of pieces cannot be written without the pieces | [`pieces`] writes them |
-//! | arrays are encoded as text, and held in memory as a whole | [`vti`](super::vti) writes fields as a stream of raw blocks |
+//! | arrays are encoded as text, in memory as a whole | [`vti`](super::vti) writes fields as a stream of raw blocks |
 
 use super::atomic::write_bytes;
 use super::pieces;
@@ -128,7 +128,7 @@ impl PolyData {
         self.arrays.push(DataArray { data: values, ..DataArray::normals("Normals") });
     }
 
-    /// Writes the index of a `file` of so many [pieces](pieces::piece), all written, which have the arrays of this; its path.
+    /// Writes the index of a `file` whose [pieces](pieces::piece), with the arrays of this, are all written; its path.
     pub fn write_index(&self, file: &Path, pieces: usize) -> Result<PathBuf> {
         let (mut declared, mut active) = (String::new(), Vec::new());
         for array in &self.arrays {

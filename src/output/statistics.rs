@@ -1,17 +1,15 @@
 //! Mean and standard error of a correlated time series.
 //!
-//! Values that follow each other closely in time resemble each other, so the textbook error `s / sqrt(n)` is far
-//! too small. Blocking replaces neighbours by their mean, again and again; once blocks are longer than the
-//! correlation time they are independent and the textbook error of the block means is right. It grows with the
-//! block length `b` until then and is a plateau (with growing scatter) afterwards. We take the first level with
+//! Values that follow each other closely resemble each other, so the textbook error `s / sqrt(n)` is far too small. Blocking replaces
+//! neighbours by their mean, again and again; the textbook error of the block means grows with the block length `b` until that is
+//! longer than the correlation time, then it is right. We take the first level with
 //!
 //! ```text
 //! b^3 > 2 n (e_b / e_1)^4
 //! ```
 //!
-//! which balances what is left of the correlation against the scatter, `e_b` being the error at block length `b`.
-//! Levels with fewer than [`MIN_BLOCKS`] blocks are not looked at. If no level satisfies it the series is short for its
-//! correlation time; then the error follows from the integrated correlation time `tau`,
+//! which balances the rest of the correlation against the scatter, `e_b` being the error at block length `b`, and at least
+//! [`MIN_BLOCKS`] blocks. If no level satisfies it the series is short for its correlation time `tau`; then the error is
 //!
 //! ```text
 //! e = s sqrt(2 tau / n),   tau = 1/2 + sum_{k=1}^{m} rho_k,   m = 5 tau
@@ -33,7 +31,7 @@ use serde::{Deserialize, Serialize};
 /// Fewest blocks from which an error is taken: its own relative error is then about 18 %.
 pub const MIN_BLOCKS: usize = 16;
 
-/// A mean and how well it is known.
+/// A mean and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Mean of all values.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The keys of a [`Summary`] and of its [`ReferenceScales`] that are numbers, if they are known.
+/// Keys of a [`Summary`] and of its [`ReferenceScales`] whose values are numbers or `null`.
 pub const NUMBERS: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
     transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
     dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
@@ -22,9 +22,9 @@ pub struct Summary {
     pub version: String,
     /// Name of the case.
     pub case: String,
-    /// Whether the run was asked to stop before its end.
+    /// Whether the run was stopped before its end.
     pub interrupted: bool,
-    /// Step from which the last run went on, if it did not begin at the start; speeds and times of stages are of that run.
+    /// Step from which the run was last resumed; speeds and times of stages are since then.
     pub resumed_from: Option<u64>,
     /// Mean settling velocity relative to the mixture over the Stokes velocity (-).
     pub settling_velocity_over_stokes: Option<f64>,
@@ -32,11 +32,9 @@ pub struct Summary {
     pub settling_velocity_over_schiller_naumann: Option<f64>,
     /// Standard error of `settling_velocity_over_stokes` (-), by [`blocking`](super::statistics).
     pub standard_error: Option<f64>,
-    /// Difference of the means over the second and the first half of the averages, over the mean (-): large while the
-    /// settling velocity still drifts.
+    /// Difference of the means over the second and the first half of the averages, over the mean (-).
     pub drift: Option<f64>,
-    /// `t*` at which the transient of the settling velocity ends, by [`settled`](super::statistics::settled); none if no end was
-    /// found.
+    /// `t*` at the end of the transient of the settling velocity, by [`settled`](super::statistics::settled), if there is one.
     pub transient_end: Option<f64>,
     /// Mean settling velocity from there to the end over the Stokes velocity (-).
     pub settled_mean: Option<f64>,
@@ -83,15 +81,15 @@ pub struct Summary {
     pub dry: bool,
     /// Largest Mach number of the fluid at the times of `series.csv` (-).
     pub mach: Option<f64>,
-    /// Mean shear stress on two plates that pass each other over viscosity times shear rate, over the averages (-): the viscosity of
-    /// the suspension over that of the fluid. None where walls are not just such plates.
+    /// Mean shear stress on two plates that pass each other over viscosity times shear rate, over the averages (-). None with other
+    /// walls.
     pub relative_viscosity: Option<f64>,
     /// Standard error of `relative_viscosity` (-).
     pub relative_viscosity_standard_error: Option<f64>,
     /// Cells per diameter of the first kind of particle (-).
     #[serde(deserialize_with = "or_nan")]
     pub cells_per_diameter: f64,
-    /// Kinds of particles, in the order of the case: `template` in the files of particles counts them from 0.
+    /// Kinds of particles in the order of the case; `template` in the files of particles counts them from 0.
     pub shapes: Vec<ShapeSummary>,
     /// Walls: `wall` in `walls.vtp` counts them from 0.
     pub walls: Vec<WallSummary>,
@@ -101,17 +99,17 @@ pub struct Summary {
     pub coupling: Option<String>,
     /// Where the balancing force acts, as in the case.
     pub force_balance: Option<String>,
-    /// The controller of the net flux; none without a fluid, and in files of older versions.
+    /// The controller of the net flux; none without a fluid and in files of older versions.
     #[serde(default)]
     pub net_flux_control: Option<NetFluxControl>,
-    /// Hash over the other numbers that decide the run, less the initial state of the particles; none in files of older versions.
+    /// Hash over the other numbers that decide the run, but the initial state of the particles; none in files of older versions.
     #[serde(default)]
     pub setup_hash: Option<String>,
     /// Text of the case file with overrides applied.
     pub input: String,
 }
 
-/// What is not finite is `null` in JSON, and back again not a number.
+/// Reads `null`, which is how JSON has what is not finite, as NaN.
 fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
@@ -186,14 +184,10 @@ pub struct WallSummary {
 }
 
 impl Summary {
-    /// The summary as indented JSON.
-    pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n"
-    }
-
-    /// Writes the summary as JSON.
+    /// Writes the summary as indented JSON.
     pub fn write(&self, path: &Path) -> Result<()> {
-        write_bytes(path, self.to_json().as_bytes())
+        let json = serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n";
+        write_bytes(path, json.as_bytes())
     }
 }
 
@@ -293,7 +287,7 @@ mod tests {
     fn the_summary_of_a_run_without_a_fluid_and_of_an_older_version_can_be_read() {
         let mut dry = summary();
         (dry.scales.density_ratio, dry.scales.stokes_time) = (f64::INFINITY, f64::NAN);
-        let mut json: serde_json::Value = serde_json::from_str(&dry.to_json()).unwrap();
+        let mut json: serde_json::Value = serde_json::to_value(&dry).unwrap();
         json.as_object_mut().unwrap().remove("transient_end");
         let read: Summary = serde_json::from_value(json).unwrap();
         assert!(read.scales.density_ratio.is_nan() && read.scales.stokes_time.is_nan());

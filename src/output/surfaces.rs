@@ -1,12 +1,8 @@
 //! Particle surfaces as VTK polygons (`.vtp`).
 //!
-//! Every particle is drawn once, at its wrapped position: one that crosses a periodic face sticks out of the box
-//! and its images are not drawn, so that counting connected surfaces counts particles. All data are point data,
-//! the same on all points of one particle, so `ParaView` colours by any of them: `id`, `kind` (section of the case,
-//! counted from 0), `equivalent_diameter` (m), `velocity` (m/s), `speed` (m/s), `angular_velocity` (1/s),
-//! `contact_force` (N). If all particles are smooth, exact `Normals` make the coarse
-//! meshes look round; if one kind has edges there are none, so that edges look sharp. Time is in the `.pvd`: vtkio
-//! cannot write it here.
+//! Every particle is drawn once, at its wrapped position, so that counting connected surfaces counts particles. Point data, the same on
+//! all points of a particle: `id`, `kind` (section of the case, counted from 0), `equivalent_diameter` (m), `velocity` and `speed`
+//! (m/s), `angular_velocity` (1/s), `contact_force` (N). If all particles are smooth, exact `Normals` make coarse meshes look round.
 
 use super::polydata::PolyData;
 use crate::domain::Domain;
@@ -21,8 +17,7 @@ use std::path::Path;
 const CORNER: f64 = 1e-3;
 const EDGE_COSINE: f64 = 0.866;
 
-/// Writes the surfaces of `particles`, which are all there are, with their velocities; each template is a kind of its own. For
-/// records of the motion alone.
+/// Writes the surfaces of all `particles` with their velocities alone; each template is a kind of its own.
 pub fn write_motion(
     path: &Path,
     domain: &Domain,

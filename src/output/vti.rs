@@ -1,17 +1,13 @@
 //! Fluid fields as VTK image data (`.vti`), written as a stream, of the box or of one block; `.pvti` lists the blocks.
 //!
-//! Cell data in the appended section, raw, each array cut into blocks that are compressed with LZ4, sizes as
-//! 64-bit integers. VTK's layout of one such array, all numbers `u64`:
+//! Cell data in the appended section, raw; each array is cut into blocks that are compressed with LZ4, in VTK's layout, all numbers `u64`:
 //!
 //! ```text
 //! number of blocks | block size | size of the last block, 0 if it is full | compressed size of each block | blocks
 //! ```
 //!
-//! Offsets of the arrays are not known before they are compressed, so the header is written with blanks that are
-//! filled in at the end. Nothing is held in memory but one block.
-//!
-//! Pieces are cell data with the extents of their blocks in the box: neighbours share the plane of points between them, and no
-//! cell is in two pieces, so there are no ghosts.
+//! Offsets of the arrays are not known before they are compressed, so the header has blanks that are filled in at the end. Nothing is held
+//! in memory but one block. Pieces have the extents of their blocks in the box: neighbours share a plane of points, but no cell.
 
 use super::atomic::write_atomically;
 use super::pieces;
@@ -33,7 +29,7 @@ pub struct Fields {
 
 /// Bytes per compressed block: small enough for the cache, a multiple of every tuple size.
 const BLOCK_BYTES: usize = 3 << 16;
-/// Blanks that hold the place of an offset; more digits than any `u64`.
+/// Blanks for an offset; more digits than any `u64`.
 const OFFSET_WIDTH: usize = 20;
 
 /// Names and components of the arrays, in their order.
@@ -52,7 +48,7 @@ pub fn write_fields(path: &Path, domain: &Domain, block: &Block, time: f64, fiel
     write_atomically(path, |file| write_image(file, &image(block, domain.dx), block, time, &arrays))
 }
 
-/// Writes the index of a `file` whose blocks are all written as its [pieces](pieces::piece), by rank; the path of the index.
+/// Writes the index of a `file` whose [pieces](pieces::piece), one for each block, are all written; its path.
 pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Block]) -> Result<PathBuf> {
     let whole = Block { lo: [0; 3], hi: domain.cells };
     let mut declared = String::new();

@@ -1,25 +1,23 @@
 //! Timing a case: steps without output, beside the streaming bandwidth of the machine, and what every rank has and sends.
 
-mod calibrate;
-mod network;
 mod report;
 
 use super::identity::precision_name;
-use super::run::{agreed, decompose, on_ranks};
+use super::run::{agreed, decompose, forecast, on_ranks};
+use super::work::Calibration;
 use super::{Simulation, Timings};
-use crate::case::Setup;
+use crate::case::{self, Setup};
 use crate::comm::{Comm, Traffic};
 use crate::coupling::AnyFluid;
 use crate::dem::DemEngine;
 use crate::domain::Decomposition;
 use crate::engine::EngineChoice;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fluid::stream_bandwidth;
 use crate::math::Vec3;
 use crate::output::contacts::ids;
-pub use calibrate::calibrate;
-pub use network::Network;
 pub use report::{BenchReport, RankReport, Rate, Spread};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -58,6 +56,50 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     let decomposition =
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(&setup)))?;
     on_ranks(&decomposition, |comm| bench_rank(&setup, options, &decomposition, comm))
+}
+
+/// Spheres that fill a fifth of a box too large for caches: what most runs are like.
+const CALIBRATION_CASE: &str = r"
+[domain]
+size = { diameters = [8, 8, 10] }
+[fluid]
+density = 1000.0
+archimedes = 1000
+[lattice]
+cells_per_diameter = 12
+relaxation_time = 0.55
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 3300.0
+volume_fraction = 0.2
+seed = 1
+[run]
+end = { steps = 100 }
+";
+
+/// Times a built-in case on `threads` threads (0 is one per core), in both precisions: a calibration for estimates of later runs,
+/// once it is [kept](Calibration::keep). Errors: [`Error::Input`] in an MPI job, or if these are too many threads;
+/// [`Error::Memory`].
+pub fn calibrate(threads: usize) -> Result<Calibration> {
+    if let Some(launched) = crate::comm::launched().filter(|launched| launched.size > 1) {
+        return Err(Error::Input(format!(
+            "a calibration was started on {} processes, but it is one of threads; start one process, with --threads {}",
+            launched.size, launched.size
+        )));
+    }
+    let mut ranks = 1;
+    let mut measured_over_estimated = |precision: &str| {
+        let mut setup =
+            case::from_text(CALIBRATION_CASE, "calibration", &[format!("fluid.precision={precision:?}")])?;
+        setup.plan.threads = threads;
+        let options = BenchOptions { steps: 30, warm_up: 30, no_contact: false, fluid_only: false };
+        let report = bench(&setup, &options)?;
+        ranks = report.ranks;
+        let seconds = report.cells as f64 / (1e6 * report.mlups);
+        Ok::<f64, Error>(seconds / forecast(&setup, ranks)?.seconds_per_step())
+    };
+    let factors = [measured_over_estimated("f32")?, measured_over_estimated("f64")?];
+    Ok(Calibration::new(ranks, factors))
 }
 
 fn bench_rank(
@@ -176,25 +218,90 @@ fn median(values: &[f64]) -> f64 {
 
 /// Largest resident memory of this process so far (bytes).
 fn peak_resident_bytes() -> u64 {
-    // What Linux says of this program alone; `getrusage` counts the process that started it, too, if that was larger.
+    // Of this program alone; `getrusage` counts the process that started it, too, if that was larger.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    if let Some(kibibytes) = peak.and_then(|text| text.split_whitespace().next()?.parse::<u64>().ok()) {
-        return kibibytes * 1024;
+    let kibibytes = peak.and_then(|text| text.split_whitespace().next()?.parse::<u64>().ok());
+    1024 * kibibytes.unwrap_or(0)
+}
+
+/// Repetitions of which the best counts, and exchanges in each.
+const REPEATS: usize = 20;
+const ROUNDS: u32 = 20;
+
+/// Numbers in a long message: 1 MiB.
+const LONG: usize = 1 << 17;
+
+/// Numbers that the control of the flow adds up over all ranks.
+const CONTROL_WORDS: usize = 13;
+
+/// Cost of the transport; two ranks at a time exchange messages, all at once.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Network {
+    /// Seconds that a short message takes, there and back at once.
+    pub seconds_per_message: f64,
+    /// Seconds for each byte more, packed from and unpacked into memory.
+    pub seconds_per_byte: f64,
+    /// Seconds that the sum of thirteen integers over all ranks takes.
+    pub seconds_per_reduction: f64,
+}
+
+impl Network {
+    /// Measures; nothing to measure on one rank. Collective.
+    pub(super) fn measure(comm: &Comm) -> Option<Self> {
+        if comm.size() == 1 {
+            return None;
+        }
+        let (short, long) = (exchange(comm, 1), exchange(comm, LONG));
+        let mut words = [1; CONTROL_WORDS];
+        let reduction = best(comm, || comm.sum(&mut words));
+        let bytes = ((LONG - 1) * size_of::<f64>()) as f64;
+        Some(Self {
+            seconds_per_message: short,
+            seconds_per_byte: (long - short).max(0.0) / bytes,
+            seconds_per_reduction: reduction,
+        })
     }
-    // SAFETY: `getrusage` fills the structure it is given; all its fields are plain numbers.
-    let usage = unsafe {
-        let mut usage = std::mem::zeroed::<libc::rusage>();
-        libc::getrusage(libc::RUSAGE_SELF, &raw mut usage);
-        usage
-    };
-    usage.ru_maxrss as u64 * 1024
+}
+
+/// Seconds for an exchange of `numbers` numbers with the partner rank; the last of an odd number of ranks has none.
+fn exchange(comm: &Comm, numbers: usize) -> f64 {
+    let partner = Some(comm.rank() ^ 1).filter(|&partner| partner < comm.size());
+    let peers: Vec<usize> = partner.into_iter().collect();
+    let mut pattern = (comm.halo::<f64>(&peers, &vec![numbers; peers.len()])).expect("room for one message");
+    let (source, mut target) = (vec![1.0; numbers], vec![0.0; numbers]);
+    best(comm, || {
+        for link in 0..peers.len() {
+            pattern.send(link).copy_from_slice(&source);
+        }
+        pattern.exchange();
+        for link in 0..peers.len() {
+            target.copy_from_slice(std::hint::black_box(pattern.received(link)));
+        }
+    })
+}
+
+/// Seconds per call, the best of some; of the slowest rank.
+fn best(comm: &Comm, mut call: impl FnMut()) -> f64 {
+    let mut least = f64::INFINITY;
+    for _ in 0..REPEATS {
+        comm.barrier();
+        let start = Instant::now();
+        for _ in 0..ROUNDS {
+            call();
+        }
+        let mut seconds = [start.elapsed().as_secs_f64() / f64::from(ROUNDS)];
+        comm.max(&mut seconds);
+        least = least.min(seconds[0]);
+    }
+    least
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::case::from_text;
+    use crate::comm::on_threads;
 
     const CASE: &str = r"
 [domain]
@@ -258,5 +365,16 @@ end = { steps = 10 }
         assert!((report.messages_per_step - 10.0).abs() < 1e-12);
         let most = report.by_rank.iter().map(|rank| rank.halo.bytes + rank.exchange.bytes);
         assert!((report.bytes_per_step - most.fold(0.0, f64::max)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn messages_and_reductions_take_some_time_on_3_ranks_and_none_on_one() {
+        assert!(Network::measure(&Comm::Solo).is_none());
+        for network in on_threads(3, |comm| Network::measure(&comm).unwrap()) {
+            let Network { seconds_per_message, seconds_per_byte, seconds_per_reduction } = network;
+            assert!(seconds_per_message > 1e-8 && seconds_per_reduction > 1e-8);
+            // On a busy machine a long message may be no slower than a short one.
+            assert!((0.0..1e-6).contains(&seconds_per_byte), "{network:?}");
+        }
     }
 }

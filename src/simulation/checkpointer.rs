@@ -121,11 +121,8 @@ impl<'a> Checkpointer<'a> {
         Ok(())
     }
 
-    /// Restores the newest sound checkpoint: the state of the observer, and for each newer checkpoint why it was skipped.
-    /// Collective.
-    ///
-    /// # Errors
-    /// [`Error::Agreed`], the same on every rank, if none is sound.
+    /// Restores the newest sound checkpoint: the state of the observer, and for each newer checkpoint why it was skipped. Errors:
+    /// [`Error::Agreed`], the same on every rank, if none is sound. Collective.
     pub(super) fn restore(
         &mut self,
         simulation: &mut Simulation,

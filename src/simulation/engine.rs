@@ -24,15 +24,12 @@ use std::sync::atomic::AtomicBool;
 pub(super) struct Context {
     /// File for what it prints.
     pub(super) log: Option<PathBuf>,
-    /// Set when the run is told to stop.
+    /// Set when the run shall stop.
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// The engine with the particles of the case. Collective.
-///
-/// # Errors
-/// [`crate::Error::Input`] if this program was built without the engine, or if it would live in one of several processes of an MPI
-/// job; those of the engine.
+/// The engine with the particles of the case. Errors: [`crate::Error::Input`] if this program was built without the engine, or if
+/// it would live in one of several processes of an MPI job; those of the engine. Collective.
 #[cfg_attr(not(feature = "liggghts"), expect(unused_variables, reason = "there is no external engine"))]
 pub(super) fn engine(
     setup: &Setup,

@@ -37,7 +37,7 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) if the box has no room for so many ranks; the first error of `body`.
+    /// [`Error::Input`](crate::Error::Input) if the box has no room for these ranks; the first error of `body`.
     pub fn on_ranks<R: Send>(setup: &Setup, body: impl Fn(Self) -> Result<R> + Sync) -> Result<R> {
         let decomposition = run::agreed(run::decompose(setup))?;
         run::on_ranks(&decomposition, |comm| body(Self::new(setup, &decomposition, comm)?))
@@ -65,7 +65,7 @@ impl Simulation {
         Self::with_engine(setup, decomposition, comm, Box::new(engine))
     }
 
-    /// Advances by whole steps to the one nearest to a time (s), and makes failures known; errors as [`step`](Self::step).
+    /// Advances by whole steps to the one nearest to a time (s), and [checks](Self::check); errors as [`step`](Self::step).
     /// Collective.
     ///
     /// ```

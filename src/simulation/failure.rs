@@ -4,26 +4,26 @@ use crate::case::Setup;
 use crate::error::Error;
 use crate::math::Vec3;
 
-/// What drives a case, and what helps against a divergence; behind what has diverged.
+/// Accelerations and velocities that drive a case, and the remedy, for the message of a divergence.
 pub(super) fn hint(setup: &Setup) -> String {
     let fluid = setup.fluid.as_ref();
     let vector = |a: Vec3| format!("{:?} m/s^2", <[f64; 3]>::from(a));
-    let lattice = |speed: f64| {
+    let lattice = |name: &str, speed: f64| {
         let cells = speed / setup.units().velocity();
-        if fluid.is_some() && cells > 0.0 { format!(" ({cells:.3} cells per step)") } else { String::new() }
+        if fluid.is_some() && cells > 0.0 {
+            format!(" ({name}{cells:.3} cells per step)")
+        } else {
+            String::new()
+        }
     };
     let mut drives = Vec::new();
     if setup.gravity != Vec3::zeros() {
-        let settling = lattice(fluid.map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity));
-        drives.push(format!("gravity {}{}", vector(setup.gravity), settling.replace('(', "(u* ")));
+        let settling = lattice("u* ", fluid.map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity));
+        drives.push(format!("gravity {}{settling}", vector(setup.gravity)));
     }
     if let Some(fluid) = fluid.filter(|fluid| fluid.body_acceleration != Vec3::zeros()) {
-        let flow = setup.driven_flow().map_or(String::new(), |flow| lattice(flow.speed));
-        drives.push(format!(
-            "body_acceleration {}{}",
-            vector(fluid.body_acceleration),
-            flow.replace('(', "(up to ")
-        ));
+        let flow = setup.driven_flow().map_or(String::new(), |flow| lattice("up to ", flow.speed));
+        drives.push(format!("body_acceleration {}{flow}", vector(fluid.body_acceleration)));
     }
     let still = |v: Vec3| v == Vec3::zeros();
     if setup.walls.iter().any(|wall| !still(wall.motion.velocity) || !still(wall.motion.angular_velocity)) {
@@ -31,7 +31,7 @@ pub(super) fn hint(setup: &Setup) -> String {
     }
     let started = setup.particles.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
     if started > 0.0 {
-        drives.push(format!("start velocities up to {started:.3e} m/s{}", lattice(started)));
+        drives.push(format!("start velocities up to {started:.3e} m/s{}", lattice("", started)));
     }
     if drives.is_empty() {
         drives.push("nothing but contacts".to_string());

@@ -1,8 +1,7 @@
 //! Walks the [writers](super::writers) of a run: gathers what the due ones need, hands it to them, and writes the summary.
 //!
-//! All ranks take part. To rank 0 go the sums of a row, the particles that writers select, and the plane of a picture. Files for
-//! `ParaView` are written by rank 0 where the ranks are threads, and piece by piece by all of them where they are processes
-//! ([`gather`]). A failure to write on one rank ends the run on every rank.
+//! All ranks take part. Files for `ParaView` are written by rank 0 where the ranks are threads, and in pieces by all of them where they are
+//! processes ([`gather`]). A failure to write on one rank ends the run on every rank.
 
 mod gather;
 mod row;
@@ -13,7 +12,7 @@ use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::domain::Decomposition;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::output::{Numbered, OutputFiles, Summary, directory};
 use crate::particle::Particle;
 pub(super) use gather::own_fields;
@@ -48,7 +47,7 @@ pub(super) struct Observer<'a> {
     progress: Option<Arc<dyn Progress>>,
 }
 
-/// What a run has written, as far as one needs to know it to continue; by the names of the writers.
+/// State of the writers, by their names, to continue from.
 #[derive(Serialize, Deserialize)]
 pub(super) struct ObserverState {
     /// The step at which it has written last.
@@ -57,10 +56,7 @@ pub(super) struct ObserverState {
 }
 
 impl ObserverState {
-    /// Whether the files of the run are still what it has left, as far as they must be to continue.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if rows are gone.
+    /// Refuses files of the run that cannot be continued.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
         writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
             Some(state) => writer.fits(state),
@@ -72,11 +68,6 @@ impl ObserverState {
 /// The numbered files of writers.
 pub(super) fn names(writers: &[Box<dyn Writer + '_>]) -> Vec<Numbered> {
     writers.iter().filter_map(|writer| writer.numbered()).collect()
-}
-
-/// The failure of this rank, or that another one has failed. Collective.
-pub(super) fn agree(comm: &Comm, failed: Option<Error>) -> Result<()> {
-    comm.agree(failed.map_or(Ok(()), Err))
 }
 
 impl<'a> Observer<'a> {
@@ -108,10 +99,8 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// Continues where [`state`](Self::state) was told. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Input`] or [`Error::Io`] if the files are not what they were then.
+    /// Continues from a [state](Self::state), or [`Error::Input`] or [`Error::Io`] if the files are not what they were then.
+    /// Collective.
     pub(super) fn resume(&mut self, comm: &Comm, state: &ObserverState) -> Result<()> {
         for (writer, done) in self.writers.iter().zip(&mut self.done) {
             *done = state.done.get(writer.name()).copied();
@@ -142,7 +131,7 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// What rank 0 needs to continue from here; nothing elsewhere. What has been written is safe on disk after this. Collective.
+    /// State of the writers, on rank 0; nothing elsewhere. What has been written is safe on disk after this. Collective.
     pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
         let states = self.is_root.then(|| {
             let states = self.writers.iter_mut();
@@ -154,10 +143,8 @@ impl<'a> Observer<'a> {
         Ok(states.map(|states| ObserverState { done: done.collect(), states }))
     }
 
-    /// Writes what is due after the current step; `last` makes everything due that is wanted at all. Collective.
-    ///
-    /// # Errors
-    /// A failure of any rank since the last control, before anything of it is written; or that of writing.
+    /// Writes what is due after the current step; `last` makes everything due that the run writes at all. Fails with a failure of
+    /// any rank since the last control, before anything of it is written. Collective.
     pub(super) fn observe(&mut self, simulation: &mut Simulation, last: bool) -> Result<()> {
         let step = simulation.step;
         if let Some(progress) = &self.progress {
@@ -181,7 +168,7 @@ impl<'a> Observer<'a> {
         outcome
     }
 
-    /// Gathers what is needed; lets the writers that are `due` write it, and complete their files when all pieces are there.
+    /// Gathers the `needs` of the writers that are `due`, lets them write, and complete their files when all pieces are there.
     /// Collective.
     fn write(
         &mut self,
@@ -216,7 +203,7 @@ impl<'a> Observer<'a> {
         });
         if self.pieces {
             // No index before all pieces are there.
-            agree(&simulation.comm, outcome.err())?;
+            simulation.comm.agree(outcome)?;
             outcome = Ok(());
         }
         if outcome.is_ok() && self.is_root {
@@ -231,7 +218,7 @@ impl<'a> Observer<'a> {
                 })
             });
         }
-        agree(&simulation.comm, outcome.err())
+        simulation.comm.agree(outcome)
     }
 
     /// The last files and the summary, on rank 0. Collective.

@@ -2,10 +2,10 @@
 
 use super::checkpointer::{Checkpointer, Requests};
 use super::engine::{Context, engine};
-use super::observe::{Observer, agree as agree_here, names};
+use super::observe::{Observer, names};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
-use super::{CONTROL_INTERVAL, Progress, Simulation};
+use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::{self, Setup};
 use crate::checkpoint::{self, CaseText, Checkpoint};
 #[cfg(feature = "mpi")]
@@ -15,10 +15,32 @@ use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Lock};
 use crate::output::{Numbered, OutputFiles, Summary};
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
+
+/// Follows a [run](run()), on rank 0: a bar on the terminal, a window. Every method does nothing unless it is overridden.
+pub trait Progress: Send + Sync {
+    /// The run begins after `first` steps: 0, or those of its checkpoint.
+    fn start(&self, _setup: &Setup, _first: u64) {}
+
+    /// `step` steps are done. Called after every step.
+    fn step(&self, _step: u64) {}
+
+    /// A warning to the user.
+    fn warn(&self, _text: &str) {}
+
+    /// The run has ended after `step` steps, with all its files written. A run that fails does not come here.
+    fn finish(&self, _step: u64) {}
+}
+
+impl fmt::Debug for dyn Progress {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("Progress")
+    }
+}
 
 /// How a run behaves towards its caller.
 #[derive(Clone, Debug, Default)]
@@ -90,27 +112,18 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 /// # Errors
 /// As [`run`]; what a writer says.
 pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
-    run_from(setup, options, more, Origin::Start)
+    run_from(setup, options, more, false)
 }
 
-/// Makes the caller's writers for a rank, the same ones for every rank whenever it is asked.
+/// Makes the caller's writers for a rank, the same ones for every rank and call.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
-/// Where a run begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Origin {
-    /// With the particles of the case in a fluid at rest.
-    Start,
-    /// With the newest sound checkpoint in the output directory.
-    Checkpoint,
-}
-
-/// As [`run`], from the start or from a checkpoint.
+/// As [`run`], or [`resume`].
 fn run_from(
     setup: &Setup,
     options: &RunOptions,
     more: &MoreWriters,
-    origin: Origin,
+    resumes: bool,
 ) -> Result<Option<Summary>> {
     let start = Instant::now();
     let decomposition =
@@ -118,35 +131,28 @@ fn run_from(
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let _lock = agreed(if first {
         let kinds = [names(&writers::of(setup)), names(&more(0))].concat();
-        claim(setup, options, &kinds, origin)
+        claim(setup, options, &kinds, resumes)
     } else {
         Ok(None)
     })?;
-    let plan = Plan { setup, options, more, decomposition: &decomposition, origin, start };
+    let plan = Plan { setup, options, more, decomposition: &decomposition, resumes, start };
     on_ranks(&decomposition, |comm| run_rank(&plan, comm))
 }
 
 /// Resumes the run of this case from the newest sound checkpoint in its output directory. The summary is as that of [`run`].
-///
-/// # Errors
-/// [`Error::Input`] if there is no sound checkpoint; else as [`run`].
+/// Errors: [`Error::Input`] if there is no sound checkpoint; else as [`run`].
 pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     resume_with(setup, options, &|_| Vec::new())
 }
 
-/// As [`resume`], with the caller's writers that [`run_with`] had.
-///
-/// # Errors
-/// As [`resume`]; what a writer says.
+/// As [`resume`], with the caller's writers that [`run_with`] had. Errors: as [`resume`]; what a writer says.
 pub fn resume_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
-    run_from(setup, options, more, Origin::Checkpoint)
+    run_from(setup, options, more, true)
 }
 
 /// The case of the run with this output directory, from the newest checkpoint whose case and heads are sound; `changes` are options
-/// for keys of `[run]` and `[output]`.
-///
-/// # Errors
-/// [`Error::Input`] if there is no such checkpoint, or for a change that would make another run of it.
+/// for keys of `[run]` and `[output]`. Errors: [`Error::Input`] if there is no such checkpoint, or for a change that would make
+/// another run of it.
 pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
     let folder = OutputFiles::new(directory).checkpoints();
     let newest = |checkpoint: &Checkpoint| Ok(checkpoint.head().clone());
@@ -159,10 +165,10 @@ pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>)
 }
 
 /// Takes the output directory, unless something in it must stay.
-fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], origin: Origin) -> Result<Option<Lock>> {
+fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], resumes: bool) -> Result<Option<Lock>> {
     let directory = &setup.plan.output.directory;
     let lock = directory::claim(directory, kinds)?;
-    if origin == Origin::Start {
+    if !resumes {
         directory::refuse_inputs(directory, kinds, &setup.provenance.inputs)?;
         if !options.overwrite {
             directory::refuse_results(directory, kinds)?;
@@ -202,10 +208,8 @@ fn processes() -> Option<usize> {
 }
 
 /// Agrees on what every process of an MPI job does for itself: the result of this process, or the error of the first that has
-/// failed, with its number. Without MPI the result as it is. Collective.
-///
-/// # Errors
-/// [`Error::Agreed`] also if the launcher is not that of the MPI of this program.
+/// failed, with its number. Without MPI the result as it is. Errors: [`Error::Agreed`] also if the launcher is not that of the MPI
+/// of this program. Collective.
 pub fn agreed<R>(result: Result<R>) -> Result<R> {
     #[cfg(feature = "mpi")]
     if processes().is_some() {
@@ -245,10 +249,7 @@ fn world() -> Result<MpiComm> {
 }
 
 /// Blocks with about the same work: one per process of an MPI job, else per thread that the case asks for, else per core or as many
-/// as fit.
-///
-/// # Errors
-/// [`Error::Input`] with the largest admissible number if the case asks for more than fit.
+/// as fit. Errors: [`Error::Input`] with the largest admissible number if the case asks for more than fit.
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processes = processes();
@@ -268,10 +269,7 @@ pub fn decompose(setup: &Setup) -> Result<Decomposition> {
     blocks.ok_or_else(|| too_many(setup, ranks, kind, remedy))
 }
 
-/// Work of each of `ranks` ranks.
-///
-/// # Errors
-/// [`Error::Input`] with the largest admissible number if these are too many.
+/// Work of each of `ranks` ranks. Errors: [`Error::Input`] with the largest admissible number if these are too many.
 pub fn forecast(setup: &Setup, ranks: usize) -> Result<Forecast> {
     let work = Work::of(setup);
     Decomposition::balanced(setup.domain, ranks, &work.weights())
@@ -294,12 +292,12 @@ struct Plan<'a> {
     options: &'a RunOptions,
     more: &'a MoreWriters<'a>,
     decomposition: &'a Decomposition,
-    origin: Origin,
+    resumes: bool,
     start: Instant,
 }
 
 fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
-    let &Plan { setup, options, more, decomposition, origin, start } = plan;
+    let &Plan { setup, options, more, decomposition, resumes, start } = plan;
     let log = OutputFiles::new(&setup.plan.output.directory).liggghts_log();
     let context = Context { log: Some(log), stop: Arc::clone(&options.stop) };
     let dem = engine(setup, decomposition, &comm, &context)?;
@@ -312,20 +310,18 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
     };
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
-    let mut observer = match origin {
-        Origin::Start => {
-            in_rank_0(&simulation.comm, || directory::clear(&setup.plan.output.directory, &names(&writers)))?;
-            observer(&simulation, writers)
+    let mut observer = if resumes {
+        let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
+        let mut observer = observer(&simulation, writers);
+        observer.resume(&simulation.comm, &state)?;
+        for what in skipped {
+            observer.warn(&what);
         }
-        Origin::Checkpoint => {
-            let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
-            let mut observer = observer(&simulation, writers);
-            observer.resume(&simulation.comm, &state)?;
-            for what in skipped {
-                observer.warn(&what);
-            }
-            observer
-        }
+        observer
+    } else {
+        let clear = || directory::clear(&setup.plan.output.directory, &names(&writers));
+        simulation.comm.agree(if simulation.comm.rank() == 0 { clear() } else { Ok(()) })?;
+        observer(&simulation, writers)
     };
     let (first, mut asked) = (simulation.step, Requests::default());
     loop {
@@ -352,10 +348,4 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     observer.observe(&mut simulation, true)?;
     let interrupted = simulation.step < setup.plan.end_step;
     observer.finish(&mut simulation, interrupted)
-}
-
-/// Does `work` on rank 0. Collective.
-fn in_rank_0(comm: &Comm, work: impl FnOnce() -> Result<()>) -> Result<()> {
-    let done = if comm.rank() == 0 { work() } else { Ok(()) };
-    agree_here(comm, done.err())
 }

@@ -56,10 +56,8 @@ impl Simulation {
     }
 
     /// Restores the state after `step` steps: `planes` hands out the saved populations of all cells of a block; engines and
-    /// couplings are the parts of all ranks that saved it. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if the parts are not of this case; those of `planes`. Some ranks may find nothing wrong.
+    /// couplings are the parts of all ranks that saved it. Errors: [`Error::Input`] if the parts are not of this case; those of
+    /// `planes`. Some ranks may find nothing wrong. Collective.
     fn restore(
         &mut self,
         step: u64,
@@ -85,10 +83,8 @@ impl Simulation {
 }
 
 impl Simulation {
-    /// Writes a checkpoint below a folder, with what the owner of the run adds on rank 0. Collective.
-    ///
-    /// # Errors
-    /// A failure of the simulation, of which nothing is kept; or that of writing; the same on all ranks.
+    /// Writes a checkpoint below a folder, with what the owner of the run adds on rank 0. Errors: a failure of the simulation, of
+    /// which nothing is kept; or that of writing; the same on all ranks. Collective.
     pub(super) fn write_state<T: Serialize>(
         &mut self,
         folder: &Path,
@@ -120,10 +116,8 @@ impl Simulation {
     }
 
     /// Restores the newest sound checkpoint below a folder that is of this case and `fits`: what the owner of the run added, and
-    /// for each newer checkpoint why it was skipped. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Agreed`], the same on every rank, if there is none.
+    /// for each newer checkpoint why it was skipped. Errors: [`Error::Agreed`], the same on every rank, if there is none.
+    /// Collective.
     pub(super) fn read_state<T: DeserializeOwned>(
         &mut self,
         folder: &Path,
@@ -142,8 +136,8 @@ impl Simulation {
                         .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
                 })
                 .and_then(|shared| fits(&shared.1).map(|()| shared));
-            let read = shared.and_then(|shared| Ok((shared, saved.engines()?, saved.couplings()?)));
-            let ((driving, own), engines, couplings) = checkpoint::agreed(&comm, read)?;
+            let read = shared.and_then(|shared| Ok((shared, saved.states()?)));
+            let ((driving, own), [engines, couplings]) = checkpoint::agreed(&comm, read)?;
             self.restore(head.step, driving, &engines, &couplings, |block, visit| {
                 saved.planes(block, visit)
             })?;
@@ -178,10 +172,8 @@ impl Simulation {
     }
 
     /// Restores the newest sound checkpoint of this case below a folder, which any number of ranks may have written; returns the
-    /// bytes that its writer added, the same on all ranks. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Agreed`], the same on all ranks, if there is none of this case.
+    /// bytes that its writer added, the same on all ranks. Errors: [`Error::Agreed`], the same on all ranks, if there is none of
+    /// this case. Collective.
     pub fn read_checkpoint(&mut self, folder: &Path, setup: &Setup) -> Result<Vec<u8>> {
         let resolved = identity(setup).to_string();
         let is_of_case = |saved: &Checkpoint| {

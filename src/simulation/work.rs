@@ -1,5 +1,4 @@
-//! The work of a time step by place, estimated before the first step from the particles and walls of the case: where to cut
-//! the box, and what to expect of the cuts.
+//! Work of a time step by position, estimated from the particles and walls of the case: for the cuts of the box and their forecast.
 //!
 //! ```text
 //! work = c_cell cells + sum over particles (c_covered covered cells + substeps c_particle) + substeps sum over contacts c_contact
@@ -31,7 +30,7 @@ const NEAR: f64 = 0.03;
 /// Points per axis at which the walls in the box are sampled.
 const POINTS: usize = 64;
 
-/// Work of a time step (s of one thread) by place.
+/// Work of a time step (s of one thread) by position.
 #[derive(Clone, Debug)]
 pub(crate) struct Work<'a> {
     setup: &'a Setup,
@@ -100,12 +99,12 @@ impl<'a> Work<'a> {
         self.setup.fluid.is_some()
     }
 
-    /// What a cell of the fluid costs (s); nothing without a fluid.
+    /// Cost of a cell of the fluid (s); zero without a fluid.
     fn cell(&self) -> f64 {
         if self.has_fluid() { costs::cell(self.setup.plan.precision) } else { 0.0 }
     }
 
-    /// What a particle costs each rank that knows it (s).
+    /// Cost of a particle on its owner and on each rank that has it as a ghost (s).
     fn particle(&self) -> f64 {
         match self.setup.engine {
             EngineChoice::Native => costs::PARTICLE * f64::from(self.setup.substeps),
@@ -143,7 +142,7 @@ impl<'a> Work<'a> {
                 layers[domain.cell_of(at)[axis]] += contact.cost;
             }
         }
-        // What lies within reach of a face is known twice.
+        // Particles near a face are on two ranks.
         let reach = self.reach() / domain.dx;
         let per_cell = self.bodies.len() as f64 / domain.cell_count() as f64;
         weights.face = reach * per_cell * self.particle();
@@ -165,7 +164,7 @@ impl<'a> Work<'a> {
         self.setup.templates.iter().map(of).collect()
     }
 
-    /// Largest distance to a block at which a particle is known to its rank (m).
+    /// Largest distance of a ghost to a block (m).
     fn reach(&self) -> f64 {
         let largest = self.radii().into_iter().fold(0.0, f64::max);
         2.0 * (largest + self.setup.domain.dx)

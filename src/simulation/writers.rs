@@ -15,7 +15,6 @@
 #[cfg(feature = "pictures")]
 mod pictures;
 mod series;
-mod viscosity;
 mod vtk;
 
 use super::Simulation;
@@ -23,49 +22,43 @@ use crate::case::Setup;
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::output::picture::{Cut, Plane};
+use crate::output::picture::Plane;
 use crate::output::{Fields, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
 use std::path::PathBuf;
 
-/// What a checkpoint keeps of a writer; nothing is [`Null`](serde_json::Value::Null).
+/// State of a writer in a checkpoint; nothing is [`Null`](serde_json::Value::Null).
 pub type WriterState = serde_json::Value;
 
-/// Writes one kind of file during a run.
+/// Writes one kind of file during a run. An error of a method ends the run on all ranks.
 ///
 /// Every rank has its own, made alike: what does not stand in a `&mut self` of rank 0 alone must be the same on all of them.
 pub trait Writer {
-    /// Its name, unique in a run: under it a checkpoint keeps its state.
+    /// Name, unique in a run, of its state in a checkpoint.
     fn name(&self) -> &'static str;
 
-    /// Steps from one time to the next; 0 is never.
+    /// Interval (steps); 0 is never.
     fn every(&self) -> u64;
 
-    /// Whether it is due after `step` steps, of which the `last` one is followed by no other. The same on all ranks.
+    /// Whether it is due after `step` steps; `last` after the last step of the run. The same on all ranks.
     fn due(&self, step: u64, last: bool) -> bool {
         self.every() > 0 && (last || step.is_multiple_of(self.every()))
     }
 
-    /// What is brought together for it when it is due. The same on all ranks.
+    /// Data that it gets when it is due. The same on all ranks.
     fn needs(&self) -> Vec<Need>;
 
-    /// Whether rank 0 gets this particle in [`RootOutput::selected`], if it [needs](Need::Selected) some.
+    /// Whether rank 0 gets this particle in [`RootOutput::selected`].
     fn selects(&self, _: &Particle) -> bool {
         false
     }
 
     /// Writes what this rank has. Not collective.
-    ///
-    /// # Errors
-    /// Those of writing; they end the run on all ranks.
     fn write(&mut self, _: &RankOutput) -> Result<()> {
         Ok(())
     }
 
     /// Writes what needs the whole, on rank 0, after [`write`](Self::write) has succeeded on all ranks.
-    ///
-    /// # Errors
-    /// Those of writing; they end the run on all ranks.
     fn complete(&mut self, _: &RootOutput) -> Result<()> {
         Ok(())
     }
@@ -75,45 +68,33 @@ pub trait Writer {
         None
     }
 
-    /// What [`resume`](Self::resume) needs, on rank 0; all that is written is safe on disk after this.
-    ///
-    /// # Errors
-    /// Those of writing.
+    /// State for [`resume`](Self::resume), on rank 0; all that is written is safe on disk after this.
     fn state(&mut self) -> Result<WriterState> {
         Ok(WriterState::Null)
     }
 
-    /// Whether the files still hold what the run had written when it told this [state](Self::state).
-    ///
-    /// # Errors
-    /// [`Error::Input`](crate::Error::Input) if not.
+    /// Refuses a [state](Self::state) if the files do not hold what the run had written then.
     fn fits(&self, _: &WriterState) -> Result<()> {
         Ok(())
     }
 
     /// Continues from a [state](Self::state), on rank 0; what was written after it is cut off.
-    ///
-    /// # Errors
-    /// [`Error::Input`](crate::Error::Input) or [`Error::Io`](crate::Error::Io) if the files are not what they were then.
     fn resume(&mut self, _: &WriterState) -> Result<()> {
         Ok(())
     }
 
     /// Adds to the summary what only the end of a run can tell, and writes the last files, on rank 0.
-    ///
-    /// # Errors
-    /// Those of writing.
     fn finish(&mut self, _: &mut Summary) -> Result<()> {
         Ok(())
     }
 
-    /// The files of a run of so many steps, estimated; nothing where they are few and small.
+    /// Estimate of the files of a run; nothing where they are few and small.
     fn estimate(&self, _end_step: u64) -> Option<FileEstimate> {
         None
     }
 }
 
-/// What a [`Writer`] needs.
+/// Data for a [`Writer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// [`RootOutput::row`].
@@ -132,8 +113,8 @@ pub enum Need {
     Slice,
 }
 
-/// What this rank has of a step: its piece where ranks are processes, everything at rank 0 where they are threads. What no due
-/// writer needs is empty.
+/// Data of a step on this rank: its piece where ranks are processes, everything at rank 0 where they are threads. Empty if no due
+/// writer needs it.
 #[derive(Debug)]
 pub struct RankOutput {
     /// Steps done.
@@ -172,7 +153,7 @@ impl RankOutput {
         }
     }
 
-    /// Where this rank writes its part of a file.
+    /// Path of the part of a file that this rank writes.
     pub fn path(&self, file: PathBuf) -> PathBuf {
         match self.rank {
             Some(rank) => pieces::piece(&file, rank),
@@ -186,7 +167,7 @@ impl RankOutput {
     }
 }
 
-/// What only rank 0 has of a step. What the writer does not need is empty.
+/// Data of a step on rank 0 alone. Empty if the writer does not need it.
 #[derive(Clone, Debug)]
 pub struct RootOutput<'a> {
     /// Steps done.
@@ -214,9 +195,7 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
 
 /// The plane that the pictures of a case show.
 pub fn slice_plane(setup: &Setup) -> Plane {
-    let cut = setup.plan.output.picture_plane;
-    let cut = cut.map(|(normal, position)| Cut { normal, position });
-    Plane::of(&setup.domain, setup.gravity, cut)
+    Plane::new(&setup.domain, setup.gravity, setup.plan.output.picture_plane)
 }
 
 /// Files of one kind, estimated before a run.
@@ -238,7 +217,7 @@ impl FileEstimate {
         self.count as f64 * self.bytes
     }
 
-    /// With a file whenever a writer is due in so many steps: the first state included, and the last.
+    /// With a file whenever a writer is due, the first and the last state included.
     fn of(writer: &dyn Writer, end_step: u64, name: &'static str, bytes: f64, remark: &'static str) -> Self {
         let every = writer.every();
         let due = |n: u64| n + 1 + u64::from(!end_step.is_multiple_of(every));

@@ -6,6 +6,7 @@ use std::path::Path;
 use turbid::case::Setup;
 use turbid::math::Vec3;
 use turbid::output::OutputFiles;
+use turbid::output::directory::{CONTACTS, PARTICLES, PICTURES};
 use turbid::simulation::RunOptions;
 use turbid::wall::{Motion, Surface, Wall};
 
@@ -69,7 +70,7 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     for absent in ["fields.pvd", "settling_velocity.png"] {
         assert!(!files.directory().join(absent).exists(), "{absent}");
     }
-    for present in [files.walls(), files.picture(0), files.collection(turbid::output::directory::CONTACTS)] {
+    for present in [files.walls(), files.file(PICTURES, 0), files.collection(CONTACTS)] {
         assert!(present.exists(), "{}", present.display());
     }
     for nothing in ["settling_velocity_over_stokes", "mach", "collision", "coupling", "force_balance"] {
@@ -103,8 +104,8 @@ fn the_forces_in_the_file_of_particles_and_the_weight_are_what_a_particle_is_acc
     let root = tempfile::tempdir().unwrap();
     falling_sphere(root.path(), |setup| setup.plan.output.particles_every = 39);
     let files = OutputFiles::new(root.path().join("out"));
-    assert_eq!(vector(&files.particles(0), "hydrodynamic_force"), Vec3::zeros());
-    let [before, after] = [39, 40].map(|step| files.particles(step));
+    assert_eq!(vector(&files.file(PARTICLES, 0), "hydrodynamic_force"), Vec3::zeros());
+    let [before, after] = [39, 40].map(|step| files.file(PARTICLES, step));
     let mass = 2000.0 * std::f64::consts::PI / 6.0 * 1e-9;
     let times = column(&files.series(), "t (s)");
     let change = (vector(&after, "velocity") - vector(&before, "velocity")) / (times[40] - times[39]);

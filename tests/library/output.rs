@@ -10,9 +10,7 @@ use std::sync::Arc;
 use turbid::dem::ContactState;
 use turbid::domain::{Block, Domain};
 use turbid::math::{Quat, Vec3};
-use turbid::output::picture::{
-    Clock, Plane, Scene, SettlingPlot, write_settling, write_side_view, write_slice,
-};
+use turbid::output::picture::{Plane, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
 use turbid::output::{
     self, Collection, Fields, OutputFiles, ParticlePoints, ParticleSurfaces, SeriesRow, SeriesWriter,
     directory, estimate_mean, write_fields, write_walls,
@@ -68,7 +66,7 @@ impl ParticleFiles {
     }
 
     fn write(&mut self, files: &OutputFiles, domain: &Domain, step: u64, time: f64, particles: &[Particle]) {
-        let paths = [files.particles(step), files.surfaces(step)];
+        let paths = [files.file(directory::PARTICLES, step), files.file(directory::SURFACES, step)];
         self.points.data(domain, particles, None).write(&paths[0]).unwrap();
         self.surfaces.data(domain, particles, true).write(&paths[1]).unwrap();
         for (collection, path) in self.collections.iter_mut().zip(&paths) {
@@ -126,8 +124,8 @@ fn write_run(root: &Path) {
         let particles = particles(frame);
         let fields = fields(&particles);
         let block = Block { lo: [0; 3], hi: DOMAIN.cells };
-        write_fields(&files.fields(step), &DOMAIN, &block, time, &fields).unwrap();
-        all_fields.add(time, &files.fields(step)).unwrap();
+        write_fields(&files.file(directory::FIELDS, step), &DOMAIN, &block, time, &fields).unwrap();
+        all_fields.add(time, &files.file(directory::FIELDS, step)).unwrap();
         particle_files.write(&files, &DOMAIN, step, time, &particles);
 
         let count = particles.len() as f64;
@@ -146,15 +144,16 @@ fn write_run(root: &Path) {
             .unwrap();
         let scene = Scene {
             case: "hindered_settling",
-            clock: Clock { time, stokes_time: Some(DIAMETER / STOKES_VELOCITY) },
-            plane: Plane::new(&DOMAIN, -Vec3::z()),
+            time,
+            stokes_time: Some(DIAMETER / STOKES_VELOCITY),
+            plane: Plane::new(&DOMAIN, -Vec3::z(), None),
             templates: &templates,
             particles: &particles,
             walls: &[],
             largest_speed: None,
         };
         let slice = slice(&scene, DOMAIN.cells, &fields.velocity);
-        write_slice(&files.picture(step), &scene, &slice).unwrap();
+        write_slice(&files.file(directory::PICTURES, step), &scene, &slice).unwrap();
     }
 
     let mut random = ChaCha8Rng::seed_from_u64(8);
@@ -342,10 +341,12 @@ fn write_tank(root: &Path) {
     for (step, contacts) in [(0, &[][..]), (100, &touching)] {
         let time = 1e-5 * step as f64;
         particle_files.write(&files, &TANK, step, time, &particles);
-        output::contacts(contacts).write(&files.contacts(step)).unwrap();
-        all_contacts.add(time, &files.contacts(step)).unwrap();
-        output::force_chains(&TANK, &particles, contacts).write(&files.force_chains(step)).unwrap();
-        all_chains.add(time, &files.force_chains(step)).unwrap();
+        output::contacts(contacts).write(&files.file(directory::CONTACTS, step)).unwrap();
+        all_contacts.add(time, &files.file(directory::CONTACTS, step)).unwrap();
+        output::force_chains(&TANK, &particles, contacts)
+            .write(&files.file(directory::FORCE_CHAINS, step))
+            .unwrap();
+        all_chains.add(time, &files.file(directory::FORCE_CHAINS, step)).unwrap();
     }
     let velocity: Vec<[f32; 3]> = (0..TANK.cell_count())
         .map(|cell| {
@@ -356,15 +357,17 @@ fn write_tank(root: &Path) {
         .collect();
     let scene = Scene {
         case: "tank",
-        clock: Clock { time: 1e-3, stokes_time: None },
-        plane: Plane::new(&TANK, -Vec3::z()),
+        time: 1e-3,
+        stokes_time: None,
+        plane: Plane::new(&TANK, -Vec3::z(), None),
         templates: &templates,
         particles: &particles,
         walls: &walls,
         largest_speed: None,
     };
-    write_side_view(&files.picture(0), &scene).unwrap();
-    write_slice(&files.picture(100), &scene, &slice(&scene, TANK.cells, &velocity)).unwrap();
+    write_side_view(&files.file(directory::PICTURES, 0), &scene).unwrap();
+    write_slice(&files.file(directory::PICTURES, 100), &scene, &slice(&scene, TANK.cells, &velocity))
+        .unwrap();
 }
 
 #[test]
@@ -374,8 +377,16 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
     let root = kept.as_deref().unwrap_or(temporary.path());
     write_tank(root);
     let files = OutputFiles::new(root);
-    let numbered = [files.contacts(100), files.force_chains(100), files.particles(100), files.surfaces(100)];
-    for path in [files.walls(), files.picture(0), files.picture(100)].iter().chain(&numbered) {
+    let numbered = [
+        files.file(directory::CONTACTS, 100),
+        files.file(directory::FORCE_CHAINS, 100),
+        files.file(directory::PARTICLES, 100),
+        files.file(directory::SURFACES, 100),
+    ];
+    for path in [files.walls(), files.file(directory::PICTURES, 0), files.file(directory::PICTURES, 100)]
+        .iter()
+        .chain(&numbered)
+    {
         assert!(std::fs::metadata(path).unwrap().len() > 1000, "{}", path.display());
     }
 }

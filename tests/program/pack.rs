@@ -2,6 +2,7 @@
 
 use crate::common::Place;
 use turbid::case::Setup;
+use turbid::output::directory::PARTICLES;
 use turbid::output::{OutputFiles, points};
 
 /// Spheres of two sizes and cubes that fall in a box; `MEDIUM` is air or water, the rest says where they are.
@@ -54,7 +55,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
     place.well(&["run", "dry.toml", "--quiet"]);
     let said = place.well(&["pack", "--from", "out/dry", "--out", "packed.csv"]);
     assert!(said.contains("36 particles") && said.contains("step 400"), "{said}");
-    let last = points::read(&OutputFiles::new(place.path("out/dry")).particles(400)).unwrap();
+    let last = points::read(&OutputFiles::new(place.path("out/dry")).file(PARTICLES, 400)).unwrap();
     let wet = load(&place);
     assert_eq!(last.len(), 36);
     for (there, here) in last.iter().zip(&wet.particles) {
@@ -73,7 +74,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
     assert_eq!(kinds.len(), 3, "two sizes of spheres, and stones");
     // And the wet run begins with them.
     place.well(&["run", "wet.toml", "--quiet", "--set", "run.end.steps=1"]);
-    let first = points::read(&OutputFiles::new(place.path("out/wet")).particles(0)).unwrap();
+    let first = points::read(&OutputFiles::new(place.path("out/wet")).file(PARTICLES, 0)).unwrap();
     assert!(
         first
             .iter()

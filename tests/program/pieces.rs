@@ -80,8 +80,8 @@ mod processes {
     use std::collections::BTreeMap;
     use std::fmt::Write;
     use std::process::Output;
-    use turbid::output::OutputFiles;
-    use turbid::output::pieces;
+    use turbid::output::directory::{CONTACTS, FIELDS, FORCE_CHAINS, PARTICLES, SURFACES};
+    use turbid::output::{OutputFiles, pieces};
     use vtkio::model::{Attribute, PolyDataPiece, VertexNumbers};
 
     /// The case on so many processes.
@@ -183,18 +183,13 @@ mod processes {
         let (one, many) = (OutputFiles::new(expected), OutputFiles::new(&found));
         let mut sizes = [0; 2];
         for step in STEPS {
-            let index = pieces::index(&many.fields(step));
-            let expected = cells(&one.fields(step));
+            let index = pieces::index(&many.file(FIELDS, step));
+            let expected = cells(&one.file(FIELDS, step));
             assert!(expected.len() > 1000 && cells(&index) == expected, "fields at {step}");
-            assert!(!many.fields(step).exists());
-            let numbered = [
-                OutputFiles::surfaces,
-                OutputFiles::contacts,
-                OutputFiles::particles,
-                OutputFiles::force_chains,
-            ];
+            assert!(!many.file(FIELDS, step).exists());
+            let numbered = [SURFACES, CONTACTS, PARTICLES, FORCE_CHAINS];
             for (kind, of) in numbered.into_iter().enumerate() {
-                let (file, index) = (of(&one, step), pieces::index(&of(&many, step)));
+                let (file, index) = (one.file(of, step), pieces::index(&many.file(of, step)));
                 let (count, all) = polygons(&index);
                 assert_eq!(count, processes, "{}", index.display());
                 assert!(all == polygons(&file).1, "{}", index.display());
@@ -276,15 +271,15 @@ mod processes {
         assert!(output.status.success(), "{}", words(&output));
         let many = OutputFiles::new(&found);
         for (step, processes) in [(0, 3), (20, 3), (40, 2)] {
-            let (count, all) = polygons(&pieces::index(&many.particles(step)));
+            let (count, all) = polygons(&pieces::index(&many.file(PARTICLES, step)));
             assert_eq!(count, processes, "particles at {step}");
-            assert!(all == polygons(&expected.particles(step)).1, "particles at {step}");
-            let fields = pieces::index(&many.fields(step));
-            assert!(cells(&fields) == cells(&expected.fields(step)), "fields at {step}");
-            let third = pieces::piece(&many.fields(step), 2).exists();
+            assert!(all == polygons(&expected.file(PARTICLES, step)).1, "particles at {step}");
+            let fields = pieces::index(&many.file(FIELDS, step));
+            assert!(cells(&fields) == cells(&expected.file(FIELDS, step)), "fields at {step}");
+            let third = pieces::piece(&many.file(FIELDS, step), 2).exists();
             assert_eq!(third, processes == 3, "{step}");
         }
-        let listed = std::fs::read_to_string(many.collection(turbid::output::directory::FIELDS)).unwrap();
+        let listed = std::fs::read_to_string(many.collection(FIELDS)).unwrap();
         assert_eq!(listed.matches(".pvti\"").count(), 3, "{listed}");
     }
 

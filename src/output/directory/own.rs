@@ -71,43 +71,50 @@ pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
 
 /// All files of a run but its log, finished or partial, whole or in pieces; the folder of pieces behind them.
 pub(super) fn all(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>> {
-    let mut there = there(directory, &top(more));
+    let mut all = there(directory, &top(more));
     for kind in numbered(more) {
-        let Numbered { folder, prefix, extension } = kind;
-        let folder = directory.join(folder);
-        if !folder.is_dir() {
-            continue;
-        }
-        let index = extension.replacen('.', ".p", 1);
-        let mut add = |path: PathBuf, frame: &str, partial: bool, kind: FileType| {
-            let digits = frame.strip_prefix(prefix);
-            let step = Some(digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?);
-            there.push(Own {
-                path,
-                of: folder.join(format!("{frame}{extension}")),
-                step,
-                partial,
-                folder: kind.is_dir(),
-            });
-            Some(())
-        };
-        for (path, name, partial, kind) in entries(&folder)? {
-            let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index));
-            match frame {
-                Some(frame) if !kind.is_dir() => {
-                    add(path, frame, partial, kind);
-                }
-                _ if kind.is_file() => {}
-                // A folder of pieces, or a link to one, which nothing must be written through.
-                _ => {
-                    let pieces = if kind.is_dir() { entries(&path)? } else { Vec::new() };
-                    for (piece, of, partial, kind) in pieces {
-                        if !kind.is_dir() && pieces::is_piece(&of, &name, extension) {
-                            add(piece, &name, partial, kind);
-                        }
+        all.extend(frames(directory, kind)?);
+    }
+    Ok(all)
+}
+
+/// The files of a kind, as [`all`].
+pub(super) fn frames(directory: &Path, kind: Numbered) -> io::Result<Vec<Own>> {
+    let mut there = Vec::new();
+    let Numbered { folder, prefix, extension } = kind;
+    let folder = directory.join(folder);
+    if !folder.is_dir() {
+        return Ok(there);
+    }
+    let index = extension.replacen('.', ".p", 1);
+    let mut add = |path: PathBuf, frame: &str, partial: bool, kind: FileType| {
+        let digits = frame.strip_prefix(prefix);
+        let step = Some(digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?);
+        there.push(Own {
+            path,
+            of: folder.join(format!("{frame}{extension}")),
+            step,
+            partial,
+            folder: kind.is_dir(),
+        });
+        Some(())
+    };
+    for (path, name, partial, kind) in entries(&folder)? {
+        let frame = name.strip_suffix(extension).or_else(|| name.strip_suffix(&index));
+        match frame {
+            Some(frame) if !kind.is_dir() => {
+                add(path, frame, partial, kind);
+            }
+            _ if kind.is_file() => {}
+            // A folder of pieces, or a link to one, which nothing must be written through.
+            _ => {
+                let pieces = if kind.is_dir() { entries(&path)? } else { Vec::new() };
+                for (piece, of, partial, kind) in pieces {
+                    if !kind.is_dir() && pieces::is_piece(&of, &name, extension) {
+                        add(piece, &name, partial, kind);
                     }
-                    add(path, &name, false, kind);
                 }
+                add(path, &name, false, kind);
             }
         }
     }

@@ -13,24 +13,24 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
         files.settling_plot(),
         files.collection(FIELDS),
         files.collection(PARTICLES),
-        files.fields(3),
-        files.particles(12_345_678_901),
+        files.file(FIELDS, 3),
+        files.file(PARTICLES, 12_345_678_901),
         files.collection(SURFACES),
-        files.surfaces(12),
-        files.picture(0),
+        files.file(SURFACES, 12),
+        files.file(PICTURES, 0),
         files.particle_series(),
         files.collection(CONTACTS),
-        files.contacts(3),
+        files.file(CONTACTS, 3),
         files.collection(FORCE_CHAINS),
-        files.force_chains(3),
+        files.file(FORCE_CHAINS, 3),
         files.walls(),
-        files.fields(4).with_extension("vti.tmp"),
-        pieces::index(&files.fields(5)),
-        pieces::piece(&files.fields(5), 0),
-        pieces::piece(&files.fields(5), 12_345).with_extension("vti.tmp"),
-        pieces::index(&files.contacts(5)),
-        pieces::piece(&files.contacts(5), 1),
-        pieces::piece(&files.contacts(6), 1),
+        files.file(FIELDS, 4).with_extension("vti.tmp"),
+        pieces::index(&files.file(FIELDS, 5)),
+        pieces::piece(&files.file(FIELDS, 5), 0),
+        pieces::piece(&files.file(FIELDS, 5), 12_345).with_extension("vti.tmp"),
+        pieces::index(&files.file(CONTACTS, 5)),
+        pieces::piece(&files.file(CONTACTS, 5), 1),
+        pieces::piece(&files.file(CONTACTS, 6), 1),
     ];
     let foreign = [
         directory.join("notes.txt"),
@@ -76,31 +76,31 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
         files.particle_series(),
         files.collection(FIELDS),
         files.walls(),
-        files.fields(3),
-        files.fields(5),
-        files.particles(4),
+        files.file(FIELDS, 3),
+        files.file(FIELDS, 5),
+        files.file(PARTICLES, 4),
         files.liggghts_log(),
-        pieces::index(&files.fields(3)),
-        pieces::piece(&files.fields(3), 1),
-        pieces::index(&files.force_chains(5)),
-        pieces::piece(&files.force_chains(5), 0),
+        pieces::index(&files.file(FIELDS, 3)),
+        pieces::piece(&files.file(FIELDS, 3), 1),
+        pieces::index(&files.file(FORCE_CHAINS, 5)),
+        pieces::piece(&files.file(FORCE_CHAINS, 5), 0),
         directory.join("fields/fields_0000000009.txt"),
         directory.join("summary.json.bak"),
     ];
     let goes = [
         files.summary(),
         files.settling_plot(),
-        files.particles(5),
-        files.contacts(6),
-        files.force_chains(7),
-        files.picture(12_345_678_901),
-        partial(files.fields(2)),
+        files.file(PARTICLES, 5),
+        files.file(CONTACTS, 6),
+        files.file(FORCE_CHAINS, 7),
+        files.file(PICTURES, 12_345_678_901),
+        partial(files.file(FIELDS, 2)),
         partial(files.series()),
-        pieces::index(&files.particles(5)),
-        pieces::piece(&files.particles(5), 2),
-        pieces::index(&files.fields(6)),
-        pieces::piece(&files.fields(6), 7),
-        partial(pieces::piece(&files.fields(3), 0)),
+        pieces::index(&files.file(PARTICLES, 5)),
+        pieces::piece(&files.file(PARTICLES, 5), 2),
+        pieces::index(&files.file(FIELDS, 6)),
+        pieces::piece(&files.file(FIELDS, 6), 7),
+        partial(pieces::piece(&files.file(FIELDS, 3), 0)),
     ];
     for path in stays.iter().chain(&goes) {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -108,7 +108,7 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
     }
     let checkpoint = files.checkpoints().join("step-0000000009");
     fs::create_dir_all(&checkpoint).unwrap();
-    let kept = [files.fields(5), files.force_chains(5), files.contacts(6)];
+    let kept = [files.file(FIELDS, 5), files.file(FORCE_CHAINS, 5), files.file(CONTACTS, 6)];
     clear_after(directory, &[], 5, &kept).unwrap();
     for path in stays.iter().chain([&checkpoint]) {
         assert!(path.exists(), "{} is needed", path.display());
@@ -162,13 +162,13 @@ fn results_of_an_earlier_run_are_refused_by_name_and_foreign_files_are_not() {
     fs::create_dir_all(files.checkpoints().join("step-0000000300.partial")).unwrap();
     refuse_results(directory, &[]).unwrap();
     let refused = || refuse_results(directory, &[]).unwrap_err().to_string();
-    put(files.particles(7));
+    put(files.file(PARTICLES, 7));
     let said = refused();
     assert!(said.contains("earlier run: particles/particles_0000000007.vtp\n"), "{said}");
     assert!(said.contains("--overwrite") && said.contains("--out") && !said.contains("resume"), "{said}");
     put(files.series());
     assert!(refused().contains("earlier run: series.csv, another file\n"));
-    put(pieces::piece(&files.fields(5), 0));
+    put(pieces::piece(&files.file(FIELDS, 5), 0));
     fs::create_dir(files.checkpoints().join("step-0000000100")).unwrap();
     assert!(refused().contains("series.csv, 2 other files, a checkpoint of step 100\n  `turbid resume "));
     fs::create_dir(files.checkpoints().join("step-0000000200")).unwrap();
@@ -194,7 +194,7 @@ fn links_of_the_names_of_a_run_are_refused_and_nothing_is_removed_or_written_thr
     create(&directory).unwrap();
     // Links below the folders go themselves.
     fs::create_dir(directory.join("fields")).unwrap();
-    let frame = files.fields(1);
+    let frame = files.file(FIELDS, 1);
     let links = [frame.clone(), frame.with_extension("vti.tmp"), frame.with_extension("")];
     for (link, to) in links.iter().zip([&mine, &mine, &other]) {
         std::os::unix::fs::symlink(to, link).unwrap();

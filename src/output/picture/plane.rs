@@ -5,7 +5,7 @@ use crate::math::Vec3;
 
 /// The plane of a slice, across an axis of the box: which axes run across and up, and what it cuts.
 ///
-/// Unless a [`Cut`] says otherwise it goes through the middle of the box and holds the direction of gravity, upwards in the
+/// By default it goes through the middle of the box and holds the direction of gravity, upwards in the
 /// picture, and if it can the x axis: the x-z plane for gravity along z.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "pictures alone have a size"))]
@@ -19,43 +19,18 @@ pub struct Plane {
     /// Width and height (m).
     pub(super) size: (f64, f64),
     /// Coordinate along the normal (cells).
-    place: f64,
-}
-
-/// Position of a slice other than the default.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cut {
-    /// The axis that it is across: 0, 1 or 2.
-    pub normal: usize,
-    /// Coordinate along that axis (m); else the middle of the box.
-    pub position: Option<f64>,
+    coordinate: f64,
 }
 
 impl Plane {
-    /// The plane for gravity in this direction; without gravity z points up.
-    pub fn new(domain: &Domain, gravity: Vec3) -> Self {
-        let up = if gravity.norm() > 0.0 { gravity.iamax() } else { 2 };
-        let across = usize::from(up == 0);
-        Self::across(domain, gravity, up, 3 - up - across)
-    }
-
-    /// The plane of a cut, or that by default.
-    pub fn of(domain: &Domain, gravity: Vec3, cut: Option<Cut>) -> Self {
-        let default = Self::new(domain, gravity);
-        let Some(Cut { normal, position }) = cut else {
-            return default;
-        };
-        // Seen along gravity, the later of the other axes points up.
-        let up = if default.up == normal { 2 - usize::from(normal == 2) } else { default.up };
-        let mut plane = Self::across(domain, gravity, up, normal);
-        if let Some(position) = position {
-            plane.place = position / domain.dx;
+    /// The plane for gravity in this direction (without gravity z points up), across the axis of `cut` at its coordinate (m).
+    pub fn new(domain: &Domain, gravity: Vec3, cut: Option<(usize, Option<f64>)>) -> Self {
+        let mut up = if gravity.norm() > 0.0 { gravity.iamax() } else { 2 };
+        let (normal, position) = cut.unwrap_or((3 - up - usize::from(up == 0), None));
+        if up == normal {
+            // Seen along gravity, the later of the other axes points up.
+            up = 2 - usize::from(normal == 2);
         }
-        plane
-    }
-
-    /// Through the middle of the box.
-    fn across(domain: &Domain, gravity: Vec3, up: usize, normal: usize) -> Self {
         let across = 3 - up - normal;
         let size = domain.size();
         Self {
@@ -65,22 +40,22 @@ impl Plane {
             normal,
             flipped: gravity[up] > 0.0,
             size: (size[across], size[up]),
-            place: 0.5 * domain.cells[normal] as f64,
+            coordinate: position.map_or(0.5 * domain.cells[normal] as f64, |position| position / domain.dx),
         }
     }
 
     /// Coordinate along the normal of the slice (m).
     pub(super) fn height(&self) -> f64 {
-        self.place * self.domain.dx
+        self.coordinate * self.domain.dx
     }
 
     /// The layers of cells whose middles the plane lies between, the same one twice if it is in the middle of it or beyond the
     /// last; and how far it is from the first to the second, 0 to 1.
     fn layers(&self) -> (usize, usize, f64) {
         let last = self.domain.cells[self.normal] - 1;
-        let place = (self.place - 0.5).clamp(0.0, last as f64);
-        let first = place as usize;
-        let part = place - first as f64;
+        let coordinate = (self.coordinate - 0.5).clamp(0.0, last as f64);
+        let first = coordinate as usize;
+        let part = coordinate - first as f64;
         (first, if part > 0.0 { first + 1 } else { first }, part)
     }
 
@@ -99,7 +74,7 @@ impl Plane {
     /// If `velocity` has another length.
     pub fn add(&self, velocity: &mut [[f32; 3]], cell: [usize; 3], u: [f32; 3]) {
         let n = self.domain.cells;
-        assert_eq!(velocity.len(), self.values(), "one velocity per place of the plane");
+        assert_eq!(velocity.len(), self.values(), "one velocity per point of the plane");
         let (first, _, part) = self.layers();
         let weight = if cell[self.normal] == first { 1.0 - part } else { part } as f32;
         let at = &mut velocity[cell[self.across] + n[self.across] * cell[self.up]];
@@ -120,7 +95,8 @@ impl Plane {
     }
 }
 
-#[cfg(all(test, feature = "pictures"))]
+#[cfg(feature = "pictures")]
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -128,9 +104,9 @@ mod tests {
 
     #[test]
     fn gravity_along_another_axis_turns_the_plane() {
-        let plane = Plane::new(&BOX, Vec3::new(-1.0, 0.0, 0.1));
+        let plane = Plane::new(&BOX, Vec3::new(-1.0, 0.0, 0.1), None);
         assert_eq!((plane.across, plane.up, plane.normal), (1, 0, 2));
-        let plane = Plane::new(&BOX, Vec3::new(0.0, 2.0, 0.0));
+        let plane = Plane::new(&BOX, Vec3::new(0.0, 2.0, 0.0), None);
         assert_eq!((plane.across, plane.up, plane.normal), (0, 1, 2));
         assert!(plane.flipped);
     }
@@ -140,7 +116,7 @@ mod tests {
         let velocity: Vec<[f32; 3]> = (0..800).map(|place| [(place / 20) as f32, 0.0, 0.0]).collect();
         for (closed, expected) in [(true, [39.0, 0.0]), (false, [29.25, 9.75])] {
             let domain = Domain { periodic: [true, true, !closed], ..BOX };
-            let plane = Plane::new(&domain, Vec3::zeros());
+            let plane = Plane::new(&domain, Vec3::zeros(), None);
             // Two pixels per cell.
             let speeds = plane.speeds(&velocity, (1, 80));
             let got = [speeds[0], speeds[79]];
@@ -152,7 +128,7 @@ mod tests {
     fn the_velocity_of_the_plane_is_the_mean_of_the_layers_beside_it() {
         for (layers, expected) in [(11, 5.0), (12, 5.5)] {
             let domain = Domain { cells: [20, layers, 40], ..BOX };
-            let plane = Plane::new(&domain, Vec3::zeros());
+            let plane = Plane::new(&domain, Vec3::zeros(), None);
             let (Block { lo, hi }, mut velocity) = (plane.cells(), vec![[0.0; 3]; plane.values()]);
             for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
                 for x in lo[0]..hi[0] {
@@ -168,14 +144,13 @@ mod tests {
     fn a_plane_may_be_across_any_axis_and_anywhere_in_the_box() {
         for (normal, axes) in [(0, (1, 2)), (1, (0, 2)), (2, (0, 1))] {
             // Gravity along z does not lie in the last one.
-            let plane = Plane::of(&BOX, -Vec3::z(), Some(Cut { normal, position: None }));
+            let plane = Plane::new(&BOX, -Vec3::z(), Some((normal, None)));
             assert_eq!((plane.across, plane.up, plane.normal), (axes.0, axes.1, normal));
         }
         for (position, layers, expected) in
             [(0.55, 5..6, 5.0), (0.575, 5..7, 5.25), (0.0, 0..1, 0.0), (1.1, 10..11, 10.0)]
         {
-            let cut = Cut { normal: 1, position: Some(position) };
-            let plane = Plane::of(&BOX, -Vec3::z(), Some(cut));
+            let plane = Plane::new(&BOX, -Vec3::z(), Some((1, Some(position))));
             let Block { lo, hi } = plane.cells();
             assert_eq!(lo[1]..hi[1], layers, "{position}");
             let mut velocity = vec![[0.0; 3]; plane.values()];
@@ -190,19 +165,19 @@ mod tests {
 
     #[test]
     fn a_sphere_is_cut_if_it_or_an_image_of_it_reaches_the_middle() {
-        let plane = Plane::new(&BOX, Vec3::zeros());
+        let plane = Plane::new(&BOX, Vec3::zeros(), None);
         for (y, radius, cut) in [(0.25, 0.31, true), (0.25, 0.29, false), (1.35, 0.31, true)] {
             assert_eq!(plane.cuts(Vec3::new(0.1, y, 9.0), radius), cut, "{y} {radius}");
         }
         let closed = Domain { periodic: [true, false, true], ..BOX };
-        let plane = Plane::new(&closed, Vec3::zeros());
+        let plane = Plane::new(&closed, Vec3::zeros(), None);
         assert!(!plane.cuts(Vec3::new(0.1, 1.35, 9.0), 0.31));
     }
 
     #[test]
     fn a_place_of_the_picture_is_a_point_of_the_slice_and_its_axes_look_right() {
         for gravity in [-Vec3::z(), Vec3::z()] {
-            let plane = Plane::new(&BOX, gravity);
+            let plane = Plane::new(&BOX, gravity, None);
             let [right, up, towards] = plane.frame();
             assert!((up + gravity).norm() < 1e-15 && right == Vec3::x());
             assert!((right.cross(&up) - towards).norm() < 1e-15);

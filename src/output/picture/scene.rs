@@ -11,8 +11,10 @@ use turbid_plot::{Figure, Image, Picture, round_up, viridis};
 pub struct Scene<'a> {
     /// Name of the case, for the title.
     pub case: &'a str,
-    /// Time, for the title and for the positions of moving walls.
-    pub clock: Clock,
+    /// Time (s).
+    pub time: f64,
+    /// Unit of `t*`, `D / u_Stokes` (s); `None` gives the time in seconds.
+    pub stokes_time: Option<f64>,
     /// Plane that is cut, or along whose normal the box is seen; with the box and its cells.
     pub plane: Plane,
     /// Geometries and materials.
@@ -21,32 +23,20 @@ pub struct Scene<'a> {
     pub particles: &'a [Particle],
     /// All walls.
     pub walls: &'a [Wall],
-    /// Speed at the upper end of the colours (m/s); `None` takes the largest in the picture. Give the same one to all
-    /// pictures of a film.
+    /// Speed at the upper end of the colours (m/s), the same for all pictures of a film; `None` takes the largest in the picture.
     pub largest_speed: Option<f64>,
 }
 
-/// A time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clock {
-    /// Since the start (s).
-    pub time: f64,
-    /// Unit of `t*`, `D / u_Stokes` (s); `None` gives the time in seconds.
-    pub stokes_time: Option<f64>,
-}
-
-impl Clock {
+impl Scene<'_> {
     /// The time as text.
-    pub(super) fn text(&self) -> String {
+    fn time_text(&self) -> String {
         match self.stokes_time {
             Some(unit) => format!("t* = {:.1}", self.time / unit),
             None if self.time > 0.0 && self.time < 0.1 => format!("t = {:.2} ms", 1e3 * self.time),
             None => format!("t = {:.3} s", self.time),
         }
     }
-}
 
-impl Scene<'_> {
     /// Images of a wrapped position that can be seen within `reach` of the box, along the periodic ones of `axes`.
     pub(super) fn images(&self, position: Vec3, reach: f64, axes: &[usize]) -> Vec<Vec3> {
         let size = self.plane.domain.size();
@@ -90,7 +80,7 @@ impl Scene<'_> {
         let closed = |axis: usize| !plane.domain.periodic[axis];
         let picture = Picture {
             title: self.case.to_string(),
-            caption: format!("{caption}     {}", self.clock.text()),
+            caption: format!("{caption}     {}", self.time_text()),
             image,
             x: (label(plane.across), plane.size.0 / length),
             y: (label(plane.up), plane.size.1 / length),
@@ -109,14 +99,14 @@ impl Plane {
         if self.flipped { up } else { self.size.1 - up }
     }
 
-    /// Unit vectors to the right, upwards in the picture, and towards who looks at it.
+    /// Unit vectors to the right, upwards in the picture, and towards the viewer.
     pub(super) fn frame(&self) -> [Vec3; 3] {
         let right = Vec3::ith(self.across, 1.0);
         let up = Vec3::ith(self.up, if self.flipped { -1.0 } else { 1.0 });
         [right, up, right.cross(&up)]
     }
 
-    /// The point of the slice at a place of the picture (m from its top left corner).
+    /// The point of the slice at a position in the picture (m from its top left corner).
     pub(super) fn point(&self, right: f64, down: f64) -> Vec3 {
         let up = if self.flipped { down } else { self.size.1 - down };
         Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
@@ -125,7 +115,7 @@ impl Plane {
     /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres. `layer` is the velocity of
     /// the plane, as [`add`](Self::add) makes it.
     pub(super) fn speeds(&self, layer: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
-        assert_eq!(layer.len(), self.values(), "one velocity per place of the plane");
+        assert_eq!(layer.len(), self.values(), "one velocity per point of the plane");
         let (n, na) = (self.domain.cells, self.domain.cells[self.across]);
         // Cells on both sides of a pixel, and how far it is from the first to the second.
         let neighbours = |pixel: u32, pixels: u32, axis: usize| {

@@ -71,7 +71,7 @@ fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
             })
         }
     };
-    let walls = scene.walls.iter().map(|wall| wall.surface_at(scene.clock.time));
+    let walls = scene.walls.iter().map(|wall| wall.surface_at(scene.time));
     walls.filter_map(seen).collect()
 }
 
@@ -125,7 +125,6 @@ impl Body {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scene::Clock;
     use super::*;
     use crate::domain::Domain;
     use crate::particle::Particle;
@@ -146,8 +145,9 @@ mod tests {
             let particles = [moving(0.9, far), moving(0.2, near)];
             let (image, _) = draw(&Scene {
                 case: "",
-                clock: Clock { time: 0.0, stokes_time: None },
-                plane: Plane::new(&open, -Vec3::z()),
+                time: 0.0,
+                stokes_time: None,
+                plane: Plane::new(&open, -Vec3::z(), None),
                 templates: &templates,
                 particles: &particles,
                 walls: &[],

@@ -40,7 +40,7 @@ fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> (Image, SpeedRange) {
     let colours: Vec<[u8; 3]> = speeds.iter().map(|&speed| range.colour(f64::from(speed))).collect();
     let mut image = Image::new(pixels.0, pixels.1, &colours);
     draw_particles(&mut image, scene, scale);
-    let walls: Vec<Surface> = (scene.walls.iter()).map(|wall| wall.surface_at(scene.clock.time)).collect();
+    let walls: Vec<Surface> = (scene.walls.iter()).map(|wall| wall.surface_at(scene.time)).collect();
     draw_walls(&mut image, &scene.plane, scale, &walls);
     (image, range)
 }
@@ -92,15 +92,12 @@ fn extent(points: &[(f32, f32)]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scene::Clock;
     use super::*;
     use crate::domain::Domain;
     use crate::particle::Template;
     use crate::shape::Sphere;
     use crate::wall::{Motion, Wall};
     use std::sync::Arc;
-
-    const CLOCK: Clock = Clock { time: 12.3, stokes_time: Some(1.0) };
 
     const BOX: Domain = Domain { periodic: [true; 3], cells: [20, 11, 40], dx: 0.1 };
 
@@ -116,8 +113,9 @@ mod tests {
     fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Image {
         let scene = Scene {
             case: "a rather long name of a case",
-            clock: CLOCK,
-            plane: Plane::new(&BOX, gravity),
+            time: 12.3,
+            stokes_time: Some(1.0),
+            plane: Plane::new(&BOX, gravity, None),
             templates: &templates(),
             particles,
             walls,
@@ -191,8 +189,9 @@ mod tests {
             let domain = Domain { periodic: [true; 3], cells, dx: 1e-3 };
             let scene = Scene {
                 case: "rest",
-                clock: CLOCK,
-                plane: Plane::new(&domain, Vec3::zeros()),
+                time: 12.3,
+                stokes_time: Some(1.0),
+                plane: Plane::new(&domain, Vec3::zeros(), None),
                 templates: &[],
                 particles: &[],
                 walls: &[],

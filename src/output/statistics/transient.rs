@@ -1,29 +1,23 @@
 //! End of the transient of a correlated time series that becomes steady.
 //!
-//! A settling velocity rises from zero, overshoots while the arrangement of the particles is still that of the packing, and then
-//! fluctuates about a mean for as long as one likes. To cut too little off biases the mean, to cut too much widens its error.
-//! The marginal standard error rule weighs both: of the means `z_1 .. z_m` of blocks of five values it cuts the first `d` for which
+//! The marginal standard error rule: of the means `z_1 .. z_m` of blocks of five values it cuts the first `d` for which
 //!
 //! ```text
 //! MSER(d) = (S^2(d) + f^2) / (m - d),   S^2(d) = 1/(m - d) sum_{j>d} (z_j - mean_{j>d} z)^2
 //! ```
 //!
 //! is least, the squared error that the mean of the rest would have if the blocks were independent. `f` is ours: deviations below
-//! [`SLIGHT`] of the mean count as none, or a series without noise would be cut for ever, for it always gets better.
+//! [`SLIGHT`] of the mean count as none, or a series without noise would be cut for ever.
 //!
-//! The published rule says that a series whose least value lies in its second half has not settled. For noise alone it says so
-//! the more often the longer the correlation: of stationary series as long as 60, 24 and 12 correlation times it refuses 5 %,
-//! 15 % and 36 %, and 120 Stokes times of a suspension are some 40. Yet it lets nine of ten series pass that drift by two and a
-//! half standard deviations of the noise from end to end.
-//! So we look for the least value in the first half, and refuse
+//! The published rule refuses a series whose least value lies in its second half: stationary ones as long as 60, 24 and 12 correlation
+//! times in 5 %, 15 % and 36 % of cases, and only one of ten that drift by two and a half standard deviations of the noise. We look for
+//! the least value in the first half, and refuse
 //!
 //! - if the second half has one that is [`BETTER`] times better, or
 //! - if the rest still drifts: if the change along the straight line through it is more than [`DRIFT`] of its mean and more than
 //!   [`SIGMAS`] times the error of that change, `sqrt(12)` times the error of the mean by blocking of what the line leaves.
 //!
-//! Of the same stationary series this refuses 2 %, 5 % and 12 %, and lets four of ten drifting ones pass.
-//!
-//! What no rule can see is a change slower than the series: a run over 20 Stokes times that ends in the overshoot looks settled.
+//! This refuses 2 %, 5 % and 12 % of the stationary series and six of ten drifting ones. No rule can see a change slower than the series.
 //!
 //! # Reference
 //! White (1997), doi:10.1177/003754979706900601, for the rule; White, Cobb and Spratt (2000), Proceedings of the Winter
@@ -33,7 +27,7 @@ use super::{Estimate, blocking_error, estimate_mean};
 
 /// Values in a block.
 const BLOCK: usize = 5;
-/// Fewest blocks of a series that is looked at.
+/// Fewest blocks of a series.
 const MIN_SERIES: usize = 16;
 /// Blocks at the end behind which nothing is cut: their scatter is chance.
 const MIN_REST: usize = 5;
@@ -46,17 +40,17 @@ const DRIFT: f64 = 0.01;
 /// Errors of that change within which it is chance.
 const SIGMAS: f64 = 3.0;
 
-/// What follows the transient of a series.
+/// Rest of a series after its transient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
-    /// Place of the first value behind the transient.
+    /// Index of the first value after the transient.
     pub first: usize,
     /// Mean of the values from there, and its standard error.
     pub estimate: Estimate,
 }
 
-/// What follows the transient of equally spaced values of one quantity; `None` if it has not ended within the first half, if
-/// there are fewer than 80 values, or if one of them is not finite.
+/// Rest of equally spaced values of one quantity after the transient; `None` if that has not ended within the first half, for fewer
+/// than 80 values, or if one is not finite.
 pub fn settled(series: &[f64]) -> Option<Settled> {
     if series.len() < BLOCK * MIN_SERIES || series.iter().any(|value| !value.is_finite()) {
         return None;
@@ -81,7 +75,7 @@ pub fn settled(series: &[f64]) -> Option<Settled> {
 
 /// `MSER(d)` for every `d` from zero to the number of blocks, less one.
 fn marginal_errors(blocks: &[f64]) -> Vec<f64> {
-    // Deviations from a value in their midst, so that differences of squares keep their digits.
+    // Deviations from the mean of the later half, so that differences of squares keep their digits.
     let late = &blocks[blocks.len() / 2..];
     let middle = late.iter().sum::<f64>() / late.len() as f64;
     let floor = (SLIGHT * middle).powi(2);

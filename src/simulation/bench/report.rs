@@ -67,7 +67,7 @@ pub struct RankReport {
     pub covered_cells: usize,
     /// Particles it owns.
     pub particles: usize,
-    /// Particles it knows besides.
+    /// Ghosts: particles of other ranks.
     pub ghosts: usize,
     /// Contacts it is responsible for.
     pub contacts: usize,

@@ -16,10 +16,8 @@ use bytemuck::{Pod, Zeroable};
 
 impl RankOutput {
     /// What is needed of a step: in `pieces` what belongs to this rank, else all at rank 0 and nothing elsewhere. `touches` are the
-    /// contacts that this rank is responsible for. Collective.
-    ///
-    /// # Errors
-    /// [`Error::Memory`](crate::Error::Memory), in `pieces` on this rank alone, else on every rank.
+    /// contacts that this rank is responsible for. Errors: [`Error::Memory`](crate::Error::Memory), in `pieces` on this rank alone,
+    /// else on every rank. Collective.
     pub(super) fn gather(
         simulation: &mut Simulation,
         cut: &Decomposition,
@@ -64,10 +62,10 @@ pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> b
     all
 }
 
-/// The particles that this rank knows, ascending by id, and with them all that its contacts are between. Collective.
+/// The particles on this rank, ghosts included, ascending by id, and with them all that its contacts are between. Collective.
 ///
-/// The rank that is responsible for a contact knows both particles, also after they have moved
-/// ([`GhostLayer`](crate::dem::assign::GhostLayer)); only an engine that has all contacts at one rank names others.
+/// Only an engine that has all contacts at one rank names others than those on it
+/// ([`GhostLayer`](crate::dem::assign::GhostLayer)).
 pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Particle> {
     let (comm, store) = (&simulation.comm, simulation.dem.particles());
     let mut known = store.particles.clone();
@@ -159,9 +157,6 @@ fn set(fields: &mut Fields, at: usize, [u, v, w, pressure, solid_fraction]: [f32
 }
 
 /// Fields of the block of this rank, with the particles where they are now; nothing without a fluid.
-///
-/// # Errors
-/// [`Error::Memory`](crate::Error::Memory) on this rank.
 pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
     let (mut fields, mut at) = (zeros(block.cell_count())?, 0);
     each_cell(simulation, block, field_values, |values| {
@@ -171,10 +166,7 @@ pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Bloc
     Ok(fields)
 }
 
-/// Fields of the whole box on rank 0, as [`own_fields`]; nothing elsewhere. Collective.
-///
-/// # Errors
-/// On every rank, if one of them has not the memory.
+/// Fields of the whole box on rank 0, as [`own_fields`], or an error on every rank if one of them has not the memory. Collective.
 fn fields(simulation: &mut Simulation, decomposition: &Decomposition) -> Result<Fields> {
     let comm = simulation.comm.clone();
     let block = decomposition.block(comm.rank());
@@ -199,8 +191,8 @@ fn fields(simulation: &mut Simulation, decomposition: &Decomposition) -> Result<
     Ok(all)
 }
 
-/// The velocity (m/s) of the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and without a fluid. Only
-/// cells at the plane are looked at. Collective.
+/// The velocity (m/s) on the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and without a fluid.
+/// Collective.
 pub(super) fn slice(
     simulation: &mut Simulation,
     decomposition: &Decomposition,

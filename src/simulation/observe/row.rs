@@ -11,8 +11,7 @@ use crate::particle::Particle;
 use crate::simulation::{Measurement, Simulation};
 use crate::wall::{Surface, Wall};
 
-/// The direction in which the particles of a case settle as a whole, that of their weight less buoyancy: against gravity if
-/// they are lighter than the fluid. `None` if nothing settles.
+/// Direction of the weight less buoyancy of all particles, in which they settle as a whole. `None` if nothing settles.
 pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
     let weight: Vec3 = (setup.particles.iter())
         .map(|p| {
@@ -37,14 +36,11 @@ fn stokes_velocity(setup: &Setup) -> f64 {
 
 /// The row of the time series, on rank 0; `contacts` are those this rank is responsible for. Collective.
 ///
-/// The mean velocity of the fluid is over all cells, those in particles included, where it is that of the particle: so the
-/// momentum of what is really there is
+/// The mean velocity `<u>` is over all cells, those in particles included, so the momentum is
 ///
 /// ```text
 /// rho V <u> + sum (m - rho V_p) v
 /// ```
-///
-/// Every rank adds up its own particles and contacts; nothing of a single one travels.
 pub(super) fn row(
     setup: &Setup,
     simulation: &Simulation,
@@ -63,14 +59,13 @@ pub(super) fn row(
     let summary = simulation.dem.contacts();
     let mean = measured.mean;
     let fastest = own.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
-    let Reduced { sums, counts: [particles, contacts], most: [max_particle_speed, depth, max_lattice_speed] } =
-        reduce(
-            &simulation.comm,
-            ON_WALLS + 3 * setup.walls.len(),
-            &terms,
-            [own.len(), summary.count],
-            [fastest, summary.max_depth, mean.max_lattice_speed],
-        );
+    let (sums, [particles, contacts], [max_particle_speed, depth, max_lattice_speed]) = reduce(
+        &simulation.comm,
+        ON_WALLS + 3 * setup.walls.len(),
+        &terms,
+        [own.len(), summary.count],
+        [fastest, summary.max_depth, mean.max_lattice_speed],
+    );
     let by_fluid = simulation.wall_loads();
     if simulation.comm.rank() > 0 {
         return None;
@@ -142,7 +137,7 @@ const CONTACT_STRESS: usize = 13;
 /// Forces of contacts on each wall.
 const ON_WALLS: usize = 19;
 
-/// A sum and a number that it gains.
+/// Column of a sum, and a number to add.
 type Term = (usize, f64);
 
 fn put(terms: &mut Vec<Term>, first: usize, values: &[f64]) {
@@ -193,25 +188,15 @@ fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, terms: 
     put(terms, CONTACT_STRESS, &pairs.map(|(i, j)| moment[(i, j)]));
 }
 
-/// Numbers of all ranks.
-#[derive(Debug, PartialEq)]
-struct Reduced<const C: usize, const M: usize> {
-    /// Sums of all terms.
-    sums: Vec<f64>,
-    /// Sums.
-    counts: [i64; C],
-    /// Maxima.
-    most: [f64; M],
-}
-
-/// Adds up terms to so many sums, and counts, over all ranks and takes maxima, with one message of each kind. Collective.
+/// Over all ranks the sums of the terms by column, the sums of the counts and the maxima, with one message of each kind.
+/// Collective.
 fn reduce<const C: usize, const M: usize>(
     comm: &Comm,
     columns: usize,
     terms: &[Term],
     counts: [usize; C],
     most: [f64; M],
-) -> Reduced<C, M> {
+) -> (Vec<f64>, [i64; C], [f64; M]) {
     let mut largest = vec![0.0; columns];
     for &(column, x) in terms {
         largest[column] = f64::max(largest[column], magnitude(x));
@@ -228,11 +213,11 @@ fn reduce<const C: usize, const M: usize>(
         .collect();
     comm.sum(&mut words);
     let total = |i: usize| join_wide([words[2 * i], words[2 * i + 1]]);
-    Reduced {
-        sums: (sums.iter().enumerate()).map(|(i, sum)| sum.value(total(i))).collect(),
-        counts: std::array::from_fn(|i| words[2 * columns + i]),
-        most: std::array::from_fn(|i| largest[columns + i]),
-    }
+    (
+        sums.iter().enumerate().map(|(i, sum)| sum.value(total(i))).collect(),
+        std::array::from_fn(|i| words[2 * columns + i]),
+        std::array::from_fn(|i| largest[columns + i]),
+    )
 }
 
 #[cfg(test)]
@@ -260,9 +245,9 @@ mod tests {
             first
         };
         let alone = reduced(1, 0);
-        assert_eq!(alone.counts, [97]);
+        assert_eq!(alone.1, [97]);
         let plain = terms.iter().map(|term| term[0].1).sum::<f64>();
-        assert!((alone.sums[0] / plain - 1.0).abs() < 1e-14, "{} {plain}", alone.sums[0]);
+        assert!((alone.0[0] / plain - 1.0).abs() < 1e-14, "{} {plain}", alone.0[0]);
         for (ranks, turn) in [(2, 0), (2, 1), (3, 2), (5, 1)] {
             assert_eq!(reduced(ranks, turn), alone);
         }
@@ -272,7 +257,7 @@ mod tests {
     fn a_sum_with_a_term_that_is_no_number_is_none_on_every_rank() {
         let sums = on_threads(3, |comm| {
             let term = if comm.rank() == 1 { f64::NAN } else { 1.0 };
-            reduce(&comm, 2, &[(0, term), (1, 2.0)], [], []).sums
+            reduce(&comm, 2, &[(0, term), (1, 2.0)], [], []).0
         });
         assert!(sums.iter().all(|sums| sums[0].is_nan() && (sums[1] - 6.0).abs() < 1e-15));
     }

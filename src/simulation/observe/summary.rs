@@ -1,15 +1,14 @@
 //! The summary of a run.
 
-use crate::case::{Scales, Setup};
+use crate::case::{FluidSetup, Setup};
 use crate::fluid::Simd;
 use crate::output::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::simulation::identity::{
     balance_name, collision_name, precision_name, relaxation_time, setup_hash, surface_name,
 };
-use std::collections::BTreeMap;
 
-/// The summary of a run that has resumed after `first` steps, so many seconds ago; what the samples say is added by their
+/// The summary of a run that began or resumed after `first` steps; the averages are added by their
 /// [writer](crate::simulation::Writer::finish).
 pub(super) fn summary(
     setup: &Setup,
@@ -21,11 +20,7 @@ pub(super) fn summary(
     let steps = simulation.step;
     let done = steps - first;
     let fluid = setup.fluid.as_ref();
-    let scales = reference_scales(setup);
-    let per_step = |seconds: f64| seconds / done.max(1) as f64;
-    let stages: BTreeMap<String, f64> = (simulation.timings.stages().iter())
-        .map(|&(name, seconds)| (name.to_owned(), per_step(seconds)))
-        .collect();
+    let stages = simulation.timings.stages().iter();
     let cells = setup.fluid_cells();
     Summary {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -34,7 +29,7 @@ pub(super) fn summary(
         particles: setup.particles.len(),
         volume_fraction: setup.volume_fraction,
         cells_per_diameter: setup.diameter / setup.domain.dx,
-        scales,
+        scales: reference_scales(setup),
         cells,
         steps,
         dx: setup.domain.dx,
@@ -42,7 +37,7 @@ pub(super) fn summary(
         relaxation_time: relaxation_time(fluid),
         mlups: done as f64 * cells as f64 / wall_seconds / 1e6,
         wall_seconds,
-        stages,
+        stages: stages.map(|&(name, s)| (name.to_owned(), s / done.max(1) as f64)).collect(),
         precision: precision_name(setup.plan.precision).to_owned(),
         simd: instruction_set(setup).to_owned(),
         ranks: simulation.comm.size(),
@@ -73,21 +68,17 @@ pub fn instruction_set(setup: &Setup) -> &'static str {
     setup.plan.simd.unwrap_or_else(Simd::best).name()
 }
 
-/// Without a fluid what has no meaning is zero or infinite.
+/// Reference scales; without a fluid what has no meaning is zero or infinite.
 fn reference_scales(setup: &Setup) -> ReferenceScales {
-    let nothing = Scales {
-        density_ratio: f64::INFINITY,
-        archimedes: 0.0,
-        stokes_velocity: 0.0,
-        stokes_time: f64::INFINITY,
-        schiller_naumann_velocity: 0.0,
-        schiller_naumann_reynolds: 0.0,
-    };
-    let fluid = setup.fluid.as_ref();
-    let scales = fluid.map_or(nothing, |fluid| fluid.scales);
-    ReferenceScales {
+    let none = ReferenceScales {
         diameter: setup.diameter,
-        viscosity: fluid.map_or(0.0, |fluid| fluid.viscosity),
+        density_ratio: f64::INFINITY,
+        stokes_time: f64::INFINITY,
+        ..ReferenceScales::default()
+    };
+    setup.fluid.as_ref().map_or(none, |FluidSetup { viscosity, scales, .. }| ReferenceScales {
+        diameter: setup.diameter,
+        viscosity: *viscosity,
         density_ratio: scales.density_ratio,
         archimedes: scales.archimedes,
         galileo: scales.archimedes.sqrt(),
@@ -95,11 +86,11 @@ fn reference_scales(setup: &Setup) -> ReferenceScales {
         stokes_time: scales.stokes_time,
         schiller_naumann_velocity: scales.schiller_naumann_velocity,
         schiller_naumann_reynolds: scales.schiller_naumann_reynolds,
-    }
+    })
 }
 
 fn shapes(setup: &Setup) -> Vec<ShapeSummary> {
-    let count = |index: usize| (setup.particles.iter()).filter(|p| p.template as usize == index).count();
+    let count = |index: usize| setup.particles.iter().filter(|p| p.template as usize == index).count();
     (setup.templates.iter().enumerate())
         .map(|(index, template)| ShapeSummary {
             kind: template.shape.kind().to_owned(),

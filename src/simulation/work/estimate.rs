@@ -36,7 +36,7 @@ pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
     let calibration = file().and_then(|path| Calibration::read(&path));
     let factor = calibration.as_ref().map_or(1.0, |found| found.factor(setup.plan.precision));
     let ranks = cut.ranks();
-    // Threads that have to take turns; of processes nobody knows where they are.
+    // Threads may share cores; the cores of processes are unknown.
     let turns = match comm::launched() {
         Some(launched) if launched.size > 1 => 1.0,
         _ => (ranks as f64 / cores() as f64).max(1.0),

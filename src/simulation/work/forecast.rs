@@ -1,4 +1,4 @@
-//! What every rank has to do and to send in a time step, before the first one.
+//! Forecast of the work and the messages of every rank in a time step.
 //!
 //! ```text
 //! time of a rank = work + c_message messages + c_byte bytes + 2 log2(ranks) c_message / 8
@@ -27,7 +27,7 @@ const PAIR_FORCE: usize = 64;
 /// Points per axis at which the walls in a block are sampled.
 const POINTS: usize = 16;
 
-/// What a rank sends to another one in a time step.
+/// Data that a rank sends to another one in a time step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
     /// Bytes of populations.
@@ -38,7 +38,7 @@ pub struct Traffic {
     pub messages: usize,
 }
 
-/// What one rank has to do in a time step.
+/// Work of one rank in a time step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RankForecast {
     /// Cells of its block in each direction.
@@ -47,13 +47,13 @@ pub struct RankForecast {
     pub covered: f64,
     /// Particles it owns.
     pub particles: usize,
-    /// Particles of others that it knows.
+    /// Ghosts: particles of other ranks.
     pub ghosts: usize,
     /// Contacts it evaluates, estimated.
     pub contacts: usize,
     /// Work (s of one thread).
     pub work: f64,
-    /// What it sends, by receiver.
+    /// Data that it sends, by receiver.
     pub sends: BTreeMap<usize, Traffic>,
 }
 
@@ -75,7 +75,7 @@ impl RankForecast {
     }
 }
 
-/// What all ranks have to do in a time step.
+/// Work of all ranks in a time step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
     /// Number of blocks in each direction.
@@ -108,7 +108,7 @@ impl Forecast {
 }
 
 impl Work<'_> {
-    /// What every rank has to do.
+    /// Work of every rank.
     pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
         let whole = Decomposition::solo(cut.domain);
         Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone: self.by_rank(&whole)[0].work }

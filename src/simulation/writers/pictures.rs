@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::Numbered;
 use crate::output::directory::PICTURES;
-use crate::output::picture::{Clock, Plane, Scene, write_side_view, write_slice};
+use crate::output::picture::{Plane, Scene, write_side_view, write_slice};
 use crate::particle::Particle;
 
 /// Bytes of a picture.
@@ -57,7 +57,8 @@ impl Writer for Pictures<'_> {
         self.range = self.range.or_else(|| range(setup, output));
         let scene = Scene {
             case: &setup.provenance.name,
-            clock: Clock { time: output.time, stokes_time: setup.stokes_time() },
+            time: output.time,
+            stokes_time: setup.stokes_time(),
             plane: self.plane,
             templates: &setup.templates,
             particles: &output.selected,

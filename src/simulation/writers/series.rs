@@ -1,10 +1,12 @@
 //! Rows of the time series, the paths of single particles, and what the samples of a run say at its end.
 
-use super::viscosity::Plates;
 use super::vtk::parsed;
 use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::error::{Error, Result};
+use crate::math::Vec3;
+#[cfg(feature = "pictures")]
+use crate::output::ReferenceScales;
 #[cfg(feature = "pictures")]
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
@@ -14,15 +16,16 @@ use crate::output::{
 use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
 #[cfg(feature = "pictures")]
-use crate::simulation::{observe::settling_direction, references::references};
+use crate::simulation::{observe::settling_direction, settling_references};
+use crate::wall::{Surface, Wall};
 use serde::{Deserialize, Serialize};
 
-/// Samples over a run whose rows nobody asked for: averages need them.
+/// Samples over a run without rows, for the averages.
 const DEFAULT_SAMPLES: u64 = 1000;
 /// Bytes of a number in a table.
 const NUMBER: f64 = 14.0;
 
-/// Writes `series.csv` and `particle_series.csv` if the case wants them, and keeps what the averages of the summary need.
+/// Writes `series.csv` and `particle_series.csv` if the case wants them, and collects samples for the averages of the summary.
 pub(super) struct Series<'a> {
     setup: &'a Setup,
     files: OutputFiles,
@@ -73,15 +76,17 @@ impl<'a> Series<'a> {
 impl Series<'_> {
     /// The plot of the settling velocity, of its `mean` over an interval of t*, and of that after the transient; nothing for
     /// particles that do not settle.
-    fn draw(&self, mean: Option<([f64; 2], Estimate)>, settled: Option<(f64, Estimate)>) -> Result<()> {
+    fn draw(
+        &self,
+        mean: Option<([f64; 2], Estimate)>,
+        settled: Option<(f64, Estimate)>,
+        scales: &ReferenceScales,
+    ) -> Result<()> {
         let (setup, samples) = (self.setup, &self.samples);
-        let Some(fluid) = setup.fluid.as_ref().filter(|_| settling_direction(setup).is_some()) else {
-            return Ok(());
-        };
-        if samples.settling.is_empty() {
+        if setup.fluid.is_none() || settling_direction(setup).is_none() || samples.settling.is_empty() {
             return Ok(());
         }
-        let references = references(&fluid.scales, setup.volume_fraction);
+        let references = settling_references(scales, setup.volume_fraction);
         let plot = SettlingPlot {
             case: &setup.provenance.name,
             t_star: &samples.t_star,
@@ -186,7 +191,7 @@ impl Writer for Series<'_> {
             .map(|settled| (t_star[settled.first], settled.estimate));
         let averaged_over = mean.map(|_| [t_star[first], t_star[t_star.len() - 1]]);
         #[cfg(feature = "pictures")]
-        self.draw(averaged_over.zip(mean), settled)?;
+        self.draw(averaged_over.zip(mean), settled, &summary.scales)?;
         let viscosity = estimate_mean(samples.viscosity.get(first..).unwrap_or(&[]));
         let error = |of: Option<Estimate>| of.and_then(|estimate| estimate.standard_error);
         let over_schiller_naumann = summary.scales.stokes_velocity / summary.scales.schiller_naumann_velocity;
@@ -235,4 +240,41 @@ fn drift(series: &[f64], mean: f64) -> Option<f64> {
     let (early, late) = series.split_at(series.len() / 2);
     let of = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
     (series.len() >= 4 && mean != 0.0).then(|| (of(late) - of(early)) / mean)
+}
+
+/// Two parallel plates that face and pass each other, the only walls of a case.
+struct Plates {
+    /// Direction in which the second one moves as seen from the first.
+    along: Vec3,
+    /// Stress of the fluid alone, viscosity times shear rate (Pa).
+    plain: f64,
+}
+
+impl Plates {
+    /// Those of a case, if its walls are such plates.
+    fn of(setup: &Setup) -> Option<Self> {
+        let [first, second] = &setup.walls[..] else {
+            return None;
+        };
+        let (Surface::Plane { point: a, normal: up }, Surface::Plane { point: b, normal: down }) =
+            (first.surface, second.surface)
+        else {
+            return None;
+        };
+        let turns = |wall: &Wall| wall.motion.angular_velocity != Vec3::zeros();
+        let passes = second.motion.velocity - first.motion.velocity;
+        let along = passes.try_normalize(0.0)?;
+        let gap = (b - a).dot(&up);
+        let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
+        let fluid = setup.fluid.as_ref()?;
+        (parallel && !turns(first) && !turns(second))
+            .then(|| Self { along, plain: fluid.density * fluid.viscosity * passes.norm() / gap })
+    }
+
+    /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out.
+    fn relative_viscosity(&self, row: &SeriesRow) -> f64 {
+        // Of each wall the force of the fluid, then the stress.
+        let stress = |wall: usize| Vec3::from_column_slice(&row.walls[6 * wall + 3..][..3]);
+        0.5 * (stress(0) - stress(1)).dot(&self.along) / self.plain
+    }
 }

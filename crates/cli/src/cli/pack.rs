@@ -4,7 +4,7 @@ use super::terminal::say;
 use super::{PackArguments, load};
 use std::path::Path;
 use turbid::error::{Error, Result};
-use turbid::output::directory::refuse_input;
+use turbid::output::directory::{self, refuse_input};
 use turbid::output::points::PointRecord;
 use turbid::output::{OutputFiles, points, write_bytes};
 use turbid::packing::positions::{self, Row};
@@ -42,7 +42,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
 /// The particles that a run has left at a step, the last one if none is asked for, and which step that is.
 fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, String)> {
     let files = OutputFiles::new(directory);
-    let steps = files.steps_of_particles()?;
+    let steps = files.steps(directory::PARTICLES)?;
     let Some(&last) = steps.last() else {
         return Err(Error::Input(format!(
             "{} holds no files of particles (particles/particles_*.vtp); --from names the output directory of a run whose \
@@ -61,8 +61,8 @@ fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, St
             near.unwrap_or(&last)
         )));
     }
-    refuse_input(&arguments.out, &[files.particles(step)])?;
-    let records = points::read(&files.particles(step))?;
+    refuse_input(&arguments.out, &[files.file(directory::PARTICLES, step)])?;
+    let records = points::read(&files.file(directory::PARTICLES, step))?;
     let row = |record: PointRecord| Row {
         id: record.id,
         kind: record.kind as usize,
