@@ -76,12 +76,8 @@ impl Study {
         let all: Vec<usize> = (0..self.plan.axes.len()).collect();
         let points = self.points(&section.span, &all, &check.only, &check.y.value)?;
         if points.len() < 2 {
-            return self.plan.refuse(
-                &section.span,
-                "scatter of a single run",
-                "here",
-                "it takes two runs or more",
-            );
+            let title = "scatter of a single run";
+            return self.plan.refuse(&section.span, title, "here", "it takes two runs or more");
         }
         if points.iter().any(|(_, known)| matches!(known, Known::Missing(_))) {
             return Ok(Vec::new());

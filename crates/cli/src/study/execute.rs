@@ -93,8 +93,8 @@ pub(crate) fn execute(
             Some(_) => bench(study, run, &options),
             None => simulate(study, run, &options),
         });
-        let refreshed = study.refresh();
-        match (finished.and_then(|finished| refreshed.map(|()| finished)), study.states[run].record()) {
+        study.refresh()?;
+        match (finished, study.states[run].record()) {
             (Ok(true), Some(record)) => tell(Event::Finished(record)),
             (Ok(_), _) => outcome.interrupted = true,
             (Err(error), _) => {
