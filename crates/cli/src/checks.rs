@@ -43,7 +43,7 @@ pub struct Check {
     /// Largest admissible distance of the two, in their unit; infinite for a number that is only reported.
     #[serde(deserialize_with = "or_infinite")]
     pub tolerance: f64,
-    /// Whether they are that close.
+    /// True if they are that close.
     pub pass: bool,
     /// Source of the reference (author, year, DOI), or kind of the difference with the reason for its tolerance.
     pub source: String,
@@ -98,7 +98,7 @@ impl Check {
         (count > 1).then(|| Self::new(quantity, mean, 0.0, f64::INFINITY, source))
     }
 
-    /// Whether it is only reported.
+    /// Returns whether it is only reported.
     pub fn is_reported(&self) -> bool {
         self.pass && self.tolerance.is_infinite()
     }
@@ -169,7 +169,7 @@ impl Findings {
     }
 }
 
-/// How a case ended.
+/// The end of a case.
 #[derive(Debug)]
 pub enum Ending {
     /// With these results.
@@ -203,7 +203,7 @@ pub struct Outcome {
     pub case: String,
     /// Title, one line.
     pub title: String,
-    /// Whether it compares the two engines, which decides the columns of its checks.
+    /// True if it compares the two engines, which decides the columns of its checks.
     pub engines: bool,
     /// Duration (s).
     pub seconds: f64,
@@ -279,7 +279,7 @@ impl Score {
         }
     }
 
-    /// Whether every check passed.
+    /// Returns whether every check passed.
     pub fn is_full(&self) -> bool {
         self.passed == self.checks
     }

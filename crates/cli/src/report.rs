@@ -18,6 +18,7 @@ mod study;
 use crate::checks::{markdown_table, prepare};
 use crate::study::document::{FILE as STUDY, RESULT};
 use section::Section;
+use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::error::{Error, Result};
@@ -88,6 +89,15 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
     write_bytes(&path, page(&name(directory), &sources, &sections).as_bytes())?;
     let checks = [0, 1].map(|which| sections.iter().map(|section| section.checks[which]).sum());
     Ok(Report { page: path, figures: figures.count(), checks })
+}
+
+/// Reads a file of JSON.
+fn read_json<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
+    let text = input::read_text(path, input::RECORD).map_err(|source| Error::io("read", path, source))?;
+    serde_json::from_str(&text).map_err(|error| {
+        let path = path.display();
+        Error::Input(format!("{path}: {error}\n  it is damaged, or of another version; {remedy}"))
+    })
 }
 
 /// Everything on one page; of several sections with tables of all studies and of all runs at its head.

@@ -1,4 +1,4 @@
-//! Parameter studies: many runs of one case, and what they say together.
+//! Parameter studies: many runs of one case, and their evaluation.
 //!
 //! ```text
 //! study.toml --(plan)--> runs --(state)--> done, part or open --(execute)--> DIR/<run>/summary.json, series.csv
@@ -14,20 +14,20 @@
 
 mod check;
 mod convergence;
-pub mod document;
+pub(crate) mod document;
 mod execute;
 mod figure;
 pub mod file;
-pub mod plan;
+mod plan;
 mod points;
-pub mod record;
+mod record;
 mod reference;
 mod refuse;
-pub mod state;
+pub(crate) mod state;
 mod table;
 
-pub use document::Document;
-pub use execute::{Event, Outcome, execute};
+use document::Document;
+pub(crate) use execute::{Event, execute};
 use file::StudyFile;
 use plan::Plan;
 use record::Record;
@@ -104,10 +104,7 @@ impl Study {
     /// # Errors
     /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if results cannot be read.
     pub fn refresh(&mut self) -> Result<()> {
-        let beside = self.out.parent().unwrap_or(Path::new(""));
-        let mut directories = vec![self.out.clone()];
-        directories.extend(self.file.shares.iter().map(|name| beside.join(&name.value)));
-        self.states = state::states(&self.file, &self.plan, &self.out, &directories, self.threads)?;
+        self.states = self.progress()?;
         Ok(())
     }
 
@@ -204,7 +201,7 @@ impl Study {
         })
     }
 
-    /// Whether a run is finished with means that have not settled.
+    /// Returns whether a run is finished with means that have not settled.
     fn is_unsettled(&self, run: usize) -> bool {
         self.states[run].record().and_then(Record::is_settled) == Some(false)
     }

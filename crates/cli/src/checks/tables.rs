@@ -4,8 +4,8 @@ use super::{Check, Ending, Outcome, Score};
 use std::fmt::Write;
 use turbid::output::numbers::{self, significant, small};
 
-/// One case: a line for each check, with how much of its tolerance is used and its reason if it fails, or for all if
-/// `explain`; then what has no reference.
+/// One case: a line for each check, with the part of its tolerance that is used and its reason if it fails, or for all if
+/// `explain`; then numbers without a reference.
 pub fn table(outcome: &Outcome, explain: bool) -> String {
     let text = format!("{}: {}", outcome.case, outcome.title);
     let found = match &outcome.ending {
@@ -62,7 +62,7 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// How much of the tolerance is used.
+/// Part of the tolerance that is used, in words.
 fn used(check: &Check) -> String {
     let part = (check.measured - check.reference).abs() / check.tolerance;
     match part {

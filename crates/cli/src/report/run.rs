@@ -2,11 +2,10 @@
 
 mod figures;
 
-use super::Source;
 use super::section::Section;
-use std::path::{Path, PathBuf};
-use turbid::error::{Error, Result};
-use turbid::input;
+use super::{Source, read_json};
+use std::path::PathBuf;
+use turbid::error::Result;
 use turbid::output::numbers::{self, duration, with_error};
 use turbid::output::{OutputFiles, SeriesTable, Summary};
 use turbid_plot::Bars;
@@ -15,7 +14,8 @@ use turbid_plot::Bars;
 pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     let files = OutputFiles::new(&source.directory);
     let present = |path: PathBuf| path.is_file().then_some(path);
-    let summary = present(files.summary()).map(|path| read_summary(&path)).transpose()?;
+    let summary: Option<Summary> =
+        present(files.summary()).map(|path| read_json(&path, "run the case again")).transpose()?;
     let series = present(files.series()).map(|path| SeriesTable::read(&path)).transpose()?;
     section.row = row(&source.name, summary.as_ref());
     match &summary {
@@ -40,16 +40,6 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
         section.text(&format!("```toml\n{}\n```", summary.input.trim_end()));
     }
     Ok(())
-}
-
-fn read_summary(path: &Path) -> Result<Summary> {
-    let text = input::read_text(path, input::RECORD).map_err(|source| Error::io("read", path, source))?;
-    serde_json::from_str(&text).map_err(|error| {
-        Error::Input(format!(
-            "{}: {error}\n  this is no summary of `turbid run`, or that of another version; run the case again",
-            path.display()
-        ))
-    })
 }
 
 fn row(name: &str, summary: Option<&Summary>) -> Vec<(&'static str, String)> {

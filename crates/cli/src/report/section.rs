@@ -14,7 +14,7 @@ pub(super) struct Section {
     pub(super) markdown: String,
     /// File names without their endings.
     pub(super) figures: Vec<(String, Figure)>,
-    /// Whether it is the only one of the page.
+    /// True if it is the only one of the page.
     pub(super) is_alone: bool,
     /// Beginning of the file names of figures.
     prefix: String,

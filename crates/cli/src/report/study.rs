@@ -1,14 +1,14 @@
 //! The section about a study.
 
-use super::Source;
 use super::section::Section;
+use super::{Source, read_json};
 use crate::checks::{Check, Score, bold_failure, cells};
-use crate::study::document::Document;
+use crate::study::document::{Document, FILE};
 use turbid::error::Result;
 use turbid::output::numbers::duration;
 
 pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
-    let document = Document::read(&source.directory)?;
+    let document: Document = read_json(&source.directory.join(FILE), "`turbid study` writes it anew")?;
     let (runs, score) = (document.runs, Score::of_checks(&document.checks));
     let spent = duration(runs.seconds_spent);
     section.title.clone_from(&document.title);

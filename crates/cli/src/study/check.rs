@@ -20,9 +20,6 @@ type Section = Located<CheckSection>;
 
 impl Study {
     /// All comparisons of a section, with tables of the convergence.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if it lacks a key, or names an unknown axis, value or reference.
     pub(super) fn check(&self, section: &Section) -> Result<(Vec<Check>, Vec<Table>)> {
         match section.value.kind {
             CheckKind::Within => Ok((self.within(section)?, Vec::new())),
@@ -79,12 +76,8 @@ impl Study {
         let all: Vec<usize> = (0..self.plan.axes.len()).collect();
         let points = self.points(&section.span, &all, &check.only, &check.y.value)?;
         if points.len() < 2 {
-            return self.plan.refuse(
-                &section.span,
-                "scatter of a single run",
-                "here",
-                "it takes two runs or more",
-            );
+            let title = "scatter of a single run";
+            return self.plan.refuse(&section.span, title, "here", "it takes two runs or more");
         }
         if points.iter().any(|(_, known)| matches!(known, Known::Missing(_))) {
             return Ok(Vec::new());
@@ -105,6 +98,19 @@ impl Study {
         let x =
             check.x.as_ref().ok_or_else(|| self.lacks(section, "x = \"axis of the cells per diameter\""))?;
         let (x, separate) = (self.plan.axis(x)?, self.plan.axes_of(&check.separate)?);
+        if check.at.is_some() && check.tolerance.is_none() {
+            let remedy = "e.g. tolerance = 0.03, relative to the extrapolation";
+            return self.plan.refuse(&section.span, "`at` without a `tolerance`", "here", remedy);
+        }
+        let axis = &self.plan.axes[x];
+        let keys = [("at", check.at), ("monotone_from", check.monotone_from)];
+        for (key, number) in keys.into_iter().filter_map(|(key, number)| Some((key, number?))) {
+            let mut numbers = axis.values.iter().filter_map(|value| value.number);
+            if !numbers.any(|known| (known - number).abs() < SAME) {
+                let title = format!("`{key}` is {number}, which is no value of the axis `{}`", axis.name);
+                return self.plan.refuse(&section.span, &title, "here", &axis.known_values());
+            }
+        }
         let points = self.points(&section.span, &self.free_axes(&separate), &check.only, y)?;
         let (mut checks, mut found, mut of_extrapolation) = (Vec::new(), Vec::new(), Vec::new());
         for line in self.lines(y, x, points) {

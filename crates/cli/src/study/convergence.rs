@@ -51,7 +51,7 @@ impl Fit {
     }
 }
 
-/// Whether an order is at an end of the range.
+/// Returns whether an order is at an end of the range.
 fn is_bound(order: f64) -> bool {
     ORDERS.iter().any(|bound| (order - bound).abs() < NEAR)
 }

@@ -8,15 +8,14 @@ use crate::checks::Check;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::path::Path;
-use turbid::error::{Error, Result};
-use turbid::input;
+use turbid::error::Result;
 use turbid::output::write_bytes;
 use turbid_plot::Chart;
 
 /// Name of the document in the directory of a study.
-pub const FILE: &str = "study.json";
+pub(crate) const FILE: &str = "study.json";
 /// Name of the table of all runs beside it.
-pub const RESULT: &str = "result.csv";
+pub(crate) const RESULT: &str = "result.csv";
 
 /// Columns of `result.csv` for a run; quantities that it does not have stay empty.
 const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter relaxation_time \
@@ -30,19 +29,15 @@ const OF_A_BENCHMARK: &str = "cells particles contacts_per_particle mlups roofli
 /// A study in numbers. Its JSON keys are stable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Document {
-    /// What is studied, one line.
+    /// Subject, one line.
     pub title: String,
     /// Version of the program that wrote it.
     pub version: String,
     /// The command that repeats it.
     pub command: String,
-    /// Figures, in the order of the study file.
     pub figures: Vec<Figure>,
-    /// Tables, in the order of the study file.
     pub tables: Vec<Table>,
-    /// Comparisons with references.
     pub checks: Vec<Check>,
-    /// Progress.
     pub runs: Runs,
     /// Names of the runs whose means have not settled, by [`Record::is_settled`].
     #[serde(default)]
@@ -54,7 +49,6 @@ pub struct Document {
 pub struct Figure {
     /// Short name, good for a file.
     pub name: String,
-    /// Contents.
     #[serde(flatten)]
     pub chart: Chart,
 }
@@ -64,9 +58,7 @@ pub struct Figure {
 pub struct Table {
     /// Short name, good for a file.
     pub name: String,
-    /// Heading.
     pub title: String,
-    /// Heads of the columns.
     pub columns: Vec<String>,
     /// Rows, each as long as `columns`.
     pub rows: Vec<Vec<String>>,
@@ -75,9 +67,8 @@ pub struct Table {
 /// Progress of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Runs {
-    /// Finished runs.
+    /// Number of finished runs.
     pub done: usize,
-    /// All runs.
     pub total: usize,
     /// Time that the steps of all runs have taken so far (s).
     pub seconds_spent: f64,
@@ -86,21 +77,6 @@ pub struct Runs {
 }
 
 impl Document {
-    /// Reads the document of the study in a directory.
-    ///
-    /// # Errors
-    /// [`Error::Io`] if the file cannot be read, [`Error::Input`] if it is not of this kind.
-    pub fn read(directory: &Path) -> Result<Self> {
-        let path = directory.join(FILE);
-        let text = input::read_text(&path, input::RECORD).map_err(|error| Error::io("read", &path, error))?;
-        serde_json::from_str(&text).map_err(|error| {
-            let path = path.display();
-            Error::Input(format!(
-                "{path} is no document of a study: {error}\n  `turbid study` writes it anew"
-            ))
-        })
-    }
-
     /// Writes the document into a directory; the file is replaced atomically.
     pub fn write(&self, directory: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n";
@@ -174,9 +150,9 @@ mod tests {
         };
         let place = tempfile::tempdir().unwrap();
         document.write(place.path()).unwrap();
-        assert_eq!(Document::read(place.path()).unwrap(), document);
-        let json: serde_json::Value =
-            serde_json::from_str(&std::fs::read_to_string(place.path().join(FILE)).unwrap()).unwrap();
+        let text = std::fs::read_to_string(place.path().join(FILE)).unwrap();
+        assert_eq!(serde_json::from_str::<Document>(&text).unwrap(), document);
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(json["figures"][0]["panels"][0]["series"][0]["style"], "dashed");
         assert!(json["figures"][0]["panels"][0]["series"][0]["points"][0]["error"].is_null());
     }

@@ -24,10 +24,9 @@ const POLL: Duration = Duration::from_millis(50);
 
 /// Progress of the execution.
 #[derive(Clone, Copy, Debug)]
-pub enum Event<'a> {
+pub(crate) enum Event<'a> {
     /// A run begins, or is resumed.
     Begins {
-        /// Its name.
         name: &'a str,
         /// Its number among the open runs, from 1, and the number of these.
         number: [usize; 2],
@@ -39,18 +38,13 @@ pub enum Event<'a> {
     /// A run has finished.
     Finished(&'a Record),
     /// A run has failed; the next one follows.
-    Failed {
-        /// Its name.
-        name: &'a str,
-        /// Why.
-        error: &'a Error,
-    },
+    Failed { name: &'a str, error: &'a Error },
 }
 
 /// Result of the execution of a study.
 #[derive(Debug, Default)]
-pub struct Outcome {
-    /// It was told to stop, or its time was over.
+pub(crate) struct Outcome {
+    /// True if it was told to stop, or its time was over.
     pub interrupted: bool,
     /// Runs that failed now.
     pub failed: usize,
@@ -59,11 +53,11 @@ pub struct Outcome {
 }
 
 /// Executes all open runs whose names contain `only`, and collects the results after each. The time limit of `options` is for
-/// all of them. `admit` may refuse a run that does not fit the machine; it is asked before particles are placed.
+/// all of them. `admit` may refuse a run that does not fit the machine; it is called before particles are placed.
 ///
 /// # Errors
 /// Those of the directory of the study and of writing there; a run that fails is an event and no error.
-pub fn execute(
+pub(crate) fn execute(
     study: &mut Study,
     options: &RunOptions,
     only: Option<&str>,
@@ -99,8 +93,8 @@ pub fn execute(
             Some(_) => bench(study, run, &options),
             None => simulate(study, run, &options),
         });
-        let refreshed = study.refresh();
-        match (finished.and_then(|finished| refreshed.map(|()| finished)), study.states[run].record()) {
+        study.refresh()?;
+        match (finished, study.states[run].record()) {
             (Ok(true), Some(record)) => tell(Event::Finished(record)),
             (Ok(_), _) => outcome.interrupted = true,
             (Err(error), _) => {

@@ -19,9 +19,6 @@ const ALIKE: f64 = 1e-3;
 
 impl Study {
     /// A figure in numbers.
-    ///
-    /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) if it names an unknown axis, value or table.
     pub(super) fn figure(&self, section: &Located<FigureSection>) -> Result<Figure> {
         let Located { value, span } = section;
         let x = self.plan.axis(&value.x)?;
@@ -149,7 +146,7 @@ fn take_errors(line: &mut Line) {
     }
 }
 
-/// Whether two series would be drawn on each other.
+/// Returns whether two series would be drawn on each other.
 fn alike(a: &Series, b: &Series) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= ALIKE * a.abs().max(b.abs());
     let mut pairs = a.points.iter().zip(&b.points);

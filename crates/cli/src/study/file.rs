@@ -1,4 +1,4 @@
-//! A study as the user writes it: every key, in this one place.
+//! Keys of a study file.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -10,12 +10,12 @@ use turbid::case::located::Located;
 use turbid::case::{self, Setup};
 use turbid::simulation::Law;
 
-/// A study: which runs of a case, and what to make of them.
+/// A study: runs of a case, and their evaluation.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "Study")]
 pub struct StudyFile {
-    /// What is studied, one line.
+    /// Subject, one line.
     pub title: String,
     /// The case, relative to this file.
     pub case: Located<String>,
@@ -26,7 +26,7 @@ pub struct StudyFile {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, Json>")]
     pub set: Located<toml::Table>,
-    /// What is varied; the runs are all combinations.
+    /// Axes; the runs are all combinations of their values.
     #[serde(default, rename = "axis")]
     pub axes: Vec<Located<AxisSection>>,
     /// Combinations that are left out: `{ cells = [15, 18], seed = 3 }`.
@@ -51,7 +51,7 @@ pub struct StudyFile {
     pub checks: Vec<Located<CheckSection>>,
 }
 
-/// One thing that is varied.
+/// A parameter with its values.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSection {
@@ -64,7 +64,7 @@ pub struct AxisSection {
     /// Plain values of `key`, or tables `{ name, value, set }`.
     #[schemars(extend("minItems" = 1))]
     pub values: Vec<Located<ValueSection>>,
-    /// Whether these are repetitions of the same thing, such as seeds, that are averaged over.
+    /// Repetitions of the same thing, such as seeds, that are averaged over.
     #[serde(default)]
     pub average: bool,
 }
@@ -120,14 +120,14 @@ pub(super) fn word(value: &toml::Value) -> String {
     }
 }
 
-/// How to measure the speed.
+/// Measurement of the speed.
 #[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BenchSection {
     /// Timed steps of each of five samples.
     #[schemars(extend("minimum" = 1))]
     pub steps: u64,
-    /// What is run before the first sample. Default: as many steps as a sample.
+    /// Time before the first sample. Default: as many steps as a sample.
     pub warm_up: Option<Duration>,
 }
 
@@ -182,7 +182,7 @@ pub struct DerivedSection {
     /// The quantity that is compared. Default: the settling velocity over that of Stokes.
     #[serde(default = "settling_velocity")]
     pub quantity: Located<String>,
-    /// How.
+    /// Kind of the comparison.
     #[serde(default)]
     pub form: Comparison,
 }
@@ -191,7 +191,7 @@ fn settling_velocity() -> Located<String> {
     "settling_velocity_over_stokes".to_string().into()
 }
 
-/// How two values of a quantity are compared.
+/// Comparisons of two values of a quantity.
 #[derive(Clone, Copy, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Comparison {
@@ -216,10 +216,10 @@ pub struct FigureSection {
     pub y: Located<Choice>,
     /// Text of the vertical axis. Default: the quantity.
     pub y_label: Option<String>,
-    /// Whether the horizontal axis is logarithmic.
+    /// Logarithmic horizontal axis.
     #[serde(default)]
     pub x_log: bool,
-    /// Whether the vertical axis is logarithmic.
+    /// Logarithmic vertical axis.
     #[serde(default)]
     pub y_log: bool,
     /// Axes whose values have a series each.
@@ -230,13 +230,13 @@ pub struct FigureSection {
     /// The values of axes that are shown; others are left out.
     #[serde(default)]
     pub only: Only,
-    /// Whether to draw the error of each line against its own extrapolation to fine grids, relative to it, instead of the quantity.
+    /// Draw the error of each line relative to its own extrapolation to fine grids instead of the quantity.
     #[serde(default)]
     pub error: bool,
-    /// What to draw besides.
+    /// References to draw as well.
     #[serde(default)]
     pub references: Vec<Located<ReferenceSection>>,
-    /// What the reader must know.
+    /// Note below the figure.
     #[serde(default)]
     pub note: String,
 }
@@ -270,7 +270,7 @@ pub struct ReferenceSection {
     pub value: Option<f64>,
     /// Text of the legend.
     pub label: Option<String>,
-    /// Whether the line is dashed.
+    /// Dashed line.
     #[serde(default)]
     pub dashed: bool,
 }
@@ -310,7 +310,7 @@ pub struct ColumnSection {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSection {
-    /// Which comparison.
+    /// Kind of the comparison.
     pub kind: CheckKind,
     /// Words for the quantity. Default: its name.
     pub label: Option<String>,

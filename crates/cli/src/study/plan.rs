@@ -10,47 +10,51 @@ use turbid::error::{Error, Result};
 
 /// An axis with its values.
 pub struct Axis {
-    /// Short name.
     pub name: String,
     /// Text at the axis of a figure.
     pub label: String,
-    /// Whether its values are repetitions.
+    /// True if its values are repetitions.
     pub average: bool,
-    /// Its values.
     pub values: Vec<Value>,
 }
 
-/// A value of an axis.
+impl Axis {
+    /// Indices of its values.
+    pub(super) fn indices(&self) -> Vec<usize> {
+        (0..self.values.len()).collect()
+    }
+
+    /// Its values in words, for a message.
+    pub(super) fn known_values(&self) -> String {
+        let known: Vec<&str> = self.values.iter().map(|value| value.name.as_str()).collect();
+        format!("its values are: {}", known.join(", "))
+    }
+}
+
+/// A value of an axis, with options for the case.
 pub struct Value {
-    /// Name: a number or a word.
     pub name: String,
     /// Text of legends and titles.
     pub label: String,
-    /// Its number, if it is one.
     pub number: Option<f64>,
-    /// Options for the case.
     options: Vec<String>,
 }
 
-/// One run.
+/// One run with options for the case.
 pub struct PlannedRun {
     /// Name of its directory.
     pub name: String,
     /// Index of its value on each axis.
     pub at: Vec<usize>,
-    /// Options for the case.
     pub options: Vec<String>,
-    /// The case with these, without the particles that it places at random.
+    /// The case with these, without particles at random positions.
     pub setup: Setup,
 }
 
 /// The runs of a study in the order of their execution: the first repetition of all before the second of any.
 pub struct Plan {
-    /// The study file.
     pub(super) source: Source,
-    /// What is varied.
     pub axes: Vec<Axis>,
-    /// The runs.
     pub runs: Vec<PlannedRun>,
     /// Axis and indices of the two values (`of`, `to`) of each derived quantity.
     pub(super) derived: Vec<[usize; 3]>,
@@ -77,7 +81,7 @@ impl Plan {
         let skips = file.skip.iter().map(|skip| plan.selection(&skip.span, &skip.value));
         let skips = skips.collect::<Result<Vec<_>>>()?;
         let common = options(&plan.source, &file.set.span, &file.set.value)?;
-        for at in combinations(&plan.axes) {
+        for at in combinations(plan.axes.iter().map(Axis::indices)) {
             if skips.iter().any(|skip| skip.holds(&at)) {
                 continue;
             }
@@ -132,19 +136,13 @@ impl Plan {
     }
 
     /// Index of an axis.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if there is none of this name.
     pub(super) fn axis(&self, name: &Located<String>) -> Result<usize> {
         self.axis_named(&name.value, &name.span)
     }
 
-    /// Indices of several axes, as [`axis`](Self::axis).
-    pub(super) fn axes_of<'a>(
-        &self,
-        names: impl IntoIterator<Item = &'a Located<String>>,
-    ) -> Result<Vec<usize>> {
-        names.into_iter().map(|name| self.axis(name)).collect()
+    /// Indices of several axes.
+    pub(super) fn axes_of(&self, names: &[Located<String>]) -> Result<Vec<usize>> {
+        names.iter().map(|name| self.axis(name)).collect()
     }
 
     fn axis_named(&self, name: &str, span: &Range<usize>) -> Result<usize> {
@@ -159,16 +157,7 @@ impl Plan {
         )
     }
 
-    /// The values of an axis, in words.
-    pub(super) fn known_values(axis: &Axis) -> String {
-        let known: Vec<&str> = axis.values.iter().map(|value| value.name.as_str()).collect();
-        format!("its values are: {}", known.join(", "))
-    }
-
     /// The combinations that have these values.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for an unknown axis or value.
     pub(super) fn selection(&self, span: &Range<usize>, only: &Only) -> Result<Selection> {
         let chosen = only.iter().map(|(name, choice)| {
             let axis = self.axis_named(name, span)?;
@@ -186,7 +175,7 @@ impl Plan {
             };
             axis.values.iter().position(same).ok_or_else(|| {
                 let title = format!("the axis `{}` has no value {word}", axis.name);
-                self.source.error(span, &title, "here", &Self::known_values(axis))
+                self.source.error(span, &title, "here", &axis.known_values())
             })
         };
         choice.0.iter().map(find).collect()
@@ -197,7 +186,7 @@ impl Plan {
 pub(super) struct Selection(pub(super) BTreeMap<usize, Vec<usize>>);
 
 impl Selection {
-    /// Whether a combination has these values.
+    /// Returns whether a combination has these values.
     pub(super) fn holds(&self, at: &[usize]) -> bool {
         self.0.iter().all(|(&axis, values)| values.contains(&at[axis]))
     }
@@ -260,18 +249,10 @@ fn directory_word(axis: &Axis, value: &Value) -> String {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("{}{name}", axis.name) }
 }
 
-/// All combinations of indices of values on some axes, the last axis fastest.
-pub(super) fn combinations<'a>(axes: impl IntoIterator<Item = &'a Axis>) -> Vec<Vec<usize>> {
-    axes.into_iter().fold(vec![Vec::new()], |all, axis| extended(&all, 0..axis.values.len()))
-}
-
-/// Every list with every value behind it, the values fastest.
-pub(super) fn extended<T: Copy>(
-    lists: &[Vec<T>],
-    values: impl IntoIterator<Item = T> + Clone,
-) -> Vec<Vec<T>> {
-    let with = |list: &Vec<T>| -> Vec<Vec<T>> {
-        values.clone().into_iter().map(|value| [&list[..], &[value]].concat()).collect()
-    };
-    lists.iter().flat_map(with).collect()
+/// All combinations of one of each of the choices, the last one fastest.
+pub(super) fn combinations<T: Copy>(choices: impl IntoIterator<Item = Vec<T>>) -> Vec<Vec<T>> {
+    choices.into_iter().fold(vec![Vec::new()], |all, values| {
+        let with = |at: &Vec<T>| values.iter().map(|&value| [&at[..], &[value]].concat()).collect::<Vec<_>>();
+        all.iter().flat_map(with).collect()
+    })
 }

@@ -9,7 +9,7 @@
 
 use super::Study;
 use super::file::{Comparison, DerivedSection, Only};
-use super::plan::{PlannedRun, Selection, extended};
+use super::plan::{PlannedRun, Selection, combinations};
 use super::record::Quantity;
 use std::ops::Range;
 use turbid::error::Result;
@@ -131,9 +131,6 @@ impl Study {
 
     /// A quantity at all points of the study that have these values, in the order of the axes; `free` axes vary, of the others there
     /// may be one value only, unless they hold repetitions, which are averaged.
-    ///
-    /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) if an axis that is not free has several values.
     pub(super) fn points(
         &self,
         span: &Range<usize>,
@@ -143,14 +140,14 @@ impl Study {
     ) -> Result<Vec<(At, Known)>> {
         let compared = self.derived(quantity).map(|(_, [axis, ..])| axis);
         let selection = self.plan.selection(span, only)?;
-        let mut all: Vec<At> = vec![Vec::new()];
+        let mut choices = Vec::new();
         for (index, axis) in self.plan.axes.iter().enumerate() {
-            let (chosen, is_free) = (selection.0.get(&index).cloned(), free.contains(&index));
+            let (chosen, is_free) = (selection.0.get(&index), free.contains(&index));
             if compared == Some(index) || axis.average && chosen.is_none() && !is_free {
-                all = extended(&all, [None]);
+                choices.push(vec![None]);
                 continue;
             }
-            let values = chosen.unwrap_or_else(|| (0..axis.values.len()).collect());
+            let values = chosen.cloned().unwrap_or_else(|| axis.indices());
             if values.len() > 1 && !is_free {
                 let name = &axis.name;
                 let title = format!("the axis `{name}` has several values here");
@@ -159,9 +156,9 @@ impl Study {
                 );
                 return self.plan.refuse(span, &title, "which one?", &remedy);
             }
-            all = extended(&all, values.into_iter().map(Some));
+            choices.push(values.into_iter().map(Some).collect());
         }
-        let known = all.into_iter().map(|at| (self.known(quantity, &at), at));
+        let known = combinations(choices).into_iter().map(|at| (self.known(quantity, &at), at));
         Ok(known.filter(|(known, _)| *known != Known::Absent).map(|(known, at)| (at, known)).collect())
     }
 
@@ -207,7 +204,7 @@ impl Study {
 }
 
 impl Selection {
-    /// Whether a point has these values.
+    /// Returns whether a point has these values.
     pub(super) fn meets(&self, at: &At) -> bool {
         (self.0.iter()).all(|(&axis, values)| at[axis].is_some_and(|value| values.contains(&value)))
     }

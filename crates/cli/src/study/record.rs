@@ -15,15 +15,16 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use turbid::case::Setup;
+use turbid::case::located::Located;
 use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::output::series::COLUMNS;
 use turbid::output::{OutputFiles, SeriesTable, estimate_mean, summary};
 
 /// Name of the file with the results of a benchmark.
-pub const BENCH_FILE: &str = "bench.json";
+pub(super) const BENCH_FILE: &str = "bench.json";
 /// Beginning of the names of the parts of the time.
-pub const SHARE: &str = "share_";
+pub(super) const SHARE: &str = "share_";
 
 /// Standard errors by which a mean may differ from the one after the transient.
 const NOISE: f64 = 2.0;
@@ -34,7 +35,7 @@ const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s message
     memory_bytes contacts_per_particle wall_seconds steps";
 
 /// The names of all quantities of runs, or of benchmarks, except those of [`SHARE`].
-pub fn names(bench: bool) -> Vec<&'static str> {
+pub(super) fn names(bench: bool) -> Vec<&'static str> {
     if bench {
         return OF_A_BENCHMARK.split_whitespace().collect();
     }
@@ -46,9 +47,7 @@ pub fn names(bench: bool) -> Vec<&'static str> {
 /// A number with its standard error, if that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
-    /// Its value.
     pub value: f64,
-    /// Its standard error.
     pub error: Option<f64>,
 }
 
@@ -62,13 +61,11 @@ impl Quantity {
 /// Results of a run or of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// Its directory.
     pub directory: PathBuf,
     /// Version of the program that ran it.
     pub version: String,
     /// Interval of `t*` of the averages.
     pub averaged_over: Option<[f64; 2]>,
-    /// Numbers by name.
     pub quantities: BTreeMap<String, Quantity>,
 }
 
@@ -95,18 +92,16 @@ impl Record {
         }
     }
 
-    /// A number by its name.
     pub fn get(&self, name: &str) -> Option<Quantity> {
         self.quantities.get(name).copied()
     }
 
-    /// The value of a number by its name.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.get(name).map(|quantity| quantity.value)
     }
 
-    /// Whether the averages of a run are those of a steady state: the transient of its settling velocity ends before they begin, or
-    /// makes a difference of at most [`NOISE`] standard errors. No if no end of the transient was found, as in a series too
+    /// Returns whether the averages of a run are those of a steady state: the transient of its settling velocity ends before
+    /// they begin, or makes a difference of at most [`NOISE`] standard errors. No if no end of the transient was found, as in a series too
     /// short to tell; none for runs without a settling velocity.
     pub fn is_settled(&self) -> Option<bool> {
         let mean = self.value("settling_velocity_over_stokes")?;
@@ -122,11 +117,11 @@ impl Record {
     ///
     /// # Errors
     /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if its series cannot be read.
-    pub fn of_run<'a>(
+    pub fn of_run(
         directory: &Path,
         summary: &Json,
         setup: &Setup,
-        windows: impl Iterator<Item = &'a WindowSection>,
+        windows: &[Located<WindowSection>],
     ) -> Result<Self> {
         let mut record = Self::new(directory, &summary["version"], summary);
         record.averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
@@ -151,7 +146,7 @@ impl Record {
         if let Some(fluid) = &setup.fluid {
             record.put("net_flux_over_stokes", along / fluid.scales.stokes_velocity);
         }
-        for window in windows {
+        for Located { value: window, .. } in windows {
             if let Some(mean) = mean_velocity(&series, [window.from, window.to]) {
                 record.put(&window.quantity(), mean);
             }

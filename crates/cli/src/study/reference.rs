@@ -19,9 +19,6 @@ const PARTS: u32 = 8;
 
 impl Study {
     /// The value of a reference for a quantity at a point, NaN if it has none there; `None` if it does not apply to the point.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if the reference is not one of a point, or its table is wrong.
     pub(super) fn reference_at(
         &self,
         reference: &Located<ReferenceSection>,
@@ -62,9 +59,6 @@ impl Study {
     }
 
     /// A reference along the horizontal axis `x` through points that differ in nothing else.
-    ///
-    /// # Errors
-    /// As [`reference_at`](Self::reference_at).
     pub(super) fn reference_along(
         &self,
         reference: &Located<ReferenceSection>,
@@ -123,7 +117,7 @@ impl Study {
             return self.plan.refuse(span, "a table without the column of its values", "here", remedy);
         };
         let path = self.path.parent().unwrap_or(Path::new("")).join(file);
-        // What the study itself writes is no reference.
+        // The own result of the study is no reference.
         directory::refuse_input(&self.out.join(document::RESULT), std::slice::from_ref(&path))?;
         let bytes = input::read(&path, input::TABLE).map_err(|error| Error::io("read", &path, error))?;
         let broken = |error: csv::Error| Error::Input(format!("{}: {error}", path.display()));
@@ -160,7 +154,7 @@ impl Study {
         Ok(points)
     }
 
-    /// What a column must equal: the value of an axis at this point, or what is written.
+    /// Word that a column must equal: the value of an axis at this point, or a given one.
     fn wanted(&self, span: &Range<usize>, wanted: &toml::Value, at: &At) -> Result<String> {
         let word = word(wanted);
         let Some(axis) = self.plan.axes.iter().position(|axis| axis.name == word) else {
@@ -175,7 +169,7 @@ impl Study {
     }
 }
 
-/// Whether two words are the same, or the same number.
+/// Returns whether two words are the same, or the same number.
 fn same(a: &str, b: &str) -> bool {
     match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(a), Ok(b)) => (a - b).abs() <= 1e-9 * b.abs(),

@@ -1,7 +1,6 @@
-//! Mistakes in a study file that are told before anything runs.
+//! Mistakes in a study file that are refused before anything runs.
 
 use super::Study;
-use super::plan::Plan;
 use super::record;
 use std::path::Path;
 use turbid::case::located::Located;
@@ -9,14 +8,8 @@ use turbid::case::nearest;
 use turbid::error::Result;
 use turbid::output::series::is_of_a_wall;
 
-/// Values of an axis that differ by less are the same.
-const SAME: f64 = 1e-9;
-
 impl Study {
-    /// Refuses duplicate names, impossible windows, unknown quantities, and keys of checks that do not fit each other.
-    ///
-    /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) with the position and a remedy.
+    /// Refuses duplicate names, impossible windows, and unknown quantities.
     pub(super) fn refuse_mistakes(&self) -> Result<()> {
         let (file, plan) = (&self.file, &self.plan);
         plan.refuse_duplicates("figures", file.figures.iter().map(|figure| &figure.value.name))?;
@@ -34,19 +27,13 @@ impl Study {
         for Located { value, span } in quantities {
             self.refuse_unknown(span, value)?;
         }
-        for figure in &file.figures {
-            figure
-                .value
-                .y
-                .value
-                .0
-                .iter()
-                .try_for_each(|name| self.refuse_unknown(&figure.value.y.span, name))?;
+        for Located { value, span } in file.figures.iter().map(|figure| &figure.value.y) {
+            value.0.iter().try_for_each(|name| self.refuse_unknown(span, name))?;
         }
-        self.refuse_checks()
+        Ok(())
     }
 
-    /// What is strange but possible.
+    /// Unusual but possible entries.
     pub fn warnings(&self) -> Vec<String> {
         let beside = self.out.parent().unwrap_or(Path::new(""));
         let folder = self.path.parent().unwrap_or(Path::new(""));
@@ -96,25 +83,5 @@ impl Study {
             None => format!("known here: {}", known.join(", ")),
         };
         self.plan.refuse(span, &format!("there is no quantity `{name}`"), "no such quantity", &remedy)
-    }
-
-    fn refuse_checks(&self) -> Result<()> {
-        for Located { value, span } in &self.file.checks {
-            if value.at.is_some() && value.tolerance.is_none() {
-                let remedy = "e.g. tolerance = 0.03, relative to the extrapolation";
-                return self.plan.refuse(span, "`at` without a `tolerance`", "here", remedy);
-            }
-            let Some(x) = &value.x else { continue };
-            let axis = &self.plan.axes[self.plan.axis(x)?];
-            for (key, number) in [("at", value.at), ("monotone_from", value.monotone_from)] {
-                let Some(number) = number else { continue };
-                let mut numbers = axis.values.iter().filter_map(|value| value.number);
-                if !numbers.any(|known| (known - number).abs() < SAME) {
-                    let title = format!("`{key}` is {number}, which is no value of the axis `{}`", axis.name);
-                    return self.plan.refuse(span, &title, "here", &Plan::known_values(axis));
-                }
-            }
-        }
-        Ok(())
     }
 }

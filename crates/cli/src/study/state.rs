@@ -1,7 +1,8 @@
 //! Progress of each run of a study, from the files on disk.
 
+use super::Study;
 use super::file::{BenchSection, StudyFile, ValueSection};
-use super::plan::{Plan, PlannedRun};
+use super::plan::PlannedRun;
 use super::record::{BENCH_FILE, Record};
 use serde_json::Value as Json;
 use std::fs;
@@ -38,13 +39,10 @@ pub enum State {
     /// Finished.
     Done(Box<Record>),
     /// It can be resumed from this step.
-    Part {
-        /// Steps done.
-        step: u64,
-    },
+    Part { step: u64 },
     /// Not begun.
     Open {
-        /// Whether its directory holds the results of another run, which it will replace.
+        /// True if its directory holds the results of another run, which it will replace.
         replaces: bool,
     },
 }
@@ -59,16 +57,6 @@ impl State {
     }
 }
 
-/// Results of runs in the directories that a study may use.
-struct Results<'a> {
-    file: &'a StudyFile,
-    /// Threads that are requested instead of the case's.
-    threads: Option<usize>,
-    /// Keys of the case that axes set, which are relevant for that.
-    varied: Vec<String>,
-    found: Vec<Found>,
-}
-
 /// The results of one run.
 struct Found {
     directory: PathBuf,
@@ -76,87 +64,77 @@ struct Found {
     json: Json,
 }
 
-/// Progress of all runs of a plan whose own directory is `out`, with finished runs from any of the `directories`.
-///
-/// # Errors
-/// Those of reading the results of a finished run.
-pub(super) fn states(
-    file: &StudyFile,
-    plan: &Plan,
-    out: &Path,
-    directories: &[PathBuf],
-    threads: Option<usize>,
-) -> Result<Vec<State>> {
-    let mut results = Results { file, threads, varied: varied(file), found: Vec::new() };
-    for directory in directories {
-        let entries = fs::read_dir(directory).into_iter().flatten().flatten();
-        let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-        folders.sort();
-        let found: Vec<Found> = folders.into_iter().filter_map(|folder| results.read(folder)).collect();
-        results.found.extend(found);
+impl Study {
+    /// Progress of all runs, by their own directories and those of the studies whose runs may be used.
+    pub(super) fn progress(&self) -> Result<Vec<State>> {
+        let beside = self.out.parent().unwrap_or(Path::new(""));
+        let shares = self.file.shares.iter().map(|name| beside.join(&name.value));
+        let varied = varied(&self.file);
+        let mut found = Vec::new();
+        for directory in [self.out.clone()].into_iter().chain(shares) {
+            let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+            let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+            folders.sort();
+            found.extend(folders.into_iter().filter_map(|folder| self.found(folder, &varied)));
+        }
+        self.plan.runs.iter().map(|run| self.state(run, &found, &varied)).collect()
     }
-    plan.runs.iter().map(|run| results.state(run, &out.join(&run.name))).collect()
-}
 
-impl Results<'_> {
     /// The results in a directory, if there are any.
-    fn read(&self, directory: PathBuf) -> Option<Found> {
+    fn found(&self, directory: PathBuf, varied: &[String]) -> Option<Found> {
         let path = match self.file.bench {
             Some(_) => directory.join(BENCH_FILE),
             None => OutputFiles::new(&directory).summary(),
         };
         let json: Json = serde_json::from_slice(&input::read(&path, input::RECORD).ok()?).ok()?;
-        Some(Found { directory, input: canonical(json["input"].as_str()?, &self.varied)?, json })
+        Some(Found { directory, input: canonical(json["input"].as_str()?, varied)?, json })
     }
 
-    /// Progress of a run whose directory is `directory`.
-    fn state(&self, run: &PlannedRun, directory: &Path) -> Result<State> {
-        let setup = &run.setup;
-        let wanted = canonical(&setup.provenance.text, &self.varied);
+    /// Progress of a run.
+    fn state(&self, run: &PlannedRun, found: &[Found], varied: &[String]) -> Result<State> {
+        let (setup, directory) = (&run.setup, self.out.join(&run.name));
+        let wanted = canonical(&setup.provenance.text, varied);
         let bench = self.file.bench.as_ref().map(|bench| measured_with(&bench.value, setup, self.threads));
         let is_measured_alike = |json: &Json| {
-            let mut asked = bench.iter().filter_map(Json::as_object).flatten();
-            asked.all(|(key, asked)| json.get(key) == Some(asked))
+            let mut wanted = bench.iter().filter_map(Json::as_object).flatten();
+            wanted.all(|(key, wanted)| json.get(key) == Some(wanted))
         };
-        let fits = |found: &&Found| {
-            Some(&found.input) == wanted.as_ref()
-                && is_of(&found.json, setup)
-                && is_measured_alike(&found.json)
+        let fits = |Found { input, json, .. }: &Found| {
+            Some(input) == wanted.as_ref() && is_of(json, setup) && is_measured_alike(json)
         };
-        let is_finished = |found: &&Found| {
-            let Found { json, .. } = found;
+        let is_finished = |Found { json, .. }: &Found| {
             bench.is_some() || json["interrupted"] == false && json["steps"] == setup.plan.end_step
         };
-        // Its own first.
-        let mine = |found: &&Found| found.directory == directory;
-        let known = self.found.iter().filter(fits);
-        if let Some(found) = known.clone().filter(mine).chain(known).find(is_finished) {
-            let windows = self.file.windows.iter().map(|window| &window.value);
+        let own = found.iter().find(|found| found.directory == directory);
+        if let Some(found) = own.into_iter().chain(found).find(|found| fits(found) && is_finished(found)) {
             let record = match bench {
                 Some(_) => Record::of_bench(&found.directory, &found.json),
-                None => Record::of_run(&found.directory, &found.json, setup, windows)?,
+                None => Record::of_run(&found.directory, &found.json, setup, &self.file.windows)?,
             };
             return Ok(State::Done(Box::new(record)));
         }
-        let left = self.found.iter().find(mine);
         if bench.is_none()
-            && left.is_none_or(|left| fits(&left))
-            && let Some(step) = self.saved_step(directory, setup, wanted.as_ref())
+            && own.is_none_or(fits)
+            && let Some(step) = saved_step(&directory, setup, wanted.as_ref(), varied)
         {
             return Ok(State::Part { step });
         }
-        Ok(State::Open { replaces: left.is_some() || OutputFiles::new(directory).series().exists() })
+        Ok(State::Open { replaces: own.is_some() || OutputFiles::new(&directory).series().exists() })
     }
+}
 
-    /// The step of the newest checkpoint of a run, if it is of this case, and this program makes the same of it.
-    fn saved_step(&self, directory: &Path, setup: &Setup, wanted: Option<&toml::Table>) -> Option<u64> {
-        let folder = OutputFiles::new(directory).checkpoints();
-        let saved = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone()));
-        let (head, _) = saved.ok()?;
-        let resolved: Json = serde_json::from_str(&head.case.resolved).ok()?;
-        let same = canonical(&head.case.text, &self.varied).as_ref() == wanted && is_of(&resolved, setup);
-        same.then_some(head.step)
-    }
+/// The step of the newest checkpoint of a run, if it is of this case, and this program makes the same of it.
+fn saved_step(
+    directory: &Path,
+    setup: &Setup,
+    wanted: Option<&toml::Table>,
+    varied: &[String],
+) -> Option<u64> {
+    let folder = OutputFiles::new(directory).checkpoints();
+    let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone())).ok()?;
+    let resolved: Json = serde_json::from_str(&head.case.resolved).ok()?;
+    let same = canonical(&head.case.text, varied).as_ref() == wanted && is_of(&resolved, setup);
+    same.then_some(head.step)
 }
 
 /// Conditions of a benchmark, apart from its case.
@@ -213,16 +191,16 @@ fn as_float(value: &mut toml::Value) {
     }
 }
 
-/// Whether a summary, as far as it tells, is of this set-up.
+/// Returns whether a summary is of this set-up, by the keys that it has.
 fn is_of(json: &Json, setup: &Setup) -> bool {
     let same = |known: &Json, wanted: &Json| match (known.as_f64(), wanted.as_f64()) {
         (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
         _ => known == wanted,
     };
-    let told = json.get("identity").unwrap_or(json);
+    let stored = json.get("identity").unwrap_or(json);
     let wanted = identity(setup);
     let mut keys = wanted.as_object().into_iter().flatten();
-    keys.all(|(key, wanted)| match told.get(key) {
+    keys.all(|(key, wanted)| match stored.get(key) {
         Some(known) => same(known, wanted),
         // Summaries of older versions lack it.
         None => key == "setup_hash",

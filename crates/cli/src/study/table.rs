@@ -4,7 +4,7 @@ use super::Study;
 use super::convergence::{Convergence, interval_words, words as order_words};
 use super::document::Table;
 use super::file::{ColumnSection, Comparison, TableSection};
-use super::plan::combinations;
+use super::plan::{Axis, combinations};
 use super::points::{At, Known, average};
 use super::record::Quantity;
 use std::collections::BTreeSet;
@@ -20,43 +20,36 @@ const UNSETTLED: &str = " (not settled)";
 
 impl Study {
     /// A table in words.
-    ///
-    /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) if it names an unknown axis, value or reference.
     pub(super) fn table(&self, section: &Located<TableSection>) -> Result<Table> {
         let TableSection { name, title, rows, columns } = &section.value;
         let axes = self.plan.axes_of(rows)?;
-        let places = combinations(axes.iter().map(|&axis| &self.plan.axes[axis]));
-        let names = axes.iter().map(|&axis| self.plan.axes[axis].name.clone());
-        let mut table = Table {
-            name: name.value.clone(),
-            title: title.clone(),
-            columns: names.collect(),
-            rows: Vec::new(),
-        };
-        for at in &places {
-            let names =
-                axes.iter().zip(at).map(|(&axis, &value)| self.plan.axes[axis].values[value].name.clone());
-            table.rows.push(names.collect());
-        }
-        let mut known = vec![false; places.len()];
+        let row_axes = || axes.iter().map(|&axis| &self.plan.axes[axis]);
+        let mut heads: Vec<String> = row_axes().map(|axis| axis.name.clone()).collect();
+        let mut filled = Vec::new();
         for Located { value: column, span } in columns {
             let ColumnSection { label, y, only, reference, .. } = column;
-            table.columns.push(label.clone());
+            heads.push(label.clone());
             if reference.is_some() {
-                table.columns.extend([format!("{label}: reference"), "deviation".to_string()]);
+                heads.extend([format!("{label}: reference"), "deviation".to_string()]);
             }
-            let points = self.points(span, &axes, only, &y.value)?;
-            for ((row, places), known) in table.rows.iter_mut().zip(&places).zip(&mut known) {
-                let is_here =
-                    |at: &At| axes.iter().zip(places).all(|(&axis, &value)| at[axis] == Some(value));
-                let point = points.iter().find(|(at, _)| is_here(at));
-                *known |= point.is_some();
+            filled.push((column, self.points(span, &axes, only, &y.value)?));
+        }
+        let mut table =
+            Table { name: name.value.clone(), title: title.clone(), columns: heads, rows: Vec::new() };
+        for values in combinations(row_axes().map(Axis::indices)) {
+            let is_here = |at: &At| axes.iter().zip(&values).all(|(&axis, &value)| at[axis] == Some(value));
+            let points = filled.iter().map(|(_, points)| points.iter().find(|(at, _)| is_here(at)));
+            let points: Vec<_> = points.collect();
+            if points.iter().all(Option::is_none) {
+                continue;
+            }
+            let mut row: Vec<String> =
+                row_axes().zip(&values).map(|(axis, &value)| axis.values[value].name.clone()).collect();
+            for ((column, _), point) in filled.iter().zip(points) {
                 row.extend(self.cells(column, point)?);
             }
+            table.rows.push(row);
         }
-        let mut known = known.into_iter();
-        table.rows.retain(|_| known.next() == Some(true));
         Ok(table)
     }
 
