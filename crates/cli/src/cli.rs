@@ -9,7 +9,6 @@ mod machine;
 mod pack;
 mod preflight;
 mod report;
-mod resume;
 mod run;
 mod signals;
 mod study;
@@ -95,12 +94,12 @@ struct RunArguments {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
-    manner: Manner,
+    flags: RunFlags,
 }
 
-/// How a run behaves, whatever it runs.
+/// Flags of everything that runs cases.
 #[derive(Debug, Args)]
-struct Manner {
+struct RunFlags {
     /// No progress and no summary.
     #[arg(long)]
     quiet: bool,
@@ -121,7 +120,7 @@ struct ResumeArguments {
     #[arg(long)]
     threads: Option<usize>,
     #[command(flatten)]
-    manner: Manner,
+    flags: RunFlags,
 }
 
 #[derive(Debug, Args)]
@@ -215,7 +214,7 @@ pub fn main() -> ExitCode {
 fn carry_out(command: Command) -> u8 {
     let passed = match command {
         Command::Run(arguments) => run::run(&arguments).map(|()| true),
-        Command::Resume(arguments) => resume::resume(&arguments).map(|()| true),
+        Command::Resume(arguments) => run::resume(&arguments).map(|()| true),
         Command::Check(arguments) => check::check(&arguments).map(|()| true),
         Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
         Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),

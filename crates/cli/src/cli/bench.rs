@@ -1,7 +1,7 @@
 //! `turbid bench`.
 
 use super::machine::in_bytes;
-use super::terminal::{say, table};
+use super::terminal::{columns, say, table};
 use super::{BenchArguments, load, preflight};
 use std::fmt::Write;
 use turbid::error::Result;
@@ -119,11 +119,10 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
     format!("{}\n{}", table(&rows), by_rank(&report.by_rank))
 }
 
-/// A line for each rank.
+/// A row for each rank.
 fn by_rank(ranks: &[RankReport]) -> String {
-    let mut text = format!(
-        "\n  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>11} {:>9}\n",
-        "rank",
+    let heads = [
+        "  rank",
         "cells",
         "covered",
         "particles",
@@ -132,28 +131,28 @@ fn by_rank(ranks: &[RankReport]) -> String {
         "halo",
         "exchange",
         "waiting",
-        "memory"
-    );
+        "memory",
+    ];
+    let mut rows = vec![heads.map(String::from).to_vec()];
     for rank in ranks.iter().take(RANKS_SHOWN) {
         let waiting = rank.halo.seconds + rank.exchange.seconds + rank.collective.seconds;
         let bytes = |rate: Rate| format!("{:.1} kB", rate.bytes / 1e3);
-        let _ = writeln!(
-            text,
-            "  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>8.3} ms {:>9}",
-            rank.rank,
-            rank.cells,
-            rank.covered_cells,
-            rank.particles,
-            rank.ghosts,
-            rank.contacts,
+        rows.push(vec![
+            format!("  {}", rank.rank),
+            rank.cells.to_string(),
+            rank.covered_cells.to_string(),
+            rank.particles.to_string(),
+            rank.ghosts.to_string(),
+            rank.contacts.to_string(),
             bytes(rank.halo),
             bytes(rank.exchange),
-            1e3 * waiting,
+            format!("{:.3} ms", 1e3 * waiting),
             in_bytes(rank.process_memory_bytes as f64),
-        );
+        ]);
     }
+    let mut text = format!("\n{}", columns(&rows));
     if ranks.len() > RANKS_SHOWN {
-        let _ = writeln!(text, "  and {} more; all with --json", ranks.len() - RANKS_SHOWN);
+        let _ = write!(text, "\n  and {} more; all with --json", ranks.len() - RANKS_SHOWN);
     }
     text
 }

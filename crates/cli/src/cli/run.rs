@@ -1,7 +1,7 @@
-//! `turbid run`.
+//! `turbid run` and `turbid resume`.
 
 use super::terminal::{say, warn};
-use super::{Manner, RunArguments, load, preflight, signals};
+use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals};
 use std::path::Path;
 use turbid::case::Setup;
 use turbid::error::{Error, Result};
@@ -25,10 +25,10 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
     ended(summary.as_ref(), &setup.plan.output.directory, &options)
 }
 
-/// The case, and what the signals set: what can fail on one process of an MPI job alone.
+/// The case, and options that signals set: all that can fail on one process of an MPI job alone.
 fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     // Signals first: reading and packing may take a while.
-    let mut options = options(&arguments.manner, STOPPING)?;
+    let mut options = options(&arguments.flags, STOPPING)?;
     options.overwrite = arguments.overwrite;
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
@@ -38,10 +38,25 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     Ok((setup, options))
 }
 
-/// How a run is asked to behave, by arguments and from now on by [signals], the first of which `answer` is printed for.
-pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOptions> {
+/// Resumes a run from its last checkpoint.
+pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
+    let (setup, options) = simulation::agreed(prepare_resume(arguments))?;
+    let summary = simulation::resume(&setup, &options)?;
+    ended(summary.as_ref(), &setup.plan.output.directory, &options)
+}
+
+/// The saved case, as [`prepare`].
+fn prepare_resume(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
+    let options = options(&arguments.flags, STOPPING)?;
+    let setup = simulation::saved_setup(&arguments.directory, &arguments.set, arguments.threads)?;
+    preflight::refuse_what_does_not_fit(&setup)?;
+    Ok((setup, options))
+}
+
+/// Options of a run, by its flags and from now on by [signals]; `answer` is printed at the first one.
+pub(super) fn options(flags: &RunFlags, answer: &'static str) -> Result<RunOptions> {
     let options =
-        RunOptions { quiet: manner.quiet, max_walltime: manner.max_walltime, ..RunOptions::default() };
+        RunOptions { quiet: flags.quiet, max_walltime: flags.max_walltime, ..RunOptions::default() };
     signals::listen(&options, answer)?;
     Ok(options)
 }

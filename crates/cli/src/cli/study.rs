@@ -1,8 +1,8 @@
 //! `turbid study`.
 
 use super::machine::in_time;
-use super::terminal::{say, warn};
-use super::{Manner, preflight, run};
+use super::terminal::{columns, say, warn};
+use super::{RunFlags, preflight, run};
 use crate::checks::Score;
 use crate::study::state::State;
 use crate::study::{self, Event, Study};
@@ -35,7 +35,7 @@ pub(super) struct StudyArguments {
     #[arg(long, conflicts_with = "file")]
     schema: bool,
     #[command(flatten)]
-    manner: Manner,
+    flags: RunFlags,
 }
 
 /// Does what is left of a study; whether all its checks passed.
@@ -59,7 +59,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
         return Ok(true);
     }
     // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
-    let options = run::options(&arguments.manner, run::STOPPING)?;
+    let options = run::options(&arguments.flags, run::STOPPING)?;
     let quiet = options.quiet;
     let mut manner = study::Manner { run: options, only: arguments.only.clone() };
     // Lines every few seconds for hours are of no use.
@@ -120,19 +120,14 @@ fn tell(event: Event, quiet: bool) {
     }
 }
 
-/// The plan: what there is to do, and how long it takes.
+/// The runs with their state and the time that they take.
 fn list(study: &Study, only: Option<&str>) -> String {
-    let runs = &study.plan.runs;
-    let width = runs.iter().map(|run| run.name.len()).max().unwrap_or(0).max(4);
-    let mut text = format!("{}\n\n", study.file.title.value);
-    let _ = writeln!(text, "  {:width$} {:>12} {:>9} {:>9}  state", "run", "cells", "steps", "time");
+    let mut rows = vec![["  run", "cells", "steps", "time", "state"].map(String::from).to_vec()];
     let mut total = 0.0;
-    for (at, run) in runs.iter().enumerate() {
+    for (at, run) in study.plan.runs.iter().enumerate() {
         if only.is_some_and(|only| !run.name.contains(only)) {
             continue;
         }
-        let setup = &run.setup;
-        let cells = setup.fluid_cells();
         let (time, state) = match &study.states[at] {
             State::Done(record) => {
                 let mut state = "done".to_string();
@@ -144,29 +139,34 @@ fn list(study: &Study, only: Option<&str>) -> String {
                 }
                 (record.value("wall_seconds"), state)
             }
-            State::Part { step } => {
-                let state = format!("part, up to step {step}");
-                (study.seconds_left(at), state)
-            }
-            State::Open { replaces } => {
-                let state =
-                    if *replaces { "open; another run is there and will be replaced" } else { "open" };
+            State::Part { step } => (study.seconds_left(at), format!("part, up to step {step}")),
+            State::Open { replaces: false } => (study.seconds_left(at), "open".to_string()),
+            State::Open { replaces: true } => {
+                let state = "open; another run is there and will be replaced";
                 (study.seconds_left(at), state.to_string())
             }
         };
-        let time = time.map_or_else(|| "-".to_string(), in_time);
-        let name = &run.name;
-        let _ = writeln!(text, "  {name:width$} {cells:>12} {:>9} {time:>9}  {state}", study.steps(at));
-        total += match study.states[at] {
-            State::Done(_) => 0.0,
-            _ => study.seconds_left(at).unwrap_or(0.0),
-        };
+        if study.states[at].record().is_none() {
+            total += time.unwrap_or(0.0);
+        }
+        rows.push(vec![
+            format!("  {}", run.name),
+            run.setup.fluid_cells().to_string(),
+            study.steps(at).to_string(),
+            time.map_or_else(|| "-".to_string(), in_time),
+            state,
+        ]);
     }
     let done = study.states.iter().filter(|state| state.record().is_some()).count();
     let basis = match study.measured_over_estimated() {
         Some(_) => "by the speed measured in the finished runs",
         None => "by the cost model of `turbid check`: nothing was measured yet",
     };
-    let _ = write!(text, "\n{done} of {} runs done; the others take {}, {basis}", runs.len(), in_time(total));
-    text
+    format!(
+        "{}\n\n{}\n\n{done} of {} runs done; the others take {}, {basis}",
+        study.file.title.value,
+        columns(&rows),
+        study.plan.runs.len(),
+        in_time(total)
+    )
 }

@@ -2,9 +2,9 @@
 
 use super::suite::chosen;
 use super::terminal::say;
-use super::{Changes, Manner, run, walltime};
+use super::{Changes, RunFlags, run, walltime};
 use crate::checks::{self, Score};
-use crate::validate::{self, CASES, Case, Level, Trial};
+use crate::validate::{self, CASES, Case, Level, SuiteContext};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -52,17 +52,18 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(out) = &arguments.out {
         checks::prepare(out)?;
     }
-    let manner = Manner { quiet: false, max_walltime: arguments.max_walltime };
+    let flags = RunFlags { quiet: false, max_walltime: arguments.max_walltime };
     let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
     let kept = arguments.out.clone().filter(|_| full);
     let answer = if kept.is_some() { run::STOPPING } else { "stopping" };
-    let options = run::options(&manner, answer)?;
-    let mut trial = Trial::new(arguments.changes.set.clone(), arguments.changes.threads.unwrap_or(0));
-    trial.kept = kept;
-    trial.stop = options.stop;
-    trial.deadline = options.max_walltime.map(|limit| start + limit);
+    let options = run::options(&flags, answer)?;
+    let mut context =
+        SuiteContext::new(arguments.changes.set.clone(), arguments.changes.threads.unwrap_or(0));
+    context.kept = kept;
+    context.stop = options.stop;
+    context.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
-    let outcomes = validate::run(&cases, level, &trial, |outcome| {
+    let outcomes = validate::run(&cases, level, &context, |outcome| {
         say(&checks::table(outcome, false));
         if let Some(out) = &arguments.out {
             // The next cases run all the same.
@@ -75,7 +76,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     }
     let score = Score::of(&outcomes);
     let interrupted = score.interrupted > 0;
-    if let (read @ 1.., Some(kept)) = (trial.read.load(Ordering::Relaxed), &trial.kept) {
+    if let (read @ 1.., Some(kept)) = (context.read.load(Ordering::Relaxed), &context.kept) {
         let kept = kept.join("kept");
         say(&format!("{read} runs that had ended were read from {}", kept.display()));
     }

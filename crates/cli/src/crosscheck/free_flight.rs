@@ -22,11 +22,8 @@ const STEPS: usize = 500;
 /// Length of a step (s).
 const STEP: f64 = 1e-5;
 
-const EXACT: Limit = (
-    1e-12,
-    "largest difference to the exact parabolas at any step, over the largest value at any step: rounding of 500 steps of up to 10 \
-     sub-steps",
-);
+const EXACT: Limit =
+    (1e-12, "over the largest value at any step: rounding of 500 steps of up to 10 sub-steps");
 
 /// Position (m), velocity (m/s) and spin (1/s) of both spheres.
 type State = [[Vec3; 3]; 2];

@@ -21,17 +21,11 @@ const MATERIALS: [Material; 2] = [GLASS, SOFT];
 /// Radii of the kinds of spheres (m); every kind comes in both materials.
 const RADII: [f64; 2] = [0.5e-3, 0.2e-3];
 
-const HERTZ: Limit = (
-    1e-9,
-    "relative, to 4/3 E* sqrt(R*) d^(3/2) with the depth of the same stored positions, worst of all depths: rounding, doubled at \
-     every root",
-);
-const VOLUME: Limit = (
-    1e-9,
-    "relative, to the ratio of the lens or cap, worst of all depths; shown at the deepest: both volumes are closed forms, and \
-     small depths lose digits in them",
-);
-const PAIRWISE: Limit = (1e-15, "relative to the force: what one sphere gets the other gives");
+const HERTZ: Limit =
+    (1e-9, "relative, with the depth of the stored positions, worst of all depths: rounding");
+const VOLUME: Limit =
+    (1e-9, "relative, worst of all depths: small depths lose digits in the closed forms of the volumes");
+const PAIRWISE: Limit = (1e-15, "relative to the force: the forces are equal and opposite");
 
 /// Depths over the radius of the first sphere, four per decade from 1e-8 to 0.1.
 fn depths() -> impl Iterator<Item = f64> {
@@ -114,7 +108,7 @@ fn measure(name: &str, contacts: &[Contact], directory: Option<&Path>) -> Result
         for (k, contact) in contacts.iter().enumerate() {
             contact.add_to(&mut system, k * depths().count());
         }
-        let tracks = system.record(directory, STEP, 1, |_| false)?;
+        let tracks = system.record(directory, STEP, 1)?;
         let mut id = 0;
         for contact in contacts {
             let (hertz, ratio) = contact.theory();

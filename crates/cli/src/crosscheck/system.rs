@@ -144,31 +144,9 @@ impl System {
         Err(turbid::engine::liggghts_is_missing("`turbid crosscheck`"))
     }
 
-    /// Both engines at the start: native, then LIGGGHTS.
-    pub(super) fn engines(&self, directory: Option<&Path>) -> Result<[Box<dyn DemEngine>; 2]> {
-        Ok([self.native()?, self.liggghts(directory)?])
-    }
-
-    /// Tracks of both engines, native then LIGGGHTS, over `steps` or until the spheres are as asked.
-    pub(super) fn record(
-        &self,
-        directory: Option<&Path>,
-        dt: f64,
-        steps: usize,
-        until: impl Fn(&[Particle]) -> bool,
-    ) -> Result<[Track; 2]> {
-        let native = self.record_native(dt, steps, &until)?;
-        Ok([native, Track::of(&mut *self.liggghts(directory)?, dt, steps, false, until)?])
-    }
-
-    /// The track of the native engine alone.
-    pub(super) fn record_native(
-        &self,
-        dt: f64,
-        steps: usize,
-        until: impl Fn(&[Particle]) -> bool,
-    ) -> Result<Track> {
-        Track::of(&mut *self.native()?, dt, steps, true, until)
+    /// Tracks of both engines: native, then LIGGGHTS.
+    pub(super) fn record(&self, directory: Option<&Path>, dt: f64, steps: usize) -> Result<[Track; 2]> {
+        Ok([Track::of(self.native()?, dt, steps)?, Track::of(self.liggghts(directory)?, dt, steps)?])
     }
 }
 
@@ -211,27 +189,22 @@ pub(super) fn plane(axis: usize, at: f64, up: bool) -> Wall {
     }
 }
 
-/// One step without loads.
-pub(super) fn advance(engine: &mut dyn DemEngine, dt: f64) -> Result<()> {
-    let loads = vec![Load::default(); engine.particles().owned];
-    engine.advance(&Comm::Solo, &loads, dt)
-}
-
 /// Samples of a motion without loads at the start and after each of `count` steps of `dt` (s), and the spheres at every
 /// `every`-th of them.
 pub(super) fn sampled<S>(
-    engine: &mut dyn DemEngine,
+    mut engine: Box<dyn DemEngine>,
     dt: f64,
     count: usize,
     every: usize,
     sample: impl Fn(&dyn DemEngine) -> S,
 ) -> Result<(Vec<S>, Vec<Vec<Particle>>)> {
+    let loads = vec![Load::default(); engine.particles().owned];
     let (mut samples, mut frames) = (Vec::new(), Vec::new());
     for k in 0..=count {
         if k > 0 {
-            advance(engine, dt)?;
+            engine.advance(&Comm::Solo, &loads, dt)?;
         }
-        samples.push(sample(engine));
+        samples.push(sample(&*engine));
         if k.is_multiple_of(every) {
             frames.push(engine.particles().owned().to_vec());
         }
@@ -251,22 +224,9 @@ pub(super) struct Track {
 }
 
 impl Track {
-    fn of(
-        engine: &mut dyn DemEngine,
-        dt: f64,
-        steps: usize,
-        late: bool,
-        until: impl Fn(&[Particle]) -> bool,
-    ) -> Result<Self> {
-        let mut frames = vec![engine.particles().owned().to_vec()];
-        for _ in 0..steps {
-            advance(engine, dt)?;
-            frames.push(engine.particles().owned().to_vec());
-            if until(engine.particles().owned()) {
-                break;
-            }
-        }
-        Ok(Self { dt, frames, late })
+    pub(super) fn of(engine: Box<dyn DemEngine>, dt: f64, steps: usize) -> Result<Self> {
+        let late = engine.name() == "native";
+        Ok(Self { dt, frames: sampled(engine, dt, steps, 1, |_| ())?.1, late })
     }
 
     /// The last frame.

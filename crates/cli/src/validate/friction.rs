@@ -1,9 +1,8 @@
 //! Oblique impacts with friction: `validation/friction`.
 
+use super::context::unsteady;
 use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::comm::Comm;
+use super::{Case, Findings, Overlay, Part, SuiteContext};
 use turbid::error::Result;
 use turbid::simulation::Simulation;
 
@@ -15,7 +14,6 @@ pub(super) const CASE: Case = Case {
     question: "oblique impacts of a sphere on a plate: tangential restitution and spin",
     source: "Kharaz, Gorham and Salman (2001), doi:10.1016/S0032-5910(01)00283-2",
     parts: &[Part::quick(1.0, throws)],
-    missing: None,
 };
 
 const THEORY: &str = "impulses of rigid bodies that slide to the end: mu (1 + e) of the normal momentum";
@@ -29,7 +27,7 @@ const TANGENTIAL: [f64; 2] = [2e-3, 0.02];
 /// Of the angular velocity: against theory and against the experiment, as a part.
 const SPIN: [f64; 2] = [5e-3, 0.1];
 
-fn throws(trial: &Trial) -> Result<Findings> {
+fn throws(context: &SuiteContext) -> Result<Findings> {
     let table = Table::new(REFERENCE);
     let columns = ["angle", "value"];
     let [tangential, spin] =
@@ -44,8 +42,8 @@ fn throws(trial: &Trial) -> Result<Findings> {
         })
         .collect();
     let own = [format!("particles.0.list=[{}]", list.join(", "))];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
+    let mut run = Simulation::solo(&setup)?;
     run.advance(setup.plan.end_step)?;
     let contacts = run.dem().contacts();
     if (contacts.begun, contacts.count) != (angles.len() as u64, 0) {

@@ -1,11 +1,12 @@
 //! Drag factor of a simple-cubic array of fixed spheres: `validation/sphere_array`.
 
+use super::context::unsteady;
 use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Part, Trial};
+use super::{Case, Findings, Part, SuiteContext};
 use std::f64::consts::PI;
 use turbid::case::Setup;
 use turbid::comm::Comm;
+use turbid::domain::Decomposition;
 use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::particle::Particle;
@@ -19,19 +20,18 @@ pub(super) const CASE: Case = Case {
     question: "drag factor K of a fixed simple-cubic array of spheres in slow flow",
     source: "Zick and Homsy (1982), doi:10.1017/S0022112082000627",
     parts: &[
-        Part::quick(2.0, |trial| drag(trial, &Array::at(0.027, 33, 1))),
-        Part::quick(1.0, |trial| drag(trial, &Array::at(0.064, 25, 1))),
-        Part::quick(1.0, |trial| drag(trial, &Array::at(0.064, 25, 1).aside())),
-        Part::quick(2.0, |trial| drag(trial, &Array::at(0.125, 20, 2))),
-        Part::quick(3.0, |trial| drag(trial, &Array::at(0.125, 20, 2).aside())),
-        Part::quick(1.0, |trial| drag(trial, &Array::at(0.216, 17, 2))),
-        Part::quick(1.0, |trial| drag(trial, &Array::at(0.25, 16, 2))),
-        Part::quick(3.0, |trial| drag(trial, &Array::at(0.064, 25, 1).fluid(0.55))),
-        Part::quick(3.0, |trial| drag(trial, &Array::at(0.25, 16, 2).fluid(0.55))),
-        Part::quick(1.0, |trial| drag(trial, &Array::at(0.064, 25, 1).fluid(1.0))),
-        Part::quick(1.0, |trial| drag(trial, &Array::at(0.25, 16, 2).fluid(1.0))),
+        Part::quick(2.0, |context| drag(context, &Array::at(0.027, 33, 1))),
+        Part::quick(1.0, |context| drag(context, &Array::at(0.064, 25, 1))),
+        Part::quick(1.0, |context| drag(context, &Array::at(0.064, 25, 1).aside())),
+        Part::quick(2.0, |context| drag(context, &Array::at(0.125, 20, 2))),
+        Part::quick(3.0, |context| drag(context, &Array::at(0.125, 20, 2).aside())),
+        Part::quick(1.0, |context| drag(context, &Array::at(0.216, 17, 2))),
+        Part::quick(1.0, |context| drag(context, &Array::at(0.25, 16, 2))),
+        Part::quick(3.0, |context| drag(context, &Array::at(0.064, 25, 1).fluid(0.55))),
+        Part::quick(3.0, |context| drag(context, &Array::at(0.25, 16, 2).fluid(0.55))),
+        Part::quick(1.0, |context| drag(context, &Array::at(0.064, 25, 1).fluid(1.0))),
+        Part::quick(1.0, |context| drag(context, &Array::at(0.25, 16, 2).fluid(1.0))),
     ],
-    missing: None,
 };
 
 /// Of the drag factor, at all relaxation times.
@@ -72,7 +72,7 @@ impl Array {
 }
 
 /// Runs to the steady state and checks `K = rho a L^3 / (6 pi mu R U)`.
-fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
+fn drag(context: &SuiteContext, array: &Array) -> Result<Findings> {
     let &Array { volume_fraction, edge, copies, shift, .. } = array;
     let length = edge as f64 * CELL;
     let radius = 0.5 * length * (6.0 * volume_fraction / PI).cbrt();
@@ -92,7 +92,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
         format!("particles.0.shape.sphere.diameter={diameter:e}"),
         format!("particles.0.list={centres:?}"),
     ];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
     let (viscosity, acceleration) =
         (setup.expect_fluid().viscosity, setup.expect_fluid().body_acceleration.z);
     let key = format!("{volume_fraction}");
@@ -101,7 +101,7 @@ fn drag(trial: &Trial, array: &Array) -> Result<Findings> {
     let time_constant = length.powi(3) / (6.0 * PI * viscosity * radius * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;
 
-    let decomposition = whole(&setup);
+    let decomposition = Decomposition::solo(setup.domain);
     let mut run = Simulation::with_prescribed_motion(&setup, &decomposition, Comm::Solo)?;
     let mut velocity = 0.0;
     loop {

@@ -1,9 +1,9 @@
 //! Impacts of a sphere on a wall in a viscous fluid: `validation/wet_impact`.
 
+use super::context::unsteady;
 use super::reference::Table;
-use super::trial::unsteady;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, Trial};
+use super::watch::sphere_course;
+use super::{Case, Findings, Overlay, Part, SuiteContext};
 use turbid::case::Setup;
 use turbid::error::Result;
 
@@ -15,7 +15,6 @@ pub(super) const CASE: Case = Case {
     question: "rebound of a sphere from a wall in a viscous fluid over the Stokes number, 7 to 200",
     source: "Joseph et al. (2001), doi:10.1017/S0022112001003470; Legendre et al. (2005), Phys. Fluids 17, 097105",
     parts: &[Part::wide(11.0, impacts)],
-    missing: None,
 };
 
 /// Stokes numbers `rho_p D U / (9 mu)` of the throws.
@@ -39,30 +38,20 @@ struct Throw {
     path: Vec<[f64; 2]>,
 }
 
-fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
-    let diameter = setup.diameter;
-    let watch = Watch { trial, setup, threads: trial.threads, every: 1, held: false };
-    let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
-        let time = run.steps_done() as f64 * setup.time_step;
-        if let Some(sphere) = run.particles().first() {
-            let gap = sphere.position().z / diameter - 0.5;
-            rows.push([time, gap, sphere.velocity().z]);
-        }
-        Ok(false)
-    })?;
-    course.sort_by(|a, b| a[0].total_cmp(&b[0]));
+fn thrown(context: &SuiteContext, setup: &Setup) -> Result<Throw> {
+    let course = sphere_course(context, setup, context.threads, f64::NEG_INFINITY)?;
     let near = course.iter().find(|at| at[1] < NEAR);
     let approach = near.map(|at| -at[2]);
     let lowest = course.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
     Ok(Throw {
         approach: approach.ok_or_else(|| unsteady("least gap to the wall (D)", lowest))?,
         rebound: course.iter().map(|at| at[2]).fold(0.0, f64::max),
-        overlap: (-lowest * diameter).max(0.0),
+        overlap: (-lowest * setup.diameter).max(0.0),
         path: course.iter().step_by(4).map(|at| [at[0], at[1]]).collect(),
     })
 }
 
-fn impacts(trial: &Trial) -> Result<Findings> {
+fn impacts(context: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     let (mut measured, mut paths) = (Vec::new(), Vec::new());
     for stokes in STOKES {
@@ -71,9 +60,9 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             format!("particles.0.density={density:e}"),
             format!("contact.youngs_modulus={:e}", MODULUS * density),
         ];
-        let setup = trial.setup(TEXT, CASE.name, &own)?;
+        let setup = context.setup(TEXT, CASE.name, &own)?;
         let dry = setup.contact.as_ref().map_or(1.0, |contact| contact.pair(0, 0).restitution);
-        let throw = thrown(trial, &setup)?;
+        let throw = thrown(context, &setup)?;
         let viscosity = setup.expect_fluid().viscosity * setup.fluid_density();
         let near = density * setup.diameter * throw.approach / (9.0 * viscosity);
         let part = throw.rebound / throw.approach / dry;
