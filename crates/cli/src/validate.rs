@@ -30,7 +30,20 @@ pub use crate::checks::Findings;
 pub use context::SuiteContext;
 pub use suite::{list, run};
 use turbid::error::Result;
-use turbid::output::Overlay;
+
+/// Names that most cases use.
+mod prelude {
+    pub(super) use super::context::{SuiteContext, unsteady};
+    pub(super) use super::reference::Table;
+    pub(super) use super::watch::{Watch, sphere_course};
+    pub(super) use super::{Case, Findings, Part};
+    pub(super) use turbid::case::Setup;
+    pub(super) use turbid::error::Result;
+    pub(super) use turbid::math::Vec3;
+    pub(super) use turbid::output::Overlay;
+    pub(super) use turbid::particle::Particle;
+    pub(super) use turbid::simulation::Simulation;
+}
 
 /// How long one is willing to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]

@@ -1,7 +1,7 @@
 //! `turbid doctor`: what this machine offers, what is fine, what to change.
 
 use super::machine;
-use super::terminal::table;
+use super::terminal::{row, table};
 use std::path::{Path, PathBuf};
 use turbid::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use turbid::fluid::{Precision, Simd};
@@ -11,7 +11,6 @@ const MPI_PACKAGES: &str = "openmpi-bin libopenmpi-dev libclang-dev";
 
 /// The report.
 pub(super) fn report() -> String {
-    let row = |name: &str, value: &str, remark: &str| [name, value, remark].map(str::to_string);
     let yes_or_no = |is: bool| if is { "yes" } else { "no" };
     let build = if cfg!(debug_assertions) {
         "built for debugging, many times slower: build with `cargo build --release`"
@@ -31,12 +30,12 @@ pub(super) fn report() -> String {
     let has_mpi = cfg!(feature = "mpi");
     table(&[
         row("version", env!("CARGO_PKG_VERSION"), build),
-        row("threads", &machine::cores().to_string(), threads),
+        row("threads", machine::cores().to_string(), threads),
         row("instructions", simd.name(), simd_remark(simd)),
         row("huge pages", pages.unwrap_or("unknown"), huge_pages_remark(pages)),
-        row("memory", &memory, &free),
-        row("LIGGGHTS", yes_or_no(HAS_LIGGGHTS), &liggghts_remark(HAS_LIGGGHTS)),
-        row("MPI", yes_or_no(has_mpi), &mpi_remark(has_mpi, launcher().as_deref())),
+        row("memory", memory, free),
+        row("LIGGGHTS", yes_or_no(HAS_LIGGGHTS), liggghts_remark(HAS_LIGGGHTS)),
+        row("MPI", yes_or_no(has_mpi), mpi_remark(has_mpi, launcher().as_deref())),
     ])
 }
 

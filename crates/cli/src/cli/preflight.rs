@@ -7,6 +7,7 @@ mod output;
 pub(super) mod ranks;
 
 use super::machine::{cores, in_bytes, in_time};
+use super::terminal::{Row, row};
 use turbid::case::{FluidSetup, Setup};
 use turbid::comm;
 use turbid::dem::{EngineChoice, LiggghtsProcess};
@@ -74,14 +75,7 @@ fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
     )))
 }
 
-/// A row of name, value and remark.
-type Row = [String; 3];
-
-fn row(name: &str, value: String, remark: &str) -> Row {
-    [name.to_string(), value, remark.to_string()]
-}
-
-/// Rows of name, value and remark.
+/// Derived numbers and cost.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
     let size = setup.domain.size();
@@ -89,13 +83,13 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         let [x, y, z] = setup.domain.cells;
         let size = size / setup.diameter;
         let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
-        rows.push(row("cells", setup.fluid_cells().to_string(), &remark));
+        rows.push(row("cells", setup.fluid_cells().to_string(), remark));
     } else {
         let edges = format!("{:.4e} x {:.4e} x {:.4e} m", size.x, size.y, size.z);
         rows.push(row("box", edges, "no fluid"));
     }
     let remark = nearest_limit().map_or(String::new(), |room| room.limit);
-    rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
+    rows.push(row("memory", in_bytes(memory_needed(setup)), remark));
     rows.extend(bodies::wall_rows(setup));
     rows.push(row("particles", setup.particles.len().to_string(), ""));
     rows.push(row("volume fraction", format!("{:.5}", setup.volume_fraction), ""));
@@ -121,7 +115,7 @@ fn engine_row(setup: &Setup) -> Option<Row> {
         0 => place.to_string(),
         n => format!("{place}; commands of the case: {n}"),
     };
-    Some(row("engine", "LIGGGHTS".to_string(), &remark))
+    Some(row("engine", "LIGGGHTS", remark))
 }
 
 /// What particles without a fluid do.
@@ -129,7 +123,7 @@ fn dry_rows(setup: &Setup) -> Vec<Row> {
     let remark = format!("averages from step {}", setup.plan.average_from_step);
     let mut rows = vec![
         row("time step", format!("{:.6e} s", setup.time_step), ""),
-        row("steps", setup.plan.end_step.to_string(), &remark),
+        row("steps", setup.plan.end_step.to_string(), remark),
         row("time", format!("{:.4} s", setup.end_time()), ""),
     ];
     if let Some(contact) = &setup.contact {
@@ -137,7 +131,7 @@ fn dry_rows(setup: &Setup) -> Vec<Row> {
         if speed > 0.0 {
             let steps = contacts::hertz(setup, contact).duration(speed) / setup.time_step;
             let remark = format!("steps, Hertz impact at {speed:.3} m/s, a fall through the box");
-            rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
+            rows.push(row("contact lasts", format!("{steps:.0}"), remark));
         }
     }
     rows
@@ -167,7 +161,7 @@ fn time_row(setup: &Setup) -> Option<Row> {
     Some(row(
         "estimated time",
         in_time(seconds),
-        &format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
+        format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
     ))
 }
 

@@ -128,9 +128,16 @@ pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
     })
 }
 
+/// Name, value and remark.
+pub(super) type Row = [String; 3];
+
+pub(super) fn row(name: impl Into<String>, value: impl Into<String>, remark: impl Into<String>) -> Row {
+    [name.into(), value.into(), remark.into()]
+}
+
 /// Rows of name, value and remark, aligned.
-pub(super) fn table(rows: &[[String; 3]]) -> String {
-    let row = |[name, value, remark]: &[String; 3]| vec![format!("  {name}"), value.clone(), remark.clone()];
+pub(super) fn table(rows: &[Row]) -> String {
+    let row = |[name, value, remark]: &Row| vec![format!("  {name}"), value.clone(), remark.clone()];
     columns(&rows.iter().map(row).collect::<Vec<_>>())
 }
 

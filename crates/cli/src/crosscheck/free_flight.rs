@@ -6,15 +6,10 @@
 //! v' = v + h F / m,   x' = x + h v + h^2 F / (2 m),   w' = w + h T / I
 //! ```
 
-use super::compare::{Limit, Points, overlay, worst};
-use super::system::{DENSITY, RADIUS, Random, SAME, System};
-use crate::checks::Findings;
-use std::path::Path;
+use super::prelude::*;
+use super::system::DENSITY;
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, Load};
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::particle::Particle;
+use turbid::dem::Load;
 
 /// Steps, each with its load.
 const STEPS: usize = 500;

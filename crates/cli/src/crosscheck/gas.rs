@@ -1,28 +1,17 @@
 //! A gas of 512 spheres of five sizes in a periodic box: conservation, cooling, and the time for which two engines agree on every
 //! single sphere.
 
-use super::compare::{Between, Limit, moments, overlay, worst};
-use super::system::{Random, SAME, System, model, sampled, sphere};
-use super::theory::{Hertz, Mixture};
-use crate::checks::Findings;
+use super::prelude::*;
+use super::system::sampled;
+use super::theory::Mixture;
 use std::f64::consts::{SQRT_2, TAU};
-use std::path::Path;
-use turbid::contact::Material;
-use turbid::dem::DemEngine;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
 
 /// Spheres along an edge of the box.
 const EDGE: usize = 8;
 
 /// Solid volume fraction (-).
 const FILLED: f64 = 0.1;
-
 const RADII: [f64; 5] = [0.35e-3, 0.42e-3, 0.5e-3, 0.55e-3, 0.6e-3];
-
 const MATERIAL: Material = Material { youngs_modulus: 1e8, poisson_ratio: 0.3 };
 
 /// Step of the motion (s): some 50 per contact of the smallest spheres.
@@ -92,22 +81,18 @@ fn system(name: String, restitution: f64, seed: u64) -> System {
     system
 }
 
-/// The gas at one moment.
+/// The gas at one time.
 struct Sample {
-    /// Kinetic energy (J).
+    /// Kinetic energy alone, and with elastic energy (J).
     kinetic: f64,
-    /// Kinetic and elastic energy (J).
     energy: f64,
     /// Sum of the momenta over the sum of their magnitudes (-).
     momentum: f64,
-    /// Velocities (m/s).
     velocities: Vec<Vec3>,
 }
 
 /// Samples and, at every fifteenth of them, the spheres.
-type Run = (Vec<Sample>, Vec<Vec<Particle>>);
-
-fn run(system: &System, engine: Box<dyn DemEngine>) -> Result<Run> {
+fn run(system: &System, engine: Box<dyn DemEngine>) -> Result<(Vec<Sample>, Vec<Vec<Particle>>)> {
     sampled(engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 15, |engine| {
         sample(system, engine.particles().owned())
     })
@@ -193,9 +178,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         findings.compare(quantity, [momenta[0], momenta[1], 0.0].map(Some), Between::Theory, MOMENTUM);
         let elastic = restitution >= 1.0;
         if elastic {
-            let start = |run: &[Sample]| run[0].energy;
-            let drift =
-                runs.map(|run| worst(run.iter().map(|sample| (sample.energy / start(run) - 1.0).abs())));
+            let drift = runs.map(|run| worst(run.iter().map(|at| (at.energy / run[0].energy - 1.0).abs())));
             let quantity = format!("change of the energy, {what} (-)");
             findings.compare(quantity, [drift[0], drift[1], 0.0].map(Some), Between::Theory, ENERGY);
         }

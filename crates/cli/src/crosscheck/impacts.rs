@@ -1,14 +1,9 @@
 //! Head-on impacts of glass spheres on others at rest and on a wall, elastic and damped, under both laws of the native engine.
 
-use super::compare::{Between, Limit, Points, overlay, thinned, worst};
-use super::system::{GLASS, Laws, OWN, RADIUS, SAME, System, Track, plane, sphere};
-use super::theory::{Damping, Hertz, Impact, Instant, cap_ratio, dashpot, impact, lens_ratio};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
+use super::compare::thinned;
+use super::prelude::*;
+use super::system::{Laws, OWN};
+use super::theory::{Damping, Impact, Instant, cap_ratio, dashpot, impact, lens_ratio};
 
 /// Steps per duration of an elastic impact; of a damped one, at the largest of its [`SPEEDS`].
 const ELASTIC_STEPS: f64 = 200.0;

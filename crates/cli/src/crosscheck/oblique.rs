@@ -2,15 +2,8 @@
 //!
 //! Only gross sliding is compared: where surfaces stick, LIGGGHTS has a tangential spring and the native engine has none.
 
-use super::compare::{Between, Limit, moments, worst};
-use super::system::{GLASS, RADIUS, SAME, System, Track};
-use super::theory::{Hertz, Sliding, slide};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
+use super::prelude::*;
+use super::theory::{Sliding, slide};
 
 /// Steps per duration of the impact.
 const STEPS: usize = 1000;
@@ -32,17 +25,12 @@ const UNTOUCHED: Limit = (1e-12, "relative: nothing resists the turning about th
 /// A sphere that hits one at rest.
 #[derive(Clone, Copy, Debug)]
 struct Throw {
-    /// Description for the table.
     what: &'static str,
-    /// From the first to the second centre.
+    /// Unit vectors from the first to the second centre and across, and the velocity of the first sphere along both (m/s).
     normal: Vec3,
-    /// Across, of unit length.
     across: Vec3,
-    /// Velocity of the first sphere along both (m/s).
     velocity: [f64; 2],
-    /// Spins (1/s).
     spins: [Vec3; 2],
-    /// Friction coefficient (-).
     friction: f64,
 }
 

@@ -3,15 +3,13 @@
 //! A dry case has its contacts, walls and gravity. Of a case with a fluid the loads are recorded in a four-way run with the
 //! native engine, and replayed through both: so the engines are compared, and not the response of the fluid to their differences.
 
-use super::compare::Limit;
 use super::pair::{PARTED, Pair, QUANTITIES};
+use super::prelude::*;
 use super::record::record;
-use crate::checks::{Findings, aligned};
+use crate::checks::aligned;
 use std::fmt::Write as _;
-use std::path::Path;
-use turbid::case::Setup;
 use turbid::contact::{DampingLaw, ElasticLaw};
-use turbid::error::{Error, Result};
+use turbid::error::Error;
 use turbid::output::numbers::small;
 
 /// Id of a user's case in reports.

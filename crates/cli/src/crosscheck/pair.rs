@@ -1,16 +1,9 @@
 //! Two engines side by side, step by step.
 
-use super::compare::Limit;
+use super::prelude::*;
 use super::record::Recording;
-use super::system::System;
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::case::Setup;
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, Load};
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::particle::Particle;
+use turbid::dem::Load;
 
 /// Particles that differ by more than this part of the unit of a quantity have parted.
 pub(super) const PARTED: f64 = 1e-3;
@@ -22,10 +15,9 @@ const REPEATS: Limit = (0.0, "the native engine under recorded loads repeats the
 const BEGUN: Limit =
     (f64::INFINITY, "reported only: the native engine looks at every sub-step, LIGGGHTS at every step");
 
-/// A difference between the engines.
+/// A difference between the engines, in the unit of the quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Difference {
-    /// In the unit of the quantity.
     pub(super) value: f64,
     pub(super) step: u64,
     /// Particle, its position in the native engine (m), and whether it is in contact in either.

@@ -1,14 +1,7 @@
 //! Contacts through the faces, edges and corners of a periodic box.
 
-use super::compare::{Limit, worst};
+use super::prelude::*;
 use super::statics::STEP;
-use super::system::{GLASS, RADIUS, SAME, System};
-use super::theory::Hertz;
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
 
 const FORCE: Limit =
     (1e-12, "relative, to Hertz at the nearest image: rounding of 1e-18 m of a depth of 5e-6 m");

@@ -1,17 +1,12 @@
 //! The loads of a small four-way run, recorded and replayed through both engines: with elastic contacts, and with damped ones
 //! that rub.
 
-use super::compare::Limit;
 use super::pair::Pair;
+use super::prelude::*;
 use super::record::{Recording, record};
-use super::system::Random;
-use crate::checks::{Findings, Moment};
-use std::path::Path;
-use turbid::case::{self, Setup};
-use turbid::error::{Error, Result};
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
+use crate::checks::Moment;
+use turbid::case::{self};
+use turbid::error::Error;
 
 /// Spheres that come through a periodic box of fluid from all sides.
 const CASE: &str = include_str!("replay.toml");

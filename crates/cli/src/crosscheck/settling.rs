@@ -3,15 +3,8 @@
 //! Without friction: the native engine has no static friction of springs, so that piles with it differ by design. Frictionless
 //! spheres have one kind of packing, whatever the way to it.
 
-use super::compare::{Between, Limit, moments, overlay};
-use super::system::{Random, SAME, System, model, plane, sampled, sphere};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::contact::Material;
-use turbid::dem::DemEngine;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
+use super::prelude::*;
+use super::system::sampled;
 
 const COUNT: usize = 1000;
 

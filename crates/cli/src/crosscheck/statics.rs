@@ -1,14 +1,8 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
-use super::compare::{Limit, Points, overlay, worst};
-use super::system::{GLASS, Laws, OWN, SAME, System, model, plane, sphere};
-use super::theory::{Hertz, cap_ratio, lens_ratio};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::contact::Material;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
+use super::prelude::*;
+use super::system::{Laws, OWN};
+use super::theory::{cap_ratio, lens_ratio};
 
 /// So short a step (s) that no sphere moves, however hard it is pressed.
 pub(super) const STEP: f64 = 1e-15;

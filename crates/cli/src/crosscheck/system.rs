@@ -15,24 +15,17 @@ use turbid::particle::{Particle, Template};
 use turbid::shape::Sphere;
 use turbid::wall::{Motion, Surface, Wall};
 
-/// Elastic law and damping of the native engine.
+/// Elastic law and damping of the native engine: those of LIGGGHTS, and those of a case that names none.
 pub(super) type Laws = (ElasticLaw, DampingLaw);
-
-/// Those of LIGGGHTS.
 pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
-
-/// Those of a case that names none.
 pub(super) const OWN: Laws = (ElasticLaw::Paper, DampingLaw::HuntCrossley);
 
+/// Glass, its density (kg/m^3), and the usual radius (m).
 pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
-
-/// Density of glass (kg/m^3).
 pub(super) const DENSITY: f64 = 2500.0;
-
-/// Radius of the usual sphere (m).
 pub(super) const RADIUS: f64 = 0.5e-3;
 
-/// Sliding slower than this (m/s) is resisted less than Coulomb says, in the native engine: far below all that is measured.
+/// Sliding speed (m/s) below which the native engine resists less than Coulomb's law: far below all that is measured.
 const TRANSITION: f64 = 1e-6;
 
 /// Spheres, walls and gravity.
@@ -45,18 +38,15 @@ pub(super) struct System {
     pub(super) templates: Arc<[Template]>,
     /// At the start, by id.
     pub(super) particles: Vec<Particle>,
-    /// With the laws of the native engine.
     pub(super) contact: Option<ContactModel>,
     pub(super) walls: Vec<Wall>,
-    /// Gravity (m/s^2).
     pub(super) gravity: Vec3,
-    /// Sub-steps per step.
     pub(super) substeps: u32,
     pub(super) options: LiggghtsOptions,
 }
 
 impl System {
-    /// No spheres yet; those to come are of glass and of [`RADIUS`], in an open box of 10 mm.
+    /// An open box of 10 mm for glass spheres of [`RADIUS`].
     pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Self {
         Self {
             name: name.into(),
@@ -97,15 +87,18 @@ impl System {
         self.particles.push(particle);
     }
 
+    fn template(&self, id: usize) -> &Template {
+        &self.templates[self.particles[id].template as usize]
+    }
+
     /// Radius of a sphere (m).
     pub(super) fn radius(&self, id: usize) -> f64 {
-        let shape = &self.templates[self.particles[id].template as usize].shape;
-        shape.as_sphere().expect("all particles are spheres")
+        self.template(id).shape.as_sphere().expect("all particles are spheres")
     }
 
     /// Mass of a sphere (kg).
     pub(super) fn mass(&self, id: usize) -> f64 {
-        self.templates[self.particles[id].template as usize].mass()
+        self.template(id).mass()
     }
 
     /// The native engine at the start.
@@ -229,7 +222,6 @@ impl Track {
         Ok(Self { dt, frames: sampled(engine, dt, steps, 1, |_| ())?.1, late })
     }
 
-    /// The last frame.
     pub(super) fn last(&self) -> &[Particle] {
         self.frames.last().expect("the start is a frame")
     }
@@ -270,13 +262,11 @@ impl Track {
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    /// The next number.
     pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         2.0 * ((self.0 >> 33) as f64 + 0.5) / f64::from(1_u32 << 31) - 1.0
     }
 
-    /// A vector of three numbers.
     pub(super) fn vector(&mut self) -> Vec3 {
         Vec3::from_fn(|_, _| self.next())
     }

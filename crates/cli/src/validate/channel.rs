@@ -1,10 +1,6 @@
 //! Steady flows between walls: `validation/channel`.
 
-use super::reference::Table;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
-use turbid::case::Setup;
-use turbid::error::Result;
-use turbid::simulation::Simulation;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/channel/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/channel/reference.csv");

@@ -1,11 +1,7 @@
 //! Two spheres that settle one behind the other: `validation/drafting`.
 
-use super::context::unsteady;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
+use super::prelude::*;
 use std::collections::BTreeMap;
-use turbid::error::Result;
-use turbid::math::Vec3;
 
 const TEXT: &str = include_str!("../../../../validation/drafting/case.toml");
 

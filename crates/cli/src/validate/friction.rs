@@ -1,10 +1,6 @@
 //! Oblique impacts with friction: `validation/friction`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
-use turbid::error::Result;
-use turbid::simulation::Simulation;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/friction/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/friction/reference.csv");
@@ -80,34 +76,17 @@ fn throws(context: &SuiteContext) -> Result<Findings> {
         }
     }
     let over = |law: &dyn Fn(f64) -> f64| (34..=65).map(|a| [f64::from(a), law(f64::from(a))]).collect();
-    for (name, title, axis, law, experiment, measured) in [
-        (
-            "tangential",
-            "Tangential restitution of spheres on a plate",
-            "tangential restitution (-)",
-            &slide as &dyn Fn(f64) -> f64,
-            tangential,
-            slid,
-        ),
-        (
-            "spin",
-            "Spin of spheres after the impact on a plate",
-            "angular velocity (1/s)",
-            &turn,
-            spin,
-            turned,
-        ),
-    ] {
-        found.overlays.push(Overlay::new(
-            name,
-            title,
-            ["angle from the normal (degrees)", axis],
-            [
-                ("reference: rigid bodies", over(law)),
-                ("experiment, Kharaz et al. (2001)", experiment),
-                ("measured", measured),
-            ],
-        ));
-    }
+    let mut plot = |name, title, axis, law: Vec<[f64; 2]>, experiment, measured| {
+        let curves = [
+            ("reference: rigid bodies", law),
+            ("experiment, Kharaz et al. (2001)", experiment),
+            ("measured", measured),
+        ];
+        found.overlays.push(Overlay::new(name, title, ["angle from the normal (degrees)", axis], curves));
+    };
+    let title = "Tangential restitution of spheres on a plate";
+    plot("tangential", title, "tangential restitution (-)", over(&slide), tangential, slid);
+    let title = "Spin of spheres after the impact on a plate";
+    plot("spin", title, "angular velocity (1/s)", over(&turn), spin, turned);
     Ok(found)
 }

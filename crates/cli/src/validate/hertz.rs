@@ -1,11 +1,7 @@
 //! Elastic impacts of spheres by Hertz: `validation/hertz`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
+use super::prelude::*;
 use turbid::dem::ContactState;
-use turbid::error::Result;
-use turbid::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../../../validation/hertz/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/hertz/reference.csv");

@@ -1,11 +1,8 @@
 //! One point of the study of hindered settling, with both force balances: `validation/hindered_settling`.
 
-use super::reference::Table;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
+use super::prelude::*;
 use std::collections::BTreeMap;
 use turbid::coupling::CONTROL_INTERVAL;
-use turbid::error::Result;
 use turbid::output::estimate_mean;
 
 const TEXT: &str = include_str!("../../../../validation/hindered_settling/case.toml");

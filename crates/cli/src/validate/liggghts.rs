@@ -1,9 +1,8 @@
 //! The quick part of the cross-check of both engines: `validation/liggghts`.
 
-use super::{Case, Findings, Part, SuiteContext};
+use super::prelude::*;
 use crate::crosscheck::CASES;
 use turbid::engine::HAS_LIGGGHTS;
-use turbid::error::Result;
 
 pub(super) const CASE: Case = Case {
     name: "liggghts",

@@ -1,11 +1,7 @@
 //! One sphere settling slowly in a periodic cube: `validation/periodic_settling`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::{Case, Findings, Part, SuiteContext};
+use super::prelude::*;
 use turbid::coupling::{CONTROL_INTERVAL, ForceBalance};
-use turbid::error::Result;
-use turbid::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../../../validation/periodic_settling/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/periodic_settling/reference.csv");

@@ -1,11 +1,7 @@
 //! Drag on random arrays of fixed spheres: `validation/random_array`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::watch::Watch;
-use super::{Case, Findings, Part, SuiteContext};
+use super::prelude::*;
 use std::f64::consts::PI;
-use turbid::error::Result;
 
 const TEXT: &str = include_str!("../../../../validation/random_array/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/random_array/reference.csv");

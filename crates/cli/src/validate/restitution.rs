@@ -1,10 +1,6 @@
 //! Head-on impacts rebound with the restitution that is set: `validation/restitution`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
-use turbid::error::Result;
-use turbid::simulation::Simulation;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/restitution/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/restitution/reference.csv");

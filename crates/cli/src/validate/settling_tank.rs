@@ -1,9 +1,6 @@
 //! One sphere settling in a tank of oil: `validation/settling_tank`.
 
-use super::reference::Table;
-use super::watch::sphere_course;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
-use turbid::error::Result;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/settling_tank/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/settling_tank/reference.csv");
@@ -14,11 +11,11 @@ pub(super) const CASE: Case = Case {
     question: "velocity and path of a sphere that settles in a closed tank of oil",
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
-        Part::quick(2.0, |context| fall(context, &Oil::new("E4", 8, 0.55, 0.05), 1)),
-        Part::wide(68.0, |context| fall(context, &Oil::new("E1", 15, 0.8, 0.04), context.threads)),
-        Part::wide(34.0, |context| fall(context, &Oil::new("E2", 15, 0.8, 0.03), context.threads)),
-        Part::wide(26.0, |context| fall(context, &Oil::new("E3", 15, 0.65, 0.03), context.threads)),
-        Part::wide(26.0, |context| fall(context, &Oil::new("E4", 15, 0.55, 0.03), context.threads)),
+        Part::quick(2.0, |context| fall(context, "E4", (8, 0.55), 0.05, 1)),
+        Part::wide(68.0, |context| fall(context, "E1", (15, 0.8), 0.04, context.threads)),
+        Part::wide(34.0, |context| fall(context, "E2", (15, 0.8), 0.03, context.threads)),
+        Part::wide(26.0, |context| fall(context, "E3", (15, 0.65), 0.03, context.threads)),
+        Part::wide(26.0, |context| fall(context, "E4", (15, 0.55), 0.03, context.threads)),
     ],
 };
 
@@ -33,44 +30,34 @@ const SLOPE: f64 = 0.03;
 /// Gap to the floor (diameters) at which it ends: E4 is fastest a little above two.
 const UNTIL: f64 = 0.9;
 
-/// One of the fluids, and how it is computed.
-struct Oil {
-    name: &'static str,
-    cells: u32,
-    relaxation_time: f64,
-    /// Of the largest velocity.
+/// Runs one of the fluids with these cells per diameter and relaxation time; the tolerance is of the largest velocity.
+fn fall(
+    context: &SuiteContext,
+    oil: &str,
+    (cells, relaxation_time): (u32, f64),
     tolerance: f64,
-}
-
-impl Oil {
-    fn new(name: &'static str, cells: u32, relaxation_time: f64, tolerance: f64) -> Self {
-        Self { name, cells, relaxation_time, tolerance }
-    }
-}
-
-/// Runs one of the fluids.
-fn fall(context: &SuiteContext, oil: &Oil, threads: usize) -> Result<Findings> {
+    threads: usize,
+) -> Result<Findings> {
     let table = Table::new(REFERENCE);
-    let [density, viscosity, fastest] =
-        ["rho_f", "mu", "u_max"].map(|column| table.of("case", oil.name, column));
+    let [density, viscosity, fastest] = ["rho_f", "mu", "u_max"].map(|column| table.of("case", oil, column));
     let own = [
         format!("fluid.density={density}"),
         format!("fluid.viscosity={}", viscosity / density),
-        format!("lattice.cells_per_diameter={}", oil.cells),
-        format!("lattice.relaxation_time={}", oil.relaxation_time),
+        format!("lattice.cells_per_diameter={cells}"),
+        format!("lattice.relaxation_time={relaxation_time}"),
     ];
     let setup = context.setup(TEXT, CASE.name, &own)?;
     let course = sphere_course(context, &setup, threads, UNTIL)?;
     let largest = course.iter().map(|at| -at[2]).fold(f64::NEG_INFINITY, f64::max);
     let aside = course.iter().map(|at| at[3]).fold(0.0, f64::max);
-    let title = format!("{}, N = {}, tau = {}", oil.name, oil.cells, setup.expect_fluid().relaxation_time);
+    let title = format!("{oil}, N = {cells}, tau = {}", setup.expect_fluid().relaxation_time);
     let mut found = Findings::default();
     let quantity = format!("largest velocity, {title} (m/s)");
-    found.relative(quantity, largest, fastest, oil.tolerance);
+    found.relative(quantity, largest, fastest, tolerance);
     let quantity = format!("way to the side, {title} (D)");
     found.absolute(quantity, aside, 0.0, SIDEWAYS);
     found.from("symmetry");
-    if oil.name == "E1" {
+    if oil == "E1" {
         let path = Table::new(PATH).points(Some("h_over_d"), ["t_s", "value"]);
         let quantity = format!("furthest from the measured path, {title} (D)");
         found.absolute(quantity, off_path(&course, &path), 0.0, OFF_PATH);
@@ -82,7 +69,7 @@ fn fall(context: &SuiteContext, oil: &Oil, threads: usize) -> Result<Findings> {
         found.relative(quantity, here, there, SLOPE);
         let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
         found.overlays.push(Overlay::new(
-            format!("path_{}", oil.name),
+            format!("path_{oil}"),
             "Gap between a sphere and the floor of the tank, experiment E1",
             ["time (s)", "gap over diameter (-)"],
             [("reference: ten Cate et al. (2002)", path), ("measured", own.collect())],
@@ -90,7 +77,7 @@ fn fall(context: &SuiteContext, oil: &Oil, threads: usize) -> Result<Findings> {
     }
     let end = course.last().map_or(0.0, |at| at[0]);
     found.overlays.push(Overlay::new(
-        format!("velocity_{}_{}", oil.name, oil.cells),
+        format!("velocity_{oil}_{cells}"),
         format!("Velocity of a sphere in the tank, {title}"),
         ["time (s)", "velocity (m/s)"],
         [

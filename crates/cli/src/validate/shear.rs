@@ -1,14 +1,7 @@
 //! A sphere and a spheroid in simple shear between moving plates: `validation/shear`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
+use super::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
-use turbid::case::Setup;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::particle::Particle;
-use turbid::simulation::Simulation;
 
 const SPHERE: &str = include_str!("../../../../validation/shear/sphere.toml");
 const SPHEROID: &str = include_str!("../../../../validation/shear/spheroid.toml");
@@ -22,7 +15,7 @@ pub(super) const CASE: Case = Case {
 };
 
 /// Shear rate (1/s) between the plates of a case.
-fn shear_rate(setup: &Setup) -> f64 {
+pub(super) fn shear_rate(setup: &Setup) -> f64 {
     let speed = |name: &str| {
         let wall = setup.walls.iter().find(|wall| wall.name == name);
         wall.map_or(f64::NAN, |wall| wall.velocity(Vec3::zeros(), 0.0).x)

@@ -1,10 +1,7 @@
 //! Effective viscosity of a sheared suspension: `validation/shear_viscosity`.
 
-use super::reference::Table;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
-use turbid::error::Result;
-use turbid::math::Vec3;
+use super::prelude::*;
+use super::shear::shear_rate;
 use turbid::output::estimate_mean;
 
 const TEXT: &str = include_str!("../../../../validation/shear_viscosity/case.toml");
@@ -31,13 +28,11 @@ fn suspensions(context: &SuiteContext) -> Result<Findings> {
     for phi in [0.05, 0.1, 0.2] {
         let own = [format!("particles.0.volume_fraction={phi}")];
         let setup = context.setup(TEXT, CASE.name, &own)?;
-        let wall = |name: &str| setup.walls.iter().position(|wall| wall.name == name);
-        let (Some(low), Some(high)) = (wall("z-"), wall("z+")) else {
-            return Err(turbid::error::Error::Input("the case has no plates".to_string()));
-        };
-        let speed = |wall: usize| setup.walls[wall].velocity(Vec3::zeros(), 0.0).x;
-        let size = setup.domain.size();
-        let rate = (speed(high) - speed(low)) / size.z;
+        let [low, high] = ["z-", "z+"].map(|name| {
+            let wall = setup.walls.iter().position(|wall| wall.name == name);
+            wall.expect("the case has plates")
+        });
+        let (size, rate) = (setup.domain.size(), shear_rate(&setup));
         let watch = Watch { context, setup: &setup, threads: context.threads, every: EVERY, fixed: false };
         // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
         let series: Vec<[f64; 2]> = watch.rows(|run, rows| {

@@ -1,12 +1,10 @@
 //! A shear wave decays with the viscosity that the case asks for: `validation/shear_wave`.
 
-use super::{Case, Findings, Overlay, Part, SuiteContext};
+use super::prelude::*;
 use std::f64::consts::TAU;
-use turbid::case::Setup;
 use turbid::comm::Comm;
 use turbid::coupling::AnyFluid;
 use turbid::domain::Decomposition;
-use turbid::error::Result;
 use turbid::fluid::{Boundary, FluidParams, Simd};
 
 const TEXT: &str = include_str!("../../../../validation/shear_wave/case.toml");

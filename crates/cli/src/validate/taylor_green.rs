@@ -1,10 +1,8 @@
 //! A Taylor-Green vortex on finer and finer lattices: `validation/taylor_green`.
 
+use super::prelude::*;
 use super::shear_wave::{fluid, step};
-use super::{Case, Findings, Overlay, Part, SuiteContext};
 use std::f64::consts::TAU;
-use turbid::case::Setup;
-use turbid::error::Result;
 
 const TEXT: &str = include_str!("../../../../validation/taylor_green/case.toml");
 

@@ -1,11 +1,6 @@
 //! Impacts of a sphere on a wall in a viscous fluid: `validation/wet_impact`.
 
-use super::context::unsteady;
-use super::reference::Table;
-use super::watch::sphere_course;
-use super::{Case, Findings, Overlay, Part, SuiteContext};
-use turbid::case::Setup;
-use turbid::error::Result;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/wet_impact/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/wet_impact/reference.csv");
@@ -26,31 +21,6 @@ const NEAR: f64 = 0.25;
 /// Young's modulus per density of the sphere (Pa m^3/kg), so that all contacts last as long.
 const MODULUS: f64 = 5.0;
 
-/// What a throw comes to.
-struct Throw {
-    /// Speed of approach near the wall (m/s).
-    approach: f64,
-    /// Largest speed away from the wall (m/s), zero if it never leaves.
-    rebound: f64,
-    /// Deepest overlap (m).
-    overlap: f64,
-    /// Time (s) and gap (diameters).
-    path: Vec<[f64; 2]>,
-}
-
-fn thrown(context: &SuiteContext, setup: &Setup) -> Result<Throw> {
-    let course = sphere_course(context, setup, context.threads, f64::NEG_INFINITY)?;
-    let near = course.iter().find(|at| at[1] < NEAR);
-    let approach = near.map(|at| -at[2]);
-    let lowest = course.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
-    Ok(Throw {
-        approach: approach.ok_or_else(|| unsteady("least gap to the wall (D)", lowest))?,
-        rebound: course.iter().map(|at| at[2]).fold(0.0, f64::max),
-        overlap: (-lowest * setup.diameter).max(0.0),
-        path: course.iter().step_by(4).map(|at| [at[0], at[1]]).collect(),
-    })
-}
-
 fn impacts(context: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     let (mut measured, mut paths) = (Vec::new(), Vec::new());
@@ -62,16 +32,21 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
         ];
         let setup = context.setup(TEXT, CASE.name, &own)?;
         let dry = setup.contact.as_ref().map_or(1.0, |contact| contact.pair(0, 0).restitution);
-        let throw = thrown(context, &setup)?;
+        let course = sphere_course(context, &setup, context.threads, f64::NEG_INFINITY)?;
+        let lowest = course.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
+        let near = course.iter().find(|at| at[1] < NEAR);
+        let approach = near.map(|at| -at[2]).ok_or_else(|| unsteady("least gap to the wall (D)", lowest))?;
+        // The largest speed away from the wall; zero if it never leaves.
+        let rebound = course.iter().map(|at| at[2]).fold(0.0, f64::max);
         let viscosity = setup.expect_fluid().viscosity * setup.fluid_density();
-        let near = density * setup.diameter * throw.approach / (9.0 * viscosity);
-        let part = throw.rebound / throw.approach / dry;
+        let near = density * setup.diameter * approach / (9.0 * viscosity);
+        let part = rebound / approach / dry;
         found.note(format!("Stokes number near the wall, thrown at {stokes}"), near);
         found.note(format!("restitution over dry, thrown at {stokes}"), part);
-        let deep = throw.overlap / setup.diameter;
+        let deep = (-lowest * setup.diameter).max(0.0) / setup.diameter;
         found.note(format!("deepest overlap (D), thrown at {stokes}"), deep);
         measured.push([near, part]);
-        paths.push((format!("St {stokes}"), throw.path));
+        paths.push((format!("St {stokes}"), course.iter().step_by(4).map(|at| [at[0], at[1]]).collect()));
     }
     let rises = measured.windows(2).map(|two| two[1][1] - two[0][1]);
     let least = rises.fold(f64::INFINITY, f64::min);
