@@ -1,4 +1,4 @@
-//! What a run will be like: derived numbers, cost, and what lies outside the usual range.
+//! Derived numbers and cost of a run, and advice on values outside the usual range.
 
 mod bodies;
 mod contacts;
@@ -16,18 +16,13 @@ use turbid::fluid::Precision;
 use turbid::memory::{self, Room};
 use turbid::simulation::{TimeEstimate, bytes_per_cell, decompose, time_estimate};
 
-/// Memory that a run takes (bytes) for its cells, and for its particles.
+/// Memory (bytes) for the cells and for the particles of a run.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
     let cells = setup.fluid_cells();
     [cells as f64 * bytes_per_cell(setup.plan.precision), setup.particles.len() as f64 * memory::PER_PARTICLE]
 }
 
-/// Memory that a run takes (bytes).
-pub(super) fn memory_needed(setup: &Setup) -> f64 {
-    memory_parts(setup).iter().sum()
-}
-
-/// The limit that is nearest to what a run takes, as what all processes of a run together may have.
+/// The tightest limit on the memory of all processes of a run together.
 fn nearest_limit() -> Option<Room> {
     let (all, here) = comm::launched().map_or((1, 1), |launched| (launched.size, launched.here));
     let rooms = memory::rooms().into_iter().map(|room| {
@@ -89,7 +84,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         rows.push(row("box", edges, "no fluid"));
     }
     let remark = nearest_limit().map_or(String::new(), |room| room.limit);
-    rows.push(row("memory", in_bytes(memory_needed(setup)), remark));
+    rows.push(row("memory", in_bytes(memory_parts(setup).iter().sum()), remark));
     rows.extend(bodies::wall_rows(setup));
     rows.push(row("particles", setup.particles.len().to_string(), ""));
     rows.push(row("volume fraction", format!("{:.5}", setup.volume_fraction), ""));
@@ -102,7 +97,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows
 }
 
-/// What moves the particles, if it is not the native engine.
+/// The engine, if it is not the native one.
 fn engine_row(setup: &Setup) -> Option<Row> {
     let EngineChoice::Liggghts(options) = &setup.engine else {
         return None;
@@ -118,7 +113,7 @@ fn engine_row(setup: &Setup) -> Option<Row> {
     Some(row("engine", "LIGGGHTS", remark))
 }
 
-/// What particles without a fluid do.
+/// Rows of a case without a fluid.
 fn dry_rows(setup: &Setup) -> Vec<Row> {
     let remark = format!("averages from step {}", setup.plan.average_from_step);
     let mut rows = vec![
@@ -145,7 +140,7 @@ fn fall_speed(setup: &Setup) -> f64 {
     (2.0 * drop).sqrt()
 }
 
-/// Time; nothing where the run cannot be.
+/// Estimated time; none if the case cannot run.
 fn time_row(setup: &Setup) -> Option<Row> {
     let estimate = time_estimate(setup).ok()?;
     let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step;
@@ -165,7 +160,7 @@ fn time_row(setup: &Setup) -> Option<Row> {
     ))
 }
 
-/// What an estimate of time rests on.
+/// Basis of an estimate of time.
 pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
     if estimate.calibrated {
         "as calibrated on this machine"
@@ -174,7 +169,7 @@ pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
     }
 }
 
-/// What lies outside the usual range, each with an admissible value.
+/// Values outside the usual range, each with an admissible one.
 pub(super) fn advice(setup: &Setup) -> Vec<String> {
     let mut advice = (setup.fluid.as_ref()).map_or_else(Vec::new, |fluid| fluid_advice(setup, fluid));
     advice.extend(contacts::advice(setup));
@@ -191,7 +186,7 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
     advice
 }
 
-/// What lies outside the usual range of the lattice.
+/// The same, of the lattice.
 fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
     let mut advice = Vec::new();
     let tau = fluid.relaxation_time;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use turbid::error::Result;
 use turbid::output::picture::Format;
 
-/// What to draw, and where.
+/// Input and output of `turbid report`.
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
     /// Output directory of a run or of a study, or a directory that holds several of them.

@@ -94,7 +94,7 @@ fn headline(summary: &Summary, directory: &Path) -> String {
     lines.extend(transient(summary));
     if summary.interrupted {
         lines.push(format!(
-            "interrupted             before the end of the case; go on with: turbid resume {}",
+            "interrupted             before the end of the case; resume with: turbid resume {}",
             directory.display()
         ));
     }
@@ -155,7 +155,7 @@ mod tests {
         assert!(
             text.contains("not steady")
                 && text.contains("-20.0 %")
-                && text.contains("go on with: turbid resume out/x"),
+                && text.contains("resume with: turbid resume out/x"),
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use turbid::comm;
 use turbid::error::{Error, Result};
 
-/// Which study, and how.
+/// Study and flags of `turbid study`.
 #[derive(Debug, Args)]
 pub(super) struct StudyArguments {
     /// Study file (TOML).
@@ -22,7 +22,7 @@ pub(super) struct StudyArguments {
     /// Directory for all runs and results. Default: out/FOLDER/NAME of the file.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// List the runs, how far they have come and how long they will take, and end.
+    /// List the runs with their state and time, and end.
     #[arg(long)]
     list: bool,
     /// Only runs whose names contain this.
@@ -38,7 +38,7 @@ pub(super) struct StudyArguments {
     flags: RunFlags,
 }
 
-/// Does what is left of a study; whether all its checks passed.
+/// Runs the rest of a study; returns true if all its checks passed.
 pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     let Some(file) = &arguments.file else {
         say(&study::file::schema());
@@ -58,7 +58,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
         say(&list(&study, arguments.only.as_deref()));
         return Ok(true);
     }
-    // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
+    // From here on a signal ends a run with a checkpoint; before, it ends the program.
     let options = run::options(&arguments.flags, run::STOPPING)?;
     let quiet = options.quiet;
     let mut manner = study::Manner { run: options, only: arguments.only.clone() };
@@ -79,7 +79,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
             }
         }
         if outcome.interrupted {
-            text.push_str("; interrupted, the same command goes on");
+            text.push_str("; interrupted, the same command resumes");
         }
         let out = study.out.display();
         let _ = write!(text, "\nfiles: {out}; look at them with: turbid report {out}");

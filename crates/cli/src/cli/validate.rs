@@ -11,7 +11,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use turbid::error::{Error, Result};
 
-/// What to validate, and where to put what comes of it.
+/// Cases and output of `turbid validate`.
 #[derive(Debug, Args)]
 pub(super) struct ValidateArguments {
     /// Cases to run, instead of all of the level.
@@ -26,18 +26,18 @@ pub(super) struct ValidateArguments {
     /// Write all checks as a list of JSON objects with stable keys.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Directory for tables and plots. Runs of the full level are kept there too: those that have ended are not repeated, those that
-    /// were stopped are gone on with.
+    /// Directory for tables and plots. Runs of the full level are kept there too: complete ones are not repeated, stopped ones are
+    /// resumed.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// End before this much time has passed: 5400, 90m, 1h30m or 01:30:00. With --out, the same command goes on.
+    /// End before this much time has passed: 5400, 90m, 1h30m or 01:30:00. With --out, the same command resumes.
     #[arg(long, value_name = "TIME", value_parser = walltime::parse)]
     max_walltime: Option<Duration>,
     #[command(flatten)]
     changes: Changes,
 }
 
-/// Runs the cases; whether all checks passed.
+/// Runs the cases; returns true if all checks passed.
 pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if arguments.list {
         say(&validate::list(CASES));
@@ -47,7 +47,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
     let level = arguments.level;
     let meant = |case: &&Case| !arguments.names.is_empty() || case.level() <= level;
-    let cases = chosen(&names, &arguments.names)?.into_iter().map(|place| &CASES[place]);
+    let cases = chosen(&names, &arguments.names)?.into_iter().map(|index| &CASES[index]);
     let cases: Vec<&'static Case> = cases.filter(meant).collect();
     if let Some(out) = &arguments.out {
         checks::prepare(out)?;
@@ -78,13 +78,13 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let interrupted = score.interrupted > 0;
     if let (read @ 1.., Some(kept)) = (context.read.load(Ordering::Relaxed), &context.kept) {
         let kept = kept.join("kept");
-        say(&format!("{read} runs that had ended were read from {}", kept.display()));
+        say(&format!("{read} complete runs were read from {}", kept.display()));
     }
     say(&checks::summary(&outcomes, start.elapsed().as_secs_f64()));
     if let Some(out) = &arguments.out {
-        // Tables of all that was asked for stay until there are others.
+        // Complete tables stay until there are others.
         if interrupted {
-            say("the same command goes on");
+            say("the same command resumes");
         } else {
             checks::write_tables(out, "validation", &outcomes)?;
         }
