@@ -28,7 +28,7 @@ const MAY_USE: &[(&str, &str)] = &[
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
     ),
-    ("checks", "output plot math error"),
+    ("checks", "output plot particle error"),
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",

@@ -12,11 +12,12 @@ mod tables;
 pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::sync::Arc;
 use std::time::Instant;
 pub use tables::{aligned, bold_failure, cells, markdown, markdown_table, one_line, summary, table};
 use turbid::error::{Error, Result};
-use turbid::math::Vec3;
 use turbid::output::Overlay;
+use turbid::particle::{Particle, Template};
 
 /// One number against its reference.
 ///
@@ -140,17 +141,19 @@ impl Serialize for Check {
     }
 }
 
-/// Spheres of both engines at one time, for VTK.
-#[derive(Clone, Debug, PartialEq)]
+/// Particles of both engines at one time, for VTK.
+#[derive(Clone, Debug)]
 pub struct Moment {
     /// Time (s).
     pub time: f64,
-    /// Centre (m), velocity (m/s), angular velocity (1/s) and radius (m) by id; native, then LIGGGHTS.
-    pub spheres: [Vec<(Vec3, Vec3, Vec3, f64)>; 2],
+    /// Native, then LIGGGHTS.
+    pub particles: [Vec<Particle>; 2],
+    /// Of all particles.
+    pub templates: Arc<[Template]>,
 }
 
-/// Results of a case.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What a case found.
+#[derive(Clone, Debug, Default)]
 pub struct Findings {
     /// Numbers that have a reference.
     pub checks: Vec<Check>,

@@ -1,4 +1,4 @@
-//! The command line: what may be typed, and the one place that prints errors and chooses the exit code.
+//! The command line: verbs, flags, and the one place that prints errors and chooses the exit code.
 
 mod allocator;
 mod bench;
@@ -10,7 +10,6 @@ mod pack;
 mod preflight;
 mod progress;
 mod report;
-mod resume;
 mod run;
 mod signals;
 mod study;
@@ -39,11 +38,11 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a case and write what it asks for.
+    /// Run a case and write its output files.
     Run(RunArguments),
-    /// Go on with a run from its last checkpoint, on any number of threads or processes.
+    /// Resume a run from its last checkpoint, on any number of threads or processes.
     Resume(ResumeArguments),
-    /// Check a case without running it: derived numbers, cost, and what is out of the usual range.
+    /// Check a case without running it: derived numbers, cost, and values outside the usual range.
     Check(CheckArguments),
     /// Measure the speed of a case without writing anything.
     Bench(BenchArguments),
@@ -51,13 +50,13 @@ enum Command {
     Pack(PackArguments),
     /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
     Crosscheck(crosscheck::CrosscheckArguments),
-    /// Do all runs of a parameter study, or what is left of them, and collect what they say together.
+    /// Run a parameter study, skipping finished runs, and collect the results.
     Study(study::StudyArguments),
-    /// Run cases of the literature and hold what comes out against their references.
+    /// Run cases of the literature and compare the results with their references.
     Validate(validate::ValidateArguments),
-    /// Draw what a run or a study has left: figures as SVG and PNG, tables and checks on one page.
+    /// Draw the results of a run or a study: figures as SVG and PNG, tables and checks on one page.
     Report(report::ReportArguments),
-    /// Look at this machine: what is fine, and what to change.
+    /// Show the properties of this machine, and settings to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
     #[cfg(feature = "liggghts")]
@@ -96,12 +95,12 @@ struct RunArguments {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
-    manner: Manner,
+    flags: RunFlags,
 }
 
-/// How a run behaves, whatever it runs.
+/// Flags of everything that runs cases.
 #[derive(Debug, Args)]
-struct Manner {
+struct RunFlags {
     /// No progress and no summary.
     #[arg(long)]
     quiet: bool,
@@ -122,7 +121,7 @@ struct ResumeArguments {
     #[arg(long)]
     threads: Option<usize>,
     #[command(flatten)]
-    manner: Manner,
+    flags: RunFlags,
 }
 
 #[derive(Debug, Args)]
@@ -132,7 +131,7 @@ struct CheckArguments {
     case: Option<PathBuf>,
     #[command(flatten)]
     changes: Changes,
-    /// Also say what each of so many ranks (threads or MPI processes) would have to do and to send.
+    /// Also show the cells, work and messages of each of N ranks (threads or MPI processes).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     ranks: Option<u64>,
     /// Print the JSON schema of case files instead.
@@ -175,7 +174,7 @@ struct PackArguments {
     case: Option<PathBuf>,
     #[command(flatten)]
     changes: Changes,
-    /// Output directory of a run, whose particles are written as it has left them, with their velocities.
+    /// Output directory of a run, whose last particles are written, with their velocities.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["case", "set", "threads"])]
     from: Option<PathBuf>,
     /// Step of the run, of those whose particles are in a file, instead of the last one.
@@ -186,7 +185,7 @@ struct PackArguments {
     out: PathBuf,
 }
 
-/// Exit code of a cross-check, a validation or a study that came to its end, when not all checks passed.
+/// Exit code of a complete cross-check, validation or study with failed checks.
 const CHECKS_FAILED: u8 = 3;
 
 /// Exit code of [`Error::Interrupted`]: a signal or the time limit came before the end.
@@ -212,11 +211,11 @@ pub fn main() -> ExitCode {
     terminal::exit(code)
 }
 
-/// Does what was asked for; the exit code.
+/// Runs a command; returns the exit code.
 fn carry_out(command: Command) -> u8 {
     let passed = match command {
         Command::Run(arguments) => run::run(&arguments).map(|()| true),
-        Command::Resume(arguments) => resume::resume(&arguments).map(|()| true),
+        Command::Resume(arguments) => run::resume(&arguments).map(|()| true),
         Command::Check(arguments) => check::check(&arguments).map(|()| true),
         Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
         Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),
@@ -236,7 +235,6 @@ fn carry_out(command: Command) -> u8 {
         Ok(false) => CHECKS_FAILED,
         Err(error) => {
             let code = u8::try_from(error.exit_code()).unwrap_or(1);
-            // Whoever stopped a run knows that it was stopped.
             if code != STOPPED {
                 terminal::error(&error);
             }
@@ -245,7 +243,7 @@ fn carry_out(command: Command) -> u8 {
     }
 }
 
-/// What becomes of a process of an MPI job that is not to go on: of several, all do a run together, and one does all else.
+/// Exit code of a process of an MPI job that has nothing to do: all processes do a run together, and one does all else.
 fn place_in_job(command: &Command) -> Option<ExitCode> {
     let processes = comm::launched()?.size;
     if processes < 2 {
@@ -257,7 +255,6 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     if cfg!(feature = "mpi") {
         return None;
     }
-    // All find the same.
     let error = Error::Agreed {
         code: 2,
         text: format!(
@@ -270,7 +267,7 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     Some(ExitCode::from(2))
 }
 
-/// Reads the case with its changes and prints its warnings.
+/// Reads a case with its changes and prints its warnings.
 fn load(path: &Path, changes: &Changes) -> Result<Setup> {
     let read = || case::load(path, &changes.set);
     let mut setup = terminal::waiting("reading the case and placing its particles", read)?;

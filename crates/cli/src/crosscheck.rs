@@ -20,6 +20,23 @@ use crate::checks::Findings;
 use std::path::Path;
 use turbid::error::Result;
 
+/// Names that most cases use.
+mod prelude {
+    pub(super) use super::compare::{Between, Limit, Points, moments, overlay, worst};
+    pub(super) use super::system::{GLASS, RADIUS, Random, SAME, System, Track, model, plane, sphere};
+    pub(super) use super::theory::Hertz;
+    pub(super) use crate::checks::Findings;
+    pub(super) use std::path::Path;
+    pub(super) use turbid::case::Setup;
+    pub(super) use turbid::contact::Material;
+    pub(super) use turbid::dem::DemEngine;
+    pub(super) use turbid::domain::Domain;
+    pub(super) use turbid::error::Result;
+    pub(super) use turbid::math::Vec3;
+    pub(super) use turbid::output::Overlay;
+    pub(super) use turbid::particle::Particle;
+}
+
 /// A case of the suite.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {

@@ -5,6 +5,7 @@
 //! folder says why.
 
 mod channel;
+mod context;
 mod drafting;
 mod friction;
 mod hertz;
@@ -21,16 +22,28 @@ mod shear_wave;
 mod sphere_array;
 mod suite;
 mod taylor_green;
-mod trial;
 mod watch;
 mod wet_impact;
 
 use crate::checks::Check;
 pub use crate::checks::Findings;
+pub use context::SuiteContext;
 pub use suite::{list, run};
-pub use trial::Trial;
 use turbid::error::Result;
-use turbid::output::Overlay;
+
+/// Names that most cases use.
+mod prelude {
+    pub(super) use super::context::{SuiteContext, unsteady};
+    pub(super) use super::reference::Table;
+    pub(super) use super::watch::{Watch, sphere_course};
+    pub(super) use super::{Case, Findings, Part};
+    pub(super) use turbid::case::Setup;
+    pub(super) use turbid::error::Result;
+    pub(super) use turbid::math::Vec3;
+    pub(super) use turbid::output::Overlay;
+    pub(super) use turbid::particle::Particle;
+    pub(super) use turbid::simulation::Simulation;
+}
 
 /// How long one is willing to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
@@ -51,22 +64,22 @@ pub struct Part {
     /// Whether it uses all cores by itself.
     pub wide: bool,
     /// Does it.
-    pub run: fn(&Trial) -> Result<Findings>,
+    pub run: fn(&SuiteContext) -> Result<Findings>,
 }
 
 impl Part {
     /// A part of the full level on one core.
-    const fn full(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+    const fn full(seconds: f64, run: fn(&SuiteContext) -> Result<Findings>) -> Self {
         Self { level: Level::Full, ..Self::quick(seconds, run) }
     }
 
     /// A part of the full level that takes all cores.
-    const fn wide(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+    const fn wide(seconds: f64, run: fn(&SuiteContext) -> Result<Findings>) -> Self {
         Self { wide: true, ..Self::full(seconds, run) }
     }
 
     /// A part of the quick level on one core.
-    const fn quick(seconds: f64, run: fn(&Trial) -> Result<Findings>) -> Self {
+    const fn quick(seconds: f64, run: fn(&SuiteContext) -> Result<Findings>) -> Self {
         Self { level: Level::Quick, seconds, wide: false, run }
     }
 }
@@ -80,10 +93,8 @@ pub struct Case {
     pub question: &'static str,
     /// Where its references are from: author, year, DOI.
     pub source: &'static str,
-    /// Its runs.
+    /// Its runs; none if it needs LIGGGHTS and this program was built without it.
     pub parts: &'static [Part],
-    /// Why this program cannot run it, if so.
-    pub missing: Option<&'static str>,
 }
 
 impl Case {

@@ -43,7 +43,7 @@ fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
     child.ends_with(4);
     let mut said = String::new();
     std::io::Read::read_to_string(child.0.stdout.as_mut().unwrap(), &mut said).unwrap();
-    assert!(said.contains("go on with: turbid resume out\n"), "{said}");
+    assert!(said.contains("resume with: turbid resume out\n"), "{said}");
     let step = interrupted_at(&place);
     assert_eq!(checkpoints(&place, "out"), [step]);
     goes_on_from(&place, step);

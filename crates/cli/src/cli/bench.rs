@@ -1,14 +1,11 @@
 //! `turbid bench`.
 
 use super::machine::in_bytes;
-use super::terminal::{say, table};
+use super::terminal::{row, say, table};
 use super::{BenchArguments, load, preflight};
 use std::fmt::Write;
 use turbid::error::Result;
-use turbid::simulation::{self, BenchOptions, BenchReport, RankReport, Rate, Spread, TimeEstimate};
-
-/// Ranks in the table; all are in the JSON.
-const RANKS_SHOWN: usize = 16;
+use turbid::simulation::{self, BenchOptions, BenchReport, Spread, TimeEstimate};
 
 pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
     let Some(case) = &arguments.case else {
@@ -37,10 +34,9 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
 /// Measures this machine, and keeps what was found.
 fn calibrate(threads: usize) -> Result<()> {
     let found = simulation::calibrate(threads)?;
-    let times = |factor: f64| format!("{factor:.2}");
-    let row = |name: &str, factor: f64| [name.to_string(), times(factor), String::new()];
-    let mut rows = vec![row("f32", found.single), row("f64", found.double)];
-    rows[0][2] = format!("times as long as with the built-in costs, on {} threads", found.threads);
+    let remark = format!("times as long as with the built-in costs, on {} threads", found.threads);
+    let rows =
+        [row("f32", format!("{:.2}", found.single), remark), row("f64", format!("{:.2}", found.double), "")];
     let kept = match found.keep()? {
         Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
         None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),
@@ -50,7 +46,6 @@ fn calibrate(threads: usize) -> Result<()> {
 }
 
 fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
-    let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
     let samples = report.mlups_samples.iter().map(|s| format!("{s:.1}"));
     let samples = samples.collect::<Vec<_>>().join(", ");
     let bandwidth = format!("of {:.1} GB/s", report.bandwidth_gb_per_s);
@@ -59,15 +54,15 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
         row("speed", format!("{:.1} MLUPS", report.mlups), format!("median of {samples}")),
         row("roofline", format!("{:.1} %", 100.0 * report.roofline_fraction), bandwidth),
         row("memory", format!("{:.1} B/cell", report.bytes_per_cell), memory),
-        row("cells", report.cells.to_string(), report.precision.clone()),
-        row("particles", report.particles.to_string(), String::new()),
-        row("contacts", report.contacts.to_string(), String::new()),
+        row("cells", report.cells.to_string(), &report.precision),
+        row("particles", report.particles.to_string(), ""),
+        row("contacts", report.contacts.to_string(), ""),
         row("threads", report.threads.to_string(), format!("{} ranks", report.ranks)),
     ];
     if let Some(estimate) = estimate {
         let rate = report.cells as f64 / estimate.seconds_per_step / 1e6;
         let value = format!("{rate:.1} MLUPS");
-        rows.push(row("estimated", value, preflight::basis(estimate).to_string()));
+        rows.push(row("estimated", value, preflight::basis(estimate)));
     }
     let stages = &report.stages_over_ranks;
     let step: f64 = stages.values().map(|seconds| seconds.mean).sum();
@@ -87,7 +82,7 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
         return table(&rows);
     }
     let [x, y, z] = report.grid;
-    rows.push(row("blocks", format!("{x} x {y} x {z}"), String::new()));
+    rows.push(row("blocks", format!("{x} x {y} x {z}"), ""));
     for (kind, seconds) in &report.waiting_over_ranks {
         let (value, remark) = times(", within the stages".to_owned(), seconds);
         rows.push(row(&format!("sending, waiting: {kind}"), value, remark));
@@ -116,44 +111,5 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
         in_bytes(report.memory_per_rank_bytes as f64),
         format!("{} ranks per process", report.ranks_per_process),
     ));
-    format!("{}\n{}", table(&rows), by_rank(&report.by_rank))
-}
-
-/// A line for each rank.
-fn by_rank(ranks: &[RankReport]) -> String {
-    let mut text = format!(
-        "\n  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>11} {:>9}\n",
-        "rank",
-        "cells",
-        "covered",
-        "particles",
-        "ghosts",
-        "contacts",
-        "halo",
-        "exchange",
-        "waiting",
-        "memory"
-    );
-    for rank in ranks.iter().take(RANKS_SHOWN) {
-        let waiting = rank.halo.seconds + rank.exchange.seconds + rank.collective.seconds;
-        let bytes = |rate: Rate| format!("{:.1} kB", rate.bytes / 1e3);
-        let _ = writeln!(
-            text,
-            "  {:>5} {:>10} {:>10} {:>9} {:>7} {:>8} {:>11} {:>11} {:>8.3} ms {:>9}",
-            rank.rank,
-            rank.cells,
-            rank.covered_cells,
-            rank.particles,
-            rank.ghosts,
-            rank.contacts,
-            bytes(rank.halo),
-            bytes(rank.exchange),
-            1e3 * waiting,
-            in_bytes(rank.process_memory_bytes as f64),
-        );
-    }
-    if ranks.len() > RANKS_SHOWN {
-        let _ = writeln!(text, "  and {} more; all with --json", ranks.len() - RANKS_SHOWN);
-    }
-    text
+    format!("{}\n  each rank: --json", table(&rows))
 }

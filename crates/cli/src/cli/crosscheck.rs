@@ -10,7 +10,7 @@ use std::time::Instant;
 use turbid::engine::{HAS_LIGGGHTS, liggghts_is_missing};
 use turbid::error::{Error, Result};
 
-/// What to check, and where to put what comes of it.
+/// Cases and output of `turbid crosscheck`.
 #[derive(Debug, Args)]
 pub(super) struct CrosscheckArguments {
     /// Case file (TOML) of spheres to run through both engines, instead of the suite.

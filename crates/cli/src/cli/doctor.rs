@@ -1,7 +1,7 @@
 //! `turbid doctor`: what this machine offers, what is fine, what to change.
 
 use super::machine;
-use super::terminal::table;
+use super::terminal::{row, table};
 use std::path::{Path, PathBuf};
 use turbid::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use turbid::fluid::{Precision, Simd};
@@ -11,64 +11,48 @@ const MPI_PACKAGES: &str = "openmpi-bin libopenmpi-dev libclang-dev";
 
 /// The report.
 pub(super) fn report() -> String {
-    let row = |name: &str, value: String, remark: String| [name.to_string(), value, remark];
-    let mut rows = vec![
-        row("version", env!("CARGO_PKG_VERSION").to_string(), build()),
-        row("threads", machine::cores().to_string(), threads_remark()),
-        row("instructions", Simd::best().name().to_string(), simd_remark(Simd::best())),
-    ];
-    let pages = machine::huge_pages();
-    rows.push(row(
-        "huge pages",
-        pages.clone().unwrap_or_else(|| "unknown".to_string()),
-        huge_pages_remark(pages.as_deref()),
-    ));
-    rows.push(match (machine::memory(), machine::memory_available()) {
-        (Some(all), Some(free)) => {
-            let cells = free / turbid::simulation::bytes_per_cell(Precision::F32);
-            let remark = format!(
-                "{} free: about {:.0} million cells in f32, a cube of {:.0}",
-                machine::in_bytes(free),
-                cells / 1e6,
-                cells.cbrt()
-            );
-            row("memory", machine::in_bytes(all), remark)
-        }
-        _ => row("memory", "unknown".to_string(), "no /proc/meminfo here".to_string()),
-    });
-    let liggghts = if HAS_LIGGGHTS { "yes" } else { "no" };
-    rows.push(row("LIGGGHTS", liggghts.to_string(), liggghts_remark(HAS_LIGGGHTS)));
-    let has_mpi = if cfg!(feature = "mpi") { "yes" } else { "no" };
-    rows.push(row("MPI", has_mpi.to_string(), mpi_remark(cfg!(feature = "mpi"), launcher().as_deref())));
-    table(&rows)
-}
-
-fn build() -> String {
-    if cfg!(debug_assertions) {
-        "built for debugging, many times slower: build with `cargo build --release`".to_string()
+    let yes_or_no = |is: bool| if is { "yes" } else { "no" };
+    let build = if cfg!(debug_assertions) {
+        "built for debugging, many times slower: build with `cargo build --release`"
     } else {
-        "built for speed: fine".to_string()
-    }
+        "built for speed: fine"
+    };
+    let threads = "one per core is the default; --threads changes it, results stay the same";
+    let (simd, pages) = (Simd::best(), machine::huge_pages());
+    let pages = pages.as_deref();
+    let memory = machine::memory().zip(machine::memory_available()).map(|(all, free)| {
+        let cells = free / turbid::simulation::bytes_per_cell(Precision::F32);
+        let (millions, edge, free) = (cells / 1e6, cells.cbrt(), machine::in_bytes(free));
+        let remark = format!("{free} free: about {millions:.0} million cells in f32, a cube of {edge:.0}");
+        (machine::in_bytes(all), remark)
+    });
+    let (memory, free) = memory.unwrap_or_else(|| ("unknown".into(), "no /proc/meminfo here".into()));
+    let has_mpi = cfg!(feature = "mpi");
+    table(&[
+        row("version", env!("CARGO_PKG_VERSION"), build),
+        row("threads", machine::cores().to_string(), threads),
+        row("instructions", simd.name(), simd_remark(simd)),
+        row("huge pages", pages.unwrap_or("unknown"), huge_pages_remark(pages)),
+        row("memory", memory, free),
+        row("LIGGGHTS", yes_or_no(HAS_LIGGGHTS), liggghts_remark(HAS_LIGGGHTS)),
+        row("MPI", yes_or_no(has_mpi), mpi_remark(has_mpi, launcher().as_deref())),
+    ])
 }
 
-fn threads_remark() -> String {
-    "one per core is the default; --threads changes it, results stay the same".to_string()
-}
-
-fn simd_remark(simd: Simd) -> String {
+fn simd_remark(simd: Simd) -> &'static str {
     match simd {
-        Simd::Avx2 | Simd::Avx512 => "the fastest there is here: fine".to_string(),
-        _ => "no AVX2 on this processor; results are the same, only slower".to_string(),
+        Simd::Avx2 | Simd::Avx512 => "the fastest there is here: fine",
+        _ => "no AVX2 on this processor; results are the same, only slower",
     }
 }
 
-fn huge_pages_remark(setting: Option<&str>) -> String {
+fn huge_pages_remark(setting: Option<&str>) -> &'static str {
     match setting {
-        Some("always" | "madvise") => "fine".to_string(),
-        Some(_) => "off, which costs speed; to change: echo madvise | sudo tee \
-                    /sys/kernel/mm/transparent_hugepage/enabled"
-            .to_string(),
-        None => "this system does not say".to_string(),
+        Some("always" | "madvise") => "fine",
+        Some(_) => {
+            "off, which costs speed; to change: echo madvise | sudo tee /sys/kernel/mm/transparent_hugepage/enabled"
+        }
+        None => "this system does not say",
     }
 }
 

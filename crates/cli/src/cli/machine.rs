@@ -1,14 +1,14 @@
-//! What this machine has.
+//! Properties of this machine.
 
 pub(super) use turbid::memory::in_bytes;
 use turbid::memory::kilobytes;
 
-/// Memory (bytes): all of it, if the system says so.
+/// Total memory (bytes), if known.
 pub(super) fn memory() -> Option<f64> {
     meminfo("MemTotal:")
 }
 
-/// Memory that a new process can have (bytes).
+/// Memory available to a new process (bytes), if known.
 pub(super) fn memory_available() -> Option<f64> {
     meminfo("MemAvailable:")
 }

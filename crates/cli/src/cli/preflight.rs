@@ -1,4 +1,4 @@
-//! What a run will be like: derived numbers, cost, and what lies outside the usual range.
+//! Derived numbers and cost of a run, and advice on values outside the usual range.
 
 mod bodies;
 mod contacts;
@@ -7,6 +7,7 @@ mod output;
 pub(super) mod ranks;
 
 use super::machine::{cores, in_bytes, in_time};
+use super::terminal::{Row, row};
 use turbid::case::{FluidSetup, Setup};
 use turbid::comm;
 use turbid::engine::{EngineChoice, LiggghtsProcess};
@@ -15,18 +16,13 @@ use turbid::fluid::Precision;
 use turbid::memory::{self, Room};
 use turbid::simulation::{TimeEstimate, bytes_per_cell, decompose, time_estimate};
 
-/// Memory that a run takes (bytes) for its cells, and for its particles.
+/// Memory (bytes) for the cells and for the particles of a run.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
     let cells = setup.fluid_cells();
     [cells as f64 * bytes_per_cell(setup.plan.precision), setup.particles.len() as f64 * memory::PER_PARTICLE]
 }
 
-/// Memory that a run takes (bytes).
-pub(super) fn memory_needed(setup: &Setup) -> f64 {
-    memory_parts(setup).iter().sum()
-}
-
-/// The limit that is nearest to what a run takes, as what all processes of a run together may have.
+/// The tightest limit on the memory of all processes of a run together.
 fn nearest_limit() -> Option<Room> {
     let (all, here) = comm::launched().map_or((1, 1), |launched| (launched.size, launched.here));
     let rooms = memory::rooms().into_iter().map(|room| {
@@ -74,14 +70,7 @@ fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
     )))
 }
 
-/// A row of name, value and remark.
-type Row = [String; 3];
-
-fn row(name: &str, value: String, remark: &str) -> Row {
-    [name.to_string(), value, remark.to_string()]
-}
-
-/// Rows of name, value and remark.
+/// Derived numbers and cost.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
     let size = setup.domain.size();
@@ -89,13 +78,13 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         let [x, y, z] = setup.domain.cells;
         let size = size / setup.diameter;
         let remark = format!("{x} x {y} x {z}, {:.4} x {:.4} x {:.4} D", size.x, size.y, size.z);
-        rows.push(row("cells", setup.fluid_cells().to_string(), &remark));
+        rows.push(row("cells", setup.fluid_cells().to_string(), remark));
     } else {
         let edges = format!("{:.4e} x {:.4e} x {:.4e} m", size.x, size.y, size.z);
         rows.push(row("box", edges, "no fluid"));
     }
     let remark = nearest_limit().map_or(String::new(), |room| room.limit);
-    rows.push(row("memory", in_bytes(memory_needed(setup)), &remark));
+    rows.push(row("memory", in_bytes(memory_parts(setup).iter().sum()), remark));
     rows.extend(bodies::wall_rows(setup));
     rows.push(row("particles", setup.particles.len().to_string(), ""));
     rows.push(row("volume fraction", format!("{:.5}", setup.volume_fraction), ""));
@@ -108,7 +97,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows
 }
 
-/// What moves the particles, if it is not the native engine.
+/// The engine, if it is not the native one.
 fn engine_row(setup: &Setup) -> Option<Row> {
     let EngineChoice::Liggghts(options) = &setup.engine else {
         return None;
@@ -121,15 +110,15 @@ fn engine_row(setup: &Setup) -> Option<Row> {
         0 => place.to_string(),
         n => format!("{place}; commands of the case: {n}"),
     };
-    Some(row("engine", "LIGGGHTS".to_string(), &remark))
+    Some(row("engine", "LIGGGHTS", remark))
 }
 
-/// What particles without a fluid do.
+/// Rows of a case without a fluid.
 fn dry_rows(setup: &Setup) -> Vec<Row> {
     let remark = format!("averages from step {}", setup.plan.average_from_step);
     let mut rows = vec![
         row("time step", format!("{:.6e} s", setup.time_step), ""),
-        row("steps", setup.plan.end_step.to_string(), &remark),
+        row("steps", setup.plan.end_step.to_string(), remark),
         row("time", format!("{:.4} s", setup.end_time()), ""),
     ];
     if let Some(contact) = &setup.contact {
@@ -137,7 +126,7 @@ fn dry_rows(setup: &Setup) -> Vec<Row> {
         if speed > 0.0 {
             let steps = contacts::hertz(setup, contact).duration(speed) / setup.time_step;
             let remark = format!("steps, Hertz impact at {speed:.3} m/s, a fall through the box");
-            rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
+            rows.push(row("contact lasts", format!("{steps:.0}"), remark));
         }
     }
     rows
@@ -151,7 +140,7 @@ fn fall_speed(setup: &Setup) -> f64 {
     (2.0 * drop).sqrt()
 }
 
-/// Time; nothing where the run cannot be.
+/// Estimated time; none if the case cannot run.
 fn time_row(setup: &Setup) -> Option<Row> {
     let estimate = time_estimate(setup).ok()?;
     let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step;
@@ -167,11 +156,11 @@ fn time_row(setup: &Setup) -> Option<Row> {
     Some(row(
         "estimated time",
         in_time(seconds),
-        &format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
+        format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
     ))
 }
 
-/// What an estimate of time rests on.
+/// Basis of an estimate of time.
 pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
     if estimate.calibrated {
         "as calibrated on this machine"
@@ -180,7 +169,7 @@ pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
     }
 }
 
-/// What lies outside the usual range, each with an admissible value.
+/// Values outside the usual range, each with an admissible one.
 pub(super) fn advice(setup: &Setup) -> Vec<String> {
     let mut advice = (setup.fluid.as_ref()).map_or_else(Vec::new, |fluid| fluid_advice(setup, fluid));
     advice.extend(contacts::advice(setup));
@@ -197,7 +186,7 @@ pub(super) fn advice(setup: &Setup) -> Vec<String> {
     advice
 }
 
-/// What lies outside the usual range of the lattice.
+/// The same, of the lattice.
 fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
     let mut advice = Vec::new();
     let tau = fluid.relaxation_time;

@@ -2,12 +2,12 @@
 
 use super::terminal::say;
 use crate::report;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
 use turbid::error::Result;
 use turbid::output::picture::Format;
 
-/// What to draw, and where.
+/// Input and output of `turbid report`.
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
     /// Output directory of a run or of a study, or a directory that holds several of them.
@@ -17,24 +17,15 @@ pub(super) struct ReportArguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Formats of the figures.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["svg", "png"])]
-    format: Vec<FormatName>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum FormatName {
-    Svg,
-    Png,
+    #[arg(long, value_parser = ["svg", "png"], value_delimiter = ',', default_values = ["svg", "png"])]
+    format: Vec<String>,
 }
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<()> {
     let out = arguments.out.as_ref().unwrap_or(&arguments.directory);
     let mut formats = Vec::new();
     for name in &arguments.format {
-        let format = match name {
-            FormatName::Svg => Format::Svg,
-            FormatName::Png => Format::Png,
-        };
+        let format = if name == "svg" { Format::Svg } else { Format::Png };
         if !formats.contains(&format) {
             formats.push(format);
         }

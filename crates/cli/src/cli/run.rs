@@ -1,8 +1,8 @@
-//! `turbid run`.
+//! `turbid run` and `turbid resume`.
 
 use super::progress::Terminal;
 use super::terminal::{say, warn};
-use super::{Manner, RunArguments, load, preflight, signals};
+use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals};
 use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
@@ -18,19 +18,19 @@ pub(super) const STOPPING: &str = "stopping, writing a checkpoint";
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
     let (setup, options) = simulation::agreed(prepare(arguments))?;
-    if !arguments.manner.quiet {
+    if !arguments.flags.quiet {
         for advice in preflight::advice(&setup) {
             warn(&advice);
         }
     }
     let summary = simulation::run(&setup, &options)?;
-    ended(summary.as_ref(), &setup.plan.output.directory, arguments.manner.quiet)
+    ended(summary.as_ref(), &setup.plan.output.directory, arguments.flags.quiet)
 }
 
-/// The case, and what the signals set: what can fail on one process of an MPI job alone.
+/// The case, and options that signals set: all that can fail on one process of an MPI job alone.
 fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     // Signals first: reading and packing may take a while.
-    let mut options = options(&arguments.manner, STOPPING)?;
+    let mut options = options(&arguments.flags, STOPPING)?;
     options.overwrite = arguments.overwrite;
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
@@ -40,11 +40,26 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     Ok((setup, options))
 }
 
-/// How a run is asked to behave, by arguments and from now on by [signals], the first of which `answer` is printed for.
-pub(super) fn options(manner: &Manner, answer: &'static str) -> Result<RunOptions> {
+/// Resumes a run from its last checkpoint.
+pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
+    let (setup, options) = simulation::agreed(prepare_resume(arguments))?;
+    let summary = simulation::resume(&setup, &options)?;
+    ended(summary.as_ref(), &setup.plan.output.directory, arguments.flags.quiet)
+}
+
+/// The saved case, as [`prepare`].
+fn prepare_resume(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
+    let options = options(&arguments.flags, STOPPING)?;
+    let setup = simulation::saved_setup(&arguments.directory, &arguments.set, arguments.threads)?;
+    preflight::refuse_what_does_not_fit(&setup)?;
+    Ok((setup, options))
+}
+
+/// Options of a run, by its flags and from now on by [signals]; `answer` is printed at the first one.
+pub(super) fn options(flags: &RunFlags, answer: &'static str) -> Result<RunOptions> {
     let options = RunOptions {
-        progress: Some(Arc::new(Terminal::new(manner.quiet))),
-        max_walltime: manner.max_walltime,
+        progress: Some(Arc::new(Terminal::new(flags.quiet))),
+        max_walltime: flags.max_walltime,
         ..RunOptions::default()
     };
     signals::listen(&options, answer)?;
@@ -84,7 +99,7 @@ fn headline(summary: &Summary, directory: &Path) -> String {
     lines.extend(transient(summary));
     if summary.interrupted {
         lines.push(format!(
-            "interrupted             before the end of the case; go on with: turbid resume {}",
+            "interrupted             before the end of the case; resume with: turbid resume {}",
             directory.display()
         ));
     }
@@ -145,7 +160,7 @@ mod tests {
         assert!(
             text.contains("not steady")
                 && text.contains("-20.0 %")
-                && text.contains("go on with: turbid resume out/x"),
+                && text.contains("resume with: turbid resume out/x"),
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));

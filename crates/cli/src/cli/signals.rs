@@ -12,26 +12,26 @@ use std::time::{Duration, Instant};
 use turbid::error::{Error, Result};
 use turbid::simulation::RunOptions;
 
-/// Time after the first SIGINT in which others do nothing: a key that is held down, or a launcher that repeats it.
+/// Time after the first SIGINT in which others are ignored: a key that is held down, or a launcher that repeats it.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// Exit code after a further SIGINT, as shells have it for an interrupt.
 const ABORTED: i32 = 130;
 
-/// Makes a write beyond the limit on the size of files an error, which is reported, instead of the end of the process.
+/// Makes a write beyond the limit on the size of files an error instead of the end of the process.
 pub(super) fn outlive_the_file_limit() {
     // Any handler does; it can be refused for SIGKILL, SIGSTOP and the like only.
     let _ = flag::register(SIGXFSZ, Arc::default());
 }
 
-/// Lets signals set what `options` share with a run. The first SIGINT is answered at once by `answer`; one that comes more than
-/// [`GRACE`] later ends the process. Launchers may send SIGTERM more than once.
+/// Lets signals set the flags of `options`. The first SIGINT prints `answer`; one more than [`GRACE`] later ends the process.
+/// Launchers may send SIGTERM more than once.
 pub(super) fn listen(options: &RunOptions, answer: &'static str) -> Result<()> {
     let attempt = || -> io::Result<()> {
         for signal in [SIGINT, SIGTERM] {
             flag::register(signal, Arc::clone(&options.stop))?;
         }
-        // `nohup` has its way.
+        // Set by `nohup`.
         if !is_ignored(SIGHUP) {
             flag::register(SIGHUP, Arc::clone(&options.stop))?;
         }
@@ -55,7 +55,7 @@ pub(super) fn listen(options: &RunOptions, answer: &'static str) -> Result<()> {
     attempt().map_err(|e| Error::io("handle signals of", Path::new("this process"), e))
 }
 
-/// Whether whoever started this process has it ignore a signal.
+/// Returns true if this process was started with a signal ignored.
 fn is_ignored(signal: i32) -> bool {
     let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
     // SAFETY: without a new action the call only fills the one that it is given, for which all zeros are valid.

@@ -2,8 +2,8 @@
 
 use super::machine::in_time;
 use super::progress::Terminal;
-use super::terminal::{say, warn};
-use super::{Manner, preflight, run};
+use super::terminal::{columns, say, warn};
+use super::{RunFlags, preflight, run};
 use crate::checks::Score;
 use crate::study::state::State;
 use crate::study::{self, Event, Study};
@@ -16,7 +16,7 @@ use turbid::comm;
 use turbid::error::{Error, Result};
 use turbid::simulation::RunOptions;
 
-/// Which study, and how.
+/// Study and flags of `turbid study`.
 #[derive(Debug, Args)]
 pub(super) struct StudyArguments {
     /// Study file (TOML).
@@ -25,7 +25,7 @@ pub(super) struct StudyArguments {
     /// Directory for all runs and results. Default: out/FOLDER/NAME of the file.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// List the runs, how far they have come and how long they will take, and end.
+    /// List the runs with their state and time, and end.
     #[arg(long)]
     list: bool,
     /// Only runs whose names contain this.
@@ -38,10 +38,10 @@ pub(super) struct StudyArguments {
     #[arg(long, conflicts_with = "file")]
     schema: bool,
     #[command(flatten)]
-    manner: Manner,
+    flags: RunFlags,
 }
 
-/// Does what is left of a study; whether all its checks passed.
+/// Runs the rest of a study; returns true if all its checks passed.
 pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     let Some(file) = &arguments.file else {
         say(&study::file::schema());
@@ -61,9 +61,9 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
         say(&list(&study, arguments.only.as_deref()));
         return Ok(true);
     }
-    // From here on a signal ends the run at hand with a checkpoint; before, it ends the program.
-    let options = run::options(&arguments.manner, run::STOPPING)?;
-    let (quiet, only) = (arguments.manner.quiet, arguments.only.as_deref());
+    // From here on a signal ends a run with a checkpoint; before, it ends the program.
+    let options = run::options(&arguments.flags, run::STOPPING)?;
+    let (quiet, only) = (arguments.flags.quiet, arguments.only.as_deref());
     // Lines every few seconds for hours are of no use.
     let progress = Arc::new(Terminal::new(quiet || !stderr().is_terminal()));
     let options = RunOptions { progress: Some(progress.clone()), ..options };
@@ -86,7 +86,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
             }
         }
         if outcome.interrupted {
-            text.push_str("; interrupted, the same command goes on");
+            text.push_str("; interrupted, the same command resumes");
         }
         let out = study.out.display();
         let _ = write!(text, "\nfiles: {out}; look at them with: turbid report {out}");
@@ -127,19 +127,14 @@ fn tell(event: Event, quiet: bool) {
     }
 }
 
-/// The plan: what there is to do, and how long it takes.
+/// The runs with their state and the time that they take.
 fn list(study: &Study, only: Option<&str>) -> String {
-    let runs = &study.plan.runs;
-    let width = runs.iter().map(|run| run.name.len()).max().unwrap_or(0).max(4);
-    let mut text = format!("{}\n\n", study.file.title);
-    let _ = writeln!(text, "  {:width$} {:>12} {:>9} {:>9}  state", "run", "cells", "steps", "time");
+    let mut rows = vec![["  run", "cells", "steps", "time", "state"].map(String::from).to_vec()];
     let mut total = 0.0;
-    for (at, run) in runs.iter().enumerate() {
+    for (at, run) in study.plan.runs.iter().enumerate() {
         if only.is_some_and(|only| !run.name.contains(only)) {
             continue;
         }
-        let setup = &run.setup;
-        let cells = setup.fluid_cells();
         let (time, state) = match &study.states[at] {
             State::Done(record) => {
                 let mut state = "done".to_string();
@@ -151,29 +146,34 @@ fn list(study: &Study, only: Option<&str>) -> String {
                 }
                 (record.value("wall_seconds"), state)
             }
-            State::Part { step } => {
-                let state = format!("part, up to step {step}");
-                (study.seconds_left(at), state)
-            }
-            State::Open { replaces } => {
-                let state =
-                    if *replaces { "open; another run is there and will be replaced" } else { "open" };
+            State::Part { step } => (study.seconds_left(at), format!("part, up to step {step}")),
+            State::Open { replaces: false } => (study.seconds_left(at), "open".to_string()),
+            State::Open { replaces: true } => {
+                let state = "open; another run is there and will be replaced";
                 (study.seconds_left(at), state.to_string())
             }
         };
-        let time = time.map_or_else(|| "-".to_string(), in_time);
-        let name = &run.name;
-        let _ = writeln!(text, "  {name:width$} {cells:>12} {:>9} {time:>9}  {state}", study.steps(at));
-        total += match study.states[at] {
-            State::Done(_) => 0.0,
-            _ => study.seconds_left(at).unwrap_or(0.0),
-        };
+        if study.states[at].record().is_none() {
+            total += time.unwrap_or(0.0);
+        }
+        rows.push(vec![
+            format!("  {}", run.name),
+            run.setup.fluid_cells().to_string(),
+            study.steps(at).to_string(),
+            time.map_or_else(|| "-".to_string(), in_time),
+            state,
+        ]);
     }
     let done = study.states.iter().filter(|state| state.record().is_some()).count();
     let basis = match study.measured_over_estimated() {
         Some(_) => "by the speed measured in the finished runs",
         None => "by the cost model of `turbid check`: nothing was measured yet",
     };
-    let _ = write!(text, "\n{done} of {} runs done; the others take {}, {basis}", runs.len(), in_time(total));
-    text
+    format!(
+        "{}\n\n{}\n\n{done} of {} runs done; the others take {}, {basis}",
+        study.file.title.value,
+        columns(&rows),
+        study.plan.runs.len(),
+        in_time(total)
+    )
 }

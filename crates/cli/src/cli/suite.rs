@@ -1,24 +1,18 @@
-//! Which cases of a suite are meant.
+//! Choice of cases of a suite.
 
+use turbid::case::nearest;
 use turbid::error::{Error, Result};
 
-/// The places of the cases with these names, each once and in the order of the suite; of all if none is named.
+/// Indices of the cases with these names, each once and in the order of the suite; of all if none is named.
 pub(super) fn chosen(known: &[&str], names: &[String]) -> Result<Vec<usize>> {
-    for name in names {
-        if !known.contains(&name.as_str()) {
-            let near = known
-                .iter()
-                .map(|&known| (strsim::jaro_winkler(name, known), known))
-                .max_by(|a, b| a.0.total_cmp(&b.0))
-                .filter(|(similarity, _)| *similarity > 0.75);
-            let remedy = near.map_or_else(String::new, |(_, known)| format!("did you mean `{known}`? "));
-            return Err(Error::Input(format!(
-                "there is no case `{name}` in the suite\n  {remedy}known here: {}",
-                known.join(", ")
-            )));
-        }
+    if let Some(name) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        let remedy = nearest(name, known).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+        return Err(Error::Input(format!(
+            "there is no case `{name}` in the suite\n  {remedy}known here: {}",
+            known.join(", ")
+        )));
     }
-    let named = |place: &usize| names.is_empty() || names.iter().any(|name| name == known[*place]);
+    let named = |index: &usize| names.is_empty() || names.iter().any(|name| name == known[*index]);
     Ok((0..known.len()).filter(named).collect())
 }
 

@@ -1,5 +1,5 @@
-//! All that is ever printed, by one process of an MPI job; another one prints only why it alone has failed. A closed pipe is
-//! no reason to fail: who reads has seen enough. Anything else that standard output does not take is an error at the end.
+//! Output to the terminal, by one process of an MPI job; another one prints only why it alone has failed. A closed pipe is
+//! no failure; any other error of standard output is one at the end.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
@@ -11,24 +11,23 @@ use std::time::Duration;
 use turbid::comm;
 use turbid::error::Error;
 
-/// After this long, what is being waited for is shown, and this often.
+/// Time after which a spinner is shown, and its interval.
 const MOMENT: Duration = Duration::from_secs(1);
 const TICK: Duration = Duration::from_millis(100);
 
-/// Why standard output has not taken something, the first time.
+/// The first error of standard output.
 static REFUSED: OnceLock<String> = OnceLock::new();
 
-/// Whether this process speaks for all.
+/// Returns true if this process prints for all.
 pub(super) fn speaks() -> bool {
     comm::launched().is_none_or(|launched| launched.rank == 0)
 }
 
-/// A result, on standard output.
+/// Prints a result on standard output.
 pub(super) fn say(text: &str) {
-    if !speaks() {
-        return;
+    if speaks() {
+        note(writeln!(io::stdout(), "{}", text.trim_end()));
     }
-    note(writeln!(io::stdout(), "{}", text.trim_end()));
 }
 
 /// Keeps the first failure to write to standard output for [`exit`].
@@ -40,7 +39,7 @@ fn note(written: io::Result<()>) {
     }
 }
 
-/// The exit of the program with a code, which becomes that of an error if results could not be printed.
+/// Exits with a code, which becomes that of an error if results could not be printed.
 pub(super) fn exit(code: u8) -> ExitCode {
     note(io::stdout().flush());
     let Some(why) = REFUSED.get() else {
@@ -50,7 +49,7 @@ pub(super) fn exit(code: u8) -> ExitCode {
     ExitCode::from(if code == 0 { 2 } else { code })
 }
 
-/// What goes on, on standard error; on a terminal below the line that the cursor is in.
+/// Prints progress on standard error; on a terminal below the line of the cursor.
 pub(super) fn notice(text: &str) {
     if speaks() {
         let below = if io::stderr().is_terminal() { "\n" } else { "" };
@@ -58,15 +57,14 @@ pub(super) fn notice(text: &str) {
     }
 }
 
-/// Something to think about, on standard error.
+/// Prints a warning on standard error.
 pub(super) fn warn(text: &str) {
-    if !speaks() {
-        return;
+    if speaks() {
+        let _ = writeln!(io::stderr(), "warning: {}", printable(text));
     }
-    let _ = writeln!(io::stderr(), "warning: {}", printable(text));
 }
 
-/// Why nothing came of it, on standard error. What all processes have agreed on is said by one, all else by each that finds it.
+/// Prints an error on standard error: one that all processes have agreed on once, any other by each that finds it.
 pub(super) fn error(error: &Error) {
     let rank = comm::launched().map_or(0, |launched| launched.rank);
     let text = error.to_string();
@@ -78,7 +76,7 @@ pub(super) fn error(error: &Error) {
     };
 }
 
-/// A text that may quote names and files of others: nothing in it commands the terminal.
+/// A text that may quote names and files of others, without control sequences.
 fn printable(text: &str) -> String {
     let mut printable = String::new();
     for c in text.trim_end().chars() {
@@ -91,8 +89,8 @@ fn printable(text: &str) -> String {
     printable
 }
 
-/// What is wrong with the arguments, which are the same for all processes, or the help that they ask for. The process that
-/// says it also has the exit code: a launcher ends the others at the first one that fails, before it may have spoken.
+/// Prints the help, or what is wrong with the arguments, which are the same for all processes. Only the process that prints has the
+/// exit code of a failure: a launcher ends the others at the first one that fails.
 pub(super) fn usage(error: &clap::Error) -> ExitCode {
     if !speaks() {
         return ExitCode::SUCCESS;
@@ -104,7 +102,7 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
     exit(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// Does `work`, with a sign of life on a terminal if it takes more than a moment.
+/// Does `work`, with a spinner on a terminal if it takes more than [`MOMENT`].
 pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
     if !speaks() || !io::stderr().is_terminal() {
         return work();
@@ -122,7 +120,7 @@ pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
             }
             bar.finish_and_clear();
         };
-        // Where there is no thread to be had for it, there is no sign of life.
+        // Without a thread there is no spinner.
         let _ = thread::Builder::new().spawn_scoped(scope, spinner);
         let result = work();
         drop(done);
@@ -130,12 +128,32 @@ pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
     })
 }
 
+/// Name, value and remark.
+pub(super) type Row = [String; 3];
+
+pub(super) fn row(name: impl Into<String>, value: impl Into<String>, remark: impl Into<String>) -> Row {
+    [name.into(), value.into(), remark.into()]
+}
+
 /// Rows of name, value and remark, aligned.
-pub(super) fn table(rows: &[[String; 3]]) -> String {
+pub(super) fn table(rows: &[Row]) -> String {
+    let row = |[name, value, remark]: &Row| vec![format!("  {name}"), value.clone(), remark.clone()];
+    columns(&rows.iter().map(row).collect::<Vec<_>>())
+}
+
+/// Columns, the first and the last to the left, the others to the right.
+pub(super) fn columns(rows: &[Vec<String>]) -> String {
+    let last = rows.iter().map(Vec::len).max().unwrap_or(1) - 1;
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let (names, values) = (width(0), width(1));
-    let line = |[name, value, remark]: &[String; 3]| {
-        format!("  {name:names$}  {value:>values$}  {remark}").trim_end().to_string()
+    let widths: Vec<usize> = (0..=last).map(width).collect();
+    let cell = |(column, text): (usize, &String)| match column {
+        0 => format!("{text:0$}", widths[0]),
+        _ if column == last => text.clone(),
+        _ => format!("{text:>0$}", widths[column]),
+    };
+    let line = |row: &Vec<String>| {
+        let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
+        cells.join("  ").trim_end().to_string()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

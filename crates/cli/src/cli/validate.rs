@@ -2,16 +2,16 @@
 
 use super::suite::chosen;
 use super::terminal::say;
-use super::{Changes, Manner, run, walltime};
+use super::{Changes, RunFlags, run, walltime};
 use crate::checks::{self, Score};
-use crate::validate::{self, CASES, Case, Level, Trial};
+use crate::validate::{self, CASES, Case, Level, SuiteContext};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use turbid::error::{Error, Result};
 
-/// What to validate, and where to put what comes of it.
+/// Cases and output of `turbid validate`.
 #[derive(Debug, Args)]
 pub(super) struct ValidateArguments {
     /// Cases to run, instead of all of the level.
@@ -26,18 +26,18 @@ pub(super) struct ValidateArguments {
     /// Write all checks as a list of JSON objects with stable keys.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Directory for tables and plots. Runs of the full level are kept there too: those that have ended are not repeated, those that
-    /// were stopped are gone on with.
+    /// Directory for tables and plots. Runs of the full level are kept there too: complete ones are not repeated, stopped ones are
+    /// resumed.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// End before this much time has passed: 5400, 90m, 1h30m or 01:30:00. With --out, the same command goes on.
+    /// End before this much time has passed: 5400, 90m, 1h30m or 01:30:00. With --out, the same command resumes.
     #[arg(long, value_name = "TIME", value_parser = walltime::parse)]
     max_walltime: Option<Duration>,
     #[command(flatten)]
     changes: Changes,
 }
 
-/// Runs the cases; whether all checks passed.
+/// Runs the cases; returns true if all checks passed.
 pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if arguments.list {
         say(&validate::list(CASES));
@@ -47,22 +47,23 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
     let level = arguments.level;
     let meant = |case: &&Case| !arguments.names.is_empty() || case.level() <= level;
-    let cases = chosen(&names, &arguments.names)?.into_iter().map(|place| &CASES[place]);
+    let cases = chosen(&names, &arguments.names)?.into_iter().map(|index| &CASES[index]);
     let cases: Vec<&'static Case> = cases.filter(meant).collect();
     if let Some(out) = &arguments.out {
         checks::prepare(out)?;
     }
-    let manner = Manner { quiet: false, max_walltime: arguments.max_walltime };
+    let flags = RunFlags { quiet: false, max_walltime: arguments.max_walltime };
     let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
     let kept = arguments.out.clone().filter(|_| full);
     let answer = if kept.is_some() { run::STOPPING } else { "stopping" };
-    let options = run::options(&manner, answer)?;
-    let mut trial = Trial::new(arguments.changes.set.clone(), arguments.changes.threads.unwrap_or(0));
-    trial.kept = kept;
-    trial.stop = options.stop;
-    trial.deadline = options.max_walltime.map(|limit| start + limit);
+    let options = run::options(&flags, answer)?;
+    let mut context =
+        SuiteContext::new(arguments.changes.set.clone(), arguments.changes.threads.unwrap_or(0));
+    context.kept = kept;
+    context.stop = options.stop;
+    context.deadline = options.max_walltime.map(|limit| start + limit);
     let mut failure = None;
-    let outcomes = validate::run(&cases, level, &trial, |outcome| {
+    let outcomes = validate::run(&cases, level, &context, |outcome| {
         say(&checks::table(outcome, false));
         if let Some(out) = &arguments.out {
             // The next cases run all the same.
@@ -75,15 +76,15 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     }
     let score = Score::of(&outcomes);
     let interrupted = score.interrupted > 0;
-    if let (read @ 1.., Some(kept)) = (trial.read.load(Ordering::Relaxed), &trial.kept) {
+    if let (read @ 1.., Some(kept)) = (context.read.load(Ordering::Relaxed), &context.kept) {
         let kept = kept.join("kept");
-        say(&format!("{read} runs that had ended were read from {}", kept.display()));
+        say(&format!("{read} complete runs were read from {}", kept.display()));
     }
     say(&checks::summary(&outcomes, start.elapsed().as_secs_f64()));
     if let Some(out) = &arguments.out {
-        // Tables of all that was asked for stay until there are others.
+        // Complete tables stay until there are others.
         if interrupted {
-            say("the same command goes on");
+            say("the same command resumes");
         } else {
             checks::write_tables(out, "validation", &outcomes)?;
         }

@@ -1,8 +1,7 @@
 //! Differences of both engines and theory, as checks and plots.
 
-use super::system::System;
 use crate::checks::{Check, Findings, Moment};
-use turbid::math::Vec3;
+use std::sync::Arc;
 use turbid::output::Overlay;
 use turbid::particle::{Particle, Template};
 
@@ -101,27 +100,20 @@ pub(super) fn thinned(points: impl IntoIterator<Item = [f64; 2]>, most: usize) -
     kept.map(|(_, point)| *point).collect()
 }
 
-/// Spheres of a system in both engines at equal times (s), for VTK.
+/// Every `every`-th pair of frames of both engines at equal times (s), for VTK.
 pub(super) fn moments(
-    system: &System,
+    templates: &Arc<[Template]>,
     frames: [&[Vec<Particle>]; 2],
     time: impl Fn(usize) -> f64,
     every: usize,
 ) -> Vec<Moment> {
-    let both = frames[0].iter().zip(frames[1]).enumerate().step_by(every);
-    let moment = |(k, (native, liggghts)): (usize, (&Vec<_>, &Vec<_>))| {
-        moment(time(k), &system.templates, [native, liggghts])
+    let both = (0..frames[0].len()).step_by(every);
+    let moment = |k: usize| Moment {
+        time: time(k),
+        particles: frames.map(|frames| frames[k].clone()),
+        templates: templates.clone(),
     };
     both.map(moment).collect()
-}
-
-/// The spheres of both engines at a time (s).
-pub(super) fn moment(time: f64, templates: &[Template], engines: [&[Particle]; 2]) -> Moment {
-    let sphere = |p: &Particle| -> (Vec3, Vec3, Vec3, f64) {
-        let radius = 0.5 * templates[p.template as usize].shape.equivalent_diameter();
-        (p.position(), p.velocity(), p.angular_velocity(), radius)
-    };
-    Moment { time, spheres: engines.map(|particles| particles.iter().map(sphere).collect()) }
 }
 
 #[cfg(test)]

@@ -9,14 +9,11 @@
 //!   logs/                                what LIGGGHTS said
 //! ```
 
-use crate::checks::{Ending, Moment, Outcome, write_plots};
+use crate::checks::{Ending, Outcome, write_plots};
 use std::path::Path;
-use std::sync::Arc;
 use turbid::domain::Domain;
 use turbid::error::Result;
 use turbid::output::{Collection, surfaces};
-use turbid::particle::{Particle, Template};
-use turbid::shape::Sphere;
 
 /// Names of the engines in files.
 const ENGINES: [&str; 2] = ["native", "liggghts"];
@@ -35,33 +32,13 @@ pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
         let mut collection = Collection::new(directory.join(format!("{stem}.pvd")));
         for (number, moment) in found.moments.iter().enumerate() {
             let file = directory.join(&stem).join(format!("{number:04}.vtp"));
-            write_moment(&file, moment, engine)?;
+            // An open box leaves the positions as they are.
+            let open = Domain { cells: [1; 3], dx: 1.0, periodic: [false; 3] };
+            surfaces::write_motion(&file, &open, &moment.templates, &moment.particles[engine])?;
             collection.add(moment.time, &file)?;
         }
     }
     Ok(())
-}
-
-/// The spheres of one engine at a moment.
-fn write_moment(path: &Path, moment: &Moment, engine: usize) -> Result<()> {
-    let mut radii: Vec<f64> = moment.spheres[engine].iter().map(|sphere| sphere.3).collect();
-    radii.sort_by(f64::total_cmp);
-    radii.dedup();
-    let templates: Vec<Template> = (radii.iter())
-        .map(|&radius| Template { shape: Arc::new(Sphere { radius }), density: 1.0, material: 0 })
-        .collect();
-    let particles: Vec<Particle> = (0..)
-        .zip(&moment.spheres[engine])
-        .map(|(id, &(position, velocity, spin, radius))| {
-            let template = radii.partition_point(|&known| known < radius);
-            let mut particle = Particle::at(id, template, position);
-            (particle.velocity, particle.angular_velocity) = (velocity.into(), spin.into());
-            particle
-        })
-        .collect();
-    // Positions stay as they are.
-    let open = Domain { cells: [1; 3], dx: 1.0, periodic: [false; 3] };
-    surfaces::write_motion(path, &open, &templates, &particles)
 }
 
 #[cfg(test)]

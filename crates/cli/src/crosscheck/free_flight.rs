@@ -6,15 +6,10 @@
 //! v' = v + h F / m,   x' = x + h v + h^2 F / (2 m),   w' = w + h T / I
 //! ```
 
-use super::compare::{Limit, Points, overlay, worst};
-use super::system::{DENSITY, RADIUS, Random, SAME, System};
-use crate::checks::Findings;
-use std::path::Path;
+use super::prelude::*;
+use super::system::DENSITY;
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, Load};
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::particle::Particle;
+use turbid::dem::Load;
 
 /// Steps, each with its load.
 const STEPS: usize = 500;
@@ -22,11 +17,8 @@ const STEPS: usize = 500;
 /// Length of a step (s).
 const STEP: f64 = 1e-5;
 
-const EXACT: Limit = (
-    1e-12,
-    "largest difference to the exact parabolas at any step, over the largest value at any step: rounding of 500 steps of up to 10 \
-     sub-steps",
-);
+const EXACT: Limit =
+    (1e-12, "over the largest value at any step: rounding of 500 steps of up to 10 sub-steps");
 
 /// Position (m), velocity (m/s) and spin (1/s) of both spheres.
 type State = [[Vec3; 3]; 2];

@@ -1,28 +1,17 @@
 //! A gas of 512 spheres of five sizes in a periodic box: conservation, cooling, and the time for which two engines agree on every
 //! single sphere.
 
-use super::compare::{Between, Limit, moments, overlay, worst};
-use super::system::{Random, SAME, System, model, sampled, sphere};
-use super::theory::{Hertz, Mixture};
-use crate::checks::Findings;
+use super::prelude::*;
+use super::system::sampled;
+use super::theory::Mixture;
 use std::f64::consts::{SQRT_2, TAU};
-use std::path::Path;
-use turbid::contact::Material;
-use turbid::dem::DemEngine;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
 
 /// Spheres along an edge of the box.
 const EDGE: usize = 8;
 
 /// Solid volume fraction (-).
 const FILLED: f64 = 0.1;
-
 const RADII: [f64; 5] = [0.35e-3, 0.42e-3, 0.5e-3, 0.55e-3, 0.6e-3];
-
 const MATERIAL: Material = Material { youngs_modulus: 1e8, poisson_ratio: 0.3 };
 
 /// Step of the motion (s): some 50 per contact of the smallest spheres.
@@ -40,18 +29,9 @@ const SEED: u64 = 7;
 /// Speed per direction of a sphere of the middle size at the start (m/s): all sizes have one temperature.
 const SPEED: f64 = 1.0;
 
-const MOMENTUM: Limit =
-    (1e-14, "over the sum of the momenta of all spheres: rounding of equal and opposite forces");
-const ENERGY: Limit = (
-    2e-4,
-    "largest change of kinetic and elastic energy over that at the start: 1e-4 at 20 steps per contact, and the fastest spheres \
-     have fewer",
-);
-const EARLY: Limit = (
-    1e-9,
-    "root mean square difference over the root mean square velocity: law and integrator are the same, and rounding grows \
-     tenfold per 0.6 ms at most",
-);
+const MOMENTUM: Limit = (1e-14, "over the sum of all momenta: rounding of equal and opposite forces");
+const ENERGY: Limit = (2e-4, "over that at the start: 1e-4 at 20 steps per contact, the fastest have fewer");
+const EARLY: Limit = (1e-9, "rms over the rms velocity: rounding grows tenfold per 0.6 ms at most");
 /// Standard deviation of the temperature over that at the start after 10 ms (relative): e = 1, e = 0.9; of the native engine,
 /// over twelve gases that differ by nothing but [`SEED`] (1 to 12).
 const SCATTER: [f64; 2] = [4.8e-3, 2.3e-2];
@@ -59,14 +39,10 @@ const SCATTER: [f64; 2] = [4.8e-3, 2.3e-2];
 /// Energy after 10 ms over that after 3 ms in the same twelve gases, e = 0.9, over Haff's, minus one: mean, standard deviation.
 const ABOVE_HAFF: [f64; 2] = [3.5e-2, 1.5e-2];
 
-const TOGETHER: &str = "relative, between the engines, before rounding has grown to an effect: 7e-12 after 3 ms, 3e-9 after 5 ms, \
-                        and it grows tenfold per 0.6 ms at most, so there is room for rounding a hundred times larger";
-const PARTED: &str = "relative, between the engines, whose spheres have gone different ways: 3 sqrt(2) of the standard deviation, \
-                      which is 4.8e-3 (e = 1) and 2.3e-2 (e = 0.9) over twelve gases that differ by random numbers only";
-const HAFF: &str = "relative, to Haff's law with the collision rates of Enskog's theory from 3 ms on, when the lattice of the start \
-                    is forgotten. Over twelve gases that differ by random numbers only it is 3.5e-2 above theory on average, \
-                    which is of rigid spheres and uncorrelated velocities, with a standard deviation of 1.5e-2: the first and \
-                    three of the second";
+const TOGETHER: &str =
+    "relative, between the engines: rounding, 7e-12 after 3 ms, grows tenfold per 0.6 ms at most";
+const PARTED: &str = "relative, between the engines, whose spheres have parted: 3 sqrt(2) of the standard deviation of twelve gases";
+const HAFF: &str = "relative, to Haff and Enskog, of rigid uncorrelated spheres: mean and 3 standard deviations of twelve gases";
 
 /// The gas at the start.
 fn system(name: String, restitution: f64, seed: u64) -> System {
@@ -105,22 +81,18 @@ fn system(name: String, restitution: f64, seed: u64) -> System {
     system
 }
 
-/// The gas at one moment.
+/// The gas at one time.
 struct Sample {
-    /// Kinetic energy (J).
+    /// Kinetic energy alone, and with elastic energy (J).
     kinetic: f64,
-    /// Kinetic and elastic energy (J).
     energy: f64,
     /// Sum of the momenta over the sum of their magnitudes (-).
     momentum: f64,
-    /// Velocities (m/s).
     velocities: Vec<Vec3>,
 }
 
 /// Samples and, at every fifteenth of them, the spheres.
-type Run = (Vec<Sample>, Vec<Vec<Particle>>);
-
-fn run(system: &System, engine: &mut dyn DemEngine) -> Result<Run> {
+fn run(system: &System, engine: Box<dyn DemEngine>) -> Result<(Vec<Sample>, Vec<Vec<Particle>>)> {
     sampled(engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 15, |engine| {
         sample(system, engine.particles().owned())
     })
@@ -197,8 +169,8 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
     let mut findings = Findings::default();
     for restitution in [1.0, 0.9] {
         let system = system(format!("gas-{restitution}"), restitution, SEED);
-        let (native, native_frames) = run(&system, &mut *system.native()?)?;
-        let (liggghts, liggghts_frames) = run(&system, &mut *system.liggghts(directory)?)?;
+        let (native, native_frames) = run(&system, system.native()?)?;
+        let (liggghts, liggghts_frames) = run(&system, system.liggghts(directory)?)?;
         let runs = [&native[..], &liggghts];
         let what = format!("e = {restitution}");
         let momenta = runs.map(|run| worst(run.iter().map(|sample| sample.momentum)));
@@ -206,9 +178,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         findings.compare(quantity, [momenta[0], momenta[1], 0.0].map(Some), Between::Theory, MOMENTUM);
         let elastic = restitution >= 1.0;
         if elastic {
-            let start = |run: &[Sample]| run[0].energy;
-            let drift =
-                runs.map(|run| worst(run.iter().map(|sample| (sample.energy / start(run) - 1.0).abs())));
+            let drift = runs.map(|run| worst(run.iter().map(|at| (at.energy / run[0].energy - 1.0).abs())));
             let quantity = format!("change of the energy, {what} (-)");
             findings.compare(quantity, [drift[0], drift[1], 0.0].map(Some), Between::Theory, ENERGY);
         }
@@ -235,7 +205,7 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
             let limit = (ABOVE_HAFF[0] + 3.0 * ABOVE_HAFF[1], HAFF);
             findings.compare_relative(quantity, values, Between::Theory, limit);
             let frames = [&native_frames[..], &liggghts_frames];
-            findings.moments = moments(&system, frames, |k| time(15 * k), 1);
+            findings.moments = moments(&system.templates, frames, |k| time(15 * k), 1);
         }
         findings.overlays.extend(plots(&system, restitution, runs));
     }
@@ -289,7 +259,7 @@ mod tests {
             let (mut temperatures, mut above) = (Vec::new(), Vec::new());
             for seed in 1..=12 {
                 let system = system(String::new(), restitution, seed);
-                let (run, _) = run(&system, &mut *system.native().unwrap()).unwrap();
+                let (run, _) = run(&system, system.native().unwrap()).unwrap();
                 let (start, end) = (run[at(3.0)].energy, run[at(10.0)].energy);
                 temperatures.push(run[at(10.0)].kinetic / run[0].kinetic);
                 above.push(end / start / haff(&system, restitution, start) - 1.0);

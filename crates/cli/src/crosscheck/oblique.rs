@@ -2,58 +2,35 @@
 //!
 //! Only gross sliding is compared: where surfaces stick, LIGGGHTS has a tangential spring and the native engine has none.
 
-use super::compare::{Between, Limit, moments, worst};
-use super::system::{GLASS, RADIUS, SAME, System, Track};
-use super::theory::{Hertz, Sliding, slide};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
+use super::prelude::*;
+use super::theory::{Sliding, slide};
 
 /// Steps per duration of the impact.
 const STEPS: usize = 1000;
 
-const VELOCITY: Limit = (
-    1e-4,
-    "largest difference of the velocities of both in all three ways, over the speed of approach: LIGGGHTS resists by a spring \
-     that must be stretched first, the native engine by the speed of sliding; second order in the step",
-);
-const SPIN: Limit = (
-    2e-3,
-    "largest difference of the spins of both in all three ways, over what the second one gains: as for the velocities",
-);
-const FRICTIONLESS: Limit = (
-    2e-5,
-    "largest difference of the velocities of both in all three ways, over the speed of approach: second order in the step",
-);
+const VELOCITY: Limit =
+    (1e-4, "worst of all three ways, over the speed of approach: LIGGGHTS first stretches a spring");
+const SPIN: Limit =
+    (2e-3, "worst of all three ways, over the gain of the second sphere: as for the velocities");
+const FRICTIONLESS: Limit =
+    (2e-5, "worst of all three ways, over the speed of approach: second order in the step");
 const COULOMB: Limit =
-    (1e-6, "absolute: with sliding from first to last touch, the sums over all steps are in the ratio mu");
-const CONSERVED: Limit = (
-    1e-12,
-    "over the value at the start: equal and opposite forces along one line, so rounding of some 1000 kicks",
-);
-const RIGID: Limit = (
-    1e-4,
-    "over the speed of approach: the spheres turn about each other by d_max / 2R of an angle while they touch, 5e-5 here",
-);
+    (1e-6, "absolute: with sliding from first to last touch, the sums are in the ratio mu");
+const CONSERVED: Limit =
+    (1e-12, "over the value at the start: rounding of some 1000 equal and opposite kicks");
+const RIGID: Limit =
+    (1e-4, "over the speed of approach: the spheres turn by an angle of d_max / 2R, 5e-5 here");
 const UNTOUCHED: Limit = (1e-12, "relative: nothing resists the turning about the normal in either engine");
 
 /// A sphere that hits one at rest.
 #[derive(Clone, Copy, Debug)]
 struct Throw {
-    /// Description for the table.
     what: &'static str,
-    /// From the first to the second centre.
+    /// Unit vectors from the first to the second centre and across, and the velocity of the first sphere along both (m/s).
     normal: Vec3,
-    /// Across, of unit length.
     across: Vec3,
-    /// Velocity of the first sphere along both (m/s).
     velocity: [f64; 2],
-    /// Spins (1/s).
     spins: [Vec3; 2],
-    /// Friction coefficient (-).
     friction: f64,
 }
 
@@ -73,7 +50,7 @@ impl Throw {
         let mass = system.mass(0);
         let hertz = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]);
         let dt = hertz.duration(self.velocity[0]) / STEPS as f64;
-        let tracks = system.record(directory, dt, STEPS * 5 / 4, |_| false)?;
+        let tracks = system.record(directory, dt, STEPS * 5 / 4)?;
         let start = [0, 1].map(|id| Sliding {
             radius: RADIUS,
             mass,
@@ -217,7 +194,7 @@ pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
         if n == 1 {
             let [native, liggghts] = &outcome.tracks;
             let frames = [&native.frames[..], &liggghts.frames];
-            findings.moments = moments(&outcome.system, frames, |k| native.time(k), 40);
+            findings.moments = moments(&outcome.system.templates, frames, |k| native.time(k), 40);
         }
     }
     Ok(findings)

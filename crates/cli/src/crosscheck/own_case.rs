@@ -3,15 +3,13 @@
 //! A dry case has its contacts, walls and gravity. Of a case with a fluid the loads are recorded in a four-way run with the
 //! native engine, and replayed through both: so the engines are compared, and not the response of the fluid to their differences.
 
-use super::compare::Limit;
-use super::pair::{Comparison, PARTED, Pair, QUANTITIES};
+use super::pair::{PARTED, Pair, QUANTITIES};
+use super::prelude::*;
 use super::record::record;
-use crate::checks::{Findings, aligned};
+use crate::checks::aligned;
 use std::fmt::Write as _;
-use std::path::Path;
-use turbid::case::Setup;
 use turbid::contact::{DampingLaw, ElasticLaw};
-use turbid::error::{Error, Result};
+use turbid::error::Error;
 use turbid::output::numbers::small;
 
 /// Id of a user's case in reports.
@@ -43,19 +41,18 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
     let recorded = setup.fluid.as_ref().map(|_| record(setup, steps)).transpose()?;
     let mut pair = Pair::start(setup, ID, directory)?;
     pair.run(steps, recorded.as_ref(), |_| {});
-    let found = &pair.found;
     let mut findings = Findings::default();
-    let [native, liggghts] = found.steps.map(|done| done as f64);
+    let [native, liggghts] = pair.steps.map(|done| done as f64);
     let missing = steps as f64 - native.min(liggghts);
     findings.given("steps done", [native, liggghts, steps as f64].map(Some), missing, COMPLETE);
-    if let Some(recorded) = recorded.as_ref().filter(|_| found.steps[0] == steps) {
+    if let Some(recorded) = recorded.as_ref().filter(|_| pair.steps[0] == steps) {
         pair.check_repeats(&mut findings, "", recorded);
     }
-    for (quantity, largest) in QUANTITIES.iter().zip(&found.largest) {
+    for (quantity, largest) in QUANTITIES.iter().zip(&pair.largest) {
         findings.given(format!("largest difference of {quantity} (-)"), [None; 3], largest.value, LARGEST);
     }
     pair.report_begun(&mut findings, "");
-    Ok((findings, parting(setup, found) + &notes(setup, found)))
+    Ok((findings, parting(setup, &pair) + &notes(setup, &pair)))
 }
 
 /// Steps in `time`, or to the end of the case.
@@ -80,11 +77,11 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
 }
 
 /// A table of where the engines part: quantity, particle, time, and largest difference.
-fn parting(setup: &Setup, found: &Comparison) -> String {
+fn parting(setup: &Setup, pair: &Pair) -> String {
     let time = |step: u64| format!("{:.6e}", step as f64 * setup.time_step);
     let heads = ["", "parts at (s)", "particle", "in contact", "largest", "particle", "at (s)"];
     let mut rows = vec![heads.map(String::from).to_vec()];
-    for ((quantity, parting), largest) in QUANTITIES.iter().zip(&found.parting).zip(&found.largest) {
+    for ((quantity, parting), largest) in QUANTITIES.iter().zip(&pair.parting).zip(&pair.largest) {
         let [at, id, touching] = parting.map_or(["never", "-", "-"].map(String::from), |first| {
             let touching = if first.touching { "yes" } else { "no" };
             [time(first.step), first.id.to_string(), touching.to_string()]
@@ -93,7 +90,7 @@ fn parting(setup: &Setup, found: &Comparison) -> String {
         rows.push([vec![(*quantity).to_string(), at, id, touching], most.to_vec()].concat());
     }
     let lines = aligned(&rows).join("\n  ");
-    let position = found.parting[0].map_or_else(String::new, |first| {
+    let position = pair.parting[0].map_or_else(String::new, |first| {
         let [x, y, z] = first.position;
         format!("\n  particle {} then is at ({x:.6e}, {y:.6e}, {z:.6e}) m", first.id)
     });
@@ -101,18 +98,18 @@ fn parting(setup: &Setup, found: &Comparison) -> String {
 }
 
 /// Failures, first contacts, and differences of the laws, a line each.
-fn notes(setup: &Setup, found: &Comparison) -> String {
+fn notes(setup: &Setup, pair: &Pair) -> String {
     let mut text = String::new();
-    for (engine, error) in &found.failures {
+    for (engine, error) in &pair.failures {
         let _ = writeln!(text, "  {engine} does not come to the end: {error}");
     }
-    let [native, liggghts] = found.first_contact.map(|step| {
+    let [native, liggghts] = pair.first_contact.map(|step| {
         step.map_or("never".to_string(), |step| format!("{:.6e} s", step as f64 * setup.time_step))
     });
     let _ = writeln!(text, "  first contact: native {native}, LIGGGHTS {liggghts}");
     let Some(contact) = &setup.contact else { return text };
-    let damped = contact.pairs.iter().any(|pair| pair.restitution < 1.0);
-    let rough = contact.pairs.iter().any(|pair| pair.friction_static > 0.0);
+    let damped = contact.pairs.iter().any(|params| params.restitution < 1.0);
+    let rough = contact.pairs.iter().any(|params| params.friction_static > 0.0);
     for (differs, law, remedy) in [
         (contact.law != ElasticLaw::Hertz, "elasticity", "contact.law=hertz"),
         (damped && contact.damping != DampingLaw::Tsuji, "damping", "contact.damping=tsuji"),

@@ -1,16 +1,9 @@
 //! Two engines side by side, step by step.
 
-use super::compare::Limit;
+use super::prelude::*;
 use super::record::Recording;
-use super::system::System;
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::case::Setup;
 use turbid::comm::Comm;
-use turbid::dem::{DemEngine, Load};
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::particle::Particle;
+use turbid::dem::Load;
 
 /// Particles that differ by more than this part of the unit of a quantity have parted.
 pub(super) const PARTED: f64 = 1e-3;
@@ -22,10 +15,9 @@ const REPEATS: Limit = (0.0, "the native engine under recorded loads repeats the
 const BEGUN: Limit =
     (f64::INFINITY, "reported only: the native engine looks at every sub-step, LIGGGHTS at every step");
 
-/// A difference between the engines.
+/// A difference between the engines, in the unit of the quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Difference {
-    /// In the unit of the quantity.
     pub(super) value: f64,
     pub(super) step: u64,
     /// Particle, its position in the native engine (m), and whether it is in contact in either.
@@ -34,17 +26,19 @@ pub(super) struct Difference {
     pub(super) touching: bool,
 }
 
-/// Differences of a run; pairs are native, then LIGGGHTS.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Comparison {
+/// Both engines from the same state, and their differences so far; pairs are native, then LIGGGHTS.
+pub(super) struct Pair {
+    engines: [Box<dyn DemEngine>; 2],
+    domain: Domain,
+    dt: f64,
+    /// By template (m).
+    diameters: Vec<f64>,
     /// Steps that each engine did.
     pub(super) steps: [u64; 2],
     /// Engines that failed, and how.
     pub(super) failures: Vec<(&'static str, String)>,
     /// Step after which each engine first had a contact.
     pub(super) first_contact: [Option<u64>; 2],
-    /// Contacts that have begun in each engine: the native one looks at every sub-step, LIGGGHTS at every step.
-    pub(super) begun: [u64; 2],
     /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest one.
     pub(super) parting: [Option<Difference>; 3],
     pub(super) largest: [Difference; 3],
@@ -53,20 +47,11 @@ pub(super) struct Comparison {
     spin: f64,
 }
 
-/// Both engines in the same state.
-pub(super) struct Pair {
-    engines: [Box<dyn DemEngine>; 2],
-    domain: Domain,
-    dt: f64,
-    /// By template (m).
-    diameters: Vec<f64>,
-    pub(super) found: Comparison,
-}
-
 impl Pair {
     /// Both engines with the particles of a case; the log of LIGGGHTS goes to the directory, if there is one.
     pub(super) fn start(setup: &Setup, name: &str, directory: Option<&Path>) -> Result<Self> {
-        Ok(Self::new(setup, System::of(name, setup).engines(directory)?))
+        let system = System::of(name, setup);
+        Ok(Self::new(setup, [system.native()?, system.liggghts(directory)?]))
     }
 
     /// Native engine and LIGGGHTS, which hold the particles of the case.
@@ -77,7 +62,13 @@ impl Pair {
             domain: setup.domain,
             dt: setup.time_step,
             diameters: diameters.collect(),
-            found: Comparison::default(),
+            steps: [0; 2],
+            failures: Vec::new(),
+            first_contact: [None; 2],
+            parting: [None; 3],
+            largest: [Difference::default(); 3],
+            speed: 0.0,
+            spin: 0.0,
         };
         pair.observe();
         pair
@@ -95,11 +86,11 @@ impl Pair {
             let loads = recorded.map_or(&none[..], |recorded| recorded.loads(step));
             for (engine, name) in ["the native engine", "LIGGGHTS"].into_iter().enumerate() {
                 match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
-                    Ok(()) => self.found.steps[engine] += 1,
-                    Err(error) => self.found.failures.push((name, error.to_string())),
+                    Ok(()) => self.steps[engine] += 1,
+                    Err(error) => self.failures.push((name, error.to_string())),
                 }
             }
-            if !self.found.failures.is_empty() {
+            if !self.failures.is_empty() {
                 break;
             }
             self.observe();
@@ -109,8 +100,7 @@ impl Pair {
 
     /// Updates the differences after a step.
     fn observe(&mut self) {
-        let contacts = self.engines.each_ref().map(|engine| engine.contacts());
-        let (mut speed, mut spin) = (self.found.speed, self.found.spin);
+        let (mut speed, mut spin) = (self.speed, self.spin);
         let mut apart = [(0.0, 0); 3];
         for (index, (a, b)) in self.particles(0).iter().zip(self.particles(1)).enumerate() {
             assert_eq!(a.id, b.id, "both engines have the same particles");
@@ -128,7 +118,7 @@ impl Pair {
             speed = speed.max(a.velocity().norm()).max(b.velocity().norm());
             spin = spin.max(a.angular_velocity().norm()).max(b.angular_velocity().norm());
         }
-        (self.found.speed, self.found.spin) = (speed, spin);
+        (self.speed, self.spin) = (speed, spin);
         for (k, unit) in [1.0, speed, spin].into_iter().enumerate() {
             let (difference, index) = apart[k];
             // Particles at rest in both have no speed to divide by.
@@ -136,25 +126,25 @@ impl Pair {
                 let particles = [0, 1].map(|engine| &self.particles(engine)[index]);
                 let here = Difference {
                     value: difference / unit,
-                    step: self.found.steps[0],
+                    step: self.steps[0],
                     id: particles[0].id,
                     position: particles[0].position,
                     touching: particles.iter().any(|p| p.contact_force.iter().any(|f| *f != 0.0)),
                 };
-                if here.value > self.found.largest[k].value {
-                    self.found.largest[k] = here;
+                if here.value > self.largest[k].value {
+                    self.largest[k] = here;
                 }
                 if here.value > PARTED {
-                    self.found.parting[k].get_or_insert(here);
+                    self.parting[k].get_or_insert(here);
                 }
             }
         }
-        for (first, now) in self.found.first_contact.iter_mut().zip(&contacts) {
+        for (engine, first) in self.engines.iter().zip(&mut self.first_contact) {
+            let now = engine.contacts();
             if first.is_none() && (now.count > 0 || now.begun > 0) {
-                *first = Some(self.found.steps[0]);
+                *first = Some(self.steps[0]);
             }
         }
-        self.found.begun = contacts.map(|now| now.begun);
     }
 
     /// Checks that the native engine repeats the recorded run.
@@ -164,9 +154,14 @@ impl Pair {
         findings.given(quantity, [None; 3], different as f64, REPEATS);
     }
 
-    /// Reports the contacts that began in both engines.
+    /// Contacts that have begun in each engine.
+    pub(super) fn begun(&self) -> [u64; 2] {
+        self.engines.each_ref().map(|engine| engine.contacts().begun)
+    }
+
+    /// Reports the contacts that have begun in both engines.
     pub(super) fn report_begun(&self, findings: &mut Findings, what: &str) {
-        let [native, liggghts] = self.found.begun.map(|count| count as f64);
+        let [native, liggghts] = self.begun().map(|count| count as f64);
         let values = [Some(native), Some(liggghts), None];
         findings.given(format!("{what}contacts that began (-)"), values, (native - liggghts).abs(), BEGUN);
     }

@@ -1,30 +1,13 @@
 //! Contacts through the faces, edges and corners of a periodic box.
 
-use super::compare::{Limit, worst};
+use super::prelude::*;
 use super::statics::STEP;
-use super::system::{GLASS, RADIUS, SAME, System};
-use super::theory::Hertz;
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
 
-const FORCE: Limit = (
-    1e-12,
-    "relative, to Hertz with the depth of the nearest image: rounding of positions as large as the box, 1e-18 m of a depth of \
-     5e-6 m",
-);
-const PAIRWISE: Limit = (
-    1e-12,
-    "relative to the force: LIGGGHTS works out either side with an image of the other sphere, each rounded to 1e-18 m, of a depth \
-     of 5e-6 m",
-);
-const IMPACT: Limit = (
-    1e-9,
-    "largest difference of velocities and spins after, over those inside the box, in the same engine: rounding of the positions, \
-     some 1e-12 of the depth",
-);
+const FORCE: Limit =
+    (1e-12, "relative, to Hertz at the nearest image: rounding of 1e-18 m of a depth of 5e-6 m");
+const PAIRWISE: Limit =
+    (1e-12, "relative: LIGGGHTS rounds the images of both sides, 1e-18 m of a depth of 5e-6 m");
+const IMPACT: Limit = (1e-9, "relative, to the same engine inside the box: rounding, 1e-12 of the depth");
 
 const BOX: Domain = Domain { cells: [20; 3], dx: 0.5e-3, periodic: [true; 3] };
 
@@ -52,7 +35,7 @@ pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
     let inside = impact("inside", Vec3::repeat(5e-3), askew, directory)?;
     for (name, point, normal) in POINTS {
         let system = system(name, 0.0, point, normal, 2.0 * RADIUS - 0.01 * RADIUS);
-        let tracks = system.record(directory, STEP, 1, |_| false)?;
+        let tracks = system.record(directory, STEP, 1)?;
         let [a, b] = [0, 1].map(|id| system.particles[id].position());
         let offset = BOX.nearest_image(b - a);
         let hertz = Hertz::pair([1.0; 2], [RADIUS; 2], [&GLASS; 2]);
@@ -83,6 +66,6 @@ fn impact(name: &str, point: Vec3, normal: Vec3, directory: Option<&Path>) -> Re
     system.particles[0].velocity = (normal + across * 2.0).into();
     let mass = system.mass(0);
     let dt = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]).duration(1.0) / 200.0;
-    let tracks = system.record(directory, dt, 300, |_| false)?;
+    let tracks = system.record(directory, dt, 300)?;
     Ok(tracks.map(|track| track.last().iter().flat_map(|p| [p.velocity(), p.angular_velocity()]).collect()))
 }

@@ -1,50 +1,15 @@
 //! The loads of a small four-way run, recorded and replayed through both engines: with elastic contacts, and with damped ones
 //! that rub.
 
-use super::compare::{Limit, moment};
 use super::pair::Pair;
+use super::prelude::*;
 use super::record::{Recording, record};
-use super::system::Random;
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::case::{self, Setup};
-use turbid::error::{Error, Result};
-use turbid::math::Vec3;
-use turbid::output::Overlay;
-use turbid::particle::Particle;
+use crate::checks::Moment;
+use turbid::case::{self};
+use turbid::error::Error;
 
 /// Spheres that come through a periodic box of fluid from all sides.
-const CASE: &str = r#"
-[domain]
-size = { diameters = [4, 4, 4] }
-[fluid]
-density = 1000.0
-archimedes = 1000
-[lattice]
-cells_per_diameter = 8
-relaxation_time = 0.55
-[[particles]]
-shape = { sphere = { diameter = 1.5e-3 } }
-density = 3300.0
-count = 40
-seed = 5
-minimum_gap = 2e-5
-[contact]
-youngs_modulus = 5e5
-poisson_ratio = 0.25
-restitution = 1.0
-friction_static = 0.0
-friction_kinetic = 0.0
-enlargement = 0.0
-law = "hertz"
-damping = "tsuji"
-substeps = 20
-[driving]
-gravity = 9.80665
-zero_net_flux = true
-[run]
-end = { steps = 60 }
-"#;
+const CASE: &str = include_str!("replay.toml");
 
 /// Impacts that dissipate, along the normal and by friction.
 const RUBBING: [&str; 4] = [
@@ -57,21 +22,13 @@ const RUBBING: [&str; 4] = [
 /// Cells per step of the spheres at the start, so fast that they meet.
 const SPEED: f64 = 0.05;
 
-const ELASTIC: Limit = (
-    1e-12,
-    "the same law (Hertz, elastic, no friction) in the same leapfrog scheme: rounding of 1e-15, ten times larger with every \
-     impact, and each sphere has some three",
-);
+const ELASTIC: Limit =
+    (1e-12, "the same law and scheme: rounding of 1e-15, ten times larger with each of some three impacts");
 const DAMPED: Limit = (f64::INFINITY, "reported only: the engines have different laws of friction");
-const MOMENTUM: Limit = (
-    1e-11,
-    "vector difference to start and loads, over the sum of all momenta at the start: forces of contact are opposite, so 1200 \
-     sub-steps leave rounding only",
-);
-const FIRST_CONTACT: Limit = (
-    1.0,
-    "the native engine counts the contacts at the start of its last sub-step, LIGGGHTS those at its end",
-);
+const MOMENTUM: Limit =
+    (1e-11, "over the sum of all momenta at the start: rounding of opposite forces in 1200 sub-steps");
+const FIRST_CONTACT: Limit =
+    (1.0, "the native engine counts at the start of its last sub-step, LIGGGHTS at its end");
 
 /// Records and replays both kinds of contacts; trajectories are those of the damped ones.
 pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
@@ -98,31 +55,29 @@ fn compare(
     let mut apart = Vec::new();
     findings.moments.clear();
     pair.run(setup.plan.end_step, Some(&recorded), |pair| {
-        let step = pair.found.steps[0];
+        let step = pair.steps[0];
         let time = step as f64 * setup.time_step;
-        apart.push([time, pair.found.largest[0].value]);
+        apart.push([time, pair.largest[0].value]);
         if step % 2 == 1 {
-            let engines = [0, 1].map(|engine| pair.particles(engine));
-            findings.moments.push(moment(time, &setup.templates, engines));
+            let particles = [0, 1].map(|engine| pair.particles(engine).to_vec());
+            findings.moments.push(Moment { time, particles, templates: setup.templates.clone() });
         }
     });
-    if let Some((engine, error)) = pair.found.failures.first() {
+    if let Some((engine, error)) = pair.failures.first() {
         return Err(Error::Input(format!("{engine}: {error}")));
     }
-    let [Some(native), Some(liggghts)] = pair.found.first_contact.map(|step| step.map(|step| step as f64))
-    else {
+    let [Some(native), Some(liggghts)] = pair.first_contact.map(|step| step.map(|step| step as f64)) else {
         let text = format!("{what}: nothing touches, so there is nothing to compare");
         return Err(Error::Input(text));
     };
-    let label = format!("{what}: ");
-    pair.check_repeats(findings, &label, &recorded);
+    pair.check_repeats(findings, &format!("{what}: "), &recorded);
     check_momentum(findings, what, &setup, &recorded, &pair);
     let values = [Some(native), Some(liggghts), None];
     let quantity = format!("{what}: steps to the first contact (-)");
     findings.given(quantity, values, (native - liggghts).abs(), FIRST_CONTACT);
-    pair.report_begun(findings, &label);
+    pair.report_begun(findings, &format!("{what}: "));
     let quantity = format!("{what}: largest distance between the engines over D (-)");
-    findings.given(quantity, [None; 3], pair.found.largest[0].value, distance);
+    findings.given(quantity, [None; 3], pair.largest[0].value, distance);
     let plot = Overlay::new(
         format!("{what}_apart"),
         format!("replay, {what} contacts: largest distance between the engines so far"),

@@ -3,15 +3,8 @@
 //! Without friction: the native engine has no static friction of springs, so that piles with it differ by design. Frictionless
 //! spheres have one kind of packing, whatever the way to it.
 
-use super::compare::{Between, Limit, moments, overlay};
-use super::system::{Random, SAME, System, model, plane, sampled, sphere};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::contact::Material;
-use turbid::dem::DemEngine;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
+use super::prelude::*;
+use super::system::sampled;
 
 const COUNT: usize = 1000;
 
@@ -38,26 +31,12 @@ const GRAVITY: f64 = 9.81;
 /// Edges of the box and its height (m).
 const BOX: Domain = Domain { cells: [20, 20, 48], dx: 0.525e-3, periodic: [false; 3] };
 
-const HEIGHT: Limit = (
-    1.2e-2,
-    "relative, between the engines: six packings of each engine from other starts scatter by 2.8e-3; three times the difference \
-     of two such",
-);
-const COORDINATION: Limit = (
-    5.5e-2,
-    "relative, between the engines: six packings of each engine from other starts scatter by 1.3e-2; three times the difference \
-     of two such",
-);
-const WEIGHT: Limit = (
-    1.2e-3,
-    "relative, to the weight: what is left of the motion, averaged over 56 ms, scatters by 4e-4 over twelve packings; three times \
-     that",
-);
-const SIDE: Limit = (
-    0.2,
-    "relative, between the engines: six packings of each engine from other starts scatter by 5e-2; three times the difference of \
-     two such",
-);
+const HEIGHT: Limit = (1.2e-2, "relative: 3 sqrt(2) of the scatter of 2.8e-3 of six packings of each engine");
+const COORDINATION: Limit =
+    (5.5e-2, "relative: 3 sqrt(2) of the scatter of 1.3e-2 of six packings of each engine");
+const SIDE: Limit = (0.2, "relative: 3 sqrt(2) of the scatter of 5e-2 of six packings of each engine");
+const WEIGHT: Limit =
+    (1.2e-3, "relative, to the weight: 3 times the scatter of the mean over 56 ms of twelve packings");
 
 /// Spheres on a disturbed lattice in the air.
 fn system() -> System {
@@ -130,9 +109,8 @@ fn time(sample: usize) -> f64 {
 /// The box of a thousand spheres: quantities at the end, and over time.
 pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
     let system = system();
-    let run = |mut engine: Box<dyn DemEngine>| {
-        let sample = |engine: &dyn DemEngine| sample(&system, engine);
-        sampled(&mut *engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 20, sample)
+    let run = |engine: Box<dyn DemEngine>| {
+        sampled(engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 20, |engine| sample(&system, engine))
     };
     let (native, native_frames) = run(system.native()?)?;
     let (liggghts, liggghts_frames) = run(system.liggghts(directory)?)?;
@@ -160,6 +138,6 @@ pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
         let title = "1000 dry spheres settle in a box";
         findings.overlays.push(overlay(name, title, ["time (s)", axis], runs.map(curve), None));
     }
-    findings.moments = moments(&system, [&native_frames, &liggghts_frames], |k| time(20 * k), 1);
+    findings.moments = moments(&system.templates, [&native_frames, &liggghts_frames], |k| time(20 * k), 1);
     Ok(findings)
 }

@@ -1,14 +1,8 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
-use super::compare::{Limit, Points, overlay, worst};
-use super::system::{GLASS, Laws, OWN, SAME, System, model, plane, sphere};
-use super::theory::{Hertz, cap_ratio, lens_ratio};
-use crate::checks::Findings;
-use std::path::Path;
-use turbid::contact::Material;
-use turbid::domain::Domain;
-use turbid::error::Result;
-use turbid::math::Vec3;
+use super::prelude::*;
+use super::system::{Laws, OWN};
+use super::theory::{cap_ratio, lens_ratio};
 
 /// So short a step (s) that no sphere moves, however hard it is pressed.
 pub(super) const STEP: f64 = 1e-15;
@@ -21,17 +15,11 @@ const MATERIALS: [Material; 2] = [GLASS, SOFT];
 /// Radii of the kinds of spheres (m); every kind comes in both materials.
 const RADII: [f64; 2] = [0.5e-3, 0.2e-3];
 
-const HERTZ: Limit = (
-    1e-9,
-    "relative, to 4/3 E* sqrt(R*) d^(3/2) with the depth of the same stored positions, worst of all depths: rounding, doubled at \
-     every root",
-);
-const VOLUME: Limit = (
-    1e-9,
-    "relative, to the ratio of the lens or cap, worst of all depths; shown at the deepest: both volumes are closed forms, and \
-     small depths lose digits in them",
-);
-const PAIRWISE: Limit = (1e-15, "relative to the force: what one sphere gets the other gives");
+const HERTZ: Limit =
+    (1e-9, "relative, with the depth of the stored positions, worst of all depths: rounding");
+const VOLUME: Limit =
+    (1e-9, "relative, worst of all depths: small depths lose digits in the closed forms of the volumes");
+const PAIRWISE: Limit = (1e-15, "relative to the force: the forces are equal and opposite");
 
 /// Depths over the radius of the first sphere, four per decade from 1e-8 to 0.1.
 fn depths() -> impl Iterator<Item = f64> {
@@ -114,7 +102,7 @@ fn measure(name: &str, contacts: &[Contact], directory: Option<&Path>) -> Result
         for (k, contact) in contacts.iter().enumerate() {
             contact.add_to(&mut system, k * depths().count());
         }
-        let tracks = system.record(directory, STEP, 1, |_| false)?;
+        let tracks = system.record(directory, STEP, 1)?;
         let mut id = 0;
         for contact in contacts {
             let (hertz, ratio) = contact.theory();

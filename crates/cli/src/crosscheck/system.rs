@@ -16,24 +16,17 @@ use turbid::particle::{Particle, Template};
 use turbid::shape::Sphere;
 use turbid::wall::{Motion, Surface, Wall};
 
-/// Elastic law and damping of the native engine.
+/// Elastic law and damping of the native engine: those of LIGGGHTS, and those of a case that names none.
 pub(super) type Laws = (ElasticLaw, DampingLaw);
-
-/// Those of LIGGGHTS.
 pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
-
-/// Those of a case that names none.
 pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley);
 
+/// Glass, its density (kg/m^3), and the usual radius (m).
 pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
-
-/// Density of glass (kg/m^3).
 pub(super) const DENSITY: f64 = 2500.0;
-
-/// Radius of the usual sphere (m).
 pub(super) const RADIUS: f64 = 0.5e-3;
 
-/// Sliding slower than this (m/s) is resisted less than Coulomb says, in the native engine: far below all that is measured.
+/// Sliding speed (m/s) below which the native engine resists less than Coulomb's law: far below all that is measured.
 const TRANSITION: f64 = 1e-6;
 
 /// Spheres, walls and gravity.
@@ -46,18 +39,15 @@ pub(super) struct System {
     pub(super) templates: Arc<[Template]>,
     /// At the start, by id.
     pub(super) particles: Vec<Particle>,
-    /// With the laws of the native engine.
     pub(super) contact: Option<ContactModel>,
     pub(super) walls: Vec<Wall>,
-    /// Gravity (m/s^2).
     pub(super) gravity: Vec3,
-    /// Sub-steps per step.
     pub(super) substeps: u32,
     pub(super) options: LiggghtsOptions,
 }
 
 impl System {
-    /// No spheres yet; those to come are of glass and of [`RADIUS`], in an open box of 10 mm.
+    /// An open box of 10 mm for glass spheres of [`RADIUS`].
     pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Self {
         Self {
             name: name.into(),
@@ -98,15 +88,18 @@ impl System {
         self.particles.push(particle);
     }
 
+    fn template(&self, id: usize) -> &Template {
+        &self.templates[self.particles[id].template as usize]
+    }
+
     /// Radius of a sphere (m).
     pub(super) fn radius(&self, id: usize) -> f64 {
-        let shape = &self.templates[self.particles[id].template as usize].shape;
-        shape.as_sphere().expect("all particles are spheres")
+        self.template(id).shape.as_sphere().expect("all particles are spheres")
     }
 
     /// Mass of a sphere (kg).
     pub(super) fn mass(&self, id: usize) -> f64 {
-        self.templates[self.particles[id].template as usize].mass()
+        self.template(id).mass()
     }
 
     /// The native engine at the start.
@@ -144,31 +137,9 @@ impl System {
         Err(turbid::engine::liggghts_is_missing("`turbid crosscheck`"))
     }
 
-    /// Both engines at the start: native, then LIGGGHTS.
-    pub(super) fn engines(&self, directory: Option<&Path>) -> Result<[Box<dyn DemEngine>; 2]> {
-        Ok([self.native()?, self.liggghts(directory)?])
-    }
-
-    /// Tracks of both engines, native then LIGGGHTS, over `steps` or until the spheres are as asked.
-    pub(super) fn record(
-        &self,
-        directory: Option<&Path>,
-        dt: f64,
-        steps: usize,
-        until: impl Fn(&[Particle]) -> bool,
-    ) -> Result<[Track; 2]> {
-        let native = self.record_native(dt, steps, &until)?;
-        Ok([native, Track::of(&mut *self.liggghts(directory)?, dt, steps, false, until)?])
-    }
-
-    /// The track of the native engine alone.
-    pub(super) fn record_native(
-        &self,
-        dt: f64,
-        steps: usize,
-        until: impl Fn(&[Particle]) -> bool,
-    ) -> Result<Track> {
-        Track::of(&mut *self.native()?, dt, steps, true, until)
+    /// Tracks of both engines: native, then LIGGGHTS.
+    pub(super) fn record(&self, directory: Option<&Path>, dt: f64, steps: usize) -> Result<[Track; 2]> {
+        Ok([Track::of(self.native()?, dt, steps)?, Track::of(self.liggghts(directory)?, dt, steps)?])
     }
 }
 
@@ -211,27 +182,22 @@ pub(super) fn plane(axis: usize, at: f64, up: bool) -> Wall {
     }
 }
 
-/// One step without loads.
-pub(super) fn advance(engine: &mut dyn DemEngine, dt: f64) -> Result<()> {
-    let loads = vec![Load::default(); engine.particles().owned];
-    engine.advance(&Comm::Solo, &loads, dt)
-}
-
 /// Samples of a motion without loads at the start and after each of `count` steps of `dt` (s), and the spheres at every
 /// `every`-th of them.
 pub(super) fn sampled<S>(
-    engine: &mut dyn DemEngine,
+    mut engine: Box<dyn DemEngine>,
     dt: f64,
     count: usize,
     every: usize,
     sample: impl Fn(&dyn DemEngine) -> S,
 ) -> Result<(Vec<S>, Vec<Vec<Particle>>)> {
+    let loads = vec![Load::default(); engine.particles().owned];
     let (mut samples, mut frames) = (Vec::new(), Vec::new());
     for k in 0..=count {
         if k > 0 {
-            advance(engine, dt)?;
+            engine.advance(&Comm::Solo, &loads, dt)?;
         }
-        samples.push(sample(engine));
+        samples.push(sample(&*engine));
         if k.is_multiple_of(every) {
             frames.push(engine.particles().owned().to_vec());
         }
@@ -251,25 +217,11 @@ pub(super) struct Track {
 }
 
 impl Track {
-    fn of(
-        engine: &mut dyn DemEngine,
-        dt: f64,
-        steps: usize,
-        late: bool,
-        until: impl Fn(&[Particle]) -> bool,
-    ) -> Result<Self> {
-        let mut frames = vec![engine.particles().owned().to_vec()];
-        for _ in 0..steps {
-            advance(engine, dt)?;
-            frames.push(engine.particles().owned().to_vec());
-            if until(engine.particles().owned()) {
-                break;
-            }
-        }
-        Ok(Self { dt, frames, late })
+    pub(super) fn of(engine: Box<dyn DemEngine>, dt: f64, steps: usize) -> Result<Self> {
+        let late = engine.name() == "native";
+        Ok(Self { dt, frames: sampled(engine, dt, steps, 1, |_| ())?.1, late })
     }
 
-    /// The last frame.
     pub(super) fn last(&self) -> &[Particle] {
         self.frames.last().expect("the start is a frame")
     }
@@ -310,13 +262,11 @@ impl Track {
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    /// The next number.
     pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         2.0 * ((self.0 >> 33) as f64 + 0.5) / f64::from(1_u32 << 31) - 1.0
     }
 
-    /// A vector of three numbers.
     pub(super) fn vector(&mut self) -> Vec3 {
         Vec3::from_fn(|_, _| self.next())
     }

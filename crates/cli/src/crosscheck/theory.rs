@@ -30,11 +30,9 @@ const STEPS: f64 = 20_000.0;
 /// Two bodies that press on each other as Hertz (1882) has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hertz {
-    /// Reduced mass `m*` (kg).
+    /// Reduced mass `m*` (kg), effective modulus `E*` (Pa) and radius `R*` (m).
     pub(super) mass: f64,
-    /// Effective modulus `E*` (Pa).
     pub(super) modulus: f64,
-    /// Effective radius `R*` (m).
     pub(super) radius: f64,
 }
 
@@ -91,27 +89,22 @@ pub(super) enum Damping {
     HuntCrossley(f64),
 }
 
-/// A moment of an impact.
+/// Time since the first touch (s), depth (m), and force (N), positive if it pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Instant {
-    /// Since the first touch (s).
     pub(super) time: f64,
-    /// Depth (m).
     pub(super) depth: f64,
-    /// Force, positive if it pushes (N).
     pub(super) force: f64,
 }
 
 /// An impact, from touch to separation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Impact {
-    /// Duration (s).
+    /// Duration (s), largest depth (m).
     pub(super) duration: f64,
-    /// Largest depth (m).
     pub(super) deepest: f64,
     /// Speed of separation over that of approach (-).
     pub(super) restitution: f64,
-    /// What happened.
     pub(super) history: Vec<Instant>,
 }
 

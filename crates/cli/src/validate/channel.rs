@@ -1,12 +1,6 @@
 //! Steady flows between walls: `validation/channel`.
 
-use super::reference::Table;
-use super::trial::whole;
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::case::Setup;
-use turbid::comm::Comm;
-use turbid::error::Result;
-use turbid::simulation::Simulation;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/channel/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/channel/reference.csv");
@@ -17,10 +11,9 @@ pub(super) const CASE: Case = Case {
     source: "White (2006), Viscous Fluid Flow, Eq. (3-48)",
     parts: &[
         Part::quick(0.5, plates),
-        Part::quick(0.5, |trial| duct(trial, "square", [16, 16])),
-        Part::quick(1.0, |trial| duct(trial, "one_to_two", [16, 32])),
+        Part::quick(0.5, |context| duct(context, "square", [16, 16])),
+        Part::quick(1.0, |context| duct(context, "one_to_two", [16, 32])),
     ],
-    missing: None,
 };
 
 /// Edge of a cell (m), as in the case file.
@@ -35,7 +28,7 @@ const FORCE: f64 = 1e-4;
 /// Velocity along x (m/s) in the middle of the steps, of the cells of the plane `x = 1`, row by row; and the force on the
 /// walls along x over that on the fluid.
 fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
-    let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
+    let mut run = Simulation::solo(setup)?;
     run.advance(setup.plan.end_step)?;
     let half = 0.5 * run.acceleration().x * setup.time_step;
     let [_, ny, nz] = setup.domain.cells;
@@ -49,8 +42,8 @@ fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
     Ok((profile, drag / fed))
 }
 
-fn plates(trial: &Trial) -> Result<Findings> {
-    let setup = trial.setup(TEXT, CASE.name, &[])?;
+fn plates(context: &SuiteContext) -> Result<Findings> {
+    let setup = context.setup(TEXT, CASE.name, &[])?;
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
     let height = setup.domain.size().z;
@@ -79,10 +72,10 @@ fn plates(trial: &Trial) -> Result<Findings> {
 }
 
 /// A duct of so many cells across, the shorter side first.
-fn duct(trial: &Trial, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
+fn duct(context: &SuiteContext, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
     let size = [4, ny, nz].map(|n| n as f64 * CELL);
     let own = [format!("domain.size={size:?}"), "domain.periodic=[true, false, false]".to_string()];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
     let side = setup.domain.size().y;

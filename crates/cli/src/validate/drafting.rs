@@ -1,11 +1,7 @@
 //! Two spheres that settle one behind the other: `validation/drafting`.
 
-use super::trial::unsteady;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, Trial};
+use super::prelude::*;
 use std::collections::BTreeMap;
-use turbid::error::Result;
-use turbid::math::Vec3;
 
 const TEXT: &str = include_str!("../../../../validation/drafting/case.toml");
 
@@ -14,16 +10,15 @@ pub(super) const CASE: Case = Case {
     question: "drafting, kissing and tumbling of two spheres that settle one behind the other",
     source: "Fortes, Joseph and Lundgren (1987), doi:10.1017/S0022112087001046",
     parts: &[Part::wide(9.0, pair)],
-    missing: None,
 };
 
 /// Gap to the floor (diameters) at which it ends.
 const UNTIL: f64 = 2.0;
 
-fn pair(trial: &Trial) -> Result<Findings> {
-    let setup = trial.setup(TEXT, CASE.name, &[])?;
+fn pair(context: &SuiteContext) -> Result<Findings> {
+    let setup = context.setup(TEXT, CASE.name, &[])?;
     let (dt, diameter) = (setup.time_step, setup.diameter);
-    let watch = Watch { trial, setup: &setup, threads: trial.threads, every: 1, held: false };
+    let watch = Watch { context, setup: &setup, threads: context.threads, every: 1, fixed: false };
     let rows: Vec<(u64, u64, Vec3, Vec3)> = watch.rows(|run, rows| {
         let mut low = [f64::NEG_INFINITY];
         for sphere in run.particles() {

@@ -1,11 +1,6 @@
 //! Oblique impacts with friction: `validation/friction`.
 
-use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::comm::Comm;
-use turbid::error::Result;
-use turbid::simulation::Simulation;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/friction/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/friction/reference.csv");
@@ -15,7 +10,6 @@ pub(super) const CASE: Case = Case {
     question: "oblique impacts of a sphere on a plate: tangential restitution and spin",
     source: "Kharaz, Gorham and Salman (2001), doi:10.1016/S0032-5910(01)00283-2",
     parts: &[Part::quick(1.0, throws)],
-    missing: None,
 };
 
 const THEORY: &str = "impulses of rigid bodies that slide to the end: mu (1 + e) of the normal momentum";
@@ -29,7 +23,7 @@ const TANGENTIAL: [f64; 2] = [2e-3, 0.02];
 /// Of the angular velocity: against theory and against the experiment, as a part.
 const SPIN: [f64; 2] = [5e-3, 0.1];
 
-fn throws(trial: &Trial) -> Result<Findings> {
+fn throws(context: &SuiteContext) -> Result<Findings> {
     let table = Table::new(REFERENCE);
     let columns = ["angle", "value"];
     let [tangential, spin] =
@@ -44,8 +38,8 @@ fn throws(trial: &Trial) -> Result<Findings> {
         })
         .collect();
     let own = [format!("particles.0.list=[{}]", list.join(", "))];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
+    let mut run = Simulation::solo(&setup)?;
     run.advance(setup.plan.end_step)?;
     let contacts = run.dem().contacts();
     if (contacts.begun, contacts.count) != (angles.len() as u64, 0) {
@@ -82,34 +76,17 @@ fn throws(trial: &Trial) -> Result<Findings> {
         }
     }
     let over = |law: &dyn Fn(f64) -> f64| (34..=65).map(|a| [f64::from(a), law(f64::from(a))]).collect();
-    for (name, title, axis, law, experiment, measured) in [
-        (
-            "tangential",
-            "Tangential restitution of spheres on a plate",
-            "tangential restitution (-)",
-            &slide as &dyn Fn(f64) -> f64,
-            tangential,
-            slid,
-        ),
-        (
-            "spin",
-            "Spin of spheres after the impact on a plate",
-            "angular velocity (1/s)",
-            &turn,
-            spin,
-            turned,
-        ),
-    ] {
-        found.overlays.push(Overlay::new(
-            name,
-            title,
-            ["angle from the normal (degrees)", axis],
-            [
-                ("reference: rigid bodies", over(law)),
-                ("experiment, Kharaz et al. (2001)", experiment),
-                ("measured", measured),
-            ],
-        ));
-    }
+    let mut plot = |name, title, axis, law: Vec<[f64; 2]>, experiment, measured| {
+        let curves = [
+            ("reference: rigid bodies", law),
+            ("experiment, Kharaz et al. (2001)", experiment),
+            ("measured", measured),
+        ];
+        found.overlays.push(Overlay::new(name, title, ["angle from the normal (degrees)", axis], curves));
+    };
+    let title = "Tangential restitution of spheres on a plate";
+    plot("tangential", title, "tangential restitution (-)", over(&slide), tangential, slid);
+    let title = "Spin of spheres after the impact on a plate";
+    plot("spin", title, "angular velocity (1/s)", over(&turn), spin, turned);
     Ok(found)
 }

@@ -1,12 +1,7 @@
 //! Elastic impacts of spheres by Hertz: `validation/hertz`.
 
-use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::comm::Comm;
+use super::prelude::*;
 use turbid::dem::ContactState;
-use turbid::error::Result;
-use turbid::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../../../validation/hertz/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/hertz/reference.csv");
@@ -16,7 +11,6 @@ pub(super) const CASE: Case = Case {
     question: "elastic impact of two spheres, and of one and a wall: force, duration, depth",
     source: "Hertz (1882); Chung and Ooi (2011), doi:10.1007/s10035-011-0277-0",
     parts: &[Part::quick(1.0, impacts)],
-    missing: None,
 };
 
 /// For each law.
@@ -33,14 +27,14 @@ struct Impact {
     history: Vec<[f64; 2]>,
 }
 
-fn impacts(trial: &Trial) -> Result<Findings> {
+fn impacts(context: &SuiteContext) -> Result<Findings> {
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();
     for (law, tolerance) in TOLERANCES {
         let own = [format!("contact.law={law:?}")];
-        let setup = trial.setup(TEXT, CASE.name, &own)?;
+        let setup = context.setup(TEXT, CASE.name, &own)?;
         let (dt, radius) = (setup.time_step, 0.5 * setup.diameter);
-        let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+        let mut run = Simulation::solo(&setup)?;
         let mut both = [Impact::default(), Impact::default()];
         let mut before = [f64::NEG_INFINITY; 2];
         for step in 1..=setup.plan.end_step {

@@ -1,11 +1,8 @@
 //! One point of the study of hindered settling, with both force balances: `validation/hindered_settling`.
 
-use super::reference::Table;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, Trial};
+use super::prelude::*;
 use std::collections::BTreeMap;
 use turbid::coupling::CONTROL_INTERVAL;
-use turbid::error::Result;
 use turbid::output::estimate_mean;
 
 const TEXT: &str = include_str!("../../../../validation/hindered_settling/case.toml");
@@ -16,10 +13,9 @@ pub(super) const CASE: Case = Case {
     question: "settling velocity of a suspension, volume fraction 0.2, Archimedes number 1000, both force balances",
     source: "Marquardt, Hafen and Krause (2024), doi:10.1016/j.cpc.2024.109321, Table 1",
     parts: &[
-        Part::wide(38.0, |trial| settle(trial, "fluid_only")),
-        Part::wide(38.0, |trial| settle(trial, "mixture")),
+        Part::wide(38.0, |context| settle(context, "fluid_only")),
+        Part::wide(38.0, |context| settle(context, "mixture")),
     ],
-    missing: None,
 };
 
 const PHI: f64 = 0.2;
@@ -28,7 +24,7 @@ const TOLERANCE: f64 = 0.15;
 const FROM: f64 = 40.0;
 const TO: f64 = 100.0;
 
-fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
+fn settle(context: &SuiteContext, balance: &str) -> Result<Findings> {
     let own = [
         "domain.size={ diameters = [6, 6, 6] }".to_string(),
         format!("particles.0.volume_fraction={PHI}"),
@@ -36,9 +32,9 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
         format!("run.end.stokes_times={TO:?}"),
         format!("run.average_from.stokes_times={FROM:?}"),
     ];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
     let watch =
-        Watch { trial, setup: &setup, threads: trial.threads, every: 2 * CONTROL_INTERVAL, held: false };
+        Watch { context, setup: &setup, threads: context.threads, every: 2 * CONTROL_INTERVAL, fixed: false };
     // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
     let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
         let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();
@@ -61,7 +57,7 @@ fn settle(trial: &Trial, balance: &str) -> Result<Findings> {
     let course: Vec<[f64; 2]> = course.collect();
     let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
     let Some(mean) = estimate_mean(&steady) else {
-        return Err(super::trial::unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
+        return Err(super::context::unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
     };
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();

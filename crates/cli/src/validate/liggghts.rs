@@ -1,27 +1,21 @@
 //! The quick part of the cross-check of both engines: `validation/liggghts`.
 
-use super::{Case, Findings, Part, Trial};
+use super::prelude::*;
 use crate::crosscheck::CASES;
 use turbid::engine::HAS_LIGGGHTS;
-use turbid::error::Result;
 
 pub(super) const CASE: Case = Case {
     name: "liggghts",
     question: "the native engine against LIGGGHTS and theory: forces, impacts, sliding, free flight",
     source: "LIGGGHTS 3.8.0: Kloss et al. (2012), doi:10.1504/PCFD.2012.047457",
     parts: if HAS_LIGGGHTS { &[Part::quick(10.0, engines)] } else { &[] },
-    missing: if HAS_LIGGGHTS {
-        None
-    } else {
-        Some("built without LIGGGHTS; `cargo build --release --features liggghts` has it")
-    },
 };
 
 /// Cases of the cross-check that take seconds.
 const IDS: [&str; 5] = ["static-pair", "head-on", "restitution", "sliding", "free-flight"];
 
 /// Differences of both engines, and of each from theory.
-fn engines(_: &Trial) -> Result<Findings> {
+fn engines(_: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     for id in IDS {
         let case = CASES.iter().find(|case| case.id == id).expect("a case of the suite");

@@ -1,12 +1,7 @@
 //! One sphere settling slowly in a periodic cube: `validation/periodic_settling`.
 
-use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Part, Trial};
-use turbid::comm::Comm;
+use super::prelude::*;
 use turbid::coupling::{CONTROL_INTERVAL, ForceBalance};
-use turbid::error::Result;
-use turbid::simulation::Simulation;
 
 const TEXT: &str = include_str!("../../../../validation/periodic_settling/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/periodic_settling/reference.csv");
@@ -17,9 +12,8 @@ pub(super) const CASE: Case = Case {
     source: "Sangani and Acrivos (1982), doi:10.1016/0301-9322(82)90047-7",
     parts: &[
         Part::quick(7.0, balances),
-        Part::quick(6.0, |trial| Ok(settle(trial, 4, ForceBalance::Mixture)?.0)),
+        Part::quick(6.0, |context| Ok(settle(context, 4, ForceBalance::Mixture)?.0)),
     ],
-    missing: None,
 };
 
 const TOLERANCE: f64 = 0.01;
@@ -31,9 +25,9 @@ const RATIO: f64 = 1e-3;
 const STRETCH: u64 = 20 * CONTROL_INTERVAL;
 
 /// Both balances in the same cube.
-fn balances(trial: &Trial) -> Result<Findings> {
-    let (mut found, mixture) = settle(trial, 3, ForceBalance::Mixture)?;
-    let (fluid, fluid_only) = settle(trial, 3, ForceBalance::FluidOnly)?;
+fn balances(context: &SuiteContext) -> Result<Findings> {
+    let (mut found, mixture) = settle(context, 3, ForceBalance::Mixture)?;
+    let (fluid, fluid_only) = settle(context, 3, ForceBalance::FluidOnly)?;
     found.append(fluid);
     let phi = Table::new(REFERENCE).at("L_over_D", 3.0, "phi");
     let quantity = "U of fluid_only over that of mixture, L = 3 D (-)";
@@ -43,7 +37,7 @@ fn balances(trial: &Trial) -> Result<Findings> {
 }
 
 /// Settling velocity over the Stokes velocity in a cube of `edge` diameters, averaged over the passage of one cell.
-fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, f64)> {
+fn settle(context: &SuiteContext, edge: u32, balance: ForceBalance) -> Result<(Findings, f64)> {
     let word = match balance {
         ForceBalance::Mixture => "mixture",
         ForceBalance::FluidOnly => "fluid_only",
@@ -52,8 +46,8 @@ fn settle(trial: &Trial, edge: u32, balance: ForceBalance) -> Result<(Findings, 
         format!("domain.size={{ diameters = [{edge}, {edge}, {edge}] }}"),
         format!("driving.force_balance={word:?}"),
     ];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
+    let mut run = Simulation::solo(&setup)?;
     let stokes = setup.expect_fluid().scales.stokes_velocity;
     let (mut before, mut steady) = (0.0, false);
     let (mut sum, mut samples, mut acceleration, mut flux) = (0.0, 0.0, 0.0, 0.0);

@@ -1,11 +1,7 @@
 //! Drag on random arrays of fixed spheres: `validation/random_array`.
 
-use super::reference::Table;
-use super::trial::unsteady;
-use super::watch::Watch;
-use super::{Case, Findings, Part, Trial};
+use super::prelude::*;
 use std::f64::consts::PI;
-use turbid::error::Result;
 
 const TEXT: &str = include_str!("../../../../validation/random_array/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/random_array/reference.csv");
@@ -15,11 +11,10 @@ pub(super) const CASE: Case = Case {
     question: "mean drag on a fixed random array of spheres in slow flow, volume fractions 0.1 to 0.3",
     source: "van der Hoef, Beetstra and Kuipers (2005), doi:10.1017/S0022112004003295",
     parts: &[
-        Part::full(40.0, |trial| drag(trial, 0.1)),
-        Part::full(30.0, |trial| drag(trial, 0.2)),
-        Part::full(25.0, |trial| drag(trial, 0.3)),
+        Part::full(40.0, |context| drag(context, 0.1)),
+        Part::full(30.0, |context| drag(context, 0.2)),
+        Part::full(25.0, |context| drag(context, 0.3)),
     ],
-    missing: None,
 };
 
 const TOLERANCE: f64 = 0.1;
@@ -29,12 +24,12 @@ const STEADY: f64 = 1e-3;
 /// Arrangements of each volume fraction.
 const ARRANGEMENTS: u32 = 3;
 /// Mean drag factor of several arrangements.
-fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
+fn drag(context: &SuiteContext, volume_fraction: f64) -> Result<Findings> {
     let expected = Table::new(REFERENCE).at("phi", volume_fraction, "F");
     let mut found = Findings::default();
     let mut sum = 0.0;
     for seed in 1..=ARRANGEMENTS {
-        let (factor, reynolds) = arrangement(trial, volume_fraction, seed, expected)?;
+        let (factor, reynolds) = arrangement(context, volume_fraction, seed, expected)?;
         sum += factor;
         found.note(format!("F, phi {volume_fraction}, arrangement {seed}"), factor);
         found.note(format!("its Reynolds number, arrangement {seed}"), reynolds);
@@ -47,9 +42,9 @@ fn drag(trial: &Trial, volume_fraction: f64) -> Result<Findings> {
 
 /// `F = (1 - phi) rho a L^3 / (n 3 pi mu D U)`, without the mean pressure gradient on the spheres themselves, and the Reynolds
 /// number; `expected` says about how long it takes.
-fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) -> Result<(f64, f64)> {
+fn arrangement(context: &SuiteContext, volume_fraction: f64, seed: u32, expected: f64) -> Result<(f64, f64)> {
     let own = [format!("particles.0.volume_fraction={volume_fraction}"), format!("particles.0.seed={seed}")];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
+    let setup = context.setup(TEXT, CASE.name, &own)?;
     let (phi, diameter) = (setup.volume_fraction, setup.diameter);
     let count = setup.particles.len() as f64;
     let viscosity = setup.expect_fluid().viscosity;
@@ -57,7 +52,7 @@ fn arrangement(trial: &Trial, volume_fraction: f64, seed: u32, expected: f64) ->
     let unit = count * 3.0 * PI * viscosity * diameter;
     let time_constant = (1.0 - phi) * volume / (unit * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;
-    let watch = Watch { trial, setup: &setup, threads: 1, every: interval, held: true };
+    let watch = Watch { context, setup: &setup, threads: 1, every: interval, fixed: true };
     let course: Vec<f64> = watch.rows(|run, rows| {
         let before = rows.last().copied().unwrap_or(0.0);
         let velocity = run.mean_flow().velocity.z;

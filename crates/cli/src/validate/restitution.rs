@@ -1,11 +1,6 @@
 //! Head-on impacts rebound with the restitution that is set: `validation/restitution`.
 
-use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::comm::Comm;
-use turbid::error::Result;
-use turbid::simulation::Simulation;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/restitution/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/restitution/reference.csv");
@@ -15,7 +10,6 @@ pub(super) const CASE: Case = Case {
     question: "rebound of spheres from a wall and from each other, restitution 0.5 to 1, both laws of damping",
     source: "Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028",
     parts: &[Part::quick(1.0, impacts)],
-    missing: None,
 };
 
 const TOLERANCE: f64 = 2e-3;
@@ -27,7 +21,7 @@ const LAWS: [(&str, &str, &str); 2] = [
     ("hertz", "tsuji", "Tsuji, Tanaka and Ishida (1992), doi:10.1016/0032-5910(92)88030-L"),
 ];
 
-fn impacts(trial: &Trial) -> Result<Findings> {
+fn impacts(context: &SuiteContext) -> Result<Findings> {
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();
     let mut curves = vec![("reference: as set".to_string(), vec![[SET[0], SET[0]], [SET[4], SET[4]]])];
@@ -39,9 +33,9 @@ fn impacts(trial: &Trial) -> Result<Findings> {
                 format!("contact.damping={damping:?}"),
                 format!("contact.restitution={set:?}"),
             ];
-            let setup = trial.setup(TEXT, CASE.name, &own)?;
+            let setup = context.setup(TEXT, CASE.name, &own)?;
             let before = &setup.particles;
-            let mut run = Simulation::new(&setup, &whole(&setup), Comm::Solo)?;
+            let mut run = Simulation::solo(&setup)?;
             run.advance(setup.plan.end_step)?;
             let contacts = run.dem().contacts();
             if (contacts.begun, contacts.count) != (2, 0) {

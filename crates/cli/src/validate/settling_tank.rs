@@ -1,10 +1,6 @@
 //! One sphere settling in a tank of oil: `validation/settling_tank`.
 
-use super::reference::Table;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::case::Setup;
-use turbid::error::Result;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/settling_tank/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/settling_tank/reference.csv");
@@ -15,13 +11,12 @@ pub(super) const CASE: Case = Case {
     question: "velocity and path of a sphere that settles in a closed tank of oil",
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
-        Part::quick(2.0, |trial| fall(trial, &Oil::new("E4", 8, 0.55, 0.05), 1)),
-        Part::wide(68.0, |trial| fall(trial, &Oil::new("E1", 15, 0.8, 0.04), trial.threads)),
-        Part::wide(34.0, |trial| fall(trial, &Oil::new("E2", 15, 0.8, 0.03), trial.threads)),
-        Part::wide(26.0, |trial| fall(trial, &Oil::new("E3", 15, 0.65, 0.03), trial.threads)),
-        Part::wide(26.0, |trial| fall(trial, &Oil::new("E4", 15, 0.55, 0.03), trial.threads)),
+        Part::quick(2.0, |context| fall(context, "E4", (8, 0.55), 0.05, 1)),
+        Part::wide(68.0, |context| fall(context, "E1", (15, 0.8), 0.04, context.threads)),
+        Part::wide(34.0, |context| fall(context, "E2", (15, 0.8), 0.03, context.threads)),
+        Part::wide(26.0, |context| fall(context, "E3", (15, 0.65), 0.03, context.threads)),
+        Part::wide(26.0, |context| fall(context, "E4", (15, 0.55), 0.03, context.threads)),
     ],
-    missing: None,
 };
 
 /// Largest way to the side (diameters).
@@ -35,67 +30,34 @@ const SLOPE: f64 = 0.03;
 /// Gap to the floor (diameters) at which it ends: E4 is fastest a little above two.
 const UNTIL: f64 = 0.9;
 
-/// One of the fluids, and how it is computed.
-struct Oil {
-    name: &'static str,
-    cells: u32,
-    relaxation_time: f64,
-    /// Of the largest velocity.
+/// Runs one of the fluids with these cells per diameter and relaxation time; the tolerance is of the largest velocity.
+fn fall(
+    context: &SuiteContext,
+    oil: &str,
+    (cells, relaxation_time): (u32, f64),
     tolerance: f64,
-}
-
-impl Oil {
-    fn new(name: &'static str, cells: u32, relaxation_time: f64, tolerance: f64) -> Self {
-        Self { name, cells, relaxation_time, tolerance }
-    }
-}
-
-/// Time (s), gap to the floor (diameters), downward velocity (m/s) after every step, and the largest sideways move
-/// (diameters).
-fn course(trial: &Trial, setup: &Setup, threads: usize) -> Result<(Vec<[f64; 3]>, f64)> {
-    let diameter = setup.diameter;
-    let start = setup.particles[0].position();
-    let watch = Watch { trial, setup, threads, every: 1, held: false };
-    let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
-        // The rank that owns the sphere says where it is; it may change its owner on the way down.
-        let mut low = [f64::NEG_INFINITY];
-        if let Some(sphere) = run.particles().first() {
-            let gap = sphere.position().z / diameter - 0.5;
-            let aside = (sphere.position() - start).xy().norm() / diameter;
-            let time = run.steps_done() as f64 * setup.time_step;
-            rows.push([time, gap, -sphere.velocity().z, aside]);
-            low = [-gap];
-        }
-        run.comm().max(&mut low);
-        Ok(-low[0] < UNTIL)
-    })?;
-    rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let aside = rows.iter().map(|at| at[3]).fold(0.0, f64::max);
-    Ok((rows.iter().map(|at| [at[0], at[1], at[2]]).collect(), aside))
-}
-
-/// Runs one of the fluids.
-fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
+    threads: usize,
+) -> Result<Findings> {
     let table = Table::new(REFERENCE);
-    let [density, viscosity, fastest] =
-        ["rho_f", "mu", "u_max"].map(|column| table.of("case", oil.name, column));
+    let [density, viscosity, fastest] = ["rho_f", "mu", "u_max"].map(|column| table.of("case", oil, column));
     let own = [
         format!("fluid.density={density}"),
         format!("fluid.viscosity={}", viscosity / density),
-        format!("lattice.cells_per_diameter={}", oil.cells),
-        format!("lattice.relaxation_time={}", oil.relaxation_time),
+        format!("lattice.cells_per_diameter={cells}"),
+        format!("lattice.relaxation_time={relaxation_time}"),
     ];
-    let setup = trial.setup(TEXT, CASE.name, &own)?;
-    let (course, aside) = course(trial, &setup, threads)?;
-    let largest = course.iter().map(|at| at[2]).fold(f64::NEG_INFINITY, f64::max);
-    let title = format!("{}, N = {}, tau = {}", oil.name, oil.cells, setup.expect_fluid().relaxation_time);
+    let setup = context.setup(TEXT, CASE.name, &own)?;
+    let course = sphere_course(context, &setup, threads, UNTIL)?;
+    let largest = course.iter().map(|at| -at[2]).fold(f64::NEG_INFINITY, f64::max);
+    let aside = course.iter().map(|at| at[3]).fold(0.0, f64::max);
+    let title = format!("{oil}, N = {cells}, tau = {}", setup.expect_fluid().relaxation_time);
     let mut found = Findings::default();
     let quantity = format!("largest velocity, {title} (m/s)");
-    found.relative(quantity, largest, fastest, oil.tolerance);
+    found.relative(quantity, largest, fastest, tolerance);
     let quantity = format!("way to the side, {title} (D)");
     found.absolute(quantity, aside, 0.0, SIDEWAYS);
     found.from("symmetry");
-    if oil.name == "E1" {
+    if oil == "E1" {
         let path = Table::new(PATH).points(Some("h_over_d"), ["t_s", "value"]);
         let quantity = format!("furthest from the measured path, {title} (D)");
         found.absolute(quantity, off_path(&course, &path), 0.0, OFF_PATH);
@@ -107,7 +69,7 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
         found.relative(quantity, here, there, SLOPE);
         let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
         found.overlays.push(Overlay::new(
-            format!("path_{}", oil.name),
+            format!("path_{oil}"),
             "Gap between a sphere and the floor of the tank, experiment E1",
             ["time (s)", "gap over diameter (-)"],
             [("reference: ten Cate et al. (2002)", path), ("measured", own.collect())],
@@ -115,31 +77,31 @@ fn fall(trial: &Trial, oil: &Oil, threads: usize) -> Result<Findings> {
     }
     let end = course.last().map_or(0.0, |at| at[0]);
     found.overlays.push(Overlay::new(
-        format!("velocity_{}_{}", oil.name, oil.cells),
+        format!("velocity_{oil}_{cells}"),
         format!("Velocity of a sphere in the tank, {title}"),
         ["time (s)", "velocity (m/s)"],
         [
             ("reference: largest velocity measured", vec![[0.0, fastest], [end, fastest]]),
-            ("measured", course.iter().step_by(20).map(|at| [at[0], at[2]]).collect()),
+            ("measured", course.iter().step_by(20).map(|at| [at[0], -at[2]]).collect()),
         ],
     ));
     Ok(found)
 }
 
 /// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.
-fn off_path(course: &[[f64; 3]], path: &[[f64; 2]]) -> f64 {
+fn off_path(course: &[[f64; 4]], path: &[[f64; 2]]) -> f64 {
     let off = path.iter().filter(|at| at[1] > 1.0).map(|&[time, gap]| (gap_at(course, time) - gap).abs());
     // What was not reached is no number, and stays one.
     off.fold(0.0, |worst, off| if off <= worst { worst } else { off })
 }
 
 /// Gap (diameters) at a time; no number before the first step and after the last.
-fn gap_at(course: &[[f64; 3]], time: f64) -> f64 {
+fn gap_at(course: &[[f64; 4]], time: f64) -> f64 {
     let after = course.partition_point(|at| at[0] < time);
     if after == 0 || after == course.len() {
         return f64::NAN;
     }
-    let [[t0, g0, _], [t1, g1, _]] = [course[after - 1], course[after]];
+    let [[t0, g0, ..], [t1, g1, ..]] = [course[after - 1], course[after]];
     g0 + (g1 - g0) * (time - t0) / (t1 - t0)
 }
 

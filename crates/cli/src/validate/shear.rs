@@ -1,15 +1,7 @@
 //! A sphere and a spheroid in simple shear between moving plates: `validation/shear`.
 
-use super::reference::Table;
-use super::trial::{unsteady, whole};
-use super::{Case, Findings, Overlay, Part, Trial};
+use super::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
-use turbid::case::Setup;
-use turbid::comm::Comm;
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::particle::Particle;
-use turbid::simulation::Simulation;
 
 const SPHERE: &str = include_str!("../../../../validation/shear/sphere.toml");
 const SPHEROID: &str = include_str!("../../../../validation/shear/spheroid.toml");
@@ -20,11 +12,10 @@ pub(super) const CASE: Case = Case {
     question: "spin of a sphere, and Jeffery orbit of a 2:1 spheroid, in simple shear",
     source: "Jeffery (1922), doi:10.1098/rspa.1922.0078",
     parts: &[Part::quick(11.0, sphere), Part::quick(20.0, spheroid)],
-    missing: None,
 };
 
 /// Shear rate (1/s) between the plates of a case.
-fn shear_rate(setup: &Setup) -> f64 {
+pub(super) fn shear_rate(setup: &Setup) -> f64 {
     let speed = |name: &str| {
         let wall = setup.walls.iter().find(|wall| wall.name == name);
         wall.map_or(f64::NAN, |wall| wall.velocity(Vec3::zeros(), 0.0).x)
@@ -34,7 +25,7 @@ fn shear_rate(setup: &Setup) -> f64 {
 
 /// Runs a case and calls `look(time, particle)` for its particle after every step until it says so.
 fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()> {
-    let mut run = Simulation::new(setup, &whole(setup), Comm::Solo)?;
+    let mut run = Simulation::solo(setup)?;
     while run.steps_done() < setup.plan.end_step {
         run.advance(1)?;
         if !look(run.steps_done() as f64 * setup.time_step, &run.particles()[0]) {
@@ -44,8 +35,8 @@ fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()
     Ok(())
 }
 
-fn sphere(trial: &Trial) -> Result<Findings> {
-    let setup = trial.setup(SPHERE, CASE.name, &[])?;
+fn sphere(context: &SuiteContext) -> Result<Findings> {
+    let setup = context.setup(SPHERE, CASE.name, &[])?;
     let rate = shear_rate(&setup);
     let (mut spin, mut before, mut samples) = (0.0, 0.0, 0.0);
     run(&setup, |time, sphere| {
@@ -69,8 +60,8 @@ fn sphere(trial: &Trial) -> Result<Findings> {
     Ok(found)
 }
 
-fn spheroid(trial: &Trial) -> Result<Findings> {
-    let setup = trial.setup(SPHEROID, CASE.name, &[])?;
+fn spheroid(context: &SuiteContext) -> Result<Findings> {
+    let setup = context.setup(SPHEROID, CASE.name, &[])?;
     let rate = shear_rate(&setup);
     // Angle of the long axis in the plane of the flow, without jumps; times at which it lies along the gradient.
     let (mut angle, mut last, mut upright) = (0.0, 0.0, Vec::new());

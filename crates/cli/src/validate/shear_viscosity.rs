@@ -1,10 +1,7 @@
 //! Effective viscosity of a sheared suspension: `validation/shear_viscosity`.
 
-use super::reference::Table;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::error::Result;
-use turbid::math::Vec3;
+use super::prelude::*;
+use super::shear::shear_rate;
 use turbid::output::estimate_mean;
 
 const TEXT: &str = include_str!("../../../../validation/shear_viscosity/case.toml");
@@ -15,7 +12,6 @@ pub(super) const CASE: Case = Case {
     question: "viscosity of a sheared suspension of spheres, volume fractions 0.05 to 0.2",
     source: "Eilers (1941), doi:10.1007/BF01503023",
     parts: &[Part::wide(60.0, suspensions)],
-    missing: None,
 };
 
 /// Of what the spheres add to the viscosity.
@@ -25,21 +21,19 @@ const FROM: f64 = 3.0;
 /// Steps between two looks at the walls.
 const EVERY: u64 = 40;
 
-fn suspensions(trial: &Trial) -> Result<Findings> {
+fn suspensions(context: &SuiteContext) -> Result<Findings> {
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();
     let mut measured = Vec::new();
     for phi in [0.05, 0.1, 0.2] {
         let own = [format!("particles.0.volume_fraction={phi}")];
-        let setup = trial.setup(TEXT, CASE.name, &own)?;
-        let wall = |name: &str| setup.walls.iter().position(|wall| wall.name == name);
-        let (Some(low), Some(high)) = (wall("z-"), wall("z+")) else {
-            return Err(turbid::error::Error::Input("the case has no plates".to_string()));
-        };
-        let speed = |wall: usize| setup.walls[wall].velocity(Vec3::zeros(), 0.0).x;
-        let size = setup.domain.size();
-        let rate = (speed(high) - speed(low)) / size.z;
-        let watch = Watch { trial, setup: &setup, threads: trial.threads, every: EVERY, held: false };
+        let setup = context.setup(TEXT, CASE.name, &own)?;
+        let [low, high] = ["z-", "z+"].map(|name| {
+            let wall = setup.walls.iter().position(|wall| wall.name == name);
+            wall.expect("the case has plates")
+        });
+        let (size, rate) = (setup.domain.size(), shear_rate(&setup));
+        let watch = Watch { context, setup: &setup, threads: context.threads, every: EVERY, fixed: false };
         // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
         let series: Vec<[f64; 2]> = watch.rows(|run, rows| {
             let loads = run.wall_loads();
@@ -53,7 +47,7 @@ fn suspensions(trial: &Trial) -> Result<Findings> {
         let steady = series.iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
         let steady: Vec<f64> = steady.collect();
         let Some(mean) = estimate_mean(&steady) else {
-            return Err(super::trial::unsteady("strain", FROM));
+            return Err(super::context::unsteady("strain", FROM));
         };
         let expected = table.at("phi", phi, "eilers");
         let quantity = format!("viscosity over that of the fluid, less one, phi {phi} (-)");

@@ -1,12 +1,10 @@
 //! A shear wave decays with the viscosity that the case asks for: `validation/shear_wave`.
 
-use super::trial::whole;
-use super::{Case, Findings, Overlay, Part, Trial};
+use super::prelude::*;
 use std::f64::consts::TAU;
-use turbid::case::Setup;
 use turbid::comm::Comm;
 use turbid::coupling::AnyFluid;
-use turbid::error::Result;
+use turbid::domain::Decomposition;
 use turbid::fluid::{Boundary, FluidParams, Simd};
 
 const TEXT: &str = include_str!("../../../../validation/shear_wave/case.toml");
@@ -16,7 +14,6 @@ pub(super) const CASE: Case = Case {
     question: "viscosity from the decay of a shear wave, relaxation times 0.53 to 1",
     source: "Navier-Stokes equations, exact: exp(-nu k^2 t)",
     parts: &[Part::quick(1.0, waves)],
-    missing: None,
 };
 
 /// Amplitude at the start (cells per step).
@@ -32,7 +29,7 @@ pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
         simd: setup.plan.simd.unwrap_or_else(Simd::best),
     };
     let open = Boundary { motions: &[], wall_of: &|_| None };
-    AnyFluid::new(setup.plan.precision, &whole(setup), &Comm::Solo, &params, &open)
+    AnyFluid::new(setup.plan.precision, &Decomposition::solo(setup.domain), &Comm::Solo, &params, &open)
 }
 
 /// One step of a fluid that nothing drives.
@@ -59,14 +56,14 @@ fn decay(setup: &Setup) -> Result<Vec<f64>> {
     Ok(amplitudes)
 }
 
-fn waves(trial: &Trial) -> Result<Findings> {
+fn waves(context: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     let mut curves = Vec::new();
     for (tau, precision) in
         [(0.53, "f64"), (0.55, "f64"), (0.55, "f32"), (0.65, "f64"), (0.8, "f64"), (1.0, "f64")]
     {
         let own = [format!("lattice.relaxation_time={tau}"), format!("fluid.precision={precision:?}")];
-        let setup = trial.setup(TEXT, CASE.name, &own)?;
+        let setup = context.setup(TEXT, CASE.name, &own)?;
         let amplitudes = decay(&setup)?;
         // The first tenth belongs to the start from equilibrium.
         let (first, last) = (amplitudes.len() / 10, amplitudes.len() - 1);

@@ -1,6 +1,6 @@
 //! Runs cases side by side: parts that need one core in parallel, longest first, then those that take all.
 
-use super::{Case, Findings, Level, Part, Trial};
+use super::{Case, Findings, Level, Part, SuiteContext};
 use crate::checks::{Check, Ending, Outcome};
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,6 +9,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 use turbid::error::{Error, Result};
 use turbid::output::numbers::duration;
+
+/// Reason why a case has no parts.
+const MISSING: &str = "built without LIGGGHTS; `cargo build --release --features liggghts` has it";
 
 /// The cases: level, time, question and source of each; then the time of each level.
 pub fn list(cases: &[Case]) -> String {
@@ -23,8 +26,8 @@ pub fn list(cases: &[Case]) -> String {
         };
         let _ = writeln!(text, "  {:width$}  {} ({times})", case.name, case.question);
         let _ = writeln!(text, "  {:width$}  {}", "", case.source);
-        if let Some(why) = case.missing {
-            let _ = writeln!(text, "  {:width$}  not here: {why}", "");
+        if case.parts.is_empty() {
+            let _ = writeln!(text, "  {:width$}  not here: {MISSING}", "");
         }
     }
     let all = |level| duration(cases.iter().map(|case| case.seconds(level)).sum());
@@ -51,7 +54,7 @@ fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
     if let Ok(found) = &mut all {
         found.notes.extend(biases(&found.checks));
     }
-    let ending = case.missing.map_or_else(|| all.into(), Ending::Missing);
+    let ending = if case.parts.is_empty() { Ending::Missing(MISSING) } else { all.into() };
     Outcome::new(case.name, case.question, false, seconds, ending)
 }
 
@@ -75,92 +78,71 @@ fn biases(checks: &[Check]) -> Vec<(String, f64)> {
 pub fn run(
     cases: &[&'static Case],
     level: Level,
-    trial: &Trial,
+    context: &SuiteContext,
     mut done: impl FnMut(&Outcome),
 ) -> Vec<Outcome> {
-    let chosen = |case: &Case| -> Vec<Part> {
+    let mut outcomes: Vec<Option<Outcome>> = cases.iter().map(|_| None).collect();
+    let mut end = |index: usize, found: Vec<Timed>| {
+        let outcome = outcome(cases[index], found);
+        done(&outcome);
+        outcomes[index] = Some(outcome);
+    };
+    // Index of the case, and part.
+    let mut parts: Vec<(usize, &Part)> = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
         // A case of the full level that is asked for is run.
         let level = level.max(case.level());
-        let parts = case.parts.iter().filter(|part| part.level <= level);
-        parts.copied().collect()
-    };
-    let mut state = Gathered {
-        cases: cases.iter().map(|case| (*case, Vec::new())).collect(),
-        outcomes: cases.iter().map(|_| None).collect(),
-    };
-    let (mut narrow, mut wide) = (Vec::new(), Vec::new());
-    for (index, case) in cases.iter().enumerate() {
-        if case.missing.is_some() {
-            state.end(index, &mut done);
-            continue;
-        }
-        for (place, part) in chosen(case).into_iter().enumerate() {
-            state.cases[index].1.push(None);
-            if part.wide { &mut wide } else { &mut narrow }.push((index, place, part));
+        parts.extend(case.parts.iter().filter(|part| part.level <= level).map(|part| (index, part)));
+        if case.parts.is_empty() {
+            end(index, Vec::new());
         }
     }
-    narrow.sort_by(|a, b| b.2.seconds.total_cmp(&a.2.seconds));
+    let mut results: Vec<Option<Timed>> = parts.iter().map(|_| None).collect();
+    let mut take = |at: usize, result: Timed| {
+        results[at] = Some(result);
+        let index = parts[at].0;
+        let of_case = || (0..parts.len()).filter(|&k| parts[k].0 == index);
+        if of_case().all(|k| results[k].is_some()) {
+            end(index, of_case().filter_map(|k| results[k].take()).collect());
+        }
+    };
+    let (wide, mut narrow): (Vec<usize>, Vec<usize>) = (0..parts.len()).partition(|&at| parts[at].1.wide);
+    narrow.sort_by(|&a, &b| parts[b].1.seconds.total_cmp(&parts[a].1.seconds));
     let (next, (sender, receiver)) = (AtomicUsize::new(0), mpsc::channel());
     let work = |sender: Sender<_>| {
-        while let Some((index, place, part)) = narrow.get(next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(&at) = narrow.get(next.fetch_add(1, Ordering::Relaxed)) {
             // Nobody listens any more only if the other end has panicked.
-            let _ = sender.send((*index, *place, timed(part, trial)));
+            let _ = sender.send((at, timed(parts[at].1, context)));
         }
     };
     thread::scope(|scope| {
-        // As many as can be had; the last one is this thread, which otherwise only listens.
-        let started = (0..trial.threads.clamp(1, narrow.len().max(1))).take_while(|_| {
+        // At most this many; without any, this thread does the work, which otherwise only listens.
+        let started = (0..context.threads.clamp(1, narrow.len().max(1))).take_while(|_| {
             let (sender, work) = (sender.clone(), &work);
-            let thread = thread::Builder::new().spawn_scoped(scope, move || work(sender));
-            thread.is_ok()
+            thread::Builder::new().spawn_scoped(scope, move || work(sender)).is_ok()
         });
         if started.count() == 0 {
             work(sender.clone());
         }
         drop(sender);
-        for (index, place, found) in receiver {
-            state.take(index, place, found, &mut done);
+        for (at, result) in receiver {
+            take(at, result);
         }
     });
-    for (index, place, part) in &wide {
-        state.take(*index, *place, timed(part, trial), &mut done);
+    for at in wide {
+        take(at, timed(parts[at].1, context));
     }
-    state.outcomes.into_iter().flatten().collect()
+    outcomes.into_iter().flatten().collect()
 }
 
+/// Seconds, and findings of a part.
 type Timed = (f64, Result<Findings>);
 
-fn timed(part: &Part, trial: &Trial) -> Timed {
+fn timed(part: &Part, context: &SuiteContext) -> Timed {
     let start = Instant::now();
-    // What takes seconds is begun only if there is time for it; the rest sees for itself.
+    // A part of seconds starts only if there is time for it; longer ones can be stopped.
     let needs = if part.level == Level::Quick { part.seconds } else { 0.0 };
-    let result = if trial.is_over(Duration::from_secs_f64(needs)) {
-        Err(Error::Interrupted)
-    } else {
-        (part.run)(trial)
-    };
+    let over = context.is_over(Duration::from_secs_f64(needs));
+    let result = if over { Err(Error::Interrupted) } else { (part.run)(context) };
     (start.elapsed().as_secs_f64(), result)
-}
-
-/// What has been found so far.
-struct Gathered {
-    cases: Vec<(&'static Case, Vec<Option<Timed>>)>,
-    outcomes: Vec<Option<Outcome>>,
-}
-
-impl Gathered {
-    fn take(&mut self, index: usize, place: usize, found: Timed, done: &mut impl FnMut(&Outcome)) {
-        let parts = &mut self.cases[index].1;
-        parts[place] = Some(found);
-        if parts.iter().all(Option::is_some) {
-            self.end(index, done);
-        }
-    }
-
-    fn end(&mut self, index: usize, done: &mut impl FnMut(&Outcome)) {
-        let (case, parts) = &mut self.cases[index];
-        let outcome = outcome(case, std::mem::take(parts).into_iter().flatten().collect());
-        done(&outcome);
-        self.outcomes[index] = Some(outcome);
-    }
 }

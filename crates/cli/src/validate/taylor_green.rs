@@ -1,10 +1,8 @@
 //! A Taylor-Green vortex on finer and finer lattices: `validation/taylor_green`.
 
+use super::prelude::*;
 use super::shear_wave::{fluid, step};
-use super::{Case, Findings, Overlay, Part, Trial};
 use std::f64::consts::TAU;
-use turbid::case::Setup;
-use turbid::error::Result;
 
 const TEXT: &str = include_str!("../../../../validation/taylor_green/case.toml");
 
@@ -13,7 +11,6 @@ pub(super) const CASE: Case = Case {
     question: "order of convergence on a decaying Taylor-Green vortex, 16 to 64 cells",
     source: "Taylor and Green (1937), doi:10.1098/rspa.1937.0036, exact in the plane",
     parts: &[Part::quick(1.0, vortex)],
-    missing: None,
 };
 
 const LENGTHS: [usize; 3] = [16, 32, 64];
@@ -59,7 +56,7 @@ fn error(setup: &Setup) -> Result<f64> {
     Ok((square / (length * length) as f64).sqrt() / (0.5 * speed))
 }
 
-fn vortex(trial: &Trial) -> Result<Findings> {
+fn vortex(context: &SuiteContext) -> Result<Findings> {
     let mut errors = Vec::new();
     for length in LENGTHS {
         let cell = 6.4e-3 / length as f64;
@@ -67,7 +64,7 @@ fn vortex(trial: &Trial) -> Result<Findings> {
             format!("domain.size=[6.4e-3, 6.4e-3, {:e}]", 4.0 * cell),
             format!("particles.0.shape.sphere.diameter={:e}", 2.0 * cell),
         ];
-        errors.push(error(&trial.setup(TEXT, CASE.name, &own)?)?);
+        errors.push(error(&context.setup(TEXT, CASE.name, &own)?)?);
     }
     let mut found = Findings::default();
     for n in 1..LENGTHS.len() {

@@ -90,8 +90,8 @@ impl Fault {
 
 /// Whether a part of a case fails a check, or does not come to its end.
 fn fails(case: &Case, part: usize, fault: Option<Fault>) -> bool {
-    let trial = Trial { fault, ..Trial::new(Vec::new(), 1) };
-    match (case.parts[part].run)(&trial) {
+    let context = SuiteContext { fault, ..SuiteContext::new(Vec::new(), 1) };
+    match (case.parts[part].run)(&context) {
         Err(error) => {
             println!("{fault:?}: {} does not come to its end: {error}", case.name);
             true
@@ -167,7 +167,7 @@ fn a_number_that_is_none_passes_nothing_and_a_case_that_checks_nothing_has_faile
     const NOTHING: Case = Case { parts: &[Part::quick(1.0, |_| Ok(Findings::default()))], ..hertz::CASE };
     const UNDEFINED: Case = Case { parts: &[Part::quick(1.0, |_| Ok(undefined()))], ..hertz::CASE };
     for case in [&NOTHING, &UNDEFINED] {
-        let outcomes = run(&[case], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
+        let outcomes = run(&[case], Level::Quick, &SuiteContext::new(Vec::new(), 1), |_| {});
         let score = Score::of(&outcomes);
         assert_eq!((score.passed, score.checks), (0, 1));
         assert!(!score.is_full());
@@ -193,9 +193,9 @@ fn parts_run_side_by_side_are_put_together_in_their_order_and_the_full_level_has
         ],
         ..hertz::CASE
     };
-    const ABSENT: Case = Case { missing: Some("not built"), ..hertz::CASE };
+    const ABSENT: Case = Case { parts: &[], ..hertz::CASE };
     let quantities = |level| {
-        let outcomes = run(&[&ABSENT, &BOTH], level, &Trial::new(Vec::new(), 2), |_| {});
+        let outcomes = run(&[&ABSENT, &BOTH], level, &SuiteContext::new(Vec::new(), 2), |_| {});
         assert_eq!(Score::of(&outcomes).missing, 1);
         let Ending::Found(found) = &outcomes[1].ending else {
             panic!("it runs");
@@ -218,7 +218,7 @@ fn a_bias_of_three_points_or_more_is_noted_though_each_is_within_its_tolerance()
         found
     }
     const BIASED: Case = Case { parts: &[Part::quick(1.0, |_| Ok(points()))], ..hertz::CASE };
-    let outcomes = run(&[&BIASED], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
+    let outcomes = run(&[&BIASED], Level::Quick, &SuiteContext::new(Vec::new(), 1), |_| {});
     let Ending::Found(found) = &outcomes[0].ending else {
         panic!("it runs");
     };
@@ -232,15 +232,15 @@ fn a_bias_of_three_points_or_more_is_noted_though_each_is_within_its_tolerance()
 
 /// A sphere in a small tank, and what a look at it sees: time step, and height (m) of the sphere at the rank that owns it.
 fn watched(
-    trial: &Trial,
+    context: &SuiteContext,
     threads: usize,
     looks: &AtomicU64,
     look: impl Fn(u64) + Sync,
 ) -> Result<Vec<(u64, f64)>> {
     let text = include_str!("../../../../validation/settling_tank/case.toml");
     let own = ["lattice.cells_per_diameter=4", "run.end={ steps = 40 }"].map(String::from);
-    let setup = trial.setup(text, "tank", &own)?;
-    let watch = Watch { trial, setup: &setup, threads, every: 1, held: false };
+    let setup = context.setup(text, "tank", &own)?;
+    let watch = Watch { context, setup: &setup, threads, every: 1, fixed: false };
     let mut rows = watch.rows(|run, rows| {
         looks.fetch_add(1, Ordering::Relaxed);
         look(run.steps_done());
@@ -254,41 +254,43 @@ fn watched(
 #[test]
 fn a_run_that_was_stopped_goes_on_to_the_same_numbers_and_is_not_repeated_on_1_and_2_ranks() {
     let looks = AtomicU64::new(0);
-    let free = watched(&Trial::new(Vec::new(), 1), 1, &looks, |_| {}).unwrap();
+    let free = watched(&SuiteContext::new(Vec::new(), 1), 1, &looks, |_| {}).unwrap();
     assert_eq!(free.len(), 40);
     for ranks in [1, 2] {
         let directory = tempfile::tempdir().unwrap();
-        let trial = Trial { kept: Some(directory.path().to_path_buf()), ..Trial::new(Vec::new(), 1) };
+        let context =
+            SuiteContext { kept: Some(directory.path().to_path_buf()), ..SuiteContext::new(Vec::new(), 1) };
         let looks = AtomicU64::new(0);
         for stop in [13, 27] {
-            let stopped = watched(&trial, ranks, &looks, |step| {
-                trial.stop.store(step >= stop, Ordering::Relaxed);
+            let stopped = watched(&context, ranks, &looks, |step| {
+                context.stop.store(step >= stop, Ordering::Relaxed);
             });
             assert!(matches!(stopped, Err(Error::Interrupted)), "{stopped:?}");
         }
-        trial.stop.store(false, Ordering::Relaxed);
+        context.stop.store(false, Ordering::Relaxed);
         // On as many ranks as it likes; a rank may have begun another step when the other was told to stop.
-        let whole = watched(&trial, 3 - ranks, &looks, |_| {}).unwrap();
+        let whole = watched(&context, 3 - ranks, &looks, |_| {}).unwrap();
         assert_eq!(whole, free);
         assert!(looks.load(Ordering::Relaxed) < 40 * 2 + 4, "no step is done twice");
         let before = looks.load(Ordering::Relaxed);
-        assert_eq!(watched(&trial, ranks, &looks, |_| {}).unwrap(), free);
+        assert_eq!(watched(&context, ranks, &looks, |_| {}).unwrap(), free);
         assert_eq!(looks.load(Ordering::Relaxed), before, "it is read, not run");
         let kept = fs::read_dir(directory.path().join("kept")).unwrap();
         let folders: Vec<_> = kept.map(|entry| entry.unwrap().path()).collect();
         assert_eq!(folders.len(), 1);
         assert!(!folders[0].join("checkpoints").exists());
         // Another case is another run.
-        let other = Trial { changes: vec!["lattice.relaxation_time=0.6".to_string()], ..trial.clone() };
+        let other =
+            SuiteContext { changes: vec!["lattice.relaxation_time=0.6".to_string()], ..context.clone() };
         assert_ne!(watched(&other, ranks, &looks, |_| {}).unwrap(), free);
     }
 }
 
 #[test]
 fn cases_that_are_stopped_have_neither_passed_nor_failed() {
-    let trial = Trial::new(Vec::new(), 1);
-    trial.stop.store(true, Ordering::Relaxed);
-    let outcomes = run(&[&hertz::CASE, &friction::CASE], Level::Quick, &trial, |_| {});
+    let context = SuiteContext::new(Vec::new(), 1);
+    context.stop.store(true, Ordering::Relaxed);
+    let outcomes = run(&[&hertz::CASE, &friction::CASE], Level::Quick, &context, |_| {});
     let score = Score::of(&outcomes);
     assert_eq!((score.interrupted, score.checks, score.passed), (2, 0, 0));
     assert!(checks::summary(&outcomes, 1.0).contains("2 cases stopped before the end"));
@@ -297,17 +299,17 @@ fn cases_that_are_stopped_have_neither_passed_nor_failed() {
 
 #[test]
 fn changes_reach_the_cases_with_a_fluid_and_no_others() {
-    let trial = Trial::new(vec!["lattice.relaxation_time=0.7".to_string()], 1);
+    let context = SuiteContext::new(vec!["lattice.relaxation_time=0.7".to_string()], 1);
     let wet = include_str!("../../../../validation/shear_wave/case.toml");
     let dry = include_str!("../../../../validation/hertz/case.toml");
-    let tau = trial.setup(wet, "wet", &[]).unwrap().expect_fluid().relaxation_time;
+    let tau = context.setup(wet, "wet", &[]).unwrap().expect_fluid().relaxation_time;
     assert!((tau - 0.7).abs() < 1e-15);
-    assert!(trial.setup(dry, "dry", &[]).unwrap().fluid.is_none());
+    assert!(context.setup(dry, "dry", &[]).unwrap().fluid.is_none());
 }
 
 #[test]
 fn a_report_says_each_check_in_a_row_of_each_of_its_forms() {
-    let outcomes = run(&[&friction::CASE], Level::Quick, &Trial::new(Vec::new(), 1), |_| {});
+    let outcomes = run(&[&friction::CASE], Level::Quick, &SuiteContext::new(Vec::new(), 1), |_| {});
     let json: serde_json::Value = serde_json::from_str(&checks::json(&outcomes)).unwrap();
     let rows = json.as_array().unwrap();
     let keys: Vec<&str> = rows[0].as_object().unwrap().keys().map(String::as_str).collect();

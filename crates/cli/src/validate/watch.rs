@@ -1,5 +1,4 @@
-//! Runs that are looked at from time to time, that can be stopped and gone on with, and that are not repeated once they have
-//! ended.
+//! Runs that are looked at from time to time, that can be stopped and resumed, and that are not repeated once they are complete.
 //!
 //! ```text
 //! DIRECTORY/kept/<case>_<key>/    one for each run of the full level; the key is that of what is below
@@ -7,11 +6,11 @@
 //!   checkpoints/                  of one that has not, with what was seen so far
 //! ```
 
-use super::Trial;
+use super::SuiteContext;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -31,28 +30,26 @@ const INTERVAL: Duration = Duration::from_secs(300);
 /// A slow disk (bytes per second), for the time that a checkpoint may take.
 const SLOW_DISK: f64 = 1e8;
 
-/// How a run is watched.
+/// A run and how often it is looked at.
 pub(super) struct Watch<'a> {
-    /// With what all are run.
-    pub(super) trial: &'a Trial,
-    /// What is run.
+    pub(super) context: &'a SuiteContext,
     pub(super) setup: &'a Setup,
-    /// On how many ranks at most.
+    /// Largest number of ranks.
     pub(super) threads: usize,
     /// Steps between two looks.
     pub(super) every: u64,
-    /// Whether the particles are held where they are.
-    pub(super) held: bool,
+    /// Whether the particles are fixed.
+    pub(super) fixed: bool,
 }
 
-/// What was seen of a run that has ended, and of which.
+/// Rows of a complete run, and its identity.
 #[derive(Serialize, Deserialize)]
 struct Kept<R> {
     of: Identity,
     rows: Vec<R>,
 }
 
-/// What makes two runs the same.
+/// Two runs with the same identity are the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Identity {
     version: String,
@@ -63,14 +60,13 @@ struct Identity {
 }
 
 impl Watch<'_> {
-    /// Runs until the end of the case, or until a look says that it has seen enough; what all ranks have seen, in no particular order
-    /// of the ranks.
+    /// Runs until the end of the case, or until a look returns true; the rows of all ranks, in no particular order of the ranks.
     ///
-    /// `look(run, rows)` is called on all ranks after every so many steps, with what this rank has seen so far (rank 0 also has
-    /// what all had seen when the run was stopped), and adds to it. What it answers must be the same on all ranks.
+    /// `look(run, rows)` is called on all ranks every so many steps, adds to the rows of this rank (rank 0 also has all rows of
+    /// before a restart), and returns the same on all ranks.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if it was stopped; failures of the run, and of reading and writing what is kept.
+    /// [`Error::Interrupted`] if it was stopped; failures of the run, and of reading and writing its files.
     pub(super) fn rows<R>(
         &self,
         look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
@@ -78,21 +74,27 @@ impl Watch<'_> {
     where
         R: Serialize + DeserializeOwned + Send,
     {
-        let Some(kept) = &self.trial.kept else {
+        let Some(kept) = &self.context.kept else {
             return self.run(None, look);
         };
-        let of = self.identity();
+        let of = Identity {
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            program: program(),
+            setup: simulation::identity(self.setup),
+            case: self.setup.provenance.text.clone(),
+        };
         let key = xxh3_64(serde_json::to_string(&of).expect("plain data is always JSON").as_bytes());
         let folder = kept.join("kept").join(format!("{}_{key:016x}", self.setup.provenance.name));
         let file = folder.join("rows.json");
-        if let Some(known) = read::<R>(&file)
+        if let Ok(bytes) = input::read(&file, input::RECORD)
+            && let Ok(known) = serde_json::from_slice::<Kept<R>>(&bytes)
             && known.of == of
         {
-            self.trial.read.fetch_add(1, Ordering::Relaxed);
+            self.context.read.fetch_add(1, Ordering::Relaxed);
             return Ok(known.rows);
         }
         let _lock = directory::create(&folder)?;
-        // What cannot be gone on with, of another version or damaged, is only in the way.
+        // Checkpoints of another version, or damaged ones, are of no use.
         let checkpoints = folder.join(checkpoint::FOLDER);
         let usable = checkpoint::newest_sound(&checkpoints, &Comm::Solo, |_| Ok(())).is_ok();
         if !usable && checkpoints.exists() {
@@ -103,15 +105,6 @@ impl Watch<'_> {
         write_bytes(&file, text.as_bytes())?;
         checkpoint::clear(&checkpoints)?;
         Ok(kept.rows)
-    }
-
-    fn identity(&self) -> Identity {
-        Identity {
-            version: env!("CARGO_PKG_VERSION").to_string(),
-            program: program(),
-            setup: simulation::identity(self.setup),
-            case: self.setup.provenance.text.clone(),
-        }
     }
 
     fn run<R>(
@@ -125,28 +118,48 @@ impl Watch<'_> {
         let ranks = Decomposition::max_ranks(self.setup.domain, self.threads.max(1));
         let decomposition = Decomposition::new(self.setup.domain, ranks).expect("so many have room");
         let all = try_on_threads(ranks, |comm| {
-            let mut run = self.begin(&decomposition, comm)?;
-            let mut keeper = Keeper::new(self, checkpoints);
-            let mut rows = keeper.take_up(&mut run)?;
+            let start = if self.fixed { Simulation::with_prescribed_motion } else { Simulation::new };
+            let mut run = start(self.setup, &decomposition, comm)?;
+            let mut checkpointer = Checkpointer::new(self, checkpoints);
+            let mut rows = checkpointer.restore(&mut run)?;
             while run.steps_done() < self.setup.plan.end_step {
                 run.advance(self.every)?;
                 if look(&mut run, &mut rows)? {
                     break;
                 }
-                keeper.keep(&mut run, &rows)?;
+                checkpointer.observe(&mut run, &rows)?;
             }
             Ok(rows)
         })?;
         let all: Result<Vec<Vec<R>>> = all.into_iter().collect();
         Ok(all?.into_iter().flatten().collect())
     }
+}
 
-    fn begin(&self, decomposition: &Decomposition, comm: Comm) -> Result<Simulation> {
-        if self.held {
-            return Simulation::with_prescribed_motion(self.setup, decomposition, comm);
+/// Time (s), gap to the floor (diameters), vertical velocity (m/s) and move to the side (diameters) of the only sphere after every
+/// step, until the gap is below `until`.
+pub(super) fn sphere_course(
+    context: &SuiteContext,
+    setup: &Setup,
+    threads: usize,
+    until: f64,
+) -> Result<Vec<[f64; 4]>> {
+    let (start, diameter) = (setup.particles[0].position(), setup.diameter);
+    let watch = Watch { context, setup, threads, every: 1, fixed: false };
+    let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
+        // The rank that owns the sphere, which may change on the way down.
+        let mut low = [f64::NEG_INFINITY];
+        if let Some(sphere) = run.particles().first() {
+            let gap = sphere.position().z / diameter - 0.5;
+            let aside = (sphere.position() - start).xy().norm() / diameter;
+            rows.push([run.steps_done() as f64 * setup.time_step, gap, sphere.velocity().z, aside]);
+            low = [-gap];
         }
-        Simulation::new(self.setup, decomposition, comm)
-    }
+        run.comm().max(&mut low);
+        Ok(-low[0] < until)
+    })?;
+    rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    Ok(rows)
 }
 
 /// Checksum of the program that runs; 0 where it cannot be read.
@@ -158,38 +171,25 @@ fn program() -> u64 {
     })
 }
 
-/// What is kept in a file, if it is there and whole.
-fn read<R: DeserializeOwned>(file: &Path) -> Option<Kept<R>> {
-    serde_json::from_slice(&input::read(file, input::RECORD).ok()?).ok()
-}
-
-/// Writes the checkpoints of a run, and ends it when it is told to.
-struct Keeper<'a> {
+/// Writes the checkpoints of a run, and stops it.
+struct Checkpointer<'a> {
     watch: &'a Watch<'a>,
-    folder: Option<PathBuf>,
+    folder: Option<&'a Path>,
     written: Instant,
-    /// When the look before was, and the longest time between two.
+    /// Time of the last look, and the longest time between two.
     look: Instant,
     longest: Duration,
 }
 
-impl<'a> Keeper<'a> {
-    fn new(watch: &'a Watch<'a>, folder: Option<&Path>) -> Self {
+impl<'a> Checkpointer<'a> {
+    fn new(watch: &'a Watch<'a>, folder: Option<&'a Path>) -> Self {
         let now = Instant::now();
-        Self {
-            watch,
-            folder: folder.map(Path::to_path_buf),
-            written: now,
-            look: now,
-            longest: Duration::ZERO,
-        }
+        Self { watch, folder, written: now, look: now, longest: Duration::ZERO }
     }
 
-    /// Goes on from the last checkpoint, if there is one: what had been seen until then, at rank 0.
-    fn take_up<R: DeserializeOwned>(&self, run: &mut Simulation) -> Result<Vec<R>> {
-        let Some(folder) = &self.folder else {
-            return Ok(Vec::new());
-        };
+    /// Restores the last checkpoint, if there is one; all rows so far are then on rank 0.
+    fn restore<R: DeserializeOwned>(&self, run: &mut Simulation) -> Result<Vec<R>> {
+        let Some(folder) = self.folder else { return Ok(Vec::new()) };
         if checkpoint::list(folder)?.is_empty() {
             return Ok(Vec::new());
         }
@@ -201,22 +201,22 @@ impl<'a> Keeper<'a> {
             .map_err(|error| Error::Input(format!("{}: {error}; remove it", folder.display())))
     }
 
-    /// Writes a checkpoint if it is time to; ends the run if it is to end. Collective.
-    fn keep<R: Serialize>(&mut self, run: &mut Simulation, rows: &[R]) -> Result<()> {
+    /// Writes a checkpoint if one is due; stops the run if it must. Collective.
+    fn observe<R: Serialize>(&mut self, run: &mut Simulation, rows: &[R]) -> Result<()> {
         let now = Instant::now();
         self.longest = self.longest.max(now - self.look);
         self.look = now;
         let write = Duration::from_secs_f64(Simulation::checkpoint_bytes(self.watch.setup) / SLOW_DISK);
-        let stop = self.watch.trial.is_over(write + 2 * self.longest);
+        let stop = self.watch.context.is_over(write + 2 * self.longest);
         let due = self.folder.is_some() && now - self.written >= INTERVAL;
         // Both in one message.
-        let mut wishes = [f64::from(u8::from(stop)), f64::from(u8::from(due))];
-        run.comm().max(&mut wishes);
-        let [stop, due] = wishes.map(|wish| wish > 0.5);
-        if let (true, Some(folder)) = (stop || due, &self.folder) {
+        let mut requests = [stop, due].map(|request| f64::from(u8::from(request)));
+        run.comm().max(&mut requests);
+        let [stop, due] = requests.map(|request| request > 0.5);
+        if let (true, Some(folder)) = (stop || due, self.folder) {
             let mine = serde_json::to_vec(rows).expect("plain data is always JSON");
-            let own = joined(&run.comm().all_gather(mine));
-            run.write_checkpoint(folder, self.watch.setup, &own)?;
+            let all = joined(&run.comm().all_gather(mine));
+            run.write_checkpoint(folder, self.watch.setup, &all)?;
             self.written = Instant::now();
             self.look = self.written;
         }

@@ -1,11 +1,6 @@
 //! Impacts of a sphere on a wall in a viscous fluid: `validation/wet_impact`.
 
-use super::reference::Table;
-use super::trial::unsteady;
-use super::watch::Watch;
-use super::{Case, Findings, Overlay, Part, Trial};
-use turbid::case::Setup;
-use turbid::error::Result;
+use super::prelude::*;
 
 const TEXT: &str = include_str!("../../../../validation/wet_impact/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/wet_impact/reference.csv");
@@ -15,7 +10,6 @@ pub(super) const CASE: Case = Case {
     question: "rebound of a sphere from a wall in a viscous fluid over the Stokes number, 7 to 200",
     source: "Joseph et al. (2001), doi:10.1017/S0022112001003470; Legendre et al. (2005), Phys. Fluids 17, 097105",
     parts: &[Part::wide(11.0, impacts)],
-    missing: None,
 };
 
 /// Stokes numbers `rho_p D U / (9 mu)` of the throws.
@@ -27,42 +21,7 @@ const NEAR: f64 = 0.25;
 /// Young's modulus per density of the sphere (Pa m^3/kg), so that all contacts last as long.
 const MODULUS: f64 = 5.0;
 
-/// What a throw comes to.
-struct Throw {
-    /// Speed of approach near the wall (m/s).
-    approach: f64,
-    /// Largest speed away from the wall (m/s), zero if it never leaves.
-    rebound: f64,
-    /// Deepest overlap (m).
-    overlap: f64,
-    /// Time (s) and gap (diameters).
-    path: Vec<[f64; 2]>,
-}
-
-fn thrown(trial: &Trial, setup: &Setup) -> Result<Throw> {
-    let diameter = setup.diameter;
-    let watch = Watch { trial, setup, threads: trial.threads, every: 1, held: false };
-    let mut course: Vec<[f64; 3]> = watch.rows(|run, rows| {
-        let time = run.steps_done() as f64 * setup.time_step;
-        if let Some(sphere) = run.particles().first() {
-            let gap = sphere.position().z / diameter - 0.5;
-            rows.push([time, gap, sphere.velocity().z]);
-        }
-        Ok(false)
-    })?;
-    course.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let near = course.iter().find(|at| at[1] < NEAR);
-    let approach = near.map(|at| -at[2]);
-    let lowest = course.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
-    Ok(Throw {
-        approach: approach.ok_or_else(|| unsteady("least gap to the wall (D)", lowest))?,
-        rebound: course.iter().map(|at| at[2]).fold(0.0, f64::max),
-        overlap: (-lowest * diameter).max(0.0),
-        path: course.iter().step_by(4).map(|at| [at[0], at[1]]).collect(),
-    })
-}
-
-fn impacts(trial: &Trial) -> Result<Findings> {
+fn impacts(context: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     let (mut measured, mut paths) = (Vec::new(), Vec::new());
     for stokes in STOKES {
@@ -71,18 +30,23 @@ fn impacts(trial: &Trial) -> Result<Findings> {
             format!("particles.0.density={density:e}"),
             format!("contact.youngs_modulus={:e}", MODULUS * density),
         ];
-        let setup = trial.setup(TEXT, CASE.name, &own)?;
+        let setup = context.setup(TEXT, CASE.name, &own)?;
         let dry = setup.contact.as_ref().map_or(1.0, |contact| contact.pair(0, 0).restitution);
-        let throw = thrown(trial, &setup)?;
+        let course = sphere_course(context, &setup, context.threads, f64::NEG_INFINITY)?;
+        let lowest = course.iter().map(|at| at[1]).fold(f64::INFINITY, f64::min);
+        let near = course.iter().find(|at| at[1] < NEAR);
+        let approach = near.map(|at| -at[2]).ok_or_else(|| unsteady("least gap to the wall (D)", lowest))?;
+        // The largest speed away from the wall; zero if it never leaves.
+        let rebound = course.iter().map(|at| at[2]).fold(0.0, f64::max);
         let viscosity = setup.expect_fluid().viscosity * setup.fluid_density();
-        let near = density * setup.diameter * throw.approach / (9.0 * viscosity);
-        let part = throw.rebound / throw.approach / dry;
+        let near = density * setup.diameter * approach / (9.0 * viscosity);
+        let part = rebound / approach / dry;
         found.note(format!("Stokes number near the wall, thrown at {stokes}"), near);
         found.note(format!("restitution over dry, thrown at {stokes}"), part);
-        let deep = throw.overlap / setup.diameter;
+        let deep = (-lowest * setup.diameter).max(0.0) / setup.diameter;
         found.note(format!("deepest overlap (D), thrown at {stokes}"), deep);
         measured.push([near, part]);
-        paths.push((format!("St {stokes}"), throw.path));
+        paths.push((format!("St {stokes}"), course.iter().step_by(4).map(|at| [at[0], at[1]]).collect()));
     }
     let rises = measured.windows(2).map(|two| two[1][1] - two[0][1]);
     let least = rises.fold(f64::INFINITY, f64::min);

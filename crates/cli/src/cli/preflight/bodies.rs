@@ -1,6 +1,6 @@
 //! What there is to see of shapes and walls before a run.
 
-use super::{Row, row};
+use crate::cli::terminal::{Row, row};
 use turbid::case::Setup;
 
 /// Templates and walls that get a row of their own.
@@ -24,7 +24,7 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
             "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{cells}",
             shape.volume()
         );
-        row("shape", shape.kind().to_string(), &remark)
+        row("shape", shape.kind().to_string(), remark)
     };
     let mut rows: Vec<Row> = (0..counts.len().min(SHOWN)).map(one).collect();
     if setup.templates.len() > SHOWN {
@@ -49,7 +49,7 @@ pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
             motion.push("at rest".to_string());
         }
         let remark = format!("{}, {}", wall.surface.kind(), motion.join(", "));
-        rows.push(row("wall", wall.name.clone(), &remark));
+        rows.push(row("wall", wall.name.clone(), remark));
     }
     if setup.walls.len() > SHOWN {
         rows.push(row("", format!("and {} more", setup.walls.len() - SHOWN), ""));

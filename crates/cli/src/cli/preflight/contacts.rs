@@ -1,6 +1,6 @@
 //! Contacts: how long they last, how deep they are, and which Young's modulus and sub-steps resolve them.
 
-use super::{Row, row};
+use crate::cli::terminal::{Row, row};
 use turbid::case::{Hertz, Setup};
 use turbid::contact::ContactModel;
 
@@ -31,7 +31,7 @@ fn terminal_velocity(setup: &Setup) -> f64 {
 /// How long contacts last and how deep they are.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let Some(contact) = &setup.contact else {
-        return vec![row("contacts", "off".to_string(), "")];
+        return vec![row("contacts", "off", "")];
     };
     let hertz = hertz(setup, contact);
     let terminal = terminal_velocity(setup);
@@ -53,14 +53,14 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
                 n => format!(", {n} sub-steps each"),
             };
             let remark = format!("steps, Hertz impact at {name}{substeps}");
-            rows.push(row("contact lasts", format!("{steps:.0}"), &remark));
+            rows.push(row("contact lasts", format!("{steps:.0}"), remark));
         }
         let impact = hertz.impact_depth(terminal);
-        rows.push(row("overlap, impact", depth(impact), &format!("{}, at u*, dry", cells(impact))));
+        rows.push(row("overlap, impact", depth(impact), format!("{}, at u*, dry", cells(impact))));
     }
     let resting = hertz.static_depth(submerged_weight(setup));
     let remark = format!("{}, one {weight}", cells(resting));
-    rows.push(row("overlap, at rest", depth(resting), &remark));
+    rows.push(row("overlap, at rest", depth(resting), remark));
     rows
 }
 

@@ -1,6 +1,6 @@
 //! Numbers of the lattice, of settling and of driven flows.
 
-use super::{Row, row};
+use crate::cli::terminal::{Row, row};
 use turbid::case::{FluidSetup, Setup};
 use turbid::fluid::Collision;
 
@@ -22,7 +22,7 @@ fn gap_row(setup: &Setup) -> Option<Row> {
     let remark = format!(
         "one cell: no lubrication model, forces in narrower gaps are too weak (README, Scope){touch}"
     );
-    Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), &remark))
+    Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), remark))
 }
 
 /// The flow that a body acceleration drives, and the controller of the net flux.
@@ -32,22 +32,22 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
         let bound =
             if flow.between_walls { "between its walls" } else { "at the end of the run, were it free" };
         let remark = format!("by body_acceleration, at most, {bound}; {}", on_lattice(setup, flow.speed));
-        rows.push(row("driven flow", format!("{:.6e} m/s", flow.speed), &remark));
+        rows.push(row("driven flow", format!("{:.6e} m/s", flow.speed), remark));
         let reynolds = flow.speed * flow.length / fluid.viscosity;
         let remark = format!("over {:.4e} m", flow.length);
-        rows.push(row("Re of that flow", format!("{reynolds:.4}"), &remark));
+        rows.push(row("Re of that flow", format!("{reynolds:.4}"), remark));
     }
     let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(fluid.zero_net_flux))
         .filter_map(|(axis, on)| on.then_some(axis))
         .collect();
     rows.push(if axes.is_empty() {
-        row("zero_net_flux", "off".to_string(), "the mean volume flux is free")
+        row("zero_net_flux", "off", "the mean volume flux is free")
     } else {
         let remark = format!(
             "a controller removes the mean volume flux along these, at a rate of {:.3e} 1/s",
             fluid.control_rate
         );
-        row("zero_net_flux", axes.join(", "), &remark)
+        row("zero_net_flux", axes.join(", "), remark)
     });
     rows
 }
@@ -65,15 +65,15 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
         row("cells per diameter", format!("{:.3}", setup.diameter / setup.domain.dx), ""),
         row("cell", format!("{:.6e} m", setup.domain.dx), ""),
         row("time step", format!("{:.6e} s", setup.time_step), ""),
-        row("relaxation time", format!("{:.5}", fluid.relaxation_time), &format!("time steps; {collision}")),
-        row("coupling", fluid.coupling.name().into(), &fluid.coupling.to_string()),
+        row("relaxation time", format!("{:.5}", fluid.relaxation_time), format!("time steps; {collision}")),
+        row("coupling", fluid.coupling.name(), fluid.coupling.to_string()),
         row("viscosity", format!("{:.6e} m^2/s", fluid.viscosity), "kinematic"),
     ];
     rows.extend(gap_row(setup));
     rows.extend(driven_rows(setup, fluid));
     let averages = format!("averages from step {}", setup.plan.average_from_step);
     if !scales.stokes_time.is_finite() {
-        rows.push(row("steps", setup.plan.end_step.to_string(), &averages));
+        rows.push(row("steps", setup.plan.end_step.to_string(), averages));
         return rows;
     }
     let on_lattice = |u: f64| on_lattice(setup, u);
@@ -83,14 +83,14 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     rows.extend([
         row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
         row("u_Stokes", format!("{:.6e} m/s", scales.stokes_velocity), &on_lattice(scales.stokes_velocity)),
-        row("u* (one sphere)", format!("{star:.6e} m/s"), &format!("Schiller-Naumann; {}", on_lattice(star))),
+        row("u* (one sphere)", format!("{star:.6e} m/s"), format!("Schiller-Naumann; {}", on_lattice(star))),
         row("Re at u*", format!("{:.4}", scales.schiller_naumann_reynolds), ""),
         row(
             "steps per t*",
             format!("{per_stokes_time:.2}"),
-            &format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time),
+            format!("t* = D / u_Stokes = {:.6e} s", scales.stokes_time),
         ),
-        row("steps", setup.plan.end_step.to_string(), &format!("{stokes_times:.2} t*, {averages}")),
+        row("steps", setup.plan.end_step.to_string(), format!("{stokes_times:.2} t*, {averages}")),
     ]);
     rows
 }

@@ -1,6 +1,7 @@
 //! The files that a run writes, and their size, as its writers estimate them.
 
-use super::{Row, in_bytes, row};
+use crate::cli::machine::in_bytes;
+use crate::cli::terminal::{Row, row};
 use turbid::case::Setup;
 use turbid::simulation::{FileEstimate, file_estimates};
 
@@ -11,7 +12,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let mut rows: Vec<Row> = (files.iter())
         .map(|files| {
             let remark = format!("{} of {}{}", files.count, in_bytes(files.bytes), files.remark);
-            row(files.name, in_bytes(files.total()), &remark)
+            row(files.name, in_bytes(files.total()), remark)
         })
         .collect();
     let directory = format!("in {}, at most about", setup.plan.output.directory.display());

@@ -1,10 +1,11 @@
-//! What every rank would have to do and to send in a time step.
+//! Forecast of the work and the messages of every rank in a time step.
 
+use crate::cli::terminal::columns;
 use turbid::case::Setup;
 use turbid::engine::EngineChoice;
 use turbid::simulation::{Forecast, RankForecast};
 
-/// With more ranks than this only the least, the mean and the most are said.
+/// Largest number of ranks that get a row each; of more, least, mean and most are shown.
 const SHOWN: usize = 32;
 
 /// The forecast in tables.
@@ -30,22 +31,9 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
 
 /// A row for each rank and for what it sends to each neighbour.
 fn each(ranks: &[RankForecast]) -> String {
-    let mut rows = vec![
-        [
-            "  rank",
-            "block",
-            "cells",
-            "covered",
-            "particles",
-            "ghosts",
-            "contacts",
-            "work",
-            "sends",
-            "to (populations + particles)",
-        ]
-        .map(String::from)
-        .to_vec(),
-    ];
+    let heads = ["  rank", "block", "cells", "covered", "particles", "ghosts", "contacts", "work", "sends"];
+    let mut rows = vec![heads.map(String::from).to_vec()];
+    rows[0].push("to (populations + particles)".to_string());
     for (rank, forecast) in ranks.iter().enumerate() {
         let [x, y, z] = forecast.size;
         let to: Vec<String> = (forecast.sends.iter())
@@ -67,7 +55,7 @@ fn each(ranks: &[RankForecast]) -> String {
     columns(&rows)
 }
 
-/// A name, what it is of a rank, and how it is said.
+/// A name, the quantity of a rank, and its format.
 type Quantity = (&'static str, fn(&RankForecast) -> f64, fn(f64) -> String);
 
 /// Least, mean and most of everything, and the rank with the most.
@@ -110,24 +98,4 @@ fn in_kilobytes(bytes: usize) -> String {
 
 fn in_milliseconds(seconds: f64) -> String {
     format!("{:.3} ms", 1e3 * seconds)
-}
-
-/// Columns, the first and the last to the left, the others to the right.
-fn columns(rows: &[Vec<String>]) -> String {
-    let last = rows.iter().map(Vec::len).max().unwrap_or(1) - 1;
-    let width = |column: usize| (rows.iter().map(|row| row[column].chars().count())).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..=last).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cell = |(column, text): (usize, &String)| {
-            let width = widths[column];
-            match column {
-                0 => format!("{text:width$}"),
-                _ if column == last => text.clone(),
-                _ => format!("{text:>width$}"),
-            }
-        };
-        let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
-        cells.join("  ").trim_end().to_string()
-    };
-    rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

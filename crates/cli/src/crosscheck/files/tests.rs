@@ -1,21 +1,26 @@
 //! Claims about the files of a cross-check, and the list of its cases.
 
 use super::*;
-use crate::checks::{Check, Findings, write_tables};
+use crate::checks::{Check, Findings, Moment, write_tables};
 use crate::crosscheck::CASES;
 use std::fs;
+use std::sync::Arc;
 use turbid::math::Vec3;
 use turbid::output::Overlay;
+use turbid::particle::{Particle, Template};
+use turbid::shape::Sphere;
 
 #[test]
 fn a_case_leaves_its_plots_and_trajectories() {
     let root = tempfile::tempdir().unwrap();
     let directory = root.path().join("out");
     crate::checks::prepare(&directory).unwrap();
-    let sphere = (Vec3::new(-1.0, 0.0, 3.0), Vec3::x(), Vec3::zeros(), 0.5);
+    let sphere = |radius| Template { shape: Arc::new(Sphere { radius }), density: 1.0, material: 0 };
+    let particle = |template, x| Particle::at(template as u64, template, Vec3::new(x, 0.0, 3.0));
     let moment = |time| Moment {
         time,
-        spheres: [vec![sphere, (Vec3::zeros(), Vec3::x(), Vec3::zeros(), 0.25)], vec![sphere]],
+        particles: [vec![particle(0, -1.0), particle(1, 0.0)], vec![particle(0, -1.0)]],
+        templates: [sphere(0.5), sphere(0.25)].into(),
     };
     let curve = |name: &str| (name.to_string(), vec![[0.0, 0.0], [1.0, 1.0]]);
     let overlay = Overlay {

@@ -59,11 +59,11 @@ fn native(setup: &Setup) -> Box<dyn DemEngine> {
     System::of(ID, setup).native().unwrap()
 }
 
-fn compare(a: &Setup, b: &Setup) -> Comparison {
+fn compare(a: &Setup, b: &Setup) -> Pair {
     let mut pair = Pair::new(a, [native(a), native(b)]);
     pair.run(a.plan.end_step, None, |_| {});
-    assert!(pair.found.failures.is_empty());
-    pair.found
+    assert!(pair.failures.is_empty());
+    pair
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn an_engine_does_not_part_from_itself() {
     assert!(found.largest.iter().all(|apart| apart.value == 0.0));
     assert_eq!(found.steps, [one.plan.end_step; 2]);
     // The one in the middle is thrown to the right and back.
-    assert_eq!(found.begun, [3, 3]);
+    assert_eq!(found.begun(), [3, 3]);
     let text = parting(&one, &found);
     assert_eq!(text.matches("never").count(), 3, "{text}");
 }

@@ -16,64 +16,41 @@
 
 use std::f64::consts::PI;
 
-/// One size of spheres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Species {
-    /// Radius (m).
-    radius: f64,
-    /// Mass of one (kg).
-    mass: f64,
-    /// How many there are per volume (1/m^3).
-    density: f64,
-}
-
-/// A gas of spheres of several sizes.
+/// A gas of spheres of several sizes: radius (m), mass of one (kg) and number per volume (1/m^3) of each.
 #[derive(Clone, Debug, PartialEq)]
-pub(in super::super) struct Mixture {
-    species: Vec<Species>,
-}
+pub(in super::super) struct Mixture(Vec<[f64; 3]>);
 
 impl Mixture {
     /// Of radius (m), mass of one (kg) and number of every size in a volume (m^3).
     pub(in super::super) fn new(sizes: &[(f64, f64, usize)], volume: f64) -> Self {
-        let species = sizes.iter().map(|&(radius, mass, count)| Species {
-            radius,
-            mass,
-            density: count as f64 / volume,
-        });
-        Self { species: species.collect() }
+        let species = sizes.iter().map(|&(radius, mass, count)| [radius, mass, count as f64 / volume]);
+        Self(species.collect())
     }
 
     /// Sum of the densities times a power of the diameter.
     fn moment(&self, power: i32) -> f64 {
-        let of = |s: &Species| s.density * (2.0 * s.radius).powi(power);
-        self.species.iter().map(of).sum()
+        self.0.iter().map(|[radius, _, density]| density * (2.0 * radius).powi(power)).sum()
     }
 
     /// Pair correlation at contact (-).
-    fn correlation(&self, a: &Species, b: &Species) -> f64 {
+    fn correlation(&self, a: f64, b: f64) -> f64 {
         let filled = PI / 6.0 * self.moment(3);
-        let part = 2.0 * a.radius * b.radius / (a.radius + b.radius) * PI / 6.0 * self.moment(2);
+        let part = 2.0 * a * b / (a + b) * PI / 6.0 * self.moment(2);
         let free = 1.0 - filled;
         1.0 / free + 3.0 * part / (free * free) + 2.0 * part * part / (free * free * free)
     }
 
-    /// Collisions per volume and time (1/(m^3 s)) at a temperature (J).
-    fn collisions(&self, temperature: f64) -> f64 {
-        let pairs = self.species.iter().flat_map(|a| self.species.iter().map(move |b| (a, b)));
-        let rate = |(a, b): (&Species, &Species)| {
-            let mass = a.mass * b.mass / (a.mass + b.mass);
-            let reach = a.radius + b.radius;
-            let speed = (8.0 * PI * temperature / mass).sqrt();
-            // Every pair of unlike species comes twice, so each time half of it.
-            0.5 * a.density * b.density * self.correlation(a, b) * reach * reach * speed
-        };
-        pairs.map(rate).sum()
-    }
-
     /// Collisions of one sphere per time (1/s), on average, at a temperature (J).
     fn frequency(&self, temperature: f64) -> f64 {
-        2.0 * self.collisions(temperature) / self.moment(0)
+        let pairs = self.0.iter().flat_map(|a| self.0.iter().map(move |b| (a, b)));
+        let rate = |([r_a, m_a, n_a], [r_b, m_b, n_b]): (&[f64; 3], &[f64; 3])| {
+            let mass = m_a * m_b / (m_a + m_b);
+            let reach = r_a + r_b;
+            let speed = (8.0 * PI * temperature / mass).sqrt();
+            // Every pair of unlike species comes twice, so each time half of it.
+            0.5 * n_a * n_b * self.correlation(*r_a, *r_b) * reach * reach * speed
+        };
+        2.0 * pairs.map(rate).sum::<f64>() / self.moment(0)
     }
 
     /// Temperature over that at the start (-), `temperature` (J), after `time` (s).

@@ -16,15 +16,12 @@ const STEPS: f64 = 20_000.0;
 /// A sphere in free flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct Sliding {
-    /// Radius (m).
+    /// Radius (m), mass (kg).
     pub(in super::super) radius: f64,
-    /// Mass (kg).
     pub(in super::super) mass: f64,
-    /// Centre (m).
+    /// Centre (m), velocity (m/s), angular velocity (1/s).
     pub(in super::super) position: Vec3,
-    /// Velocity (m/s).
     pub(in super::super) velocity: Vec3,
-    /// Angular velocity (1/s).
     pub(in super::super) spin: Vec3,
 }
 

@@ -1,50 +1,40 @@
-//! What all cases of a suite are run with.
+//! Settings of a run of the suite.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use turbid::case::{self, Setup};
-use turbid::domain::Decomposition;
 use turbid::error::{Error, Result};
 
-/// What all cases of a suite are run with.
+/// Settings of all cases of a suite.
 #[derive(Clone, Debug, Default)]
-pub struct Trial {
+pub struct SuiteContext {
     /// Changes `KEY=VALUE` to all cases with a fluid, after those that the suite makes itself.
     pub changes: Vec<String>,
     /// Cores to use.
     pub threads: usize,
-    /// Where runs of the full level are kept, so that they can be gone on with and need not be repeated.
+    /// Directory for runs of the full level, so that they can be resumed and need not be repeated.
     pub kept: Option<PathBuf>,
-    /// How many runs were there already and were read.
+    /// Number of complete runs that were read from there.
     pub read: Arc<AtomicUsize>,
-    /// Set when all is to end.
+    /// Set to stop all runs.
     pub stop: Arc<AtomicBool>,
-    /// When all is to have ended.
+    /// Time at which all must have stopped.
     pub deadline: Option<Instant>,
-    /// What is wrong with the physics on purpose.
+    /// Deliberate fault in the physics.
     #[cfg(test)]
     pub(super) fault: Option<super::tests::Fault>,
 }
 
-impl Trial {
+impl SuiteContext {
     /// With the texts as they are, on so many cores; 0 takes all.
     pub fn new(changes: Vec<String>, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        Self {
-            changes,
-            threads: if threads == 0 { all() } else { threads },
-            kept: None,
-            read: Arc::default(),
-            stop: Arc::default(),
-            deadline: None,
-            #[cfg(test)]
-            fault: None,
-        }
+        Self { changes, threads: if threads == 0 { all() } else { threads }, ..Self::default() }
     }
 
-    /// Whether it is time to end for somebody who needs so long to do so.
+    /// Returns true if work that needs this much time must stop now.
     pub(super) fn is_over(&self, needs: Duration) -> bool {
         let late = self.deadline.is_some_and(|deadline| Instant::now() + needs >= deadline);
         late || self.stop.load(Ordering::Relaxed)
@@ -64,12 +54,7 @@ impl Trial {
     }
 }
 
-/// The only block of a case that runs on one core.
-pub(super) fn whole(setup: &Setup) -> Decomposition {
-    Decomposition::solo(setup.domain)
-}
-
-/// What a case says that did not come to its end in time.
+/// Error of a case that has not become steady.
 pub(super) fn unsteady(what: &str, value: f64) -> Error {
     Error::Input(format!("not steady at the end of the case: {what} {value}"))
 }
