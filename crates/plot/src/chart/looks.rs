@@ -36,8 +36,8 @@ pub(super) struct Look {
     pub(super) stroke: Option<Stroke>,
 }
 
-/// Appearance of the series of a chart, by style and name.
-pub(super) struct Looks(Vec<(Style, String, Look)>);
+/// Appearance of the series of a chart, by style and name, in the order in which they first appear.
+pub(super) struct Looks(pub(super) Vec<(Style, String, Look)>);
 
 /// A series that is drawn with markers if it has few points.
 fn is_marked(style: Style) -> bool {
