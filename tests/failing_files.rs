@@ -1,5 +1,5 @@
 //! Runs in which one file operation fails, whichever it is: the program says so and ends, or does without, and what it leaves is
-//! whole and can be gone on from.
+//! complete and can be resumed.
 
 #![cfg(target_os = "linux")]
 
@@ -131,7 +131,7 @@ fn nothing_is_half_written(place: &Run, before: &Files, whole: &Files, when: &st
     }
 }
 
-/// Lets one operation after another fail, every so many, in what `disturbed` does in the place that `prepare` makes; then goes on
+/// Lets one operation after another fail, every n-th, in what `disturbed` does in the place that `prepare` makes; then resumes
 /// undisturbed.
 fn sweep(prepare: impl Fn() -> Run, disturbed: impl Fn(&Run) -> Result<()>, threads: usize, every: usize) {
     let _turn = turn();
@@ -171,7 +171,7 @@ fn sweep(prepare: impl Fn() -> Run, disturbed: impl Fn(&Run) -> Result<()>, thre
 }
 
 #[test]
-fn whichever_file_operation_of_a_run_fails_it_ends_with_2_and_its_checkpoints_go_on_to_the_bit() {
+fn whichever_file_operation_of_a_run_fails_it_ends_with_2_and_its_checkpoints_resume_to_the_bit() {
     sweep(Run::new, |place| place.run(1, 3), 1, 1);
 }
 
@@ -181,7 +181,7 @@ fn whichever_file_operation_of_a_run_on_two_threads_fails_both_end() {
 }
 
 #[test]
-fn whichever_file_operation_of_a_resumed_run_fails_the_checkpoint_it_came_from_still_goes_on() {
+fn whichever_file_operation_of_a_resumed_run_fails_the_checkpoint_it_came_from_still_resumes() {
     let prepare = || {
         let place = Run::new();
         place.run(1, 2).unwrap();

@@ -37,15 +37,11 @@ fn main() -> ExitCode {
 fn build() -> Result<(), Vec<String>> {
     let mut missing = Vec::new();
     let headers = PathBuf::from(env::var("LIGGGHTS_INCLUDE").unwrap_or("/usr/include/liggghts".to_owned()));
-    for header in ["library.h", "lammps.h", "modify.h", "fix.h", "compute.h", "atom.h", "error.h", "update.h"]
-    {
-        if !headers.join(header).exists() {
-            missing.push(format!(
-                "{} is not there (package libliggghts-dev, or set LIGGGHTS_INCLUDE)",
-                headers.join(header).display()
-            ));
-            break;
-        }
+    if !headers.join("library.h").exists() || !headers.join("update.h").exists() {
+        let headers = headers.display();
+        missing.push(format!(
+            "no LIGGGHTS headers in {headers} (package libliggghts-dev, or set LIGGGHTS_INCLUDE)"
+        ));
     }
     let mpi = mpi_directories().unwrap_or_else(|reason| {
         missing.push(reason);
@@ -54,21 +50,14 @@ fn build() -> Result<(), Vec<String>> {
     if !mpi.iter().any(|directory| directory.join("mpi.h").exists()) && missing.is_empty() {
         missing.push("mpi.h is not there (package libopenmpi-dev)".to_owned());
     }
-    if let Err(error) = declare() {
-        missing.push(error);
-    }
+    missing.extend(declare().err());
     if !missing.is_empty() {
         return Err(missing);
     }
     let mut shim = cc::Build::new();
-    shim.cpp(true)
-        .std("c++11")
-        .warnings(false)
-        .include("shim")
-        .include(&headers)
-        .includes(&mpi)
-        .file("shim/shim.cpp");
-    shim.try_compile("liggghts_shim")
+    shim.cpp(true).std("c++11").warnings(false).includes([Path::new("shim"), &headers]).includes(&mpi);
+    shim.file("shim/shim.cpp")
+        .try_compile("liggghts_shim")
         .map_err(|error| vec![format!("the C++ shim does not compile (package g++?): {error}")])?;
     println!("cargo::rustc-link-lib=dylib=liggghts");
     println!("cargo::rustc-link-lib=dylib=mpi");
@@ -79,20 +68,19 @@ fn build() -> Result<(), Vec<String>> {
 fn mpi_directories() -> Result<Vec<PathBuf>, String> {
     let wrapper = env::var("MPICC").unwrap_or("mpicc".to_owned());
     let ask = |flag: &str| {
-        let output = Command::new(&wrapper).arg(flag).output();
-        output.ok().filter(|o| o.status.success())
+        let output = Command::new(&wrapper).arg(flag).output().ok().filter(|o| o.status.success())?;
+        String::from_utf8(output.stdout).ok()
     };
-    if let Some(output) = ask("--showme:incdirs") {
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        return Ok(text.split_whitespace().map(PathBuf::from).collect());
-    }
-    let Some(output) = ask("-show") else {
-        return Err(format!(
-            "the compiler wrapper `{wrapper}` does not run (package libopenmpi-dev, or set MPICC)"
-        ));
+    let (text, prefix) = match (ask("--showme:incdirs"), ask("-show")) {
+        (Some(text), _) => (text, ""),
+        (None, Some(text)) => (text, "-I"),
+        _ => {
+            return Err(format!(
+                "the compiler wrapper `{wrapper}` does not run (package libopenmpi-dev, or set MPICC)"
+            ));
+        }
     };
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    Ok(text.split_whitespace().filter_map(|word| word.strip_prefix("-I")).map(PathBuf::from).collect())
+    Ok(text.split_whitespace().filter_map(|word| word.strip_prefix(prefix)).map(PathBuf::from).collect())
 }
 
 /// Rust declarations of the shim's C header.

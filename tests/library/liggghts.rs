@@ -106,7 +106,7 @@ fn asking_for_contacts_does_not_disturb_the_motion() {
 }
 
 #[test]
-fn what_is_saved_in_the_middle_of_contacts_goes_on_to_the_bit_and_so_does_the_run_that_saved_it() {
+fn a_save_during_contacts_resumes_to_the_bit_and_does_not_disturb_the_run_that_saved_it() {
     // A fourth sphere drifts to a face without being in contact: lists made before it are not those made after.
     let mut all = three();
     all.push(moving(13, [0.3e-3, 2e-3, 2e-3], [-0.4, 0.0, 0.0]));
@@ -135,7 +135,7 @@ fn what_is_saved_in_the_middle_of_contacts_goes_on_to_the_bit_and_so_does_the_ru
 }
 
 #[test]
-fn what_is_damaged_or_of_another_case_is_not_restored_and_the_engine_goes_on() {
+fn what_is_damaged_or_of_another_case_is_not_restored_and_the_engine_continues() {
     let mut one = engine(params(None), &three()).unwrap();
     let saved = one.save().unwrap();
     let refused = |one: &mut Liggghts, part: Vec<u8>| {

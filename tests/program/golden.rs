@@ -1,6 +1,6 @@
-//! Checkpoints that an earlier build has written, in `tests/golden/`: this build goes on from them to the same bits.
+//! Checkpoints that an earlier build has written, in `tests/golden/`: this build resumes them to the same bits.
 //!
-//! A failure here means that checkpoints of users cannot be gone on from, or go on to something else. If that is meant, raise
+//! A failure here means that checkpoints of users cannot be resumed, or resume to something else. If that is meant, raise
 //! `FORMAT` in `src/checkpoint/manifest.rs`, say so in the changelog, and make them anew:
 //!
 //! ```sh
@@ -82,7 +82,7 @@ fn copy(from: &Path, to: &Path) {
 }
 
 #[test]
-fn checkpoints_of_an_earlier_build_go_on_to_the_state_that_build_came_to() {
+fn checkpoints_of_an_earlier_build_resume_to_its_state() {
     for precision in PRECISIONS {
         let recorded = fs::read_to_string(golden(precision).join("state_hash")).unwrap();
         let place = Place::empty();
@@ -93,7 +93,7 @@ fn checkpoints_of_an_earlier_build_go_on_to_the_state_that_build_came_to() {
 
 #[test]
 #[ignore = "makes tests/golden anew"]
-fn make_the_golden_checkpoints_anew() {
+fn write_the_golden_checkpoints() {
     for precision in PRECISIONS {
         let place = Place::new(CASE);
         place.write("places.csv", PLACES);

@@ -165,25 +165,25 @@ fn in_two_halves(place: &Place, steps: u64, options: &[&str], whole: &[&str]) {
 }
 
 #[test]
-fn spheres_in_a_fluid_go_on_to_the_bit_on_other_threads() {
+fn spheres_in_a_fluid_resume_to_the_bit_on_other_threads() {
     in_two_halves(&Place::new(&crowd()), 80, &[], &[]);
 }
 
 #[test]
-fn bodies_between_walls_without_a_fluid_go_on_to_the_bit_on_other_threads() {
+fn bodies_between_walls_without_a_fluid_resume_to_the_bit_on_other_threads() {
     in_two_halves(&Place::new(DRY), 400, &[], &[]);
 }
 
 #[cfg(feature = "liggghts")]
 #[test]
-fn spheres_that_liggghts_moves_go_on_to_the_bit_on_other_threads() {
-    // To be saved, LIGGGHTS makes its lists anew: it goes on as it would have without the end, but not as if never saved.
+fn spheres_that_liggghts_moves_resume_to_the_bit_on_other_threads() {
+    // Saving makes LIGGGHTS build its lists again: a resumed run is as one that was saved and not stopped, but not as one never saved.
     let saved = ["--set", "output.checkpoint_every.steps=40"];
     in_two_halves(&Place::new(&crowd()), 80, &["--set", "dem.engine=liggghts"], &saved);
 }
 
 #[test]
-fn stones_between_sliding_walls_go_on_to_the_bit_without_the_files_of_the_case() {
+fn stones_between_sliding_walls_resume_to_the_bit_without_the_files_of_the_case() {
     let place = Place::new(STONES);
     let stone = in_tree("cases/stone.stl");
     std::fs::create_dir(place.path("meshes")).unwrap();
@@ -203,7 +203,7 @@ fn stones_between_sliding_walls_go_on_to_the_bit_without_the_files_of_the_case()
 
 #[cfg(feature = "mpi")]
 #[test]
-fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
+fn processes_resume_what_threads_began_and_threads_what_processes_began() {
     let place = Place::new(&crowd());
     place.well(&["run", "case.toml", "--quiet", "--out", "whole"]);
     let half = [
@@ -238,7 +238,7 @@ fn processes_go_on_where_threads_stopped_and_threads_where_processes_did() {
 }
 
 #[test]
-fn a_run_that_goes_on_twice_keeps_the_spacings_of_its_first_length() {
+fn a_run_that_is_resumed_twice_keeps_the_intervals_of_its_first_length() {
     // Rows and frames by their defaults, which depend on the length.
     let case = crowd();
     let case = case.split("series_every").next().unwrap().replace("average_from = { steps = 0 }\n", "");
@@ -286,7 +286,7 @@ fn if_no_checkpoint_is_sound_each_is_named_and_nothing_is_changed() {
 }
 
 #[test]
-fn what_cannot_go_on_is_refused_with_a_remedy() {
+fn what_cannot_be_resumed_is_refused_with_a_remedy() {
     let place = Place::new(&crowd());
     place.well(&["run", "case.toml", "--quiet", "--set", "output.checkpoint_every.steps=40"]);
     let before = Left::of(&place, "out");

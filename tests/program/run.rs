@@ -274,7 +274,7 @@ fn number_after(said: &str, word: &str) -> f64 {
 }
 
 #[test]
-fn a_fluid_that_becomes_too_fast_stops_the_run_with_step_place_and_quantity() {
+fn a_fluid_that_becomes_too_fast_stops_the_run_with_step_position_and_quantity() {
     for threads in ["1", "2"] {
         // Too light for the coupling.
         let said = diverges(&["--threads", threads, "--set", "particles.0.density=100"]);

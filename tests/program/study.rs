@@ -106,7 +106,7 @@ impl Folder {
 }
 
 #[test]
-fn a_study_that_is_stopped_goes_on_and_ends_with_the_numbers_of_one_that_was_not() {
+fn a_stopped_study_resumes_and_ends_with_the_numbers_of_one_that_was_not() {
     let place = Folder::new(STUDY);
     place.well(&["study.toml", "--out", "whole", "--quiet", "--threads", "2"]);
 

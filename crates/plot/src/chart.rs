@@ -4,16 +4,13 @@
 //! in grey still says which is which. The legend lies above the panels, where no data are. A series of one name looks the same
 //! in every panel.
 
-mod labels;
 mod layout;
-mod legend;
 mod looks;
 mod panel;
 
 use crate::drawing::{Drawing, Figure};
 use layout::Layout;
-use legend::Legend;
-use looks::Looks;
+use looks::{Legend, Looks};
 use serde::{Deserialize, Serialize};
 
 /// Contents of a chart. Its serialised form is stable.

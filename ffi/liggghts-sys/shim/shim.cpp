@@ -142,7 +142,7 @@ int lgg_command(lgg_instance *instance, const char *command) {
   bool risky = !instance->broken && replaces(of(instance), command);
   int failed = guarded([&] {
     if (instance->broken)
-      throw Failure("LIGGGHTS cannot go on after its last error");
+      throw Failure("LIGGGHTS cannot continue after its last error");
     // The library writes into the text.
     std::vector<char> text(command, command + std::strlen(command) + 1);
     lammps_command(instance->lammps, text.data());

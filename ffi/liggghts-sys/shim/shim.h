@@ -37,7 +37,7 @@ int lgg_is_broken(const lgg_instance *instance);
 /* Starts LIGGGHTS, with MPI if it does not run yet; prints to the file `screen` (a path). */
 int lgg_open(const char *screen, lgg_instance **instance);
 
-/* Ends LIGGGHTS; a broken instance is left as it is. MPI goes on. */
+/* Ends LIGGGHTS; a broken instance is left as it is. MPI keeps running. */
 void lgg_close(lgg_instance *instance);
 
 /* Ends MPI, if it runs and nobody else has ended it. */

@@ -1,13 +1,12 @@
-//! The commands that set LIGGGHTS up: the same spheres, materials and walls as the native engine has.
+//! The commands that set LIGGGHTS up: the same spheres, materials and walls as in the native engine.
 //!
 //! LIGGGHTS has Hertz's law with its own damping and a Coulomb spring along the surfaces (`model hertz tangential
-//! history`): moduli, Poisson's ratio and restitution as the case has them, the kinetic coefficient as the one of friction.
-//! Radii are those of contacts, enlargement included.
+//! history`). Its one coefficient of friction is the kinetic one; radii are those of contacts, enlargement included.
 
 use super::LiggghtsParams;
 use super::protocol::{Plan, wall_fix};
 use super::session::PAIRS;
-use turbid_core::contact::PairParams;
+use turbid_core::contact::{ContactModel, PairParams};
 use turbid_core::domain::Domain;
 use turbid_core::math::Vec3;
 use turbid_core::wall::{Surface, Wall};
@@ -23,87 +22,67 @@ const MODEL: &str = "model hertz tangential history";
 
 /// The commands for a box, with the smallest radius of contact (m).
 pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> Result<Plan, String> {
+    let texts = |commands: &[&str]| -> Vec<String> { commands.iter().map(ToString::to_string).collect() };
     let axes = domain.periodic.map(|periodic| if periodic { "p" } else { "f" }).join(" ");
-    let materials = params.contact.as_ref().map_or(1, |contact| contact.materials.len());
-    let size = domain.size();
-    let before = vec![
-        "units si".to_owned(),
-        "atom_style granular".to_owned(),
-        "atom_modify map array sort 0 0".to_owned(),
-        format!("boundary {axes}"),
-        "newton off".to_owned(),
-        "communicate single vel yes".to_owned(),
-        // The stiffness of the case is what it is: these lift LIGGGHTS's bounds of 5e6 and 1e9 Pa.
-        "hard_particles yes".to_owned(),
-        "soft_particles yes".to_owned(),
-    ];
+    let before = texts(&[
+        "units si",
+        "atom_style granular",
+        "atom_modify map array sort 0 0",
+        &format!("boundary {axes}"),
+        "newton off",
+        "communicate single vel yes",
+        // These lift LIGGGHTS's bounds of 5e6 and 1e9 Pa on the stiffness.
+        "hard_particles yes",
+        "soft_particles yes",
+    ]);
+    let (size, materials) =
+        (domain.size(), params.contact.as_ref().map_or(1, |contact| contact.materials.len()));
     let space = vec![
         format!("region box block 0 {:e} 0 {:e} 0 {:e} units box", size.x, size.y, size.z),
         format!("create_box {materials} box"),
     ];
     let mut after = vec![format!("neighbor {:e} bin", SKIN * smallest), "neigh_modify delay 0".to_owned()];
     after.extend(properties(params));
-    after.push(format!("pair_style gran {MODEL}"));
-    after.push("pair_coeff * *".to_owned());
+    after.extend([format!("pair_style gran {MODEL}"), "pair_coeff * *".to_owned()]);
     if params.contact.is_none() {
         after.push("neigh_modify exclude group all all".to_owned());
     }
-    let walls: &[Wall] = if params.contact.is_some() { &params.walls } else { &[] };
     let mut last = Vec::new();
-    for (index, wall) in walls.iter().enumerate() {
-        let primitive = primitive(wall)?;
+    for (index, wall) in params.touched_walls().iter().enumerate() {
+        let (fix, primitive, material) = (wall_fix(index), primitive(wall)?, wall.material + 1);
         last.push(format!(
-            "fix {} all wall/gran {MODEL} primitive type {} {primitive} store_force yes",
-            wall_fix(index),
-            wall.material + 1
+            "fix {fix} all wall/gran {MODEL} primitive type {material} {primitive} store_force yes"
         ));
     }
-    last.extend(
-        [
-            "fix coupling all couple/cfd couple_every 0 mpi",
-            "fix loads all couple/cfd/force transfer_torque yes",
-            "fix motion all nve/sphere",
-            "thermo_style custom step",
-            "thermo 1000000000",
-        ]
-        .map(str::to_owned),
-    );
-    last.push(format!("compute {PAIRS} all pair/gran/local pos id force force_normal force_tangential"));
-    Ok(Plan {
-        before,
-        space,
-        after,
-        last,
-        user: params.commands.clone(),
-        walls: walls.len(),
-        log_file: params.log.clone(),
-    })
+    last.extend(texts(&[
+        "fix coupling all couple/cfd couple_every 0 mpi",
+        "fix loads all couple/cfd/force transfer_torque yes",
+        "fix motion all nve/sphere",
+        "thermo_style custom step",
+        "thermo 1000000000",
+        &format!("compute {PAIRS} all pair/gran/local pos id force force_normal force_tangential"),
+    ]));
+    let (user, walls) = (params.commands.clone(), params.touched_walls().len());
+    Ok(Plan { before, space, after, last, user, walls, log_file: params.log.clone() })
 }
 
 /// Elasticity by material, dissipation by pair of materials.
-fn properties(params: &LiggghtsParams) -> Vec<String> {
-    let (materials, pairs) = match &params.contact {
-        Some(contact) => (contact.materials.clone(), contact.pairs.clone()),
-        // Never used, but LIGGGHTS asks for them.
-        None => (
-            vec![turbid_core::contact::Material { youngs_modulus: 1e7, poisson_ratio: 0.25 }],
-            vec![PairParams {
-                restitution: 1.0,
-                friction_static: 0.0,
-                friction_kinetic: 0.0,
-                transition_velocity: 1.0,
-            }],
-        ),
-    };
-    let list = |values: Vec<f64>| -> String {
-        values.iter().fold(String::new(), |list, value| list + &format!(" {value:e}"))
-    };
-    let n = materials.len();
-    let young = list(materials.iter().map(|m| m.youngs_modulus).collect());
-    let poisson = list(materials.iter().map(|m| m.poisson_ratio).collect());
-    let restitution = list(pairs.iter().map(|pair| pair.restitution).collect());
-    let friction = list(pairs.iter().map(friction).collect());
-    vec![
+fn properties(params: &LiggghtsParams) -> [String; 4] {
+    let list = |values: Vec<f64>| values.iter().map(|value| format!(" {value:e}")).collect::<String>();
+    // Without contacts they are never used, but LIGGGHTS asks for them.
+    let mut lists = ["1e7", "0.25", "1", "0"].map(|value| format!(" {value}"));
+    let mut n = 1;
+    if let Some(ContactModel { materials, pairs, .. }) = &params.contact {
+        n = materials.len();
+        lists = [
+            list(materials.iter().map(|m| m.youngs_modulus).collect()),
+            list(materials.iter().map(|m| m.poisson_ratio).collect()),
+            list(pairs.iter().map(|pair| pair.restitution).collect()),
+            list(pairs.iter().map(friction).collect()),
+        ];
+    }
+    let [young, poisson, restitution, friction] = lists;
+    [
         format!("fix young all property/global youngsModulus peratomtype{young}"),
         format!("fix poisson all property/global poissonsRatio peratomtype{poisson}"),
         format!(
@@ -118,40 +97,35 @@ pub(crate) fn friction(pair: &PairParams) -> f64 {
     if pair.friction_static > 0.0 { pair.friction_kinetic } else { 0.0 }
 }
 
-/// A wall in LIGGGHTS's words, or why it has none for it.
+/// A wall as LIGGGHTS's primitive, or why it has none for it.
 pub(crate) fn primitive(wall: &Wall) -> Result<String, String> {
-    let cannot = |why: &str| Err(format!("wall `{}`: {why}", wall.name));
-    if wall.motion.angular_velocity != Vec3::zeros() {
-        return cannot("LIGGGHTS's primitive walls do not turn");
-    }
+    let cannot = |why: &str| Err(format!("wall `{}`: LIGGGHTS's primitive {why}", wall.name));
     let velocity = wall.motion.velocity;
+    if wall.motion.angular_velocity != Vec3::zeros() {
+        return cannot("walls do not turn");
+    }
     match wall.surface {
         Surface::Plane { point, normal } => {
             let Some(axis) = axis_of(normal) else {
-                return cannot("LIGGGHTS's primitive planes stand across x, y or z");
+                return cannot("planes stand across x, y or z");
             };
             let text = format!("{}plane {:e}", NAMES[axis], point[axis]);
             let along: Vec<usize> = (0..3).filter(|&i| velocity[i] != 0.0).collect();
             match along[..] {
-                [] => {}
-                [i] if i != axis => return Ok(format!("{text} shear {} {:e}", NAMES[i], velocity[i])),
-                [_] => return cannot("LIGGGHTS's primitive planes do not move towards the particles"),
-                _ => return cannot("LIGGGHTS's primitive planes slide along one axis only"),
+                [] => Ok(text),
+                [i] if i != axis => Ok(format!("{text} shear {} {:e}", NAMES[i], velocity[i])),
+                [_] => cannot("planes do not move towards the particles"),
+                _ => cannot("planes slide along one axis only"),
             }
-            Ok(text)
         }
         Surface::Cylinder { point, axis: direction, radius, .. } => {
             let Some(axis) = axis_of(direction) else {
-                return cannot("LIGGGHTS's primitive cylinders stand along x, y or z");
+                return cannot("cylinders stand along x, y or z");
             };
             if velocity != Vec3::zeros() {
-                return cannot("LIGGGHTS's primitive cylinders stand still here");
+                return cannot("cylinders stand still here");
             }
-            let [a, b] = match axis {
-                0 => [1, 2],
-                1 => [0, 2],
-                _ => [0, 1],
-            };
+            let [a, b] = [[1, 2], [0, 2], [0, 1]][axis];
             Ok(format!("{}cylinder {radius:e} {:e} {:e}", NAMES[axis], point[a], point[b]))
         }
     }

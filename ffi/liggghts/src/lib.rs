@@ -1,15 +1,12 @@
 //! LIGGGHTS behind the engine trait: spheres, one instance, in a worker process or in this one.
 //!
 //! Rank 0 has the instance; loads are gathered there, and the states of all particles go to all ranks, each of which takes
-//! its own. So any number of ranks gets the same bits, and every rank holds (for a moment) all particles: this engine
-//! is for as many as one core moves, some tens of thousands.
+//! its own. So any number of ranks gets the same bits, up to the some tens of thousands of particles that one core moves.
 //!
-//! LIGGGHTS keeps positions, velocities, angular velocities and the history of the contacts; orientations, which spheres
-//! do not need, are integrated here. Contact forces of particles are those at their positions.
-//!
-//! Counts and overlaps of contacts come from the geometry of the spheres; the force of each is requested only when it is
-//! written. LIGGGHTS then computes it again, with the velocities it had; friction is limited to Coulomb's, as LIGGGHTS adds a
-//! dashpot to it that did not act if the contact slid.
+//! LIGGGHTS has positions, velocities, angular velocities and the history of the contacts; orientations, which spheres
+//! do not need, are integrated here. Counts and overlaps of contacts come from the geometry; the force of each is requested only
+//! when it is written, and LIGGGHTS then computes it again. Friction is limited to Coulomb's, as LIGGGHTS adds a dashpot to it
+//! that did not act if the contact slid.
 
 mod contacts;
 mod deck;
@@ -49,14 +46,12 @@ use turbid_core::shape::Shape;
 use turbid_core::wall::Wall;
 use worker::Worker;
 
-/// Name of the engine.
 const NAME: &str = "liggghts";
 
 /// Parameters of the LIGGGHTS engine.
 #[derive(Clone, Debug, Default)]
 pub struct LiggghtsParams {
-    /// Materials and model of the contacts; without, particles pass through each other and through walls. Of the model
-    /// LIGGGHTS takes the elasticity, the restitution, the kinetic coefficient of friction, and the enlargement.
+    /// Elasticity, restitution, kinetic friction and enlargement; without, particles pass through each other and through walls.
     pub contact: Option<ContactModel>,
     /// Walls.
     pub walls: Vec<Wall>,
@@ -72,12 +67,19 @@ pub struct LiggghtsParams {
     /// Longest time that a worker may take to answer (s), 60 if not given; ten times as long for the set-up and for
     /// saving.
     pub timeout: Option<f64>,
-    /// File to whose end goes all that LIGGGHTS says in the set-up, and all that a worker prints; without, it is thrown away.
+    /// File to which LIGGGHTS's log of the set-up, and all that a worker prints, is appended.
     pub log: Option<PathBuf>,
     /// The turbid program, to be started as the worker; without, the program that runs now.
     pub program: Option<PathBuf>,
     /// Set when the run is told to stop: then a worker that does not answer is not waited for much longer.
     pub stop: Arc<AtomicBool>,
+}
+
+impl LiggghtsParams {
+    /// Walls that particles touch.
+    fn touched_walls(&self) -> &[Wall] {
+        if self.contact.is_some() { &self.walls } else { &[] }
+    }
 }
 
 /// Where LIGGGHTS runs.
@@ -99,8 +101,7 @@ impl Process {
 /// What only rank 0 has.
 #[derive(Debug)]
 struct Root {
-    /// Without particles there is none.
-    process: Option<RefCell<Process>>,
+    process: RefCell<Process>,
     /// Radius of contact (m) by index.
     radii: Vec<f64>,
     /// Index of the template by index.
@@ -126,6 +127,7 @@ pub struct Liggghts {
     contours: Vec<GrownShape>,
     /// Ids of all particles, ascending; a particle's index here is that in LIGGGHTS.
     ids: Vec<u64>,
+    /// Without particles there is none.
     root: Option<Root>,
     /// Calls of [`advance`](DemEngine::advance) since the start.
     step: u64,
@@ -136,12 +138,12 @@ pub struct Liggghts {
 }
 
 impl Liggghts {
-    /// The part of `all` that this rank owns or knows, with LIGGGHTS set up on rank 0; `all` and the rest are the same on
+    /// The part of `all` that this rank owns or has as ghosts, with LIGGGHTS set up on rank 0; all arguments are the same on
     /// every rank. Collective.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for other shapes than spheres and walls that LIGGGHTS has none for; [`Error::Input`] if it does
-    /// not start, or refuses the set-up, in its own words.
+    /// [`Error::Unsupported`] for shapes and walls that LIGGGHTS does not have; [`Error::Input`] if it does not start, or
+    /// refuses the set-up.
     pub fn new(
         params: LiggghtsParams,
         decomposition: Decomposition,
@@ -151,23 +153,21 @@ impl Liggghts {
     ) -> Result<Self> {
         assert!(params.substeps > 0);
         if let Some(template) = templates.iter().find(|t| t.shape.as_sphere().is_none()) {
-            return Err(unsupported(format!(
-                "a particle that is a {}: it has spheres only",
-                template.shape.kind()
-            )));
+            let kind = template.shape.kind();
+            return Err(unsupported(format!("a particle that is a {kind}: it has spheres only")));
         }
         let enlargement = params.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        let contours: Vec<GrownShape> =
-            (templates.iter()).map(|t| GrownShape::new(t.shape.clone(), enlargement)).collect();
+        let contour = |template: &Template| GrownShape::new(template.shape.clone(), enlargement);
+        let contours: Vec<GrownShape> = templates.iter().map(contour).collect();
         let reach: Vec<f64> = contours.iter().map(GrownShape::reach).collect();
-        let inertias: Vec<Inertia> = templates.iter().map(Inertia::of).collect();
-        let rank = comm.rank();
+        let (rank, inertias) = (comm.rank(), templates.iter().map(Inertia::of).collect());
         let near = GhostLayer::new(decomposition, rank, &reach);
+        let population = LocalParticles::new(&near, templates, Vec::new());
         let mut engine = Self {
-            population: LocalParticles::new(&near, templates, Vec::new()),
             params,
             rank,
             near,
+            population,
             inertias,
             contours,
             ids: Vec::new(),
@@ -209,22 +209,20 @@ impl Liggghts {
         if let Some(particle) = all.iter().find(|particle| !particle.is_finite()) {
             return Err(Error::Input(format!("the state of particle {} is not finite", particle.id)));
         }
-        let process = if all.is_empty() {
-            None
+        if all.is_empty() {
+            return Ok(());
+        }
+        let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
+        let atoms = (all.iter().zip(&radii)).map(|(p, &radius)| self.atom(p, radius)).collect();
+        let mut process = if self.params.in_this_process {
+            Process::Own(None)
         } else {
-            let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
-            let plan = deck::plan(&self.params, &domain, smallest).map_err(unsupported)?;
-            let atoms = (all.iter().zip(&radii)).map(|(p, &radius)| self.atom(p, radius)).collect();
-            let mut process = if self.params.in_this_process {
-                Process::Own(None)
-            } else {
-                Process::Worker(Worker::start(&self.params).map_err(refused)?)
-            };
-            process.ask(Request::Open(plan, atoms), saved).map_err(refused)?;
-            Some(RefCell::new(process))
+            Process::Worker(Worker::start(&self.params).map_err(refused)?)
         };
+        process.ask(Request::Open(plan, atoms), saved).map_err(refused)?;
         self.root = Some(Root {
-            process,
+            process: RefCell::new(process),
             radii,
             templates: all.iter().map(|p| p.template as usize).collect(),
             finder: PairFinder::new(domain),
@@ -238,9 +236,8 @@ impl Liggghts {
     /// A particle with this radius of contact (m), as LIGGGHTS is given it.
     fn atom(&self, particle: &Particle, radius: f64) -> Atom {
         let template = particle.template as usize;
-        let own = self.contours[template].shape.circumradius();
         // Without an enlargement exactly one.
-        let grown = radius / own;
+        let grown = radius / self.contours[template].shape.circumradius();
         Atom {
             id: particle.id,
             position: self.near.decomposition().domain.wrap(particle.position()).into(),
@@ -255,7 +252,7 @@ impl Liggghts {
 
     /// The loads and the weight of the owned particles, with their indices, as a message to rank 0.
     fn load_message(&self, loads: &[Load]) -> Vec<u8> {
-        let mut message = Vec::with_capacity(loads.len() * (8 + size_of::<AtomLoad>()));
+        let mut message = Vec::new();
         for (particle, load) in self.population.store.owned().iter().zip(loads) {
             let index = self.index(particle.id) as u64;
             let weight = self.params.gravity * self.inertias[particle.template as usize].mass;
@@ -279,9 +276,8 @@ impl Liggghts {
             loads[pod_read_unaligned::<u64>(index) as usize] = pod_read_unaligned(load);
         }
         // NaN sends LIGGGHTS out of its arrays.
-        let is_finite = |load: &AtomLoad| load.force.iter().chain(&load.torque).all(|x| x.is_finite());
-        if let Some(index) = loads.iter().position(|load| !is_finite(load)) {
-            return Err(self.failure(format!("the load on particle {} is not finite", self.ids[index])));
+        if let Some(at) = cast_slice::<_, f64>(&loads).iter().position(|x| !x.is_finite()) {
+            return Err(self.failure(format!("the load on particle {} is not finite", self.ids[at / 6])));
         }
         let substeps = self.params.substeps;
         let request = Request::Advance { step: dt / f64::from(substeps), substeps };
@@ -291,8 +287,7 @@ impl Liggghts {
 
     /// LIGGGHTS, on rank 0, if it has particles and works.
     fn process(&self) -> Option<&RefCell<Process>> {
-        let process = self.root.as_ref()?.process.as_ref()?;
-        (!self.failed).then_some(process)
+        self.root.as_ref().filter(|_| !self.failed).map(|root| &root.process)
     }
 
     fn failure(&self, what: String) -> Error {
@@ -374,7 +369,7 @@ impl DemEngine for Liggghts {
         let states: Vec<State> = pod_collect_to_vec(&bytes);
         if states.len() == self.ids.len() {
             // Counts first, so that its failure is the one that is returned.
-            outcome = outcome.and(self.count(&states));
+            outcome = outcome.and(self.count(states.iter().map(|state| state.position.into()).collect()));
             outcome = outcome.and(self.update_particles(&states, dt));
             self.population.loads.copy_from_slice(loads);
             self.population.refresh(&self.near, comm);
@@ -388,20 +383,17 @@ impl DemEngine for Liggghts {
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
-        let (Some(root), Some(process)) = (&self.root, self.process()) else {
+        let (Some(root), Some(process), 1..) = (&self.root, self.process(), self.step) else {
             return Vec::new();
         };
-        if self.step == 0 {
-            return Vec::new();
-        }
         let answer = process.borrow_mut().ask(Request::Contacts, &[]);
         let bytes = answer.unwrap_or_else(|what| {
             self.pending_error.replace(Some(what));
             Vec::new()
         });
         let contacts: Vec<ContactForce> = pod_collect_to_vec(&bytes);
-        let mut states: Vec<ContactState> =
-            contacts.iter().filter_map(|contact| self.contact_state(root, contact)).collect();
+        let states = contacts.iter().filter_map(|contact| self.contact_state(root, contact));
+        let mut states: Vec<ContactState> = states.collect();
         states.sort_by_key(|state| (state.first, state.second));
         states
     }
@@ -436,11 +428,9 @@ impl DemEngine for Liggghts {
         self.begin(comm, &saved.particles, &saved.own)?;
         self.step = saved.substep;
         self.population.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
-        let states: Vec<State> = (self.root.iter().flat_map(|root| &root.positions))
-            .map(|position| State { position: (*position).into(), ..State::default() })
-            .collect();
+        let positions = self.root.iter().flat_map(|root| root.positions.clone()).collect();
         // Whatever fails here failed before it was saved.
-        let _ = self.count(&states);
+        let _ = self.count(positions);
         if let Some(root) = &mut self.root {
             root.summary.begun = begun;
         }
@@ -448,7 +438,7 @@ impl DemEngine for Liggghts {
     }
 }
 
-/// LIGGGHTS cannot have what the case asks for.
+/// The case has what LIGGGHTS does not.
 fn unsupported(what: String) -> Error {
     Error::Unsupported { engine: NAME, what }
 }

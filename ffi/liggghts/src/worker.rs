@@ -1,8 +1,8 @@
 //! LIGGGHTS in a process of its own: a crash there is an error message here.
 //!
-//! The worker is this program again, with a verb of its own; its standard input is one end of a private socket, which it
-//! moves away before LIGGGHTS starts. What LIGGGHTS and MPI print goes to the log. The worker ends when the socket
-//! does, so it never outlives the run.
+//! The worker is this program with a hidden verb; its standard input is one end of a private socket, which it duplicates and
+//! closes before LIGGGHTS starts. What LIGGGHTS and MPI print goes to the log. The worker ends when the socket closes, so it
+//! never outlives the run.
 
 use super::LiggghtsParams;
 use super::instance::Outcome;

@@ -16,7 +16,7 @@ fn can_mount() -> bool {
     status.is_ok_and(|output| output.status.success())
 }
 
-/// A run that finds its disk full after step 30, and says so with these words, goes on to the bit elsewhere.
+/// A run that finds its disk full after step 30, and says so with these words, resumes to the bit elsewhere.
 #[cfg(target_os = "linux")]
 fn with_too_little_room(room: &str, options: &[&str], words_said: &[&str]) {
     if !can_mount() {
@@ -53,7 +53,7 @@ fn with_too_little_room(room: &str, options: &[&str], words_said: &[&str]) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_disk_that_is_full_at_a_checkpoint_keeps_the_one_before_which_goes_on_to_the_bit() {
+fn a_disk_that_is_full_at_a_checkpoint_keeps_the_one_before_which_resumes_to_the_bit() {
     let words = ["the checkpoint of step 60 failed", "No space left", "the checkpoint of step 30 is intact"];
     // A checkpoint has 1.3 MB.
     with_too_little_room("2000k", &TABLES_ONLY, &words);
@@ -61,7 +61,7 @@ fn a_disk_that_is_full_at_a_checkpoint_keeps_the_one_before_which_goes_on_to_the
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_disk_that_is_full_at_a_frame_keeps_the_checkpoint_before_which_goes_on_to_the_bit() {
+fn a_disk_that_is_full_at_a_frame_keeps_the_checkpoint_before_which_resumes_to_the_bit() {
     // A checkpoint and some frames are too much.
     with_too_little_room("2500k", &[], &["cannot write small/out/", "No space left"]);
 }

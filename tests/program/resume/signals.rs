@@ -25,7 +25,7 @@ fn interrupted_at(place: &Place) -> u64 {
 }
 
 /// Goes on by some steps, and compares with a run that never stopped.
-fn goes_on_from(place: &Place, step: u64) {
+fn resumes_from(place: &Place, step: u64) {
     let end = format!("run.end.steps={}", step + 20);
     place.well(&["resume", "out", "--quiet", "--threads", "3", "--set", &end]);
     let whole = ["run", "case.toml", "--quiet", "--out", "whole", "--set", &end];
@@ -34,7 +34,7 @@ fn goes_on_from(place: &Place, step: u64) {
 }
 
 #[test]
-fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
+fn a_stopped_run_says_how_to_resume_and_resumes_to_the_bit() {
     let place = Place::new(&crowd());
     let arguments = [&["run", "case.toml", "--threads", "2"], &ENDLESS[..], &TABLES_ONLY].concat();
     let mut child = Guard::of(place.turbid(&arguments));
@@ -46,7 +46,7 @@ fn a_run_that_is_told_to_stop_says_how_to_go_on_and_does_so_to_the_bit() {
     assert!(said.contains("resume with: turbid resume out\n"), "{said}");
     let step = interrupted_at(&place);
     assert_eq!(checkpoints(&place, "out"), [step]);
-    goes_on_from(&place, step);
+    resumes_from(&place, step);
 }
 
 /// Interrupts the child and waits for its answer; what it says after that.
@@ -105,7 +105,7 @@ fn a_run_that_is_to_outlive_its_terminal_does() {
 }
 
 #[test]
-fn a_file_that_becomes_too_long_is_an_error_and_the_checkpoint_before_goes_on() {
+fn a_file_that_becomes_too_long_is_an_error_and_the_checkpoint_before_resumes() {
     let place = Place::new(&crowd());
     let every = ["--set", "output.checkpoint_every.steps=20"];
     let run =
@@ -144,7 +144,7 @@ fn checkpoints_by_the_clock_change_no_bit_and_are_written_every_ten_minutes_by_d
 }
 
 #[test]
-fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_goes_on() {
+fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_continues() {
     let place = Place::new(&crowd());
     let arguments = [&["run", "case.toml", "--quiet", "--threads", "2"], &ENDLESS[..], &TABLES_ONLY].concat();
     let child = Guard::of(place.turbid(&arguments));
@@ -159,7 +159,7 @@ fn a_run_that_is_asked_for_a_checkpoint_writes_it_and_goes_on() {
     child.send(libc::SIGKILL);
     drop(child);
     assert_eq!(checkpoints(&place, "out"), [first, second]);
-    goes_on_from(&place, second);
+    resumes_from(&place, second);
 }
 
 #[cfg(feature = "mpi")]
@@ -177,7 +177,7 @@ fn the_processes_of_a_job_write_a_checkpoint_that_its_launcher_is_asked_for() {
     // The signal that ends the job may leave time for another one.
     let newest = checkpoints(&place, "out").last().copied().unwrap();
     assert!(newest >= step);
-    goes_on_from(&place, newest);
+    resumes_from(&place, newest);
 }
 
 #[test]
@@ -191,10 +191,10 @@ fn a_run_ends_with_a_checkpoint_before_its_time_is_up() {
     assert!(taken < PATIENCE.as_secs_f64(), "{taken} s");
     let step = interrupted_at(&place);
     assert_eq!(checkpoints(&place, "out"), [step]);
-    goes_on_from(&place, step);
+    resumes_from(&place, step);
 }
 
-/// Kills a run at a random moment, `times` times over; each must go on from its last checkpoint to the end of a whole run.
+/// Kills a run at a random moment, `times` times over; each must resume from its last checkpoint to the end of an unbroken run.
 fn killed(times: u64) {
     let place = Place::new(&crowd());
     let options = ["--quiet", "--set", "run.end.steps=200", "--set", "output.checkpoint_every.steps=10"];
@@ -235,12 +235,12 @@ fn killed(times: u64) {
 }
 
 #[test]
-fn ten_runs_that_are_killed_go_on_to_the_same_end() {
+fn ten_killed_runs_resume_to_the_same_end() {
     killed(10);
 }
 
 #[test]
 #[ignore = "minutes"]
-fn a_hundred_runs_that_are_killed_go_on_to_the_same_end() {
+fn a_hundred_killed_runs_resume_to_the_same_end() {
     killed(100);
 }

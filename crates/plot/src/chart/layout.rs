@@ -1,8 +1,8 @@
 //! Positions on the page.
 
-use super::legend::Legend;
-use super::looks::MARKED;
-use super::{Axis, Chart, Mark, labels};
+use super::looks::{Legend, MARKED};
+use super::panel::label_margin;
+use super::{Axis, Chart, Mark};
 use crate::colour::{GREY, INK};
 use crate::drawing::{Align, Area, Drawing, Position};
 use crate::markup::axis_label;
@@ -61,7 +61,7 @@ impl Layout {
         let y_label = wrapped(&axis_label(&chart.y.label, y.exponent), LABEL, height);
         let more = y_label.len().saturating_sub(1) as f32;
         let left = MARGIN + (1.0 + LABEL_STEP * more) * LABEL + 46.0 + y.widest(NUMBER);
-        let right = MARGIN + 14.0 + labels::margin(chart).min(0.4 * page);
+        let right = MARGIN + 14.0 + label_margin(chart).min(0.4 * page);
         let between = (columns - 1) as f32 * BETWEEN;
         let panel = (page - left - right - between) / columns as f32;
 

@@ -1,8 +1,10 @@
-//! Appearance of series: colours, dashes, markers.
+//! Appearance of series: colours, dashes, markers; and the legend, a grid of names above the panels.
 
-use super::{Panel, Series, Style};
+use super::layout::{MARGIN, grid};
+use super::{Chart, Panel, Series, Style};
 use crate::colour::{BLUE, INK, VERMILION};
-use crate::drawing::{Colour, DASHES, Drawing, Position, Stroke};
+use crate::drawing::{Align, Colour, DASHES, Drawing, Position, Stroke};
+use crate::text::{widest, wrapped};
 use std::f32::consts::{PI, TAU};
 
 /// Series with more points are lines without markers.
@@ -22,6 +24,14 @@ const LINES: [&[f32]; 4] = [&[], &[8.0, 2.5, 1.5, 2.5], &[1.4, 2.2], &[14.0, 3.0
 /// Dashes of laws that are dashed.
 const DASHED: [&[f32]; 4] = [DASHES, &[2.5, 2.5], &[6.0, 2.5, 1.5, 2.5, 1.5, 2.5], &[9.0, 5.0]];
 
+const SIZE: f32 = 25.0;
+/// Height of a line.
+const LINE: f32 = 40.0;
+/// Length of the piece of curve before a name, and the space behind it.
+const SAMPLE: (f32, f32) = (76.0, 14.0);
+/// Space between columns.
+const GAP: f32 = 44.0;
+
 /// Number of outlines of markers.
 const OUTLINES: usize = 8;
 
@@ -36,7 +46,7 @@ pub(super) struct Look {
     pub(super) stroke: Option<Stroke>,
 }
 
-/// Appearance of the series of a chart, by style and name.
+/// Appearance of the series of a chart, by style and name, in the order in which they first appear.
 pub(super) struct Looks(Vec<(Style, String, Look)>);
 
 /// A series that is drawn with markers if it has few points.
@@ -162,5 +172,51 @@ fn outline(which: usize, (x, y): Position, size: f32) -> Vec<Position> {
         5 => crossed(0.25 * PI),
         6 => crossed(0.0),
         _ => regular(5, 1.2 * size, -0.5 * PI),
+    }
+}
+
+/// Names beside pieces of their curves.
+pub(super) struct Legend {
+    entries: Vec<(Look, String)>,
+    lines: usize,
+    column_width: f32,
+}
+
+impl Legend {
+    pub(super) fn new(chart: &Chart, looks: &Looks) -> Self {
+        let space = grid(chart).1 - 2.0 * MARGIN;
+        let named = looks.0.iter().filter(|(_, label, _)| !label.is_empty());
+        let entries = named.map(|(_, label, look)| {
+            // An ellipsis stands where a label was cut.
+            let label = match &wrapped(label, SIZE, space - SAMPLE.0 - SAMPLE.1 - SIZE)[..] {
+                [line, _, ..] => format!("{line}\u{2026}"),
+                _ => label.clone(),
+            };
+            (*look, label)
+        });
+        let entries: Vec<(Look, String)> = entries.collect();
+        let widest = widest(entries.iter().map(|(_, label)| &**label), SIZE);
+        let column_width = SAMPLE.0 + SAMPLE.1 + widest + GAP;
+        let columns = ((space + GAP) / column_width).floor().max(1.0) as usize;
+        Self { lines: entries.len().div_ceil(columns), entries, column_width }
+    }
+
+    pub(super) fn height(&self) -> f32 {
+        self.lines as f32 * LINE
+    }
+
+    /// Draws it below `top`, column by column.
+    pub(super) fn draw(&self, drawing: &mut Drawing, top: f32) {
+        for (i, (look, label)) in self.entries.iter().enumerate() {
+            let (column, line) = (i / self.lines, i % self.lines);
+            let x = MARGIN + column as f32 * self.column_width;
+            let middle = top + (line as f32 + 0.5) * LINE;
+            if let Some(stroke) = look.stroke {
+                drawing.line(&[(x, middle), (x + SAMPLE.0, middle)], stroke);
+            }
+            draw_marker(drawing, *look, (x + 0.5 * SAMPLE.0, middle));
+            let at = (x + SAMPLE.0 + SAMPLE.1, middle + 0.36 * SIZE);
+            drawing.text(label, SIZE, at, Align::Start, INK);
+        }
     }
 }
