@@ -171,7 +171,7 @@ fn list(study: &Study, only: Option<&str>) -> String {
     };
     format!(
         "{}\n\n{}\n\n{done} of {} runs done; the others take {}, {basis}",
-        study.file.title.value,
+        study.file.title,
         columns(&rows),
         study.plan.runs.len(),
         in_time(total)
