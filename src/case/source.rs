@@ -4,6 +4,7 @@ use super::overrides::{Alternatives, Keys, split};
 use super::{conform, schema};
 use crate::error::{Error, Result};
 use crate::input;
+#[cfg(feature = "snippets")]
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -179,7 +180,29 @@ impl Source {
         self.render(&[(span, label)], title, remedy)
     }
 
-    /// The level's name is left to whoever prints, who has errors of other kinds to name too.
+    /// Title, positions with their labels, and remedy.
+    #[cfg(not(feature = "snippets"))]
+    fn render(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
+        let mut text = title.to_owned();
+        for &(span, label) in places.iter().filter(|(span, _)| !span.is_empty()) {
+            let before = &self.text[..span.start];
+            let line = before.matches('\n').count() + 1;
+            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+            let origin = if span.start < self.file_length {
+                format!("{}:{line}:{column}", self.path)
+            } else {
+                "option --set".to_owned()
+            };
+            text.push_str(&format!("\n --> {origin}: {label}"));
+        }
+        if !remedy.is_empty() {
+            text.push_str(&format!("\n  help: {remedy}"));
+        }
+        text
+    }
+
+    /// As above, with the lines themselves. The level's name is left to whoever prints, who has errors of other kinds to name too.
+    #[cfg(feature = "snippets")]
     fn render(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
         let mut snippets: Vec<(Range<usize>, Snippet<_>)> = Vec::new();
         for &(span, label) in places.iter().filter(|(span, _)| !span.is_empty()) {
