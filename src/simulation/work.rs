@@ -146,7 +146,7 @@ impl<'a> Work<'a> {
         let reach = self.reach() / domain.dx;
         let per_cell = self.bodies.len() as f64 / domain.cell_count() as f64;
         weights.face = reach * per_cell * self.particle();
-        weights.chance = (self.bodies.iter().map(|body| body.cost + self.particle()))
+        weights.variance = (self.bodies.iter().map(|body| body.cost + self.particle()))
             .chain(self.contacts.iter().map(|contact| contact.cost))
             .map(|work| work * work)
             .sum();

@@ -1,7 +1,7 @@
 //! Discrete contacts of convex bodies and walls: overlap geometry, force law, material.
 //!
 //! A contact is measured by the volume, depth, centre, normal, area and moment of the overlap of the two (enlarged)
-//! bodies ([`overlap`], which chooses by pair):
+//! bodies ([`overlap()`], which chooses by pair):
 //!
 //! | with | sphere | polyhedron | any other | plane | pipe, rod |
 //! |---|---|---|---|---|---|

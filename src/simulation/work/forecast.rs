@@ -170,7 +170,7 @@ impl Work<'_> {
         let row_ends = size[0].next_multiple_of(CHUNK) as f64 / size[0] as f64;
         let swept = self.swept_part(block.lo, size) * block.cell_count() as f64 * row_ends;
         forecast.work = swept * self.cell();
-        let place = cut.place(rank);
+        let place = cut.grid_index(rank);
         for d in &C[1..] {
             let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
             let open = (0..3).all(|a| cut.domain.periodic[a] || (0..cut.grid[a] as isize).contains(&to[a]));

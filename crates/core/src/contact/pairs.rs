@@ -98,30 +98,24 @@ impl PairFinder {
     fn axes(&self, reach: f64, bodies: usize) -> [Axis; 3] {
         let size = self.domain.size();
         let width = reach * (1.0 + SLACK);
-        let mut axes: [Axis; 3] = std::array::from_fn(|i| {
-            let (lo, extent) = (self.window.0[i], self.window.1[i]);
-            // A window whose ends see each other round the back is the whole circle.
-            let periodic = extent + width >= size[i];
-            let (lo, extent) = if periodic { (0.0, size[i]) } else { (lo, extent) };
-            let cells = if width > 0.0 { extent / width } else { 1.0 };
-            let cells = (cells as usize).clamp(1, 1 << 20);
-            Axis {
-                lo,
-                length: size[i],
-                per_metre: extent, // replaced below, when the number of cells is final
-                cells,
-                periodic,
-            }
-        });
+        let (lo, extent) = self.window;
+        // A window whose ends see each other round the back is the whole circle.
+        let periodic: [bool; 3] = std::array::from_fn(|i| extent[i] + width >= size[i]);
+        let extent = extent.zip_map(&size, |extent, size| if extent + width >= size { size } else { extent });
+        let mut cells: [usize; 3] = extent.map(|e| if width > 0.0 { e / width } else { 1.0 } as usize).into();
+        cells = cells.map(|n| n.clamp(1, 1 << 20));
         // Cells beyond a few per body only cost time.
-        while axes.iter().map(|a| a.cells as f64).product::<f64>() > 8.0 * bodies as f64 + 64.0 {
-            let widest = (0..3).max_by_key(|&i| axes[i].cells).expect("three axes");
-            axes[widest].cells = axes[widest].cells.div_ceil(2);
+        while cells.iter().map(|&n| n as f64).product::<f64>() > 8.0 * bodies as f64 + 64.0 {
+            let widest = (0..3).max_by_key(|&i| cells[i]).expect("three axes");
+            cells[widest] = cells[widest].div_ceil(2);
         }
-        for axis in &mut axes {
-            axis.per_metre = axis.cells as f64 / axis.per_metre;
-        }
-        axes
+        std::array::from_fn(|i| Axis {
+            lo: if periodic[i] { 0.0 } else { lo[i] },
+            length: size[i],
+            per_metre: cells[i] as f64 / extent[i],
+            cells: cells[i],
+            periodic: periodic[i],
+        })
     }
 
     /// Counting sort; within a cell by index.
@@ -175,19 +169,15 @@ impl Axis {
     /// The same as at most two runs `lo..hi` of adjacent cells.
     fn runs(&self, cell: usize) -> [Option<(usize, usize)>; 2] {
         let n = self.cells;
-        let main = (cell.saturating_sub(1), (cell + 2).min(n));
-        let wrapped = if !self.periodic || n <= 3 {
-            // Three cells: all of them.
-            None
-        } else if cell == 0 {
-            Some((n - 1, n))
-        } else if cell + 1 == n {
-            Some((0, 1))
-        } else {
-            None
+        if self.periodic && n == 3 {
+            return [Some((0, 3)), None];
+        }
+        let wrapped = match cell {
+            _ if !self.periodic || n < 3 => None,
+            0 => Some((n - 1, n)),
+            _ => (cell + 1 == n).then_some((0, 1)),
         };
-        let main = if self.periodic && n == 3 { (0, 3) } else { main };
-        [Some(main), wrapped]
+        [Some((cell.saturating_sub(1), (cell + 2).min(n))), wrapped]
     }
 }
 

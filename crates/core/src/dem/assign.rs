@@ -8,7 +8,7 @@ use crate::particle::ParticleStore;
 type Zone = [[f64; 2]; 3];
 
 fn zone(decomposition: &Decomposition, rank: usize) -> Zone {
-    let index = decomposition.place(rank);
+    let index = decomposition.grid_index(rank);
     std::array::from_fn(|axis| slab(decomposition, axis, index[axis]))
 }
 
@@ -106,7 +106,7 @@ impl GhostLayer {
     pub fn ranks_with(&self, position: Vec3, template: u64) -> Vec<usize> {
         let cut = &self.decomposition;
         let reach = self.reach[template as usize];
-        let owner = cut.place(self.owner(position));
+        let owner = cut.grid_index(self.owner(position));
         cut.ranks_in(std::array::from_fn(|axis| {
             around(owner[axis], cut.grid[axis], cut.domain.periodic[axis], |p| {
                 self.is_near(axis, position[axis], slab(cut, axis, p), reach)

@@ -75,9 +75,7 @@ impl History {
 
     /// Sends the records of contacts whose evaluating rank has changed to that rank.
     ///
-    /// `evaluating_rank` gives the evaluating rank of a record; one without a rank is dropped.
-    ///
-    /// # Collective
+    /// `evaluating_rank` gives the evaluating rank of a record; one without a rank is dropped. Collective.
     pub fn hand_over(
         &mut self,
         comm: &Comm,

@@ -90,7 +90,7 @@ impl Decomposition {
     }
 
     /// Grid index of a rank; x runs fastest.
-    pub fn place(&self, rank: usize) -> [usize; 3] {
+    pub fn grid_index(&self, rank: usize) -> [usize; 3] {
         [rank % self.grid[0], rank / self.grid[0] % self.grid[1], rank / self.grid[0] / self.grid[1]]
     }
 
@@ -106,7 +106,7 @@ impl Decomposition {
 
     /// Block of a rank.
     pub fn block(&self, rank: usize) -> Block {
-        let place = self.place(rank);
+        let place = self.grid_index(rank);
         Block {
             lo: std::array::from_fn(|i| self.cuts[i][place[i]]),
             hi: std::array::from_fn(|i| self.cuts[i][place[i] + 1]),
@@ -126,7 +126,7 @@ impl Decomposition {
 
     /// All other ranks whose blocks come within `reach` (m) of this rank's block, ascending.
     pub fn neighbours(&self, rank: usize, reach: f64) -> Vec<usize> {
-        let place = self.place(rank);
+        let place = self.grid_index(rank);
         let mut near = self.ranks_in(std::array::from_fn(|axis| self.slabs_near(axis, place[axis], reach)));
         near.retain(|&other| other != rank);
         near

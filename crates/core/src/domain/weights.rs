@@ -31,9 +31,9 @@ pub struct Weights {
     pub layers: [Vec<f64>; 3],
     /// Work that a cell of a face between two ranks makes for each of them.
     pub face: f64,
-    /// Sum of the squares of the work of all that lies where it does by chance: particles, contacts. The work of one
+    /// Sum of the squares of the work of everything whose position is random: particles, contacts. The work of one
     /// of `n` slabs varies by the root of a part `n` of it.
-    pub chance: f64,
+    pub variance: f64,
     /// Cells of a row that are worked on at once: shorter ends of rows cost as much.
     pub chunk: usize,
 }
@@ -47,7 +47,7 @@ impl Weights {
                 vec![layer; domain.cells[axis]]
             }),
             face: 0.0,
-            chance: 0.0,
+            variance: 0.0,
             chunk: 1,
         }
     }
@@ -78,8 +78,8 @@ impl Weights {
         };
         let (of_equal, of_shifted) = (heaviest(&sums, &equal), heaviest(&sums, &shifted));
         // Twice the standard deviation relative to the mean of a slab: the heaviest of several is that far off.
-        let chance = 2.0 * (parts as f64 * self.chance).sqrt() / total;
-        if of_equal <= (WORTH + chance) * of_shifted {
+        let noise = 2.0 * (parts as f64 * self.variance).sqrt() / total;
+        if of_equal <= (WORTH + noise) * of_shifted {
             let even: Vec<f64> = (0..=layers.len()).map(|n| n as f64).collect();
             let of_even = heaviest(&even, &equal);
             (equal, of_even)
@@ -199,7 +199,7 @@ mod tests {
         let domain = Domain { periodic: [true; 3], cells: [40; 3], dx: 1.0 };
         let mut weights = Weights::even(&domain, 1.0 / 1600.0);
         // Eight bodies of the work of two layers, five in one half and three in the other.
-        weights.chance = 8.0 * 4.0;
+        weights.variance = 8.0 * 4.0;
         for layer in [2, 3, 9, 13, 17, 22, 30, 35] {
             weights.layers[2][layer] += 2.0;
         }

@@ -61,7 +61,7 @@ impl Message {
 
 /// The rank of the block next to that of `rank` in a direction; none across a closed face.
 fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Option<usize> {
-    let place = decomposition.place(rank);
+    let place = decomposition.grid_index(rank);
     let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
     let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
     (0..3).all(|a| decomposition.domain.periodic[a] || inside(a)).then(|| decomposition.rank_at(to))

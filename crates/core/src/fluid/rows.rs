@@ -16,7 +16,7 @@ impl RowOrder {
     /// For the block of `rank`.
     pub(crate) fn new(decomposition: &Decomposition, rank: usize) -> Self {
         let [_, ny, nz] = decomposition.block(rank).size();
-        let place = decomposition.place(rank);
+        let place = decomposition.grid_index(rank);
         let (grid, periodic) = (decomposition.grid, decomposition.domain.periodic);
         let beyond = |a: usize| {
             let more = grid[a] > 1;

@@ -175,7 +175,7 @@ fn neighbours_are_mutual_and_those_of_an_exhaustive_search() {
 fn every_rank_one_step_away_in_the_grid_is_a_neighbour() {
     for cut in decompositions(BOX) {
         for rank in 0..cut.ranks() {
-            let [x, y, z] = cut.place(rank).map(|p| p as isize);
+            let [x, y, z] = cut.grid_index(rank).map(|p| p as isize);
             for d in 0..27_isize {
                 let other = cut.rank_at([x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1]);
                 assert!(other == rank || cut.neighbours(rank, 0.0).contains(&other));
