@@ -1,11 +1,11 @@
-//! Which engines this program has been built with.
+//! The engines that this program was built with.
 
 use crate::dem::EngineChoice;
 use crate::error::{Error, Result};
 #[cfg(feature = "liggghts")]
 pub use turbid_liggghts as liggghts;
 
-/// Whether this program was built with the cargo feature `liggghts`.
+/// True if this program was built with the cargo feature `liggghts`.
 pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");
 
 /// Debian's packages that the cargo feature `liggghts` needs.
