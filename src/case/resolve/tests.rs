@@ -412,9 +412,3 @@ fn random_particles_that_begin_in_contact_are_said() {
     let none = setup(&["particles.0.minimum_gap=1e-5", "contact.enabled=false"]);
     assert!(none.provenance.warnings.is_empty(), "{:?}", none.provenance.warnings);
 }
-
-#[test]
-fn tmp_write_schema() {
-    std::fs::write("cases/case.schema.json", crate::case::schema()).unwrap();
-    std::fs::write("cases/study.schema.json", crate::study::file::schema()).unwrap();
-}
