@@ -56,7 +56,7 @@ impl Builder {
         Self::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6).particles(sphere)
     }
 
-    /// Which directions are periodic: `domain.periodic`. The others are closed by walls at rest.
+    /// Periodic directions: `domain.periodic`. The others are closed by walls at rest.
     pub fn periodic(self, periodic: [bool; 3]) -> Self {
         self.set("domain.periodic", periodic)
     }
@@ -97,7 +97,7 @@ impl Builder {
         self.set("fluid.precision", precision)
     }
 
-    /// How fluid and particles are coupled: `lattice.coupling`.
+    /// Coupling of particles and fluid: `lattice.coupling`.
     pub fn coupling(self, coupling: Coupling) -> Self {
         self.set("lattice.coupling", coupling)
     }
@@ -135,7 +135,7 @@ impl Builder {
         self.set("contact.friction_static", statics).set("contact.friction_kinetic", kinetic)
     }
 
-    /// Whether particles touch each other and walls: `contact.enabled`, true by default.
+    /// Contacts between particles and with walls: `contact.enabled`, true by default.
     pub fn contacts(self, enabled: bool) -> Self {
         self.set("contact.enabled", enabled)
     }
@@ -150,7 +150,7 @@ impl Builder {
         self.set("driving.body_acceleration", acceleration.into())
     }
 
-    /// Where the force acts that balances the submerged weight in a periodic box: `driving.force_balance`.
+    /// Region in which the force acts that balances the submerged weight in a periodic box: `driving.force_balance`.
     pub fn force_balance(self, balance: ForceBalance) -> Self {
         self.set("driving.force_balance", balance)
     }

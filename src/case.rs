@@ -83,15 +83,15 @@ pub struct Setup {
     pub walls: Vec<Wall>,
     /// Contact model; `None` if contacts are off.
     pub contact: Option<ContactModel>,
-    /// What moves the particles.
+    /// The engine that moves the particles.
     pub engine: EngineChoice,
     /// DEM sub-steps per time step.
     pub substeps: u32,
     /// Gravity (m/s^2).
     pub gravity: Vec3,
-    /// How long to run, on what, and what to write.
+    /// Length of the run, hardware and output.
     pub plan: RunPlan,
-    /// Where all this was read.
+    /// Text and files of the case.
     pub provenance: Provenance,
 }
 
@@ -144,7 +144,7 @@ pub struct FluidSetup {
     pub collision: Collision,
     /// Solid fraction and collision of cells that particles cover.
     pub coupling: Method,
-    /// Where the balancing force acts.
+    /// Region in which the balancing force acts.
     pub force_balance: ForceBalance,
     /// Directions in which a controller removes the mean volume flux.
     pub zero_net_flux: [bool; 3],
@@ -156,7 +156,7 @@ pub struct FluidSetup {
     pub scales: Scales,
 }
 
-/// How to run a case: nothing of this changes the physics, but the precision rounds it.
+/// Length of a run, hardware and output. None of this changes the physics, but the precision rounds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunPlan {
     /// Number of time steps to run.
@@ -169,7 +169,7 @@ pub struct RunPlan {
     pub precision: Precision,
     /// Instruction set; `None` takes the best this processor has.
     pub simd: Option<Simd>,
-    /// What to write, when and where.
+    /// Files to write.
     pub output: OutputPlan,
 }
 
@@ -184,7 +184,7 @@ pub struct Provenance {
     pub files: Vec<(String, Vec<u8>)>,
     /// Paths of the case and of these files; empty for a text or a case that was saved.
     pub inputs: Vec<PathBuf>,
-    /// What the user should know although the case is valid, ready to print.
+    /// Warnings about a valid case, ready to print.
     pub warnings: Vec<String>,
 }
 
@@ -205,7 +205,7 @@ pub struct Scales {
     pub schiller_naumann_reynolds: f64,
 }
 
-/// What to write, when (fluid steps; 0 is never) and where.
+/// Directory and intervals of the output (fluid steps; 0 is never).
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputPlan {
     /// Directory for all output.

@@ -75,7 +75,7 @@ pub enum LiggghtsProcess {
     Own,
 }
 
-/// Whether this program was built with the cargo feature `liggghts`.
+/// True if this program was built with the cargo feature `liggghts`.
 pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");
 
 /// Debian's packages that the cargo feature `liggghts` needs.

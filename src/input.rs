@@ -1,9 +1,5 @@
-//! Reading of files: regular files up to a size limit, opened without blocking; messages quote at most one word of
-//! them.
-//!
-//! Cases, the files that they name, and checkpoints may come from untrusted sources. Reading a FIFO would block for
-//! ever, a device may be endless or act when it is opened, and a message may be seen by others than the owner of a
-//! file.
+//! Reading of files, which may come from untrusted sources: regular files up to a size limit, opened without blocking (a FIFO
+//! would block for ever, a device may be endless); messages, which others may see, quote at most one word of them.
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{self, Read};
@@ -24,26 +20,18 @@ pub const RECORD: u64 = 256 << 20;
 /// Most characters of a file that a message quotes.
 const QUOTED: usize = 24;
 
-/// Opens a regular file to read.
+/// Opens a regular file to read, but not through a symbolic link as the last part of the path.
 ///
 /// # Errors
 /// Those of the system; if the file is of another kind, one that names the kind.
-pub fn open(path: &Path) -> io::Result<File> {
-    // Asked before it is opened, because some devices act on that, and again of what was opened then.
-    regular(std::fs::metadata(path)?.file_type())?;
-    open_with(path, libc::O_NONBLOCK | libc::O_NOCTTY)
-}
-
-/// As [`open`], but not through a symbolic link as the last part of the path.
-///
-/// # Errors
-/// As [`open`], also for a link.
 pub fn open_unlinked(path: &Path) -> io::Result<File> {
     regular(std::fs::symlink_metadata(path)?.file_type())?;
-    open_with(path, libc::O_NONBLOCK | libc::O_NOCTTY | libc::O_NOFOLLOW)
+    open_with(path, libc::O_NOFOLLOW)
 }
 
+/// Opens a file that was found to be regular: some devices act when they are opened. Checks again what was opened.
 fn open_with(path: &Path, flags: i32) -> io::Result<File> {
+    let flags = libc::O_NONBLOCK | libc::O_NOCTTY | flags;
     let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
     regular(file.metadata()?.file_type())?;
     Ok(file)
@@ -64,15 +52,16 @@ fn regular(kind: FileType) -> io::Result<()> {
 /// Reads a regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// Those of [`open`] and of the system, and one for a file that is longer.
+/// As [`open_unlinked`], and one for a file that is longer.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    contents(open(path)?, limit)
+    regular(std::fs::metadata(path)?.file_type())?;
+    contents(open_with(path, 0)?, limit)
 }
 
 /// As [`read`], but not through a symbolic link as the last part of the path.
 ///
 /// # Errors
-/// Those of [`open_unlinked`] and of the system, and one for a file that is longer.
+/// As [`read`], also for a link.
 pub fn read_unlinked(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     contents(open_unlinked(path)?, limit)
 }
@@ -141,7 +130,7 @@ mod tests {
         assert_eq!(said(folder.path()), "it is a directory, not a regular file");
         assert_eq!(said(Path::new("/dev/zero")), "it is a device, not a regular file");
         // One that replaces a file after the check is opened, but without blocking.
-        assert!(open_with(&fifo, libc::O_NONBLOCK).is_err());
+        assert!(open_with(&fifo, 0).is_err());
     }
 
     #[test]
@@ -164,7 +153,7 @@ mod tests {
         let [file, link] = ["file", "link"].map(|name| folder.path().join(name));
         std::fs::write(&file, "x").unwrap();
         std::os::unix::fs::symlink(&file, &link).unwrap();
-        assert!(open(&link).is_ok() && open_unlinked(&file).is_ok());
+        assert!(read(&link, 1).is_ok() && open_unlinked(&file).is_ok());
         let said = open_unlinked(&link).unwrap_err().to_string();
         assert_eq!(said, "it is a symbolic link, not a regular file");
     }

@@ -70,7 +70,7 @@ fn a_shape_of_its_own_has_one_size() {
 
 #[test]
 fn every_method_sets_its_key() {
-    let example = || Builder::example();
+    let example = Builder::example;
     let closed =
         example().periodic([true, true, false]).face_velocity("z+", [1e-2, 0.0, 0.0]).setup().unwrap();
     assert_eq!((closed.walls.len(), closed.walls[1].motion.velocity.x), (2, 1e-2));

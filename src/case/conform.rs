@@ -276,7 +276,7 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Whether a value is of the type of a form.
+/// True if a value is of the type of a form.
 fn takes(form: &Form, value: &DeValue<'_>) -> bool {
     let kind = form.get("type").and_then(Json::as_str).unwrap_or_default();
     match value {

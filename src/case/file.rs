@@ -51,15 +51,15 @@ pub struct Case {
     /// Contacts of particles with each other and with walls. The defaults are those of Marquardt et al. (2024).
     #[serde(default)]
     pub contact: ContactSection,
-    /// What moves the particles.
+    /// The engine that moves the particles.
     #[serde(default)]
     pub dem: DemSection,
-    /// What drives the flow.
+    /// Forces that drive particles and fluid.
     #[serde(default)]
     pub driving: DrivingSection,
-    /// How long to run, and with how many threads.
+    /// Length of the run, and number of threads.
     pub run: RunSection,
-    /// What to write, when and where.
+    /// Files to write.
     #[serde(default)]
     pub output: OutputSection,
 }
@@ -114,7 +114,7 @@ pub struct DrySection {
     /// same volume at this speed (between flat faces an impact may last half as long).
     #[schemars(transform = positive)]
     pub impact_speed: Option<f64>,
-    /// By how much every surface is grown for contacts (m). Default 0.
+    /// Distance by which every surface is grown for contacts (m). Default 0.
     #[serde(default)]
     #[schemars(transform = non_negative)]
     pub enlargement: f64,
@@ -163,7 +163,7 @@ pub struct LatticeSection {
     /// Default 1/8 with the coupling "saturated", 3/16 with "homogenised".
     #[schemars(transform = positive)]
     pub magic_parameter: Option<f64>,
-    /// How particles and fluid are coupled: "saturated", partially saturated cells with exact volume fractions, whose drag
+    /// Coupling of particles and fluid: "saturated", partially saturated cells with exact volume fractions, whose drag
     /// does not depend on the relaxation time, or "homogenised", the homogenised velocity of Marquardt et al. (2024). Default
     /// "saturated".
     #[serde(default)]
@@ -176,17 +176,16 @@ pub struct LatticeSection {
 }
 
 /// Collision operator.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CollisionKind {
     /// Bhatnagar, Gross and Krook: one relaxation time.
-    #[default]
     Bgk,
     /// Two relaxation times.
     Trt,
 }
 
-/// How particles and fluid are coupled.
+/// Coupling of particles and fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Coupling {
@@ -198,13 +197,13 @@ pub enum Coupling {
     Saturated,
 }
 
-/// What drives the flow.
+/// Forces that drive particles and fluid.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrivingSection {
     /// Gravity (m/s^2): `[x, y, z]`, or a number for the direction -z. Default 9.80665.
     pub gravity: Gravity,
-    /// Where the force that balances the submerged weight acts; closed directions have none, their walls bear the
+    /// Region in which the force acts that balances the submerged weight; closed directions have none, their walls bear the
     /// weight. Default "mixture".
     pub force_balance: Option<ForceBalance>,
     /// Removes the mean volume flux along periodic directions by a controller. Default: true along those in which no
@@ -236,7 +235,7 @@ pub enum Gravity {
     Vector([f64; 3]),
 }
 
-/// How long to run, and with how many threads.
+/// Length of the run, and number of threads.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunSection {
@@ -263,7 +262,7 @@ pub enum Duration {
     StokesTimes(#[schemars(transform = positive)] f64),
 }
 
-/// How often to write.
+/// Interval between outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Every {
@@ -277,7 +276,7 @@ pub enum Every {
     StokesTimes(#[schemars(transform = positive)] f64),
 }
 
-/// How often to write checkpoints.
+/// Interval between checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CheckpointEvery {
@@ -293,7 +292,7 @@ pub enum CheckpointEvery {
     StokesTimes(#[schemars(transform = positive)] f64),
 }
 
-/// What to write, when and where.
+/// Files to write.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSection {

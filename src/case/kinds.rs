@@ -200,7 +200,7 @@ impl Shapes<'_> {
         shape.map(|shape| (Arc::new(shape) as _, Quat::identity())).map_err(|e| self.bad("", &e))
     }
 
-    /// What the shape says is wrong with it, at one of its keys (`.file`) or all of it.
+    /// The error of a shape, at one of its keys (`.file`) or all of it.
     fn bad(&self, key: &str, error: &ShapeError) -> Error {
         let title = format!("`{}`: {error}", self.key);
         self.document.error(&format!("{}{key}", self.key), &title, "no body can be made of this", "")

@@ -25,7 +25,7 @@ pub(super) struct Placer<'a> {
     /// Volume of the box outside of walls (m^3).
     pub(super) free_volume: f64,
     pub(super) files: &'a Files<'a>,
-    /// By how much surfaces are grown for contacts (m); 0 without contacts.
+    /// Distance by which surfaces are grown for contacts (m); 0 without contacts.
     pub(super) enlargement: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What cannot work although every number by itself is admissible: velocities that the lattice cannot follow, units that were
+//! Cases that cannot work although every number by itself is admissible: velocities that the lattice cannot follow, units that were
 //! mixed up, particles too light for the coupling. Refused or warned of with the place in the case.
 
 use super::Setup;
@@ -151,7 +151,7 @@ impl Written<'_> {
         (gravity > 100.0).then(|| format!("`driving.gravity` is {gravity} m/s^2; that of the Earth is 9.81"))
     }
 
-    /// What lowers a speed on the lattice to the usual range, as far as that can be had.
+    /// Suggests changes that lower a speed on the lattice to the usual range.
     fn slower(&self, lattice: f64) -> String {
         let (setup, fluid, factor) = (self.setup, self.setup.expect_fluid(), USUAL_SPEED / lattice);
         let tau = 0.5 + (fluid.relaxation_time - 0.5) * factor;

@@ -7,7 +7,7 @@ const NEWTON_REYNOLDS: f64 = 1000.0;
 /// That constant (-).
 const NEWTON_DRAG: f64 = 0.44;
 
-/// What the scales follow from.
+/// Quantities from which the scales follow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
     /// Diameter of the sphere of equal volume (m).

@@ -1,4 +1,4 @@
-//! How long to run and what to write: what may change when a run is resumed, and the numbers that then stay.
+//! The run plan: its length and outputs, which may change when a run is resumed.
 
 use super::checks::{Clock, Document};
 use super::file::{CheckpointEvery, Duration, EngineKind, Every};
@@ -99,13 +99,13 @@ pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (
     surface_triangles(templates, counts) <= FEW_TRIANGLES
 }
 
-/// Whether an option sets this key or one below it.
+/// True if an option sets this key or one below it.
 pub(super) fn names(option: &str, key: &str) -> bool {
     let (path, _) = split(option);
     key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|(_, given)| given == key))
 }
 
-/// How messages call a case that was saved.
+/// The name of a saved case in messages.
 pub(super) fn title(name: &str) -> String {
     format!("saved case {name}")
 }

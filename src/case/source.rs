@@ -157,16 +157,20 @@ impl Source {
 
     /// Path of the innermost key that a place belongs to, by its name or its value.
     fn key_at(&self, span: &Range<usize>) -> Option<String> {
-        let holds = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
         if span.is_empty() {
             return None;
         }
-        if let Some(option) = self.options.iter().find(|option| holds(&option.span)) {
+        if let Some(option) = self.option_at(span) {
             let keys: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
             return Some(keys.join("."));
         }
         let document = DeTable::parse(&self.text[..self.file_length]).ok()?;
-        innermost(&DeValue::Table(document.into_inner()), &holds)
+        innermost(&DeValue::Table(document.into_inner()), span)
+    }
+
+    /// The option that a position is in.
+    fn option_at(&self, span: &Range<usize>) -> Option<&GivenOption> {
+        self.options.iter().find(|option| holds(&option.span, span))
     }
 
     /// A text that is no document of the kind it should be; `line` counts from 1.
@@ -206,18 +210,14 @@ impl Source {
     fn render(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
         let mut snippets: Vec<(Range<usize>, Snippet<_>)> = Vec::new();
         for &(span, label) in places.iter().filter(|(span, _)| !span.is_empty()) {
-            let spans = self.options.iter().map(|option| option.span.clone());
-            let whole = 0..self.file_length;
-            let outer = spans
-                .into_iter()
-                .find(|outer| outer.start <= span.start && span.end <= outer.end)
-                .unwrap_or(whole.clone());
+            let option = self.option_at(span);
+            let outer = option.map_or(0..self.file_length, |option| option.span.clone());
             let clip = |at: usize| at.clamp(outer.start, outer.end) - outer.start;
             let mark = AnnotationKind::Primary.span(clip(span.start)..clip(span.end)).label(label);
             if let Some((_, snippet)) = snippets.iter_mut().find(|(known, _)| *known == outer) {
                 *snippet = snippet.clone().annotation(mark);
             } else {
-                let path = if outer == whole { &self.path } else { "option --set" };
+                let path = if option.is_some() { "option --set" } else { &self.path };
                 let snippet = Snippet::source(&self.text[outer.clone()]).path(path);
                 snippets.push((outer, snippet.annotation(mark)));
             }
@@ -244,7 +244,7 @@ impl Source {
         }
     }
 
-    /// What is not TOML, in the words of the reader.
+    /// The error of a text that is no TOML.
     pub fn toml_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         if let Some((span, number)) = self.decimal_comma(span.start) {
@@ -261,7 +261,7 @@ impl Source {
         self.parse_error(line, self.render(&[(span, label)], title, remedy))
     }
 
-    /// What is wrong with a value and is not seen in the schema.
+    /// An error in a value that the schema does not exclude.
     pub(super) fn type_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         self.error(&span, error.message(), "here", "")
@@ -285,8 +285,12 @@ impl Source {
     }
 }
 
-/// Path of the innermost key whose name or value has a position that `holds`.
-fn innermost(value: &DeValue<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Option<String> {
+fn holds(outer: &Range<usize>, inner: &Range<usize>) -> bool {
+    outer.start <= inner.start && inner.end <= outer.end
+}
+
+/// Path of the innermost key whose name or value holds a position.
+fn innermost(value: &DeValue<'_>, at: &Range<usize>) -> Option<String> {
     let children: Vec<(String, Range<usize>, &Spanned<DeValue<'_>>)> = match value {
         DeValue::Table(table) => {
             table.iter().map(|(name, value)| (name.get_ref().to_string(), name.span(), value)).collect()
@@ -297,8 +301,8 @@ fn innermost(value: &DeValue<'_>, holds: &dyn Fn(&Range<usize>) -> bool) -> Opti
         _ => return None,
     };
     children.into_iter().find_map(|(name, span, value)| {
-        let inner = innermost(value.get_ref(), holds).map(|inner| format!("{name}.{inner}"));
-        inner.or_else(|| (holds(&span) || holds(&value.span())).then_some(name))
+        let inner = innermost(value.get_ref(), at).map(|inner| format!("{name}.{inner}"));
+        inner.or_else(|| (holds(&span, at) || holds(&value.span(), at)).then_some(name))
     })
 }
 

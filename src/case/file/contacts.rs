@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactSection {
-    /// Whether particles touch at all. Default true.
+    /// Contacts between particles and with walls. Default true.
     pub enabled: bool,
     /// Young's modulus (Pa). Default 5000, far below real materials, so that contacts last many time steps.
     #[schemars(transform = positive)]
@@ -30,14 +30,14 @@ pub struct ContactSection {
     /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
     #[schemars(transform = positive)]
     pub transition_velocity: f64,
-    /// By how much every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
+    /// Distance by which every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
     #[schemars(transform = non_negative)]
     pub enlargement: f64,
-    /// How the elastic force follows from the overlap. Default "overlap_volume".
+    /// Law of the elastic force. Default "overlap_volume".
     pub law: ElasticLaw,
-    /// How the normal force is damped. Default `"hunt_crossley"`.
+    /// Damping of the normal force. Default `"hunt_crossley"`.
     pub damping: DampingLaw,
-    /// How overlaps are measured. Default "exact".
+    /// Measurement of overlaps. Default "exact".
     pub geometry: GeometryKind,
     /// Samples per direction of the sampled geometry. Default 8.
     #[schemars(extend("minimum" = 2, "maximum" = 64))]
@@ -45,7 +45,7 @@ pub struct ContactSection {
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
     #[schemars(extend("minimum" = 1, "maximum" = 10000))]
     pub substeps: u32,
-    /// What particular pairs of materials do to each other; all others have the values above.
+    /// Pairs of materials with values of their own; all others have the values above.
     pub pairs: Vec<PairSection>,
 }
 
@@ -70,7 +70,7 @@ impl Default for ContactSection {
     }
 }
 
-/// How overlaps are measured.
+/// Measurement of overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GeometryKind {
@@ -80,7 +80,7 @@ pub enum GeometryKind {
     Sampled,
 }
 
-/// What two materials do to each other.
+/// Dissipation between two materials.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairSection {
@@ -115,7 +115,7 @@ pub struct MaterialSection {
     pub poisson_ratio: Option<f64>,
 }
 
-/// What moves the particles.
+/// The engine that moves the particles.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(extend("dependentSchemas" = {
@@ -128,7 +128,7 @@ pub struct DemSection {
     pub liggghts: Option<LiggghtsSection>,
 }
 
-/// Which engine moves the particles.
+/// Engines that move particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EngineKind {

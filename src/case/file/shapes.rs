@@ -56,7 +56,7 @@ pub enum ShapeSection {
         /// Vertices (m), in any order and about any point: the body is centred at its centre of mass.
         #[schemars(extend("minItems" = 4))]
         vertices: Vec<[f64; 3]>,
-        /// Whether to drop vertices that are no corners of the convex hull, instead of refusing them. Default false.
+        /// Drops vertices that are no corners of the convex hull, instead of refusing them. Default false.
         #[serde(default)]
         hull: bool,
         /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
@@ -107,7 +107,7 @@ pub struct MeshSection {
     #[serde(default = "one")]
     #[schemars(transform = positive)]
     pub scale: f64,
-    /// Whether to take the convex hull of a body that is not convex, instead of refusing it. Default false.
+    /// Takes the convex hull of a body that is not convex, instead of refusing it. Default false.
     #[serde(default)]
     pub hull: bool,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.

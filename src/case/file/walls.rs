@@ -12,7 +12,7 @@ pub const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
 pub(super) fn faces(generator: &mut SchemaGenerator) -> Schema {
     let face = generator.subschema_for::<FaceSection>();
     let faces: Map<String, Json> =
-        FACES.iter().map(|name| (name.to_string(), face.clone().to_value())).collect();
+        FACES.into_iter().map(|name| (name.to_string(), face.clone().to_value())).collect();
     json_schema!({ "type": "object", "properties": faces, "additionalProperties": false })
 }
 

@@ -124,7 +124,7 @@ fn a_change_of_anything_but_length_and_output_is_refused_with_the_reason() {
         assert!(said.contains("only keys below `run.` and `output.`"), "{said}");
     }
     let said = go_on(&setup, &["output.directory=elsewhere"]).unwrap_err().to_string();
-    assert!(said.contains("goes on in its own directory"), "{said}");
+    assert!(said.contains("resumed in its own directory"), "{said}");
     let said = go_on(&setup, &["run.ende.steps=5"]).unwrap_err().to_string();
     assert!(said.contains("did you mean `end`"), "{said}");
 }
