@@ -15,14 +15,9 @@ use turbid_plot::{Image, WALL};
 /// Cuts smaller than this many pixels look like dirt and are left out.
 const SMALLEST_OUTLINE: f32 = 5.0;
 
-/// Draws the [`Plane`] of a snapshot. Lengths are in diameters of the first kind of particle, in metres without
-/// particles.
-///
-/// `velocity` (m/s) is that of the plane, as [`Plane::add`] makes it. Of the particles those are enough that the plane
-/// [cuts](Plane::cuts).
-///
-/// # Panics
-/// If `velocity` does not have the [length](Plane::values) that belongs to the plane.
+/// Draws the [`Plane`] of a snapshot, with lengths in diameters of the first kind of particle (in metres without particles).
+/// `velocity` (m/s) is that of the plane, as [`Plane::add`] makes it; of the particles those are enough that the plane
+/// [cuts](Plane::cuts). Panics if `velocity` has not the [length](Plane::values) of the plane.
 pub fn write_slice(path: &Path, snapshot: &Snapshot, velocity: &[[f32; 3]]) -> Result<()> {
     let (image, range) = draw(snapshot, velocity);
     let (length, unit) = snapshot.unit();

@@ -90,8 +90,8 @@ impl Writer for Pictures<'_> {
     }
 }
 
-/// Speed at the upper end of the colours of all pictures of a run (m/s), if the case does not say it: as it is expected, or else
-/// that of the fastest in this picture, its first; none if nothing moves there.
+/// Speed at the upper end of the colours of all pictures of a run (m/s), if the case does not give it: the expected one, or else
+/// the largest in this picture, the first; none if nothing moves there.
 fn range(setup: &Setup, picture: &RootOutput) -> Option<f64> {
     let largest = |speeds: &mut dyn Iterator<Item = f64>| speeds.fold(0.0, f64::max);
     let seen = || match picture.slice {
