@@ -1,12 +1,10 @@
 //! Contacts as VTK points (`contacts_NNN.vtp`), and the lines between them and the particles (`force_chains_NNN.vtp`).
 //!
-//! A contact is one point with the arrays `first`, `second` (ids of the particles; `-1 - i` for wall `i`, so that
-//! `second < 0` picks the contacts with walls), `normal` (from the first body to the second), `force` (N, on the first
-//! body), `force_magnitude` (N), `depth` (m) and `volume` (m^3) of the overlap. In `ParaView`, glyphs show the vectors.
+//! A contact is one point with the arrays `first`, `second` (ids of the particles; `-1 - i` for wall `i`), `normal` (from the first body
+//! to the second), `force` (N, on the first body), `force_magnitude` (N), `depth` (m) and `volume` (m^3) of the overlap.
 //!
-//! Force chains are lines from the centre of each particle to the points where it is touched, with `force_magnitude`
-//! (N) and `id` on both ends; the filter *Tube* with the magnitude as radius shows where a packing carries its load. A
-//! line belongs to one particle and sticks out of the box where that does, as in the files of the surfaces.
+//! Force chains are lines from the centre of each particle to the points where it is touched, with `force_magnitude` (N) and `id` on both
+//! ends. A line belongs to one particle and sticks out of the box where that does, as in the files of the surfaces.
 
 use super::polydata::PolyData;
 use crate::dem::ContactState;

@@ -5,21 +5,21 @@
 mod outline;
 mod plane;
 #[cfg(feature = "pictures")]
-mod scene;
-#[cfg(feature = "pictures")]
 mod settling;
 #[cfg(feature = "pictures")]
 mod side_view;
 #[cfg(feature = "pictures")]
 mod slice;
+#[cfg(feature = "pictures")]
+mod snapshot;
 
 pub use plane::Plane;
 #[cfg(feature = "pictures")]
 pub use {
-    scene::Scene,
     settling::{SettlingPlot, settling_chart, write_settling},
     side_view::write_side_view,
     slice::write_slice,
+    snapshot::Snapshot,
     turbid_plot::{Figure, Format},
 };
 

@@ -3,8 +3,8 @@
 //! Arrays: `id`, `kind` (section of the case, counted from 0), `equivalent_diameter` (m), `size` (m: edges of the box that holds
 //! the shape as the case gives it), `orientation` (unit quaternion `w, x, y, z` that turns the shape as the case gives it),
 //! `velocity` and `speed` (m/s), `angular_velocity` (1/s), `contact_force` (N), `contact_torque` (N m), and in a fluid
-//! `hydrodynamic_force` (N, buoyancy included) and `hydrodynamic_torque` (N m), which led here in the last step. Glyphs of unit
-//! size, scaled by `size` and turned by `orientation` (the order of `ParaView`'s 3D Glyphs), show the particles.
+//! `hydrodynamic_force` (N, buoyancy included) and `hydrodynamic_torque` (N m) of the last step. `ParaView`'s 3D Glyphs of unit size,
+//! scaled by `size` and turned by `orientation`, show the particles.
 
 use super::pieces;
 use super::polydata::PolyData;

@@ -97,15 +97,19 @@ impl PolyData {
         self.polygons.add(points);
     }
 
+    fn array(&mut self, array: DataArray, values: impl IntoIterator<Item = f64>) {
+        let values = self.buffer(values);
+        self.arrays.push(array.with_data(values));
+    }
+
     /// Numbers of all points.
     pub(super) fn scalars(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
-        self.tuples(name, values.into_iter().map(|x| [x]));
+        self.array(DataArray::scalars(name, 1), values);
     }
 
     /// Tuples of numbers of all points that are no vectors.
     pub(super) fn tuples<const N: usize>(&mut self, name: &str, values: impl IntoIterator<Item = [f64; N]>) {
-        let values = self.buffer(values.into_iter().flatten());
-        self.arrays.push(DataArray { data: values, ..DataArray::scalars(name, N as u32) });
+        self.array(DataArray::scalars(name, N as u32), values.into_iter().flatten());
     }
 
     /// Whole numbers of all points, of any type of VTK.
@@ -118,14 +122,12 @@ impl PolyData {
 
     /// Vectors of all points.
     pub(super) fn vectors(&mut self, name: &str, values: impl IntoIterator<Item = Vec3>) {
-        let values = self.buffer(values.into_iter().flat_map(<[f64; 3]>::from));
-        self.arrays.push(DataArray { data: values, ..DataArray::vectors(name) });
+        self.array(DataArray::vectors(name), values.into_iter().flat_map(<[f64; 3]>::from));
     }
 
     /// Normals of all points: what looks at them takes the surface for smooth.
     pub(super) fn normals(&mut self, values: impl IntoIterator<Item = Vec3>) {
-        let values = self.buffer(values.into_iter().flat_map(<[f64; 3]>::from));
-        self.arrays.push(DataArray { data: values, ..DataArray::normals("Normals") });
+        self.array(DataArray::normals("Normals"), values.into_iter().flat_map(<[f64; 3]>::from));
     }
 
     /// Writes the index of a `file` whose [pieces](pieces::piece), with the arrays of this, are all written; its path.

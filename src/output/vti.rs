@@ -35,10 +35,7 @@ const OFFSET_WIDTH: usize = 20;
 /// Names and components of the arrays, in their order.
 const ARRAYS: [(&str, usize); 3] = [("velocity", 3), ("pressure", 1), ("solid_fraction", 1)];
 
-/// Writes the fields of a block of the box at a time (s) as cell data.
-///
-/// # Panics
-/// If an array does not have one value per cell.
+/// Writes the fields of a block of the box at a time (s) as cell data. Panics unless there is one value per cell.
 pub fn write_fields(path: &Path, domain: &Domain, block: &Block, time: f64, fields: &Fields) -> Result<()> {
     let arrays: [&[f32]; ARRAYS.len()] =
         [fields.velocity.as_flattened(), &fields.pressure, &fields.solid_fraction];

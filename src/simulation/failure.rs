@@ -62,7 +62,7 @@ pub(super) fn first(all: &[Vec<u8>], engine: &'static str, hint: &str) -> Error 
     let first = all.iter().find(|bytes| !bytes.is_empty()).expect("called when a rank has failed");
     match serde_json::from_slice(first).expect("made by to_bytes") {
         (true, step, what) => Error::Engine { engine, step, what },
-        (false, step, what) => Error::Diverged { step, what: String::from(what) + hint },
+        (false, step, what) => Error::Diverged { step, what: what + hint },
     }
 }
 

@@ -1,15 +1,15 @@
-//! Identity of a run: what its summary, its checkpoints and the rows of a study compare to tell whether they are of the same set-up.
+//! Identity of a run, by which summaries, checkpoints and rows of a study are recognised as of the same set-up.
 //!
-//! Nothing here follows from how the program is written: every key and every name of a choice is spelled out below, so that renaming
-//! a type or a field changes no identity. The hash is that of one text in [canonical form](canonical), which has
+//! Every key and every name of a choice is spelled out below, so that renaming a type or a field changes no identity. The hash is that of
+//! one text in [canonical form](canonical), which has
 //!
 //! - of the fluid its density, collision, coupling, force balance, flux control and body acceleration;
 //! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
 //! - volume, inertia, density and material of each template;
 //! - the contents of the files that the case names.
 //!
-//! Not in it are the numbers that stand beside it in [`identity`], the run plan, and what the text of the case decides alone:
-//! position and motion of the particles, and commands for LIGGGHTS.
+//! It lacks the other numbers of [`identity`], the run plan, and what the text of the case decides alone: position and motion of the
+//! particles, and commands for LIGGGHTS.
 
 use crate::case::{FluidSetup, Setup};
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};

@@ -73,9 +73,8 @@ impl Simulation {
         }
     }
 
-    /// Force (N) of the fluid on each wall of the case in the last step, and torque (N m) about the pivot of its motion,
-    /// over the cells next to it; without the pressure of the fluid at rest, which the lattice does not hold. Zeros in a
-    /// dry run. Collective.
+    /// Force (N) of the fluid on each wall in the last step, and torque (N m) about the pivot of its motion, without the pressure
+    /// of the fluid at rest, which the lattice does not hold. Zeros without a fluid. Collective.
     pub fn wall_loads(&self) -> Vec<Load> {
         let Some(system) = &self.system else {
             return vec![Load::default(); self.walls];

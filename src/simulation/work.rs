@@ -14,7 +14,7 @@ use crate::case::Setup;
 use crate::contact::{GrownShape, PairFinder};
 use crate::domain::{Domain, Weights};
 use crate::engine::EngineChoice;
-use crate::fluid::{CHUNK, Precision};
+use crate::fluid::CHUNK;
 use crate::math::Vec3;
 use crate::particle::Template;
 use crate::wall::{Surface, Wall};
@@ -115,10 +115,7 @@ impl<'a> Work<'a> {
 
     /// Bytes of a population.
     fn number(&self) -> usize {
-        match self.setup.plan.precision {
-            Precision::F32 => 4,
-            Precision::F64 => 8,
-        }
+        costs::by_precision(self.setup.plan.precision, 4, 8)
     }
 
     /// The work by layers of cells.

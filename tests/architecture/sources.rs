@@ -54,7 +54,7 @@ impl Source {
         self.path.ends_with("tests.rs")
     }
 
-    /// Whether it is this module, or in it: `output/progress`.
+    /// Whether it is this module, or in it: `simulation/references`.
     pub(crate) fn is_in(&self, module: &str) -> bool {
         let (_, below) = self.path.split_once("src/").unwrap();
         let rest = below.strip_prefix(module);

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use turbid::dem::ContactState;
 use turbid::domain::{Block, Domain};
 use turbid::math::{Quat, Vec3};
-use turbid::output::picture::{Plane, Scene, SettlingPlot, write_settling, write_side_view, write_slice};
+use turbid::output::picture::{Plane, SettlingPlot, Snapshot, write_settling, write_side_view, write_slice};
 use turbid::output::{
     self, Collection, Fields, OutputFiles, ParticlePoints, ParticleSurfaces, SeriesRow, SeriesWriter,
     directory, estimate_mean, write_fields, write_walls,
@@ -99,8 +99,8 @@ fn fields(particles: &[Particle]) -> Fields {
 }
 
 /// The velocity of the plane of a picture, out of that of all cells.
-fn slice(scene: &Scene, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let plane = &scene.plane;
+fn slice(snapshot: &Snapshot, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let plane = &snapshot.plane;
     let (Block { lo, hi }, [nx, ny, _]) = (plane.cells(), cells);
     let mut slice = vec![[0.0; 3]; plane.values()];
     for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
@@ -142,7 +142,7 @@ fn write_run(root: &Path) {
                 ..SeriesRow::default()
             }])
             .unwrap();
-        let scene = Scene {
+        let snapshot = Snapshot {
             case: "hindered_settling",
             time,
             stokes_time: Some(DIAMETER / STOKES_VELOCITY),
@@ -152,8 +152,8 @@ fn write_run(root: &Path) {
             walls: &[],
             largest_speed: None,
         };
-        let slice = slice(&scene, DOMAIN.cells, &fields.velocity);
-        write_slice(&files.file(directory::PICTURES, step), &scene, &slice).unwrap();
+        let slice = slice(&snapshot, DOMAIN.cells, &fields.velocity);
+        write_slice(&files.file(directory::PICTURES, step), &snapshot, &slice).unwrap();
     }
 
     let mut random = ChaCha8Rng::seed_from_u64(8);
@@ -355,7 +355,7 @@ fn write_tank(root: &Path) {
             [strength * z, 0.0, -strength * x]
         })
         .collect();
-    let scene = Scene {
+    let snapshot = Snapshot {
         case: "tank",
         time: 1e-3,
         stokes_time: None,
@@ -365,8 +365,8 @@ fn write_tank(root: &Path) {
         walls: &walls,
         largest_speed: None,
     };
-    write_side_view(&files.file(directory::PICTURES, 0), &scene).unwrap();
-    write_slice(&files.file(directory::PICTURES, 100), &scene, &slice(&scene, TANK.cells, &velocity))
+    write_side_view(&files.file(directory::PICTURES, 0), &snapshot).unwrap();
+    write_slice(&files.file(directory::PICTURES, 100), &snapshot, &slice(&snapshot, TANK.cells, &velocity))
         .unwrap();
 }
 

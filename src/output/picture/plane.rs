@@ -3,10 +3,8 @@
 use crate::domain::{Block, Domain};
 use crate::math::Vec3;
 
-/// The plane of a slice, across an axis of the box: which axes run across and up, and what it cuts.
-///
-/// By default it goes through the middle of the box and holds the direction of gravity, upwards in the
-/// picture, and if it can the x axis: the x-z plane for gravity along z.
+/// The plane of a slice, across an axis of the box. By default it goes through the middle of the box and holds the direction of
+/// gravity, upwards in the picture, and if it can the x axis: the x-z plane for gravity along z.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "pictures alone have a size"))]
 pub struct Plane {
@@ -67,11 +65,8 @@ impl Plane {
         cells
     }
 
-    /// Adds the velocity (m/s) of one of its [`cells`](Self::cells) to that of the plane, which holds `width * height` values for
-    /// the numbers of cells across and up, across fastest, zero at first.
-    ///
-    /// # Panics
-    /// If `velocity` has another length.
+    /// Adds the velocity (m/s) of one of its [`cells`](Self::cells) to that of the plane, `width * height` values for the numbers
+    /// of cells across and up, across fastest, zero at first. Panics if `velocity` has another length.
     pub fn add(&self, velocity: &mut [[f32; 3]], cell: [usize; 3], u: [f32; 3]) {
         let n = self.domain.cells;
         assert_eq!(velocity.len(), self.values(), "one velocity per point of the plane");

@@ -24,18 +24,12 @@ pub struct SettlingPlot<'a> {
 }
 
 /// Writes the chart of a settling velocity over time as PNG.
-///
-/// # Panics
-/// If there are not as many velocities as times.
 pub fn write_settling(path: &Path, plot: &SettlingPlot) -> Result<()> {
     write_figure(path, &settling_chart(plot).figure(), Format::Png)
 }
 
-/// Settling velocity over time, the mean with its standard error as a band, the end of the transient and the mean from there,
-/// and reference lines.
-///
-/// # Panics
-/// If there are not as many velocities as times.
+/// Settling velocity over time, the mean with its standard error as a band, the end of the transient and the mean from there, and
+/// reference lines. Panics unless there is one velocity for each time.
 pub fn settling_chart(plot: &SettlingPlot) -> Chart {
     assert_eq!(plot.t_star.len(), plot.velocity.len(), "one velocity for each time");
     let end = plot.t_star.iter().copied().fold(0.0, f64::max);

@@ -1,8 +1,8 @@
 //! The particles from the side, coloured by their speeds: what there is to see without a fluid.
 
 use super::plane::Plane;
-use super::scene::{AXES, Scene, SpeedRange};
 use super::slice::draw_walls;
+use super::snapshot::{AXES, Snapshot, SpeedRange};
 use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
@@ -24,38 +24,38 @@ const ALONG: f64 = 1e-6;
 /// [`write_slice`](super::write_slice) cuts across.
 ///
 /// Walls that are seen edge on and pipes are drawn, too; others would hide what is behind them.
-pub fn write_side_view(path: &Path, scene: &Scene) -> Result<()> {
-    let (image, range) = draw(scene);
-    let caption = format!("seen along {}", AXES[scene.plane.normal]);
-    let figure = scene.figure(image, &caption, "speed of particles |v|", &range);
+pub fn write_side_view(path: &Path, snapshot: &Snapshot) -> Result<()> {
+    let (image, range) = draw(snapshot);
+    let caption = format!("seen along {}", AXES[snapshot.plane.normal]);
+    let figure = snapshot.figure(image, &caption, "speed of particles |v|", &range);
     write_figure(path, &figure, Format::Png)
 }
 
-fn draw(scene: &Scene) -> (Image, SpeedRange) {
-    let plane = scene.plane;
-    let (pixels, scale) = scene.pixels();
-    let fastest = || (scene.particles.iter()).fold(0.0, |most: f64, p| most.max(p.velocity().norm()));
-    let range = SpeedRange::up_to(scene.largest_speed.unwrap_or_else(fastest));
-    let refinement = if scene.particles.len() <= FEW { 3 } else { 2 };
-    let bodies: Vec<Body> = scene.templates.iter().map(|t| Body::new(t, refinement)).collect();
+fn draw(snapshot: &Snapshot) -> (Image, SpeedRange) {
+    let plane = snapshot.plane;
+    let (pixels, scale) = snapshot.pixels();
+    let fastest = || (snapshot.particles.iter()).fold(0.0, |most: f64, p| most.max(p.velocity().norm()));
+    let range = SpeedRange::up_to(snapshot.largest_speed.unwrap_or_else(fastest));
+    let refinement = if snapshot.particles.len() <= FEW { 3 } else { 2 };
+    let bodies: Vec<Body> = snapshot.templates.iter().map(|t| Body::new(t, refinement)).collect();
     let mut raster = Raster::new(pixels.0, pixels.1, BACKGROUND);
     let mut surface = 1;
-    for particle in scene.particles {
+    for particle in snapshot.particles {
         let body = &bodies[particle.template as usize];
-        let reach = scene.templates[particle.template as usize].shape.circumradius();
+        let reach = snapshot.templates[particle.template as usize].shape.circumradius();
         let colour = range.colour(particle.velocity().norm());
-        for centre in scene.images(particle.position(), reach, &[plane.across, plane.up]) {
+        for centre in snapshot.images(particle.position(), reach, &[plane.across, plane.up]) {
             let at = (centre, particle.orientation());
-            surface = body.draw(&mut raster, scene, at, colour, surface);
+            surface = body.draw(&mut raster, snapshot, at, colour, surface);
         }
     }
     let mut image = raster.image();
-    draw_walls(&mut image, &plane, scale, &walls_edge_on(scene, &plane));
+    draw_walls(&mut image, &plane, scale, &walls_edge_on(snapshot, &plane));
     (image, range)
 }
 
 /// The walls whose edge is seen, in the middle of the box: planes along the line of sight, and pipes by their outline.
-fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
+fn walls_edge_on(snapshot: &Snapshot, plane: &Plane) -> Vec<Surface> {
     let [_, _, towards] = plane.frame();
     let across = |v: Vec3| v.dot(&towards).abs() < ALONG;
     let seen = |surface: Surface| match surface {
@@ -71,7 +71,7 @@ fn walls_edge_on(scene: &Scene, plane: &Plane) -> Vec<Surface> {
             })
         }
     };
-    let walls = scene.walls.iter().map(|wall| wall.surface_at(scene.time));
+    let walls = snapshot.walls.iter().map(|wall| wall.surface_at(snapshot.time));
     walls.filter_map(seen).collect()
 }
 
@@ -106,8 +106,15 @@ impl Body {
     }
 
     /// Draws the body of a particle at one of its images, with pieces from number `first` on; returns the next free number.
-    fn draw(&self, raster: &mut Raster, scene: &Scene, at: (Vec3, Quat), colour: [u8; 3], first: u32) -> u32 {
-        let (plane, (_, scale), (centre, orientation)) = (&scene.plane, scene.pixels(), at);
+    fn draw(
+        &self,
+        raster: &mut Raster,
+        snapshot: &Snapshot,
+        at: (Vec3, Quat),
+        colour: [u8; 3],
+        first: u32,
+    ) -> u32 {
+        let (plane, (_, scale), (centre, orientation)) = (&snapshot.plane, snapshot.pixels(), at);
         let [right, up, towards] = plane.frame();
         let sun = (0.6 * up - 0.45 * right + 0.7 * towards).normalize();
         for (corners, piece) in &self.triangles {
@@ -143,7 +150,7 @@ mod tests {
         // Seen along y with x to the right and z upwards: small y is near.
         for (near, far) in [(1.0, 0.0), (0.0, 1.0)] {
             let particles = [moving(0.9, far), moving(0.2, near)];
-            let (image, _) = draw(&Scene {
+            let (image, _) = draw(&Snapshot {
                 case: "",
                 time: 0.0,
                 stokes_time: None,

@@ -2,7 +2,7 @@
 
 use super::outline::{REFINEMENT, cut};
 use super::plane::Plane;
-use super::scene::{AXES, Scene, SpeedRange};
+use super::snapshot::{AXES, Snapshot, SpeedRange};
 use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -15,33 +15,28 @@ use turbid_plot::{Image, WALL};
 /// Cuts smaller than this many pixels look like dirt and are left out.
 const SMALLEST_OUTLINE: f32 = 5.0;
 
-/// Draws the [`Plane`] of a scene. Lengths are in diameters of the first kind of particle, in metres without
-/// particles.
-///
-/// `velocity` (m/s) is that of the plane, as [`Plane::add`] makes it. Of the particles those are enough that the plane
-/// [cuts](Plane::cuts).
-///
-/// # Panics
-/// If `velocity` does not have the [length](Plane::values) that belongs to the plane.
-pub fn write_slice(path: &Path, scene: &Scene, velocity: &[[f32; 3]]) -> Result<()> {
-    let (image, range) = draw(scene, velocity);
-    let (length, unit) = scene.unit();
-    let normal = scene.plane.normal;
-    let caption = format!("{} = {:.2} {unit}", AXES[normal], scene.plane.height() / length);
-    let figure = scene.figure(image, &caption, "speed |u|", &range);
+/// Draws the [`Plane`] of a snapshot, with lengths in diameters of the first kind of particle (in metres without particles).
+/// `velocity` (m/s) is that of the plane, as [`Plane::add`] makes it; of the particles those are enough that the plane
+/// [cuts](Plane::cuts). Panics if `velocity` has not the [length](Plane::values) of the plane.
+pub fn write_slice(path: &Path, snapshot: &Snapshot, velocity: &[[f32; 3]]) -> Result<()> {
+    let (image, range) = draw(snapshot, velocity);
+    let (length, unit) = snapshot.unit();
+    let normal = snapshot.plane.normal;
+    let caption = format!("{} = {:.2} {unit}", AXES[normal], snapshot.plane.height() / length);
+    let figure = snapshot.figure(image, &caption, "speed |u|", &range);
     write_figure(path, &figure, Format::Png)
 }
 
-fn draw(scene: &Scene, velocity: &[[f32; 3]]) -> (Image, SpeedRange) {
-    let (pixels, scale) = scene.pixels();
-    let speeds = scene.plane.speeds(velocity, pixels);
+fn draw(snapshot: &Snapshot, velocity: &[[f32; 3]]) -> (Image, SpeedRange) {
+    let (pixels, scale) = snapshot.pixels();
+    let speeds = snapshot.plane.speeds(velocity, pixels);
     let largest = || f64::from(speeds.iter().copied().fold(0.0, f32::max));
-    let range = SpeedRange::up_to(scene.largest_speed.unwrap_or_else(largest));
+    let range = SpeedRange::up_to(snapshot.largest_speed.unwrap_or_else(largest));
     let colours: Vec<[u8; 3]> = speeds.iter().map(|&speed| range.colour(f64::from(speed))).collect();
     let mut image = Image::new(pixels.0, pixels.1, &colours);
-    draw_particles(&mut image, scene, scale);
-    let walls: Vec<Surface> = (scene.walls.iter()).map(|wall| wall.surface_at(scene.time)).collect();
-    draw_walls(&mut image, &scene.plane, scale, &walls);
+    draw_particles(&mut image, snapshot, scale);
+    let walls: Vec<Surface> = (snapshot.walls.iter()).map(|wall| wall.surface_at(snapshot.time)).collect();
+    draw_walls(&mut image, &snapshot.plane, scale, &walls);
     (image, range)
 }
 
@@ -60,17 +55,17 @@ pub(super) fn draw_walls(image: &mut Image, plane: &Plane, scale: f64, walls: &[
 }
 
 /// Outlines of all particles and their periodic images that the plane cuts.
-fn draw_particles(image: &mut Image, scene: &Scene, scale: f64) {
-    let plane = &scene.plane;
+fn draw_particles(image: &mut Image, snapshot: &Snapshot, scale: f64) {
+    let plane = &snapshot.plane;
     let (across, up) = (Vec3::ith(plane.across, 1.0), Vec3::ith(plane.up, 1.0));
     let middle = Vec3::ith(plane.normal, plane.height());
-    let mut particles: Vec<&Particle> = scene.particles.iter().collect();
+    let mut particles: Vec<&Particle> = snapshot.particles.iter().collect();
     particles.sort_by_key(|particle| particle.template);
     for group in particles.chunk_by(|a, b| a.template == b.template) {
-        let shape = &*scene.templates[group[0].template as usize].shape;
+        let shape = &*snapshot.templates[group[0].template as usize].shape;
         let mesh = LazyCell::new(|| shape.surface_mesh(REFINEMENT));
         for particle in group {
-            for centre in scene.images(particle.position(), shape.circumradius(), &[0, 1, 2]) {
+            for centre in snapshot.images(particle.position(), shape.circumradius(), &[0, 1, 2]) {
                 let turn = particle.orientation();
                 let outline = cut(shape, &mesh, &turn, middle - centre, across, up);
                 let points: Vec<(f32, f32)> = (outline.iter())
@@ -111,7 +106,7 @@ mod tests {
     }
 
     fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Image {
-        let scene = Scene {
+        let snapshot = Snapshot {
             case: "a rather long name of a case",
             time: 12.3,
             stokes_time: Some(1.0),
@@ -121,7 +116,7 @@ mod tests {
             walls,
             largest_speed: Some(1.0),
         };
-        draw(&scene, &velocity()).0
+        draw(&snapshot, &velocity()).0
     }
 
     /// Colour at a position in the box; the image is 500 by 1000 pixels.
@@ -187,7 +182,7 @@ mod tests {
     fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures() {
         for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
             let domain = Domain { periodic: [true; 3], cells, dx: 1e-3 };
-            let scene = Scene {
+            let snapshot = Snapshot {
                 case: "rest",
                 time: 12.3,
                 stokes_time: Some(1.0),
@@ -197,9 +192,9 @@ mod tests {
                 walls: &[],
                 largest_speed: None,
             };
-            let (image, range) = draw(&scene, &vec![[0.0; 3]; scene.plane.values()]);
+            let (image, range) = draw(&snapshot, &vec![[0.0; 3]; snapshot.plane.values()]);
             assert_eq!(image.colour(0, 0), range.colour(0.0));
-            let page = scene.figure(image, "", "", &range).image();
+            let page = snapshot.figure(image, "", "", &range).image();
             assert!(page.height() >= 900 && page.width() < 2600);
         }
     }

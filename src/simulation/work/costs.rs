@@ -17,28 +17,27 @@ use crate::contact::{ContactModel, Geometry, sampled};
 use crate::fluid::Precision;
 use crate::particle::Template;
 
+/// The value for populations in single or in double precision.
+pub(super) fn by_precision<V>(precision: Precision, single: V, double: V) -> V {
+    match precision {
+        Precision::F32 => single,
+        Precision::F64 => double,
+    }
+}
+
 /// A cell update (s).
 pub(super) fn cell(precision: Precision) -> f64 {
-    match precision {
-        Precision::F32 => 5.0e-9,
-        Precision::F64 => 5.6e-9,
-    }
+    by_precision(precision, 5.0e-9, 5.6e-9)
 }
 
 /// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
 pub fn bytes_per_cell(precision: Precision) -> f64 {
-    match precision {
-        Precision::F32 => 110.0,
-        Precision::F64 => 190.0,
-    }
+    by_precision(precision, 110.0, 190.0)
 }
 
 /// A cell of a face: packing, unpacking (s).
 pub(super) fn face(precision: Precision) -> f64 {
-    match precision {
-        Precision::F32 => 2.9e-9,
-        Precision::F64 => 4.5e-9,
-    }
+    by_precision(precision, 2.9e-9, 4.5e-9)
 }
 
 /// A particle on a rank, owned or ghost, with the search for pairs (s).

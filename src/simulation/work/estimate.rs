@@ -4,10 +4,10 @@
 //! The cuts of the box never depend on the calibration, only on the built-in costs: all ranks must find the same ones.
 
 use super::Work;
+use super::costs::by_precision;
 use crate::case::Setup;
 use crate::comm;
 use crate::error::Result;
-use crate::fluid::Precision;
 use crate::input;
 use crate::output::write_bytes;
 use crate::simulation::decompose;
@@ -34,7 +34,9 @@ pub struct TimeEstimate {
 pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
     let cut = decompose(setup)?;
     let calibration = file().and_then(|path| Calibration::read(&path));
-    let factor = calibration.as_ref().map_or(1.0, |found| found.factor(setup.plan.precision));
+    let factor = calibration
+        .as_ref()
+        .map_or(1.0, |found| by_precision(setup.plan.precision, found.single, found.double));
     let ranks = cut.ranks();
     // Threads may share cores; the cores of processes are unknown.
     let turns = match comm::launched() {
@@ -69,14 +71,7 @@ impl Calibration {
         Self { format: FORMAT, processor: processor(), cores: cores(), threads, single, double }
     }
 
-    fn factor(&self, precision: Precision) -> f64 {
-        match precision {
-            Precision::F32 => self.single,
-            Precision::F64 => self.double,
-        }
-    }
-
-    /// What a file says, if it is whole and of this machine.
+    /// The contents of a file, if it is whole and of this machine.
     fn read(path: &Path) -> Option<Self> {
         let bytes = input::read(path, input::RECORD).ok()?;
         let read: Self = serde_json::from_slice(&bytes).ok()?;

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::Numbered;
 use crate::output::directory::PICTURES;
-use crate::output::picture::{Plane, Scene, write_side_view, write_slice};
+use crate::output::picture::{Plane, Snapshot, write_side_view, write_slice};
 use crate::particle::Particle;
 
 /// Bytes of a picture.
@@ -55,7 +55,7 @@ impl Writer for Pictures<'_> {
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
         let setup = self.setup;
         self.range = self.range.or_else(|| range(setup, output));
-        let scene = Scene {
+        let snapshot = Snapshot {
             case: &setup.provenance.name,
             time: output.time,
             stokes_time: setup.stokes_time(),
@@ -67,8 +67,8 @@ impl Writer for Pictures<'_> {
         };
         let path = PICTURES.file(&setup.plan.output.directory, output.step);
         match output.slice {
-            Some(velocity) => write_slice(&path, &scene, velocity),
-            None => write_side_view(&path, &scene),
+            Some(velocity) => write_slice(&path, &snapshot, velocity),
+            None => write_side_view(&path, &snapshot),
         }
     }
 
@@ -90,8 +90,8 @@ impl Writer for Pictures<'_> {
     }
 }
 
-/// Speed at the upper end of the colours of all pictures of a run (m/s), if the case does not say it: as it is expected, or else
-/// that of the fastest in this picture, its first; none if nothing moves there.
+/// Speed at the upper end of the colours of all pictures of a run (m/s), if the case does not give it: the expected one, or else
+/// the largest in this picture, the first; none if nothing moves there.
 fn range(setup: &Setup, picture: &RootOutput) -> Option<f64> {
     let largest = |speeds: &mut dyn Iterator<Item = f64>| speeds.fold(0.0, f64::max);
     let seen = || match picture.slice {

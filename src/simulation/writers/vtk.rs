@@ -180,8 +180,8 @@ impl Writer for Walls<'_> {
 
     fn due(&self, step: u64, last: bool) -> bool {
         let plan = &self.setup.plan.output;
-        let mut every = [plan.particles_every, plan.surfaces_every].into_iter();
-        every.any(|every| every > 0 && (last || step.is_multiple_of(every)))
+        let is_due = |every| every > 0 && (last || step.is_multiple_of(every));
+        is_due(plan.particles_every) || is_due(plan.surfaces_every)
     }
 
     fn needs(&self) -> Vec<Need> {

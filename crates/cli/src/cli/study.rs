@@ -72,7 +72,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
         if let Event::Failed { .. } = event {
             progress.clear();
         }
-        tell(event, quiet)
+        tell(event, quiet);
     })?;
     let document = study.document()?;
     if !quiet {

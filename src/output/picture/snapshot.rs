@@ -8,7 +8,7 @@ use turbid_plot::{Figure, Image, Picture, round_up, viridis};
 
 /// The box and what is in it at one time.
 #[derive(Clone, Copy, Debug)]
-pub struct Scene<'a> {
+pub struct Snapshot<'a> {
     /// Name of the case, for the title.
     pub case: &'a str,
     /// Time (s).
@@ -27,7 +27,7 @@ pub struct Scene<'a> {
     pub largest_speed: Option<f64>,
 }
 
-impl Scene<'_> {
+impl Snapshot<'_> {
     /// The time as text.
     fn time_text(&self) -> String {
         match self.stokes_time {
