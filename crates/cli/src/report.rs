@@ -102,28 +102,27 @@ fn read_json<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
 
 /// Everything on one page; of several sections with tables of all studies and of all runs at its head.
 fn page(name: &str, sources: &[Source], sections: &[Section]) -> String {
-    let mut text = String::new();
+    let last = format!("Drawn by `turbid report`, version {}.\n", env!("CARGO_PKG_VERSION"));
     if let [section] = sections {
-        text += &format!("# {}\n\n{}", section.title, section.markdown);
-    } else {
-        text += &format!("# {name}\n\n");
-        for is_study in [true, false] {
-            let pairs = sources.iter().zip(sections).filter(|(source, _)| source.is_study == is_study);
-            let rows: Vec<_> = pairs.map(|(_, section)| &section.row).collect();
-            if let Some(first) = rows.first() {
-                let heads: Vec<&str> = first.iter().map(|(head, _)| *head).collect();
-                let cells = rows.iter().map(|row| row.iter().map(|(_, value)| value.clone()).collect());
-                text += &markdown_table(&heads, &cells.collect::<Vec<_>>());
-                text.push('\n');
-            }
-        }
-        for (source, section) in sources.iter().zip(sections) {
-            let same = section.title == source.name;
-            let of = if same { String::new() } else { format!(" (`{}`)", source.name) };
-            text += &format!("## {}{of}\n\n{}", section.title, section.markdown);
+        return format!("# {}\n\n{}{last}", section.title, section.markdown);
+    }
+    let mut parts = vec![format!("# {name}\n\n")];
+    for is_study in [true, false] {
+        let pairs = sources.iter().zip(sections).filter(|(source, _)| source.is_study == is_study);
+        let rows: Vec<_> = pairs.map(|(_, section)| &section.row).collect();
+        if let Some(first) = rows.first() {
+            let heads: Vec<&str> = first.iter().map(|(head, _)| *head).collect();
+            let cells = rows.iter().map(|row| row.iter().map(|(_, value)| value.clone()).collect());
+            parts.push(markdown_table(&heads, &cells.collect::<Vec<_>>()) + "\n");
         }
     }
-    text + &format!("Drawn by `turbid report`, version {}.\n", env!("CARGO_PKG_VERSION"))
+    for (source, section) in sources.iter().zip(sections) {
+        let same = section.title == source.name;
+        let of = if same { String::new() } else { format!(" (`{}`)", source.name) };
+        parts.push(format!("## {}{of}\n\n{}", section.title, section.markdown));
+    }
+    parts.push(last);
+    parts.concat()
 }
 
 /// The run or study in `directory`, or those in the directories in it, by name.

@@ -38,7 +38,8 @@ impl Section {
 
     /// Adds a paragraph.
     pub(super) fn text(&mut self, words: &str) {
-        self.markdown += &format!("{words}\n\n");
+        self.markdown += words;
+        self.markdown += "\n\n";
     }
 
     /// Adds a heading.
@@ -69,8 +70,8 @@ impl Section {
         let shown = if has(Format::Png) { Format::Png } else { Format::Svg };
         let mut below = one_line(note);
         if has(Format::Png) && has(Format::Svg) {
-            let space = if below.is_empty() { "" } else { " " };
-            below += &format!("{space}[SVG]({})", file(Format::Svg));
+            let link = format!("[SVG]({})", file(Format::Svg));
+            below = if below.is_empty() { link } else { format!("{below} {link}") };
         }
         let image = format!("![{}]({})", one_line(title), file(shown));
         self.figures.push((stem, figure));

@@ -84,7 +84,7 @@ impl Study {
         }
         let values = points.iter().map(|(at, known)| {
             let runs: Vec<&str> = self.runs_at(at).map(|(_, run)| run.name.as_str()).collect();
-            self.value(section, format!("{}, {}", self.name(section), runs.join(", ")), known)
+            labelled(section, format!("{}, {}", self.name(section), runs.join(", ")), *known)
         });
         let values: Vec<(String, f64)> = values.collect();
         let mean = values.iter().map(|(_, value)| value).sum::<f64>() / values.len() as f64;
@@ -162,18 +162,10 @@ impl Study {
         let mut points = self.points(&section.span, &self.free_axes(&[]), only, &y.value)?;
         points.retain(|(_, known)| !matches!(known, Known::Missing(_)));
         let values = points.into_iter().map(|(at, known)| {
-            let (label, value) = self.value(section, self.label(section, &at), &known);
+            let (label, value) = labelled(section, self.label(section, &at), known);
             (at, label, value)
         });
         Ok(values.collect())
-    }
-
-    /// A value with its label; NaN where the runs do not have the quantity, which the label then says.
-    fn value(&self, section: &Section, label: String, known: &Known) -> (String, f64) {
-        match known.value() {
-            Some(quantity) => (label, quantity.value),
-            None => (format!("{label}: the runs have no `{}`", section.value.y.value), f64::NAN),
-        }
     }
 
     fn name(&self, section: &Section) -> String {
@@ -188,6 +180,14 @@ impl Study {
     fn lacks(&self, section: &Section, how: &str) -> Error {
         let remedy = format!("give it {how}");
         self.plan.source.error(&section.span, "this check lacks a key", "here", &remedy)
+    }
+}
+
+/// A value with its label; NaN where the runs do not have the quantity, which the label then says.
+fn labelled(section: &Section, label: String, known: Known) -> (String, f64) {
+    match known.value() {
+        Some(quantity) => (label, quantity.value),
+        None => (format!("{label}: the runs have no `{}`", section.value.y.value), f64::NAN),
     }
 }
 

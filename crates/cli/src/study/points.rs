@@ -180,7 +180,7 @@ impl Study {
             line.along.push(at);
             match known {
                 Known::Value(Quantity { value, error }) => {
-                    line.points.push(Point { x: number, y: value, error })
+                    line.points.push(Point { x: number, y: value, error });
                 }
                 Known::Missing(runs) => line.missing = [line.missing[0] + 1, line.missing[1] + runs],
                 Known::Unnamed => line.unnamed += 1,
