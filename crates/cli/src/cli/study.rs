@@ -61,22 +61,18 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     // From here on a signal ends a run with a checkpoint; before, it ends the program.
     let options = run::options(&arguments.flags, run::STOPPING)?;
     let quiet = options.quiet;
-    let mut manner = study::Manner { run: options, only: arguments.only.clone() };
+    let mut flags = study::Manner { run: options, only: arguments.only.clone() };
     // Lines every few seconds for hours are of no use.
-    manner.run.quiet = quiet || !stderr().is_terminal();
-    let outcome = study::execute(&mut study, &manner, &preflight::refuse_what_does_not_fit, &mut |event| {
-        tell(event, quiet)
+    flags.run.quiet = quiet || !stderr().is_terminal();
+    let outcome = study::execute(&mut study, &flags, &preflight::refuse_what_does_not_fit, &mut |event| {
+        tell(event, quiet);
     })?;
     let document = study.document()?;
     if !quiet {
         let score = Score::of_checks(&document.checks);
         let mut text = format!("{} of {} runs done, {score}", document.runs.done, document.runs.total);
-        match document.unsettled.len() {
-            0 => {}
-            1 => text.push_str(", one run with means that have not settled (`settled` in result.csv)"),
-            n => {
-                let _ = write!(text, ", {n} runs with means that have not settled (`settled` in result.csv)");
-            }
+        if let unsettled @ 1.. = document.unsettled.len() {
+            let _ = write!(text, ", means that have not settled in {unsettled} (`settled` in result.csv)");
         }
         if outcome.interrupted {
             text.push_str("; interrupted, the same command resumes");
