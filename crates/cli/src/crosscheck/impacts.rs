@@ -211,8 +211,8 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
     let names = ["native, tsuji", "LIGGGHTS", "native, hunt_crossley", "hunt_crossley, theory"];
     findings.overlays.push(Overlay::new(
         "off",
-        format!("Restitution measured less that set, {STEPS} steps per contact, 1 m/s"),
-        ["restitution set", "measured less set"],
+        format!("Restitution measured minus set, {STEPS} steps per contact, 1 m/s"),
+        ["restitution set", "measured minus set"],
         names.into_iter().zip(curves),
     ));
     Ok(findings)

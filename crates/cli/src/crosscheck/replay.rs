@@ -38,7 +38,7 @@ pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
     Ok(findings)
 }
 
-/// Replays the case with these options; the trajectories take the place of those before.
+/// Replays the case with these options; the trajectories replace those before.
 fn compare(
     what: &str,
     options: &[&str],

@@ -67,7 +67,7 @@ impl Contact {
         (hertz, ratio)
     }
 
-    /// Adds the spheres of all depths; the first of them has this number in the grid of places.
+    /// Adds the spheres of all depths; the first of them has this index in a grid of positions.
     fn add_to(&self, system: &mut System, first: usize) {
         // Every radius comes in all materials.
         let kind = |[radius, material]: [usize; 2]| radius * MATERIALS.len() + material;

@@ -44,7 +44,7 @@ pub(super) struct Watch<'a> {
 impl Watch<'_> {
     /// Runs until the end of the case, or until a look returns true; the rows of all ranks, in no particular order of the ranks.
     ///
-    /// `look(run, rows)` is called on all ranks every so many steps, adds to the rows of this rank (rank 0 also has all rows of
+    /// `look(run, rows)` is called on all ranks every [`every`](Self::every) steps, adds to the rows of this rank (rank 0 also has all rows of
     /// before a restart), and returns the same on all ranks.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ impl Watch<'_> {
         look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
     ) -> Result<Vec<R>> {
         let ranks = Decomposition::max_ranks(self.setup.domain, self.threads.max(1));
-        let decomposition = Decomposition::new(self.setup.domain, ranks).expect("so many have room");
+        let decomposition = Decomposition::new(self.setup.domain, ranks).expect("at most the largest number");
         let all = try_on_threads(ranks, |comm| {
             let start = if self.fixed { Simulation::with_prescribed_motion } else { Simulation::new };
             let mut run = start(self.setup, &decomposition, comm)?;
