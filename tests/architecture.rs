@@ -20,7 +20,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "validate",
-        "crosscheck checks simulation case output checkpoint coupling fluid dem particle shape domain comm math input error",
+        "crosscheck checks simulation case output engine checkpoint coupling fluid particle shape domain comm math input error",
     ),
     ("report", "study checks simulation output plot input error"),
     ("study", "checks simulation case output checkpoint plot comm math input error"),

@@ -29,7 +29,7 @@ fn every_case_of_the_quick_level_is_within_its_tolerances() {
 fn the_full_level_ends_in_time_and_leaves_what_it_can_go_on_with() {
     let place = Place::empty();
     let said = place.ends(4, &["validate", "wet_impact", "--max-walltime", "4", "--out", "."]);
-    assert!(said.contains("stopped before its end") && said.contains("the same command goes on"), "{said}");
+    assert!(said.contains("stopped before its end") && said.contains("the same command resumes"), "{said}");
     let kept = std::fs::read_dir(place.path("kept")).unwrap();
     let left = kept.map(|entry| entry.unwrap().path().join("checkpoints"));
     assert_eq!(left.filter(|folder| folder.is_dir()).count(), 1, "{said}");

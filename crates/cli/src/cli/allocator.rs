@@ -10,7 +10,7 @@ use turbid::memory;
 /// An allocator that does not fail where nobody can deal with it.
 pub struct Guarded<A>(pub A);
 
-// SAFETY: every call goes on to the inner allocator, and the result is its own.
+// SAFETY: every call is passed to the inner allocator, and the result is its own.
 unsafe impl<A: GlobalAlloc> GlobalAlloc for Guarded<A> {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: by the contract of this method.

@@ -85,7 +85,7 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
     rows.push(row("blocks", format!("{x} x {y} x {z}"), ""));
     for (kind, seconds) in &report.waiting_over_ranks {
         let (value, remark) = times(", within the stages".to_owned(), seconds);
-        rows.push(row(&format!("sending, waiting: {kind}"), value, remark));
+        rows.push(row(format!("sending, waiting: {kind}"), value, remark));
     }
     rows.push(row(
         "messages per step",

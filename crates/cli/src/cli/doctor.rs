@@ -72,9 +72,9 @@ fn liggghts_remark(has: bool) -> String {
 /// The first program on the path that starts MPI jobs.
 fn launcher() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
-    let mut places =
-        std::env::split_paths(&path).flat_map(|place| ["mpirun", "mpiexec"].map(|name| place.join(name)));
-    places.find(|program| program.is_file())
+    let mut programs =
+        std::env::split_paths(&path).flat_map(|folder| ["mpirun", "mpiexec"].map(|name| folder.join(name)));
+    programs.find(|program| program.is_file())
 }
 
 /// About ranks that are processes.

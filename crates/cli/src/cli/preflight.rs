@@ -102,13 +102,13 @@ fn engine_row(setup: &Setup) -> Option<Row> {
     let EngineChoice::Liggghts(options) = &setup.engine else {
         return None;
     };
-    let place = match options.process {
+    let process = match options.process {
         LiggghtsProcess::Worker => "in a process of its own",
         LiggghtsProcess::Own => "in this process",
     };
     let remark = match options.commands.len() {
-        0 => place.to_string(),
-        n => format!("{place}; commands of the case: {n}"),
+        0 => process.to_string(),
+        n => format!("{process}; commands of the case: {n}"),
     };
     Some(row("engine", "LIGGGHTS", remark))
 }

@@ -78,12 +78,8 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     if !quiet {
         let score = Score::of_checks(&document.checks);
         let mut text = format!("{} of {} runs done, {score}", document.runs.done, document.runs.total);
-        match document.unsettled.len() {
-            0 => {}
-            1 => text.push_str(", one run with means that have not settled (`settled` in result.csv)"),
-            n => {
-                let _ = write!(text, ", {n} runs with means that have not settled (`settled` in result.csv)");
-            }
+        if let unsettled @ 1.. = document.unsettled.len() {
+            let _ = write!(text, ", means that have not settled in {unsettled} (`settled` in result.csv)");
         }
         if outcome.interrupted {
             text.push_str("; interrupted, the same command resumes");

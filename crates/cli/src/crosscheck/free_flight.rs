@@ -7,7 +7,7 @@
 //! ```
 
 use super::prelude::*;
-use super::system::DENSITY;
+use super::system::{DENSITY, State, state};
 use turbid::comm::Comm;
 use turbid::dem::Load;
 
@@ -19,9 +19,6 @@ const STEP: f64 = 1e-5;
 
 const EXACT: Limit =
     (1e-12, "over the largest value at any step: rounding of 500 steps of up to 10 sub-steps");
-
-/// Position (m), velocity (m/s) and spin (1/s) of both spheres.
-type State = [[Vec3; 3]; 2];
 
 /// Loads of every step on both spheres.
 fn loads(random: bool) -> Vec<[Load; 2]> {
@@ -36,16 +33,13 @@ fn loads(random: bool) -> Vec<[Load; 2]> {
     (0..STEPS).map(|_| if random { [draw(), draw()] } else { first }).collect()
 }
 
-fn state(particles: &[Particle]) -> State {
-    [0, 1].map(|id| {
-        let p = &particles[id];
-        [p.position(), p.velocity(), p.angular_velocity()]
-    })
+fn states(particles: &[Particle]) -> [State; 2] {
+    [0, 1].map(|id| state(&particles[id]))
 }
 
 /// The exact flight, at the start and after every step.
-fn exact(system: &System, loads: &[[Load; 2]]) -> Vec<State> {
-    let mut frames = vec![state(&system.particles)];
+fn exact(system: &System, loads: &[[Load; 2]]) -> Vec<[State; 2]> {
+    let mut frames = vec![states(&system.particles)];
     for loads in loads {
         let last = frames[frames.len() - 1];
         frames.push([0, 1].map(|id| {
@@ -63,11 +57,11 @@ fn exact(system: &System, loads: &[[Load; 2]]) -> Vec<State> {
 }
 
 /// The flight in an engine.
-fn flight(mut engine: Box<dyn DemEngine>, loads: &[[Load; 2]]) -> Result<Vec<State>> {
-    let mut frames = vec![state(engine.particles().owned())];
+fn flight(mut engine: Box<dyn DemEngine>, loads: &[[Load; 2]]) -> Result<Vec<[State; 2]>> {
+    let mut frames = vec![states(engine.particles().owned())];
     for loads in loads {
         engine.advance(&Comm::Solo, loads, STEP)?;
-        frames.push(state(engine.particles().owned()));
+        frames.push(states(engine.particles().owned()));
     }
     Ok(frames)
 }
@@ -86,9 +80,10 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
         let [native, liggghts] = [system.native()?, system.liggghts(directory)?];
         let (native, liggghts) = (flight(native, &loads)?, flight(liggghts, &loads)?);
         for (i, name) in ["position (m)", "velocity (m/s)", "spin (1/s)"].into_iter().enumerate() {
-            let all = |frames: &[State]| frames.iter().flatten().map(|state| state[i]).collect::<Vec<_>>();
+            let all =
+                |frames: &[[State; 2]]| frames.iter().flatten().map(|state| state[i]).collect::<Vec<_>>();
             let largest = worst(all(&exact).iter().map(Vec3::norm));
-            let off = |frames: &[State]| {
+            let off = |frames: &[[State; 2]]| {
                 let both = all(frames).into_iter().zip(all(&exact));
                 worst(both.map(|(a, b)| (a - b).norm())) / largest
             };
@@ -99,7 +94,7 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
             findings.given(quantity, values, difference, EXACT);
         }
         if (kind, substeps) == ("random", 10) {
-            let curve = |frames: &Vec<State>| -> Points {
+            let curve = |frames: &Vec<[State; 2]>| -> Points {
                 let points = frames.iter().enumerate();
                 points.map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0][1].x]).collect()
             };

@@ -76,10 +76,10 @@ impl HeadOn {
     }
 
     /// Speed of separation at the end over that of approach.
-    fn rebound(&self, track: &Track) -> Option<f64> {
+    fn rebound(&self, track: &Track) -> f64 {
         let last = track.last();
         let away = if self.wall { last[0].velocity[2] } else { last[1].velocity[0] - last[0].velocity[0] };
-        Some(away / self.speed)
+        away / self.speed
     }
 
     /// Tracks of the native engine with the law of LIGGGHTS, of LIGGGHTS, and of the native engine with its own law.
@@ -142,7 +142,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
             let [same, liggghts, own] = case.record(directory)?;
             let tracks = [if law == 0 { same } else { own }, liggghts];
             let what = format!("{label} law, {speed} m/s");
-            let values = [case.rebound(&tracks[0]), case.rebound(&tracks[1]), Some(1.0)];
+            let values = [case.rebound(&tracks[0]), case.rebound(&tracks[1]), 1.0].map(Some);
             findings.compare(format!("restitution, {what} (-)"), values, Between::Theory, ELASTIC);
             let sum = |track: &Track| track.last().iter().map(|p| p.velocity[0]).sum::<f64>() / speed;
             let values = [sum(&tracks[0]), sum(&tracks[1]), 1.0].map(Some);
@@ -190,7 +190,7 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
         let tolerance = if e > 0.5 { 2e-4 } else { 4e-4 };
         for speed in SPEEDS {
             let case = HeadOn::damped("restitution", e, speed, 1.3);
-            let [same, liggghts, own] = case.record(directory)?.map(|track| case.rebound(&track));
+            let [same, liggghts, own] = case.record(directory)?.map(|track| Some(case.rebound(&track)));
             let realised = Some(case.theory(1).restitution);
             for (law, values, between, reason) in [
                 ("tsuji", [same, liggghts, Some(e)], Between::Theory, SET),
@@ -211,8 +211,8 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
     let names = ["native, tsuji", "LIGGGHTS", "native, hunt_crossley", "hunt_crossley, theory"];
     findings.overlays.push(Overlay::new(
         "off",
-        format!("Restitution measured less that set, {STEPS} steps per contact, 1 m/s"),
-        ["restitution set", "measured less set"],
+        format!("Restitution measured minus set, {STEPS} steps per contact, 1 m/s"),
+        ["restitution set", "measured minus set"],
         names.into_iter().zip(curves),
     ));
     Ok(findings)
@@ -235,7 +235,7 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     let case = HeadOn { name: "wall-impact".into(), restitution: e, speed, wall: true, dt, durations: 1.3 };
     let tracks = case.record(directory)?;
     let mut findings = Findings::default();
-    let [same, liggghts, own] = tracks.each_ref().map(|track| case.rebound(track));
+    let [same, liggghts, own] = tracks.each_ref().map(|track| Some(case.rebound(track)));
     let limit = (2e-4, SET);
     let values = [same, liggghts, Some(e)];
     findings.compare(format!("restitution, e = {e}, tsuji (-)"), values, Between::All, limit);

@@ -3,7 +3,8 @@
 //! Only gross sliding is compared: where surfaces stick, LIGGGHTS has a tangential spring and the native engine has none.
 
 use super::prelude::*;
-use super::theory::{Sliding, slide};
+use super::system::state;
+use super::theory::slide;
 
 /// Steps per duration of the impact.
 const STEPS: usize = 1000;
@@ -51,18 +52,11 @@ impl Throw {
         let hertz = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]);
         let dt = hertz.duration(self.velocity[0]) / STEPS as f64;
         let tracks = system.record(directory, dt, STEPS * 5 / 4)?;
-        let start = [0, 1].map(|id| Sliding {
-            radius: RADIUS,
-            mass,
-            position: system.particles[id].position(),
-            velocity: system.particles[id].velocity(),
-            spin: system.particles[id].angular_velocity(),
-        });
-        let theory = slide(start, &hertz, self.friction);
+        let start = [0, 1].map(|id| state(&system.particles[id]));
+        let theory = slide(start, RADIUS, mass, &hertz, self.friction);
         let ends = [0, 1].map(|id| {
-            let of = |p: &Particle| [p.velocity(), p.angular_velocity()];
-            let [native, liggghts] = [0, 1].map(|i| of(&tracks[i].last()[id]));
-            [native, liggghts, [theory[id].velocity, theory[id].spin]]
+            let [native, liggghts] = [0, 1].map(|i| state(&tracks[i].last()[id]));
+            [native, liggghts, theory[id]].map(|[_, velocity, spin]| [velocity, spin])
         });
         Ok(Outcome { throw: self, system, tracks, ends })
     }

@@ -48,8 +48,8 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
     if let Some(recorded) = recorded.as_ref().filter(|_| pair.steps[0] == steps) {
         pair.check_repeats(&mut findings, "", recorded);
     }
-    for (quantity, largest) in QUANTITIES.iter().zip(&pair.largest) {
-        findings.given(format!("largest difference of {quantity} (-)"), [None; 3], largest.value, LARGEST);
+    for (quantity, largest) in QUANTITIES.iter().zip(pair.largest) {
+        findings.given(format!("largest difference of {quantity} (-)"), [None; 3], largest, LARGEST);
     }
     pair.report_begun(&mut findings, "");
     Ok((findings, parting(setup, &pair) + &notes(setup, &pair)))
@@ -76,18 +76,16 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
     Ok(steps)
 }
 
-/// A table of where the engines part: quantity, particle, time, and largest difference.
+/// A table of where the engines part: quantity, time, particle, contact, and largest difference.
 fn parting(setup: &Setup, pair: &Pair) -> String {
-    let time = |step: u64| format!("{:.6e}", step as f64 * setup.time_step);
-    let heads = ["", "parts at (s)", "particle", "in contact", "largest", "particle", "at (s)"];
+    let heads = ["", "parts at (s)", "particle", "in contact", "largest"];
     let mut rows = vec![heads.map(String::from).to_vec()];
-    for ((quantity, parting), largest) in QUANTITIES.iter().zip(&pair.parting).zip(&pair.largest) {
+    for ((quantity, parting), largest) in QUANTITIES.iter().zip(&pair.parting).zip(pair.largest) {
         let [at, id, touching] = parting.map_or(["never", "-", "-"].map(String::from), |first| {
-            let touching = if first.touching { "yes" } else { "no" };
-            [time(first.step), first.id.to_string(), touching.to_string()]
+            let time = format!("{:.6e}", first.step as f64 * setup.time_step);
+            [time, first.id.to_string(), if first.touching { "yes" } else { "no" }.to_string()]
         });
-        let most = [small(largest.value), largest.id.to_string(), time(largest.step)];
-        rows.push([vec![(*quantity).to_string(), at, id, touching], most.to_vec()].concat());
+        rows.push(vec![(*quantity).to_string(), at, id, touching, small(largest)]);
     }
     let lines = aligned(&rows).join("\n  ");
     let position = pair.parting[0].map_or_else(String::new, |first| {

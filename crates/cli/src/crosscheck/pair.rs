@@ -15,8 +15,8 @@ const REPEATS: Limit = (0.0, "the native engine under recorded loads repeats the
 const BEGUN: Limit =
     (f64::INFINITY, "reported only: the native engine looks at every sub-step, LIGGGHTS at every step");
 
-/// A difference between the engines, in the unit of the quantity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// The first difference above [`PARTED`], in the unit of the quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Difference {
     pub(super) value: f64,
     pub(super) step: u64,
@@ -39,9 +39,9 @@ pub(super) struct Pair {
     pub(super) failures: Vec<(&'static str, String)>,
     /// Step after which each engine first had a contact.
     pub(super) first_contact: [Option<u64>; 2],
-    /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest one.
+    /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest difference.
     pub(super) parting: [Option<Difference>; 3],
-    pub(super) largest: [Difference; 3],
+    pub(super) largest: [f64; 3],
     /// Largest speed (m/s) and spin (1/s) so far, in either engine.
     speed: f64,
     spin: f64,
@@ -66,7 +66,7 @@ impl Pair {
             failures: Vec::new(),
             first_contact: [None; 2],
             parting: [None; 3],
-            largest: [Difference::default(); 3],
+            largest: [0.0; 3],
             speed: 0.0,
             spin: 0.0,
         };
@@ -123,19 +123,13 @@ impl Pair {
             let (difference, index) = apart[k];
             // Particles at rest in both have no speed to divide by.
             if difference > 0.0 {
-                let particles = [0, 1].map(|engine| &self.particles(engine)[index]);
-                let here = Difference {
-                    value: difference / unit,
-                    step: self.steps[0],
-                    id: particles[0].id,
-                    position: particles[0].position,
-                    touching: particles.iter().any(|p| p.contact_force.iter().any(|f| *f != 0.0)),
-                };
-                if here.value > self.largest[k].value {
-                    self.largest[k] = here;
-                }
-                if here.value > PARTED {
-                    self.parting[k].get_or_insert(here);
+                let value = difference / unit;
+                self.largest[k] = self.largest[k].max(value);
+                if value > PARTED && self.parting[k].is_none() {
+                    let [a, b] = [0, 1].map(|engine| &self.particles(engine)[index]);
+                    let touching = [a, b].iter().any(|p| p.contact_force.iter().any(|f| *f != 0.0));
+                    let (step, id, position) = (self.steps[0], a.id, a.position);
+                    self.parting[k] = Some(Difference { value, step, id, position, touching });
                 }
             }
         }

@@ -26,7 +26,7 @@ impl Recording {
     }
 }
 
-/// Runs a case with the native engine for so many steps, on as many ranks as it asks for, and records its loads.
+/// Runs `steps` of a case with the native engine, on as many ranks as it asks for, and records its loads.
 pub(super) fn record(setup: &Setup, steps: u64) -> Result<Recording> {
     let mut setup = setup.clone();
     (setup.plan.precision, setup.engine) = (Precision::F64, EngineChoice::Native);

@@ -38,7 +38,7 @@ pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
     Ok(findings)
 }
 
-/// Replays the case with these options; the trajectories take the place of those before.
+/// Replays the case with these options; the trajectories replace those before.
 fn compare(
     what: &str,
     options: &[&str],
@@ -57,7 +57,7 @@ fn compare(
     pair.run(setup.plan.end_step, Some(&recorded), |pair| {
         let step = pair.steps[0];
         let time = step as f64 * setup.time_step;
-        apart.push([time, pair.largest[0].value]);
+        apart.push([time, pair.largest[0]]);
         if step % 2 == 1 {
             let particles = [0, 1].map(|engine| pair.particles(engine).to_vec());
             findings.moments.push(Moment { time, particles, templates: setup.templates.clone() });
@@ -77,7 +77,7 @@ fn compare(
     findings.given(quantity, values, (native - liggghts).abs(), FIRST_CONTACT);
     pair.report_begun(findings, &format!("{what}: "));
     let quantity = format!("{what}: largest distance between the engines over D (-)");
-    findings.given(quantity, [None; 3], pair.largest[0].value, distance);
+    findings.given(quantity, [None; 3], pair.largest[0], distance);
     let plot = Overlay::new(
         format!("{what}_apart"),
         format!("replay, {what} contacts: largest distance between the engines so far"),

@@ -67,7 +67,7 @@ impl Contact {
         (hertz, ratio)
     }
 
-    /// Adds the spheres of all depths; the first of them has this number in the grid of places.
+    /// Adds the spheres of all depths; the first of them has this index in a grid of positions.
     fn add_to(&self, system: &mut System, first: usize) {
         // Every radius comes in all materials.
         let kind = |[radius, material]: [usize; 2]| radius * MATERIALS.len() + material;
@@ -145,9 +145,10 @@ impl Curve {
         let unit = if same { 1.0 } else { self.hertz[last] };
         let expected = if same { self.hertz[last] } else { self.ratio[last] };
         let values = [self.forces[0][last] / unit, self.forces[1][last] / unit, expected].map(Some);
-        let (quantity, limit) = match same {
-            true => (format!("force, d/R = 0.1, {what} (N)"), HERTZ),
-            false => (format!("force over Hertz, volume law, d/R = 0.1, {what} (-)"), VOLUME),
+        let (quantity, limit) = if same {
+            (format!("force, d/R = 0.1, {what} (N)"), HERTZ)
+        } else {
+            (format!("force over Hertz, volume law, d/R = 0.1, {what} (-)"), VOLUME)
         };
         findings.given(quantity, values, deviation, limit);
         if contact.other.is_some() {

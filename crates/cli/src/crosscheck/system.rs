@@ -182,6 +182,13 @@ pub(super) fn plane(axis: usize, at: f64, up: bool) -> Wall {
     }
 }
 
+/// Position (m), velocity (m/s) and angular velocity (1/s) of a sphere.
+pub(super) type State = [Vec3; 3];
+
+pub(super) fn state(particle: &Particle) -> State {
+    [particle.position(), particle.velocity(), particle.angular_velocity()]
+}
+
 /// Samples of a motion without loads at the start and after each of `count` steps of `dt` (s), and the spheres at every
 /// `every`-th of them.
 pub(super) fn sampled<S>(

@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 use turbid::contact::Material;
 
 pub(super) use gas::Mixture;
-pub(super) use oblique::{Sliding, slide};
+pub(super) use oblique::slide;
 
 /// Steps of the integration over the duration of an elastic impact.
 const STEPS: f64 = 20_000.0;

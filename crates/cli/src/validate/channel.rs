@@ -71,7 +71,7 @@ fn plates(context: &SuiteContext) -> Result<Findings> {
     Ok(found)
 }
 
-/// A duct of so many cells across, the shorter side first.
+/// A duct of `ny` by `nz` cells, the shorter side first.
 fn duct(context: &SuiteContext, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
     let size = [4, ny, nz].map(|n| n as f64 * CELL);
     let own = [format!("domain.size={size:?}"), "domain.periodic=[true, false, false]".to_string()];

@@ -28,7 +28,7 @@ pub struct SuiteContext {
 }
 
 impl SuiteContext {
-    /// With the texts as they are, on so many cores; 0 takes all.
+    /// Settings with these changes and number of cores; 0 takes all.
     pub fn new(changes: Vec<String>, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
         Self { changes, threads: if threads == 0 { all() } else { threads }, ..Self::default() }

@@ -1,7 +1,6 @@
 //! Elastic impacts of spheres by Hertz: `validation/hertz`.
 
 use super::prelude::*;
-use turbid::dem::ContactState;
 
 const TEXT: &str = include_str!("../../../../validation/hertz/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/hertz/reference.csv");
@@ -16,12 +15,11 @@ pub(super) const CASE: Case = Case {
 /// For each law.
 const TOLERANCES: [(&str, f64); 2] = [("hertz", 2e-3), ("paper", 1e-2)];
 
-/// What became of one contact.
+/// One contact: largest force (N) and depth (m), begin and end (s), and force over time.
 #[derive(Clone, Default)]
 struct Impact {
     force: f64,
     depth: f64,
-    /// Depth at the last look, of the contact or of the gap (m); time at which it turned positive and negative (s).
     from: Option<f64>,
     to: Option<f64>,
     history: Vec<[f64; 2]>,
@@ -56,7 +54,7 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
             before = depths;
             for state in run.dem().contact_states() {
                 let impact = &mut both[usize::from(state.wall().is_some())];
-                let force = size(&state);
+                let force = Vec3::from(state.force).norm();
                 impact.force = impact.force.max(force);
                 impact.history.push([time * 1e6, force * 1e-3]);
             }
@@ -93,9 +91,4 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
         }
     }
     Ok(found)
-}
-
-/// Size of the force of a contact (N).
-fn size(state: &ContactState) -> f64 {
-    turbid::math::Vec3::from(state.force).norm()
 }

@@ -91,11 +91,11 @@ fn fall(
 /// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.
 fn off_path(course: &[[f64; 4]], path: &[[f64; 2]]) -> f64 {
     let off = path.iter().filter(|at| at[1] > 1.0).map(|&[time, gap]| (gap_at(course, time) - gap).abs());
-    // What was not reached is no number, and stays one.
+    // NaN, of a point that was not reached, stays NaN.
     off.fold(0.0, |worst, off| if off <= worst { worst } else { off })
 }
 
-/// Gap (diameters) at a time; no number before the first step and after the last.
+/// Gap (diameters) at a time; NaN before the first step and after the last.
 fn gap_at(course: &[[f64; 4]], time: f64) -> f64 {
     let after = course.partition_point(|at| at[0] < time);
     if after == 0 || after == course.len() {

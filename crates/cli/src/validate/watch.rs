@@ -1,14 +1,14 @@
 //! Runs that are looked at from time to time, that can be stopped and resumed, and that are not repeated once they are complete.
 //!
 //! ```text
-//! DIRECTORY/kept/<case>_<key>/    one for each run of the full level; the key is that of what is below
-//!   rows.json                     version of the program, the case, and what was seen: of a run that has ended
-//!   checkpoints/                  of one that has not, with what was seen so far
+//! DIRECTORY/kept/<case>_<key>/    a run of the full level; the key is a checksum of the program, the case and its text
+//!   rows.json                     rows of a complete run
+//!   checkpoints/                  of an incomplete run, with its rows so far
 //! ```
 
 use super::SuiteContext;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -21,8 +21,7 @@ use turbid::domain::Decomposition;
 use turbid::error::{Error, Result};
 use turbid::input;
 use turbid::output::{directory, write_bytes};
-use turbid::simulation;
-use turbid::simulation::Simulation;
+use turbid::simulation::{self, Simulation};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Time between two checkpoints, unless the run is stopped.
@@ -42,56 +41,32 @@ pub(super) struct Watch<'a> {
     pub(super) fixed: bool,
 }
 
-/// Rows of a complete run, and its identity.
-#[derive(Serialize, Deserialize)]
-struct Kept<R> {
-    of: Identity,
-    rows: Vec<R>,
-}
-
-/// Two runs with the same identity are the same.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Identity {
-    version: String,
-    /// Checksum of the program: other physics are another run.
-    program: u64,
-    setup: serde_json::Value,
-    case: String,
-}
-
 impl Watch<'_> {
     /// Runs until the end of the case, or until a look returns true; the rows of all ranks, in no particular order of the ranks.
     ///
-    /// `look(run, rows)` is called on all ranks every so many steps, adds to the rows of this rank (rank 0 also has all rows of
+    /// `look(run, rows)` is called on all ranks every [`every`](Self::every) steps, adds to the rows of this rank (rank 0 also has all rows of
     /// before a restart), and returns the same on all ranks.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if it was stopped; failures of the run, and of reading and writing its files.
-    pub(super) fn rows<R>(
+    pub(super) fn rows<R: Serialize + DeserializeOwned + Send>(
         &self,
         look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
-    ) -> Result<Vec<R>>
-    where
-        R: Serialize + DeserializeOwned + Send,
-    {
+    ) -> Result<Vec<R>> {
         let Some(kept) = &self.context.kept else {
             return self.run(None, look);
         };
-        let of = Identity {
-            version: env!("CARGO_PKG_VERSION").to_string(),
-            program: program(),
-            setup: simulation::identity(self.setup),
-            case: self.setup.provenance.text.clone(),
-        };
-        let key = xxh3_64(serde_json::to_string(&of).expect("plain data is always JSON").as_bytes());
-        let folder = kept.join("kept").join(format!("{}_{key:016x}", self.setup.provenance.name));
+        let setup = self.setup;
+        let identity =
+            (env!("CARGO_PKG_VERSION"), program(), simulation::identity(setup), &setup.provenance.text);
+        let key = xxh3_64(serde_json::to_string(&identity).expect("plain data is always JSON").as_bytes());
+        let folder = kept.join("kept").join(format!("{}_{key:016x}", setup.provenance.name));
         let file = folder.join("rows.json");
         if let Ok(bytes) = input::read(&file, input::RECORD)
-            && let Ok(known) = serde_json::from_slice::<Kept<R>>(&bytes)
-            && known.of == of
+            && let Ok(rows) = serde_json::from_slice(&bytes)
         {
             self.context.read.fetch_add(1, Ordering::Relaxed);
-            return Ok(known.rows);
+            return Ok(rows);
         }
         let _lock = directory::create(&folder)?;
         // Checkpoints of another version, or damaged ones, are of no use.
@@ -100,23 +75,20 @@ impl Watch<'_> {
         if !usable && checkpoints.exists() {
             checkpoint::clear(&checkpoints)?;
         }
-        let kept = Kept { of, rows: self.run(Some(&checkpoints), look)? };
-        let text = serde_json::to_string(&kept).expect("plain data is always JSON");
+        let rows = self.run(Some(&checkpoints), look)?;
+        let text = serde_json::to_string(&rows).expect("plain data is always JSON");
         write_bytes(&file, text.as_bytes())?;
         checkpoint::clear(&checkpoints)?;
-        Ok(kept.rows)
+        Ok(rows)
     }
 
-    fn run<R>(
+    fn run<R: Serialize + DeserializeOwned + Send>(
         &self,
         checkpoints: Option<&Path>,
         look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
-    ) -> Result<Vec<R>>
-    where
-        R: Serialize + DeserializeOwned + Send,
-    {
+    ) -> Result<Vec<R>> {
         let ranks = Decomposition::max_ranks(self.setup.domain, self.threads.max(1));
-        let decomposition = Decomposition::new(self.setup.domain, ranks).expect("so many have room");
+        let decomposition = Decomposition::new(self.setup.domain, ranks).expect("at most the largest number");
         let all = try_on_threads(ranks, |comm| {
             let start = if self.fixed { Simulation::with_prescribed_motion } else { Simulation::new };
             let mut run = start(self.setup, &decomposition, comm)?;

@@ -82,7 +82,7 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let stokes_times = setup.plan.end_step as f64 / per_stokes_time;
     rows.extend([
         row("Archimedes number", format!("{:.4}", scales.archimedes), ""),
-        row("u_Stokes", format!("{:.6e} m/s", scales.stokes_velocity), &on_lattice(scales.stokes_velocity)),
+        row("u_Stokes", format!("{:.6e} m/s", scales.stokes_velocity), on_lattice(scales.stokes_velocity)),
         row("u* (one sphere)", format!("{star:.6e} m/s"), format!("Schiller-Naumann; {}", on_lattice(star))),
         row("Re at u*", format!("{:.4}", scales.schiller_naumann_reynolds), ""),
         row(

@@ -71,7 +71,7 @@ fn an_engine_does_not_part_from_itself() {
     let one = setup(DRY, &[]);
     let found = compare(&one, &one);
     assert_eq!(found.parting, [None; 3]);
-    assert!(found.largest.iter().all(|apart| apart.value == 0.0));
+    assert!(found.largest.iter().all(|largest| *largest == 0.0));
     assert_eq!(found.steps, [one.plan.end_step; 2]);
     // The one in the middle is thrown to the right and back.
     assert_eq!(found.begun(), [3, 3]);
@@ -95,7 +95,7 @@ fn engines_of_different_laws_part_with_the_impact_and_the_first_particle_is_name
     assert!((contact + 2..contact + 100).contains(&apart.step), "{apart:?}");
     assert!((apart.position[0] - 4.5e-3).abs() < 1e-3, "{apart:?}");
     assert!(velocity.unwrap().touching && velocity.unwrap().step < apart.step && spin.is_none());
-    assert!(found.largest[0].value > apart.value);
+    assert!(found.largest[0] > apart.value);
     let text = parting(&hertz, &found);
     assert!(text.contains(&format!("particle {} then is at", apart.id)), "{text}");
 }
