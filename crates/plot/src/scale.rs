@@ -30,7 +30,7 @@ pub(crate) struct Tick {
     pub(crate) text: String,
 }
 
-/// Where an axis ends.
+/// Ends of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
     /// At the outermost values.

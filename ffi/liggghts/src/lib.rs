@@ -59,7 +59,7 @@ pub struct LiggghtsParams {
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](DemEngine::advance), at least one.
     pub substeps: u32,
-    /// Where it runs, and commands of the user.
+    /// Its process, and commands of the user.
     pub options: LiggghtsOptions,
     /// File to which LIGGGHTS's log of the set-up, and all that a worker prints, is appended.
     pub log: Option<PathBuf>,
@@ -76,7 +76,7 @@ impl LiggghtsParams {
     }
 }
 
-/// Where LIGGGHTS runs.
+/// Process in which LIGGGHTS runs.
 #[derive(Debug)]
 enum Process {
     Own(Option<Session>),
@@ -92,7 +92,7 @@ impl Process {
     }
 }
 
-/// What only rank 0 has.
+/// State of rank 0.
 #[derive(Debug)]
 struct Root {
     process: RefCell<Process>,
@@ -362,9 +362,8 @@ impl DemEngine for Liggghts {
         }
         let states: Vec<State> = pod_collect_to_vec(&bytes);
         if states.len() == self.ids.len() {
-            // Counts first, so that its failure is the one that is returned.
-            outcome = outcome.and(self.count(states.iter().map(|state| state.position.into()).collect()));
-            outcome = outcome.and(self.update_particles(&states, dt));
+            let positions: Vec<Vec3> = states.iter().map(|state| state.position.into()).collect();
+            outcome = self.count(&positions).and(self.update_particles(&states, dt));
             self.population.loads.copy_from_slice(loads);
             self.population.refresh(&self.near, comm);
         }
@@ -428,9 +427,9 @@ impl DemEngine for Liggghts {
         let templates = self.population.store.templates.clone();
         let loaded = saved.particles.into_iter().zip(saved.loads);
         self.population = Population::loaded(&self.near, self.rank, templates, loaded);
-        let positions = self.root.iter().flat_map(|root| root.positions.clone()).collect();
+        let positions: Vec<Vec3> = self.root.iter().flat_map(|root| root.positions.clone()).collect();
         // Whatever fails here failed before it was saved.
-        let _ = self.count(positions);
+        let _ = self.count(&positions);
         if let Some(root) = &mut self.root {
             root.summary.begun = begun;
         }

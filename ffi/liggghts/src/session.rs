@@ -284,7 +284,7 @@ impl Session {
     }
 }
 
-/// A path to an open file of this process, for LIGGGHTS: one plain word, whatever the file is called and even if it has no name.
+/// A path to an open file of this process, for LIGGGHTS: without blanks, whatever the name of the file, and even if it has none.
 pub(crate) fn path_of(file: &File) -> String {
     format!("/proc/self/fd/{}", file.as_raw_fd())
 }

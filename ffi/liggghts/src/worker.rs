@@ -52,7 +52,7 @@ const ALONE: [(&str, &str); 4] = [
 #[derive(Debug)]
 pub(crate) struct Worker {
     child: Child,
-    /// `None` when the worker has been told to end.
+    /// `None` once the worker is to end.
     channel: Option<Channel>,
     timeout: Duration,
     log_file: Option<PathBuf>,
@@ -119,7 +119,7 @@ impl Worker {
         outcome.map(|()| bytes)
     }
 
-    /// What became of a worker that has not answered.
+    /// Message about the end of a worker that has not answered.
     fn how_it_ended(&mut self, error: &io::Error) -> String {
         self.channel = None;
         let mut text = if error.kind() == io::ErrorKind::TimedOut {
