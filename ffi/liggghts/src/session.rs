@@ -168,7 +168,7 @@ impl Session {
         } else {
             for _ in 0..substeps {
                 self.each_atom(|atom, arrays, k| {
-                    arrays.torque[k] = arrays.torque[k].map(|t| t * atom.inertia_ratio)
+                    arrays.torque[k] = arrays.torque[k].map(|t| t * atom.inertia_ratio);
                 })?;
                 self.instance.command("run 1 pre no post no")?;
                 self.each_atom(|atom, arrays, k| {

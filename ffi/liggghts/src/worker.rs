@@ -10,6 +10,7 @@ use super::protocol::{Request, read, write};
 use super::session::serve;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::low_level::signal_name;
+use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, OwnedFd};
@@ -136,7 +137,7 @@ impl Worker {
         if let Some(log) = &self.log_file {
             let lines = last_lines(log, self.logged);
             if !lines.is_empty() {
-                text += &format!("\n  the end of {}:\n  | {}", log.display(), lines.join("\n  | "));
+                let _ = write!(text, "\n  the end of {}:\n  | {}", log.display(), lines.join("\n  | "));
             }
         }
         text
