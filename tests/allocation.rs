@@ -37,7 +37,7 @@ picture_every = "never"
 particles_every = "never"
 "#;
 
-/// Allocations of so many bytes count.
+/// Smallest size of the allocations that count (bytes).
 const LARGE: usize = 128 << 10;
 /// Which one fails, and where the run writes to.
 const NTH: &str = "TURBID_TEST_ALLOCATION";

@@ -7,6 +7,7 @@ mod common;
 #[path = "failing_files/interpose.rs"]
 mod interpose;
 
+use common::case::{SPHERES, changed};
 use common::{Place, files_below};
 use interpose::{count_and_fail, turn};
 use std::collections::BTreeMap;
@@ -16,27 +17,20 @@ use turbid::error::Result;
 use turbid::simulation::{self, RunOptions};
 
 /// Spheres near contact in a small box, and every kind of output but pictures, which take the longest to draw.
-const CASE: &str = r#"
-[domain]
-size = { diameters = [2.4, 2.4, 2.4] }
+fn case() -> String {
+    let case = changed(
+        SPHERES,
+        &[
+            ("[4, 4, 4]", "[2.4, 2.4, 2.4]"),
+            ("cells_per_diameter = 8", "cells_per_diameter = 5"),
+            ("volume_fraction = 0.1\nseed = 1", "file = \"positions.csv\""),
+            ("end = { steps = 10 }", "end = { steps = 3 }\naverage_from = { steps = 0 }"),
+        ],
+    );
+    case + OUTPUT
+}
 
-[fluid]
-density = 1000.0
-archimedes = 1000
-
-[lattice]
-cells_per_diameter = 5
-relaxation_time = 0.55
-
-[[particles]]
-shape = { sphere = { diameter = 1.5e-3 } }
-density = 3300.0
-file = "places.csv"
-
-[run]
-end = { steps = 3 }
-average_from = { steps = 0 }
-
+const OUTPUT: &str = r#"
 [output]
 directory = "out"
 series_every = { steps = 1 }
@@ -45,15 +39,15 @@ particles_every = { steps = 3 }
 picture_every = "never"
 checkpoint_every = { steps = 1 }
 "#;
-const PLACES: &str = "x,y,z\n0.75e-3,0.75e-3,0.75e-3\n2.25e-3,2.25e-3,2.25e-3\n";
+const POSITIONS: &str = "x,y,z\n0.75e-3,0.75e-3,0.75e-3\n2.25e-3,2.25e-3,2.25e-3\n";
 
 /// A folder with the case, and its output directory.
 struct Run(Place);
 
 impl Run {
     fn new() -> Self {
-        let place = Place::new(CASE);
-        place.write("places.csv", PLACES);
+        let place = Place::new(&case());
+        place.write("positions.csv", POSITIONS);
         Self(place)
     }
 
@@ -61,7 +55,7 @@ impl Run {
         self.0.path("out")
     }
 
-    /// As `turbid run case.toml` on so many threads, up to a step.
+    /// As `turbid run case.toml` on `threads` threads, up to a step.
     fn run(&self, threads: usize, end: u64) -> Result<()> {
         let out = self.out();
         let out = out.to_str().unwrap();

@@ -50,6 +50,15 @@ pub(crate) fn crowd(steps: u64, output: &str) -> String {
     format!("{case}\n[output]\ndirectory = \"out\"\n{output}\n")
 }
 
+/// A case in a fluid of twice the viscosity of water, 5 cells per diameter; for spheres of 0.5 mm a cell has 0.1 mm.
+pub(crate) fn viscous(domain: &str, rest: &str, steps: u64, output: &str) -> String {
+    format!(
+        "[domain]\n{domain}\n[fluid]\ndensity = 1000.0\nviscosity = 2e-6\n\
+         [lattice]\ncells_per_diameter = 5\nrelaxation_time = 0.55\n{rest}\n\
+         [run]\nend = {{ steps = {steps} }}\n[output]\ndirectory = \"out\"\n{output}\n"
+    )
+}
+
 /// Options that leave no frames, only tables.
 pub(crate) const TABLES_ONLY: [&str; 6] = [
     "--set",

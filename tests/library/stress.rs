@@ -67,7 +67,7 @@ fn close(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found / expected - 1.0).abs() < tolerance, "{what}: {found:e}, expected {expected:e}");
 }
 
-/// A cubic box of so many diameters.
+/// A cubic box of `size` diameters.
 fn text(size: f64, extra: &[(&str, &str)], steps: u64, every: u64) -> String {
     let middle = 0.5 * size * DIAMETER;
     let mut text = BOX
@@ -128,7 +128,7 @@ fn every_row_holds_the_momentum_of_its_own_step() {
     assert!(flux.windows(2).all(|pair| pair[1] > pair[0]));
 }
 
-/// Shear rate (1/s) of plates that pass each other, for a box of so many diameters.
+/// Shear rate (1/s) of plates that pass each other, for a box of this many diameters.
 const RATE: f64 = 0.8;
 
 fn sheared(size: f64, coupling: &str, steps: u64, with_particles: bool) -> (SeriesTable, Summary) {

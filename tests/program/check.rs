@@ -32,7 +32,7 @@ end = { steps = 1 }
 ";
 const CELLS: usize = 48 * 48 * 80;
 
-/// What is said of so many ranks, line by line.
+/// The lines about `ranks` ranks.
 fn said(ranks: &str) -> Vec<String> {
     let text = Place::new(CASE).well(&["check", "case.toml", "--ranks", ranks]);
     let start = text

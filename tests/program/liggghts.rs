@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Output;
 use std::time::{Duration, Instant};
 
-/// A folder with the spheres, which LIGGGHTS moves and of which there are twice as many; they end after so many steps.
+/// A folder with a case of twice as many spheres, which LIGGGHTS moves, and its number of steps.
 fn place(steps: u64, more: &str) -> Place {
     let engine = format!("[dem]\nengine = \"liggghts\"\n{more}\n[run]");
     let steps = format!("steps = {steps}");

@@ -10,7 +10,7 @@ fn crowd(steps: u64) -> String {
     case::crowd(steps, "series_every = { steps = 8 }\npicture_every = \"never\"")
 }
 
-/// Turbid on so many processes; a job that hangs is ended, and fails.
+/// Turbid on several processes; a job that hangs is ended, and fails.
 fn turbid(place: &Place, processes: usize, arguments: &[&str]) -> Output {
     place.limited_job(processes, arguments).output().unwrap()
 }

@@ -1,36 +1,20 @@
-//! What the files for `ParaView` hold does not depend on who writes them: one thread, several, or the processes of an MPI job,
-//! each its own piece.
+//! The files for `ParaView` have the same content from one thread, several, or the processes of an MPI job, each of which writes
+//! its own piece.
 
+use crate::common::case::viscous;
 use crate::common::{Place, files_below};
 use std::path::{Path, PathBuf};
 
 const STEPS: [u64; 3] = [0, 20, 40];
 
+const OUTPUT: &str = "series_every = { steps = 20 }
+fields_every = { steps = 20 }
+particles_every = { steps = 20 }
+contacts_every = { steps = 20 }
+picture_every = { steps = 40 }";
+
 fn case(domain: &str, particles: &str) -> String {
-    format!(
-        r#"
-[domain]
-{domain}
-[fluid]
-density = 1000.0
-viscosity = 2e-6
-[lattice]
-cells_per_diameter = 5
-relaxation_time = 0.55
-{particles}
-[driving]
-gravity = [0.0, -60.0, -60.0]
-[run]
-end = {{ steps = 40 }}
-[output]
-directory = "out"
-series_every = {{ steps = 20 }}
-fields_every = {{ steps = 20 }}
-particles_every = {{ steps = 20 }}
-contacts_every = {{ steps = 20 }}
-picture_every = {{ steps = 40 }}
-"#
-    )
+    viscous(domain, &format!("{particles}\n[driving]\ngravity = [0.0, -60.0, -60.0]"), 40, OUTPUT)
 }
 
 /// Spheres and cubes that touch each other and walls, across the borders of blocks and of the box.
@@ -52,7 +36,7 @@ fn sparse() -> String {
     )
 }
 
-/// What so many threads write into a folder.
+/// Output of a run on `threads` threads.
 fn on_threads(place: &Place, threads: &str, out: &str) -> PathBuf {
     let run = ["run", "case.toml", "--quiet", "--overwrite", "--threads", threads, "--out", out];
     place.well(&run);
@@ -84,13 +68,13 @@ mod processes {
     use turbid::output::{OutputFiles, pieces};
     use vtkio::model::{Attribute, PolyDataPiece, VertexNumbers};
 
-    /// The case on so many processes.
+    /// The case on several processes.
     fn run(place: &Place, processes: usize, more: &[&str]) -> Output {
         let run = ["run", "case.toml", "--overwrite", "--quiet"];
         mpirun(place, processes, &[&run, more].concat())
     }
 
-    /// What so many processes say; a job that hangs is ended, and fails.
+    /// Messages of several processes; a job that hangs is ended, and fails.
     fn mpirun(place: &Place, processes: usize, arguments: &[&str]) -> Output {
         place.limited_job(processes, arguments).output().unwrap()
     }
@@ -175,7 +159,7 @@ mod processes {
         cells
     }
 
-    /// Compares the output of so many processes with that of one thread; cells of the files of surfaces and contacts at the end.
+    /// Compares the output of several processes with that of one thread; cells of the files of surfaces and contacts at the end.
     fn compare(place: &Place, processes: usize, expected: &Path) -> [usize; 2] {
         let output = run(place, processes, &[]);
         assert!(output.status.success(), "{}", words(&output));

@@ -1,36 +1,21 @@
 //! The same bits on any number of ranks, threads of one process or processes of an MPI job: scenes of spheres, cubes, walls,
 //! sub-steps, and particles that cross every kind of border of blocks and box, 300 steps each, in both precisions.
 
+use crate::common::case::viscous;
 use crate::common::{Place, column_of};
 use std::fmt::Write;
 
 const RANKS: [usize; 6] = [2, 3, 4, 5, 6, 8];
 
-/// A case of 300 steps; lengths in cells are those in tenths of a millimetre.
+const OUTPUT: &str = "series_every = { steps = 20 }
+fields_every = \"never\"
+particles_every = \"never\"
+contacts_every = \"never\"
+picture_every = \"never\"";
+
+/// A case of 300 steps.
 fn case(domain: &str, particles: &str, more: &str) -> String {
-    format!(
-        r#"
-[domain]
-{domain}
-[fluid]
-density = 1000.0
-viscosity = 2e-6
-[lattice]
-cells_per_diameter = 5
-relaxation_time = 0.55
-{particles}
-{more}
-[run]
-end = {{ steps = 300 }}
-[output]
-directory = "out"
-series_every = {{ steps = 20 }}
-fields_every = "never"
-particles_every = "never"
-contacts_every = "never"
-picture_every = "never"
-"#
-    )
+    viscous(domain, &format!("{particles}\n{more}"), 300, OUTPUT)
 }
 
 /// 200 spheres that touch and settle at an angle to the box.

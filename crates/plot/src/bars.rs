@@ -1,4 +1,4 @@
-//! Horizontal bars, each with its name before and its number behind it.
+//! Horizontal bars, each between its name and its number.
 
 use crate::colour::{BLUE, INK};
 use crate::drawing::{Align, Drawing, Figure, Stroke};
@@ -9,7 +9,7 @@ use crate::text::widest;
 pub struct Bars {
     /// Heading.
     pub title: String,
-    /// From the top: name, length (of any unit, none below zero), and the text behind the bar.
+    /// From the top: name, length (of any unit, none below zero), and the text right of the bar.
     pub rows: Vec<(String, f64, String)>,
 }
 

@@ -68,7 +68,7 @@ pub(crate) enum Align {
     Upwards,
 }
 
-/// Dashes of a line, and the gaps behind them, in its widths.
+/// Lengths of a dash and of the gap after it, in widths of the line.
 pub(crate) const DASHES: &[f32] = &[5.0, 3.0];
 
 /// Colour, width and dashes of a line.
@@ -77,7 +77,7 @@ pub(crate) struct Stroke {
     pub(crate) colour: Colour,
     /// Width (pixels).
     pub(crate) width: f32,
-    /// Lengths of dashes and of the gaps behind them, in widths of the line; none for a solid line.
+    /// Lengths of dashes and gaps, in widths of the line; none for a solid line.
     pub(crate) dashes: &'static [f32],
 }
 
@@ -87,7 +87,7 @@ impl Stroke {
         Self { colour, width, dashes: &[] }
     }
 
-    /// Lengths of dashes and of the gaps behind them (pixels).
+    /// Lengths of dashes and gaps (pixels).
     pub(crate) fn dash(self) -> Vec<f32> {
         self.dashes.iter().map(|length| length * self.width).collect()
     }
@@ -156,7 +156,9 @@ fn path(points: &[Position], closed: bool) -> Option<Path> {
     let (&(x, y), rest) = points.split_first()?;
     let mut builder = PathBuilder::new();
     builder.move_to(x, y);
-    rest.iter().for_each(|&(x, y)| builder.line_to(x, y));
+    for &(x, y) in rest {
+        builder.line_to(x, y);
+    }
     if closed {
         builder.close();
     }

@@ -17,7 +17,7 @@
 //!
 //! # Text
 //! In titles, labels and names a letter that stands alone is a symbol, as are the names of Greek letters; `^` raises the word that
-//! follows, and `_` lowers it behind a symbol: `"u / u_Stokes"`, `"acceleration (m/s^2)"`. The unit of an axis stands in parentheses at the
+//! follows, and `_` after a symbol lowers it: `"u / u_Stokes"`, `"acceleration (m/s^2)"`. The unit of an axis stands in parentheses at the
 //! end of its label; `(-)` stands for none.
 
 mod bars;

@@ -30,9 +30,9 @@ const NUMBERS: [&str; 4] = ["Ar", "Ga", "Re", "St"];
 
 /// A text with its indices, exponents and symbols.
 ///
-/// `^` raises the word behind it (letters, digits, a sign before), and `_` lowers it behind a symbol. A symbol is a single
+/// `^` raises the word after it (letters, digits, a sign before), and `_` after a symbol lowers it. A symbol is a single
 /// letter outside of parentheses, but for the article, the name of a Greek one (`phi`), or a characteristic number (`Re`); a star
-/// right behind it is raised. What follows a number is its unit, unless it is the diameter D. A hyphen between blanks is a minus.
+/// right after it is raised. What follows a number is its unit, unless it is the diameter D. A hyphen between blanks is a minus.
 pub(crate) fn spans(text: &str) -> Vec<Span> {
     let mut spans = Vec::new();
     let mut push = |text: &str, italic, rise| spans.push(Span { text: text.to_string(), italic, rise });

@@ -17,7 +17,7 @@ pub struct Raster {
     pixels: Vec<Pixel>,
 }
 
-/// What a pixel shows: its distance towards the eye, the number of its surface (0 for none), its colour.
+/// Content of a pixel: distance towards the eye, number of the surface (0 for none), colour.
 #[derive(Clone, Copy)]
 struct Pixel {
     near: f32,

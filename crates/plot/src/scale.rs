@@ -30,7 +30,7 @@ pub(crate) struct Tick {
     pub(crate) text: String,
 }
 
-/// Where an axis ends.
+/// Ends of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
     /// At the outermost values.
@@ -67,7 +67,9 @@ impl Scale {
             };
             let unit = 10_f64.powi(exponent);
             let mut numbers = round_numbers(range.0 / unit, range.1 / unit, steps);
-            numbers.iter_mut().for_each(|(value, _)| *value *= unit);
+            for (value, _) in &mut numbers {
+                *value *= unit;
+            }
             (range, exponent, numbers)
         };
         let (lo, hi) = range;

@@ -24,8 +24,8 @@ fn element(mark: &Mark) -> String {
     match mark {
         Mark::Line(path, stroke) => {
             let (colour, width, data) = (hex(stroke.colour), stroke.width, data(path));
-            let dashes: String = stroke.dash().iter().map(|length| format!("{length} ")).collect();
-            let dashes = if dashes.is_empty() { "none" } else { dashes.trim_end() };
+            let dashes: Vec<String> = stroke.dash().iter().map(ToString::to_string).collect();
+            let dashes = if dashes.is_empty() { "none".to_string() } else { dashes.join(" ") };
             format!(
                 "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"{dashes}\" \
                  stroke-linejoin=\"round\" d=\"{data}\"/>\n"

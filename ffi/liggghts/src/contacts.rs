@@ -13,7 +13,7 @@ const DEEPEST: f64 = 0.25;
 
 impl Liggghts {
     /// Counts the contacts of the particles at these positions; on rank 0.
-    pub(super) fn count(&mut self, positions: Vec<Vec3>) -> Result<()> {
+    pub(super) fn count(&mut self, positions: &[Vec3]) -> Result<()> {
         let Some(mut root) = self.root.take() else {
             return Ok(());
         };

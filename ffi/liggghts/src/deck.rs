@@ -68,7 +68,8 @@ pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
 
 /// Elasticity by material, dissipation by pair of materials.
 fn properties(params: &LiggghtsParams) -> [String; 4] {
-    let list = |values: Vec<f64>| values.iter().map(|value| format!(" {value:e}")).collect::<String>();
+    let list =
+        |values: Vec<f64>| values.iter().fold(String::new(), |list, value| list + &format!(" {value:e}"));
     // Without contacts they are never used, but LIGGGHTS asks for them.
     let mut lists = ["1e7", "0.25", "1", "0"].map(|value| format!(" {value}"));
     let mut n = 1;

@@ -5,7 +5,7 @@ use std::ffi::{CStr, CString};
 use std::ptr;
 use std::sync::Mutex;
 
-/// The reason of a failure is in LIGGGHTS's words.
+/// A failure is the message of LIGGGHTS.
 pub(crate) type Outcome<T> = std::result::Result<T, String>;
 
 /// The one instance of this process, while nobody uses it.

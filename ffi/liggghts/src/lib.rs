@@ -82,7 +82,7 @@ impl LiggghtsParams {
     }
 }
 
-/// Where LIGGGHTS runs.
+/// Process in which LIGGGHTS runs.
 #[derive(Debug)]
 enum Process {
     Own(Option<Session>),
@@ -98,7 +98,7 @@ impl Process {
     }
 }
 
-/// What only rank 0 has.
+/// State of rank 0.
 #[derive(Debug)]
 struct Root {
     process: RefCell<Process>,
@@ -368,9 +368,8 @@ impl DemEngine for Liggghts {
         }
         let states: Vec<State> = pod_collect_to_vec(&bytes);
         if states.len() == self.ids.len() {
-            // Counts first, so that its failure is the one that is returned.
-            outcome = outcome.and(self.count(states.iter().map(|state| state.position.into()).collect()));
-            outcome = outcome.and(self.update_particles(&states, dt));
+            let positions: Vec<Vec3> = states.iter().map(|state| state.position.into()).collect();
+            outcome = self.count(&positions).and(self.update_particles(&states, dt));
             self.population.loads.copy_from_slice(loads);
             self.population.refresh(&self.near, comm);
         }
@@ -428,9 +427,9 @@ impl DemEngine for Liggghts {
         self.begin(comm, &saved.particles, &saved.own)?;
         self.step = saved.substep;
         self.population.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
-        let positions = self.root.iter().flat_map(|root| root.positions.clone()).collect();
+        let positions: Vec<Vec3> = self.root.iter().flat_map(|root| root.positions.clone()).collect();
         // Whatever fails here failed before it was saved.
-        let _ = self.count(positions);
+        let _ = self.count(&positions);
         if let Some(root) = &mut self.root {
             root.summary.begun = begun;
         }

@@ -1,4 +1,4 @@
-//! What the engine asks of LIGGGHTS and what it answers, and both as messages to and from a worker.
+//! Requests of the engine to LIGGGHTS, and the messages to and from a worker.
 //!
 //! A message is two parts, each a length (`u64`) and as many bytes: JSON, then plain memory, as both ends are the same
 //! program. A request is a [`Request`] with its bytes, an answer an `Outcome<()>` with the bytes that were asked for.
@@ -90,7 +90,7 @@ pub(crate) struct ContactForce {
     pub(super) friction: [f64; 3],
 }
 
-/// What the engine asks.
+/// A request of the engine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Request {
     /// Starts with these spheres, or resumes with them from the bytes that [`Save`](Self::Save) returned, if there are any.

@@ -7,7 +7,7 @@ use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use std::fs::File;
 use std::io::{Read, Write};
 
-/// What [`Session::save`] has saved.
+/// Parts of the result of [`Session::save`].
 pub(super) struct Saved<'a> {
     /// LIGGGHTS's own file.
     restart: &'a [u8],

@@ -160,7 +160,7 @@ impl Session {
         } else {
             for _ in 0..substeps {
                 self.each_atom(|atom, arrays, k| {
-                    arrays.torque[k] = arrays.torque[k].map(|t| t * atom.inertia_ratio)
+                    arrays.torque[k] = arrays.torque[k].map(|t| t * atom.inertia_ratio);
                 })?;
                 self.instance.command("run 1 pre no post no")?;
                 self.each_atom(|atom, arrays, k| {
@@ -276,7 +276,7 @@ impl Session {
     }
 }
 
-/// A path to an open file of this process, for LIGGGHTS: one plain word, whatever the file is called and even if it has no name.
+/// A path to an open file of this process, for LIGGGHTS: without blanks, whatever the name of the file, and even if it has none.
 pub(crate) fn path_of(file: &File) -> String {
     format!("/proc/self/fd/{}", file.as_raw_fd())
 }

@@ -10,6 +10,7 @@ use super::protocol::{Request, read, write};
 use super::session::serve;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::low_level::signal_name;
+use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, OwnedFd};
@@ -52,7 +53,7 @@ const ALONE: [(&str, &str); 4] = [
 #[derive(Debug)]
 pub(crate) struct Worker {
     child: Child,
-    /// `None` when the worker has been told to end.
+    /// `None` once the worker is to end.
     channel: Option<Channel>,
     timeout: Duration,
     log_file: Option<PathBuf>,
@@ -119,7 +120,7 @@ impl Worker {
         outcome.map(|()| bytes)
     }
 
-    /// What became of a worker that has not answered.
+    /// Message about the end of a worker that has not answered.
     fn how_it_ended(&mut self, error: &io::Error) -> String {
         self.channel = None;
         let mut text = if error.kind() == io::ErrorKind::TimedOut {
@@ -136,7 +137,7 @@ impl Worker {
         if let Some(log) = &self.log_file {
             let lines = last_lines(log, self.logged);
             if !lines.is_empty() {
-                text += &format!("\n  the end of {}:\n  | {}", log.display(), lines.join("\n  | "));
+                let _ = write!(text, "\n  the end of {}:\n  | {}", log.display(), lines.join("\n  | "));
             }
         }
         text

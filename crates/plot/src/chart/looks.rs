@@ -27,7 +27,7 @@ const DASHED: [&[f32]; 4] = [DASHES, &[2.5, 2.5], &[6.0, 2.5, 1.5, 2.5, 1.5, 2.5
 const SIZE: f32 = 25.0;
 /// Height of a line.
 const LINE: f32 = 40.0;
-/// Length of the piece of curve before a name, and the space behind it.
+/// Length of the piece of curve before a name, and the space after it.
 const SAMPLE: (f32, f32) = (76.0, 14.0);
 /// Space between columns.
 const GAP: f32 = 44.0;

@@ -115,7 +115,7 @@ fn draw_line(drawing: &mut Drawing, layout: &Layout, area: Area, series: &Series
         return;
     }
     let mut run: Vec<Position> = Vec::new();
-    // A point without a position interrupts the line; the one behind the end ends it.
+    // A point without a position interrupts the line; the one after the last ends it.
     let places = series.points.iter().map(|p| layout.at(area, p.x, p.y));
     for place in places.chain([None]) {
         match (place, run.last()) {
