@@ -99,10 +99,7 @@ impl Study {
         self.file.windows.iter().map(|window| window.value.quantity())
     }
 
-    /// Looks for results of the runs again.
-    ///
-    /// # Errors
-    /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if results cannot be read.
+    /// Looks for results of the runs again; an error if they cannot be read.
     pub fn refresh(&mut self) -> Result<()> {
         self.states = self.progress()?;
         Ok(())
@@ -153,18 +150,12 @@ impl Study {
     }
 
     /// Writes `result.csv` and `study.json`.
-    ///
-    /// # Errors
-    /// [`Error::Io`](turbid::error::Error::Io) if they cannot be written; else as [`document`](Self::document).
     pub fn collect(&self) -> Result<()> {
         document::write_csv(self)?;
         self.document()?.write(&self.out)
     }
 
-    /// The results so far.
-    ///
-    /// # Errors
-    /// [`Error::Input`](turbid::error::Error::Input) if a figure, table or check is wrong.
+    /// The present results; an error if a figure, table or check is wrong.
     pub fn document(&self) -> Result<Document> {
         let figures = self.file.figures.iter().map(|figure| self.figure(figure)).collect::<Result<_>>()?;
         let tables = self.file.tables.iter().map(|table| self.table(table));

@@ -7,10 +7,7 @@ use turbid::error::{Error, Result};
 use turbid::output::{Overlay, write_bytes};
 use turbid_plot::Style;
 
-/// Creates the output directory.
-///
-/// # Errors
-/// [`Error::Input`] with a remedy if that is not possible.
+/// Creates the output directory; an error with a remedy if that is not possible.
 pub fn prepare(directory: &Path) -> Result<()> {
     fs::create_dir_all(directory).map_err(|source| {
         Error::Input(format!(
@@ -37,17 +34,11 @@ pub fn csv(checks: &[Check]) -> Vec<u8> {
 }
 
 /// Writes [`json`] to a file.
-///
-/// # Errors
-/// [`Error::Io`] if it cannot be written.
 pub fn write_json(path: &Path, outcomes: &[Outcome]) -> Result<()> {
     write_bytes(path, json(outcomes).as_bytes())
 }
 
 /// Writes `NAME.csv`, `NAME.json` and, of checks that do not compare engines, `NAME.md`.
-///
-/// # Errors
-/// [`Error::Io`] if one of them cannot be written.
 pub fn write_tables(directory: &Path, name: &str, outcomes: &[Outcome]) -> Result<()> {
     let file = |ending: &str| directory.join(format!("{name}.{ending}"));
     let checks = all(outcomes);
@@ -60,9 +51,6 @@ pub fn write_tables(directory: &Path, name: &str, outcomes: &[Outcome]) -> Resul
 }
 
 /// Writes the plots of a case as `CASE_NAME.png` and `CASE_NAME.svg`.
-///
-/// # Errors
-/// [`Error::Io`] if one of them cannot be written.
 pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
     let Ending::Found(found) = &outcome.ending else {
         return Ok(());

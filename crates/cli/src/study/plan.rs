@@ -82,7 +82,7 @@ impl Plan {
         let skips = skips.collect::<Result<Vec<_>>>()?;
         let common = options(&plan.source, &file.set.span, &file.set.value)?;
         for at in combinations(plan.axes.iter().map(Axis::indices)) {
-            if skips.iter().any(|skip| skip.holds(&at)) {
+            if skips.iter().any(|skip| skip.meets(|axis| Some(at[axis]))) {
                 continue;
             }
             let mut options = common.clone();
@@ -186,9 +186,9 @@ impl Plan {
 pub(super) struct Selection(pub(super) BTreeMap<usize, Vec<usize>>);
 
 impl Selection {
-    /// Returns whether a combination has these values.
-    pub(super) fn holds(&self, at: &[usize]) -> bool {
-        self.0.iter().all(|(&axis, values)| values.contains(&at[axis]))
+    /// Returns whether a point has these values.
+    pub(super) fn meets(&self, at: impl Fn(usize) -> Option<usize>) -> bool {
+        self.0.iter().all(|(&axis, values)| at(axis).is_some_and(|value| values.contains(&value)))
     }
 }
 

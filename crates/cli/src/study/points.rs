@@ -9,7 +9,7 @@
 
 use super::Study;
 use super::file::{Comparison, DerivedSection, Only};
-use super::plan::{PlannedRun, Selection, combinations};
+use super::plan::{PlannedRun, combinations};
 use super::record::Quantity;
 use std::ops::Range;
 use turbid::error::Result;
@@ -200,13 +200,6 @@ impl Study {
             Some(if plain { format!("{} {}", axis.name, value.name) } else { value.label.clone() })
         });
         words.collect::<Vec<_>>().join(", ")
-    }
-}
-
-impl Selection {
-    /// Returns whether a point has these values.
-    pub(super) fn meets(&self, at: &At) -> bool {
-        (self.0.iter()).all(|(&axis, values)| at[axis].is_some_and(|value| values.contains(&value)))
     }
 }
 

@@ -114,9 +114,6 @@ impl Record {
     }
 
     /// Results of a finished run with this summary, with means over some windows of time.
-    ///
-    /// # Errors
-    /// [`Error::Io`](turbid::error::Error::Io) or [`Error::Input`](turbid::error::Error::Input) if its series cannot be read.
     pub fn of_run(
         directory: &Path,
         summary: &Json,

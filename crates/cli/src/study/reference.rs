@@ -26,7 +26,7 @@ impl Study {
         at: &At,
     ) -> Result<Option<f64>> {
         let Located { value, span } = reference;
-        if !self.plan.selection(span, &value.only)?.meets(at) {
+        if !self.plan.selection(span, &value.only)?.meets(|axis| at[axis]) {
             return Ok(None);
         }
         let found = match *value {
@@ -68,7 +68,7 @@ impl Study {
     ) -> Result<Option<Series>> {
         let Located { value, span } = reference;
         let selection = self.plan.selection(span, &value.only)?;
-        let Some(first) = along.first().filter(|at| selection.meets(at)) else {
+        let Some(first) = along.first().filter(|at| selection.meets(|axis| at[axis])) else {
             return Ok(None);
         };
         let known = |at: &At| self.plan.axes[x].values[at[x]?].number;
