@@ -46,9 +46,8 @@ fn plates(context: &SuiteContext) -> Result<Findings> {
     let setup = context.setup(TEXT, CASE.name, &[])?;
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
-    let height = setup.domain.size().z;
-    let fastest =
-        setup.expect_fluid().body_acceleration.x * height * height / (8.0 * setup.expect_fluid().viscosity);
+    let (fluid, height) = (setup.expect_fluid(), setup.domain.size().z);
+    let fastest = fluid.body_acceleration.x * height * height / (8.0 * fluid.viscosity);
     let points = (0..nz).map(|z| [(z as f64 + 0.5) / nz as f64, profile[1 + ny * z] / fastest]);
     let points: Vec<[f64; 2]> = points.collect();
     let exact = |s: f64| 4.0 * s * (1.0 - s);
@@ -78,8 +77,8 @@ fn duct(context: &SuiteContext, name: &str, [ny, nz]: [usize; 2]) -> Result<Find
     let setup = context.setup(TEXT, CASE.name, &own)?;
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
-    let side = setup.domain.size().y;
-    let unit = setup.expect_fluid().body_acceleration.x * side * side / setup.expect_fluid().viscosity;
+    let (fluid, side) = (setup.expect_fluid(), setup.domain.size().y);
+    let unit = fluid.body_acceleration.x * side * side / fluid.viscosity;
     // The axis lies between cells; the mean of the four beside it is that of the parabola there.
     let at = |y: usize, z: usize| profile[y + ny * z];
     let beside = |n: usize| [n / 2 - 1, n / 2];

@@ -48,16 +48,16 @@ fn settle(context: &SuiteContext, balance: &str) -> Result<Findings> {
         *both = (both.0 + sum, both.1 + mixture);
     }
     let count = setup.particles.len() as f64;
-    let unit = setup.expect_fluid().scales.stokes_velocity;
-    let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.time_step / setup.expect_fluid().scales.stokes_time;
+    let scales = &setup.expect_fluid().scales;
+    let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.time_step / scales.stokes_time;
     let course = steps.iter().map(|(&step, (sum, mixture))| {
-        let time = step as f64 * setup.time_step / setup.expect_fluid().scales.stokes_time;
-        [time, (mixture - sum / count) / unit]
+        let time = step as f64 * setup.time_step / scales.stokes_time;
+        [time, (mixture - sum / count) / scales.stokes_velocity]
     });
     let course: Vec<[f64; 2]> = course.collect();
     let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
     let Some(mean) = estimate_mean(&steady) else {
-        return Err(super::context::unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
+        return Err(unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
     };
     let table = Table::new(REFERENCE);
     let mut found = Findings::default();

@@ -38,30 +38,29 @@ fn balances(context: &SuiteContext) -> Result<Findings> {
 
 /// Settling velocity over the Stokes velocity in a cube of `edge` diameters, averaged over the passage of one cell.
 fn settle(context: &SuiteContext, edge: u32, balance: ForceBalance) -> Result<(Findings, f64)> {
-    let word = match balance {
-        ForceBalance::Mixture => "mixture",
-        ForceBalance::FluidOnly => "fluid_only",
-    };
+    let mixture = balance == ForceBalance::Mixture;
+    let word = if mixture { "mixture" } else { "fluid_only" };
     let own = [
         format!("domain.size={{ diameters = [{edge}, {edge}, {edge}] }}"),
         format!("driving.force_balance={word:?}"),
     ];
     let setup = context.setup(TEXT, CASE.name, &own)?;
     let mut run = Simulation::solo(&setup)?;
-    let stokes = setup.expect_fluid().scales.stokes_velocity;
+    let fluid = setup.expect_fluid();
+    let stokes = fluid.scales.stokes_velocity;
     let (mut before, mut steady) = (0.0, false);
     let (mut sum, mut samples, mut acceleration, mut flux) = (0.0, 0.0, 0.0, 0.0);
     let mut passed = 0.0_f64;
     while passed.abs() < setup.domain.dx {
         run.advance(STRETCH)?;
-        let mixture = run.mean_flow().velocity.z;
-        let velocity = mixture - run.particles()[0].velocity().z;
+        let mean = run.mean_flow().velocity.z;
+        let velocity = mean - run.particles()[0].velocity().z;
         if steady {
             passed += velocity * STRETCH as f64 * setup.time_step;
             sum += velocity;
             samples += 1.0;
             acceleration += run.acceleration().z;
-            flux += mixture;
+            flux += mean;
         }
         // On the way through the lattice the velocity never stops changing altogether.
         steady |= (velocity - before).abs() < STEADY * velocity.abs();
@@ -74,18 +73,15 @@ fn settle(context: &SuiteContext, edge: u32, balance: ForceBalance) -> Result<(F
     let (velocity, acceleration) = (sum / samples, acceleration / samples);
     let phi = setup.volume_fraction;
     // What carries the weight: all of the box, or the fluid in it.
-    let carrier = match balance {
-        ForceBalance::Mixture => 1.0,
-        ForceBalance::FluidOnly => 1.0 - phi,
-    };
+    let carrier = if mixture { 1.0 } else { 1.0 - phi };
     let table = Table::new(REFERENCE);
     let expected = table.at("L_over_D", f64::from(edge), "sangani_acrivos") / carrier;
     let mut found = Findings::default();
     found.relative(format!("U / U_Stokes, {name} (-)"), velocity / stokes, expected, TOLERANCE);
-    let weight = phi * (setup.expect_fluid().scales.density_ratio - 1.0) * setup.gravity.norm();
+    let weight = phi * (fluid.scales.density_ratio - 1.0) * setup.gravity.norm();
     for (what, value) in [
         ("steps", run.steps_done() as f64),
-        ("Reynolds number", velocity * setup.diameter / setup.expect_fluid().viscosity),
+        ("Reynolds number", velocity * setup.diameter / fluid.viscosity),
         ("net flux over velocity", flux / samples / velocity),
         ("acceleration over that of the balance", acceleration * carrier / weight),
     ] {

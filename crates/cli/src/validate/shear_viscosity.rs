@@ -47,7 +47,7 @@ fn suspensions(context: &SuiteContext) -> Result<Findings> {
         let steady = series.iter().filter(|at| at[0] > FROM).map(|at| at[1] / plain);
         let steady: Vec<f64> = steady.collect();
         let Some(mean) = estimate_mean(&steady) else {
-            return Err(super::context::unsteady("strain", FROM));
+            return Err(unsteady("strain", FROM));
         };
         let expected = table.at("phi", phi, "eilers");
         let quantity = format!("viscosity over that of the fluid, less one, phi {phi} (-)");

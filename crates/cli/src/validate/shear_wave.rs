@@ -23,9 +23,10 @@ const TOLERANCE: f64 = 5e-3;
 
 /// The fluid of a case without its particles, at rest.
 pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
+    let fluid = setup.expect_fluid();
     let params = FluidParams {
-        relaxation_time: setup.expect_fluid().relaxation_time,
-        collision: setup.expect_fluid().collision,
+        relaxation_time: fluid.relaxation_time,
+        collision: fluid.collision,
         simd: setup.plan.simd.unwrap_or_else(Simd::best),
     };
     let open = Boundary { motions: &[], wall_of: &|_| None };
@@ -70,22 +71,16 @@ fn waves(context: &SuiteContext) -> Result<Findings> {
         let time = (last - first) as f64 * setup.time_step;
         let k = TAU / setup.domain.size().z;
         let viscosity = (amplitudes[first] / amplitudes[last]).ln() / (k * k * time);
-        let title = format!("tau {}, {precision}", setup.expect_fluid().relaxation_time);
-        found.relative(
-            format!("viscosity, {title} (m^2/s)"),
-            viscosity,
-            setup.expect_fluid().viscosity,
-            TOLERANCE,
-        );
+        let fluid = setup.expect_fluid();
+        let quantity = format!("viscosity, tau {}, {precision} (m^2/s)", fluid.relaxation_time);
+        found.relative(quantity, viscosity, fluid.viscosity, TOLERANCE);
         if precision == "f64" {
             let scaled = amplitudes.iter().enumerate().step_by(20).map(|(n, amplitude)| {
-                let rate = setup.expect_fluid().viscosity * k * k;
+                let rate = fluid.viscosity * k * k;
                 [rate * n as f64 * setup.time_step, amplitude / AMPLITUDE]
             });
-            curves.push((
-                format!("tau {}", setup.expect_fluid().relaxation_time),
-                scaled.filter(|point| point[0] < 1.5).collect(),
-            ));
+            let early = scaled.filter(|point| point[0] < 1.5).collect();
+            curves.push((format!("tau {}", fluid.relaxation_time), early));
         }
     }
     let exact = (0..=100).map(|n| [0.015 * f64::from(n), (-0.015 * f64::from(n)).exp()]);
