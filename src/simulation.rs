@@ -241,7 +241,7 @@ impl Simulation {
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
-            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, dem.particles(), measure));
+            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, measure));
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
@@ -304,7 +304,7 @@ impl Simulation {
         self.apply(&words[measure::WORDS..])?;
         let mean = self.mean_of(&words, flow.max_speed);
         if let Some(system) = &mut self.system {
-            system.driving.observe(mean);
+            system.driving.mean = mean;
         }
         Ok(())
     }
@@ -332,7 +332,7 @@ impl Simulation {
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
-            fluid.measure(coupling, particles).0.fault
+            fluid.measure(coupling).0.fault
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {
@@ -387,12 +387,12 @@ impl Simulation {
     /// Mean values over the box at the last measurement of the controller, up to [`CONTROL_INTERVAL`] steps ago; zeros in a dry
     /// run.
     pub fn mean_flow(&self) -> MeanFlow {
-        self.system.as_ref().map_or_else(MeanFlow::default, |system| *system.driving.mean())
+        self.system.as_ref().map_or_else(MeanFlow::default, |system| system.driving.mean)
     }
 
     /// The accelerations that the controller of the net flux has added since the start of the run; none without a fluid.
     pub fn control_record(&self) -> ControlRecord {
-        self.system.as_ref().map_or_else(ControlRecord::default, |system| *system.driving.record())
+        self.system.as_ref().map_or_else(ControlRecord::default, |system| system.driving.record)
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).

@@ -61,7 +61,7 @@ impl Simulation {
         };
         let particles = self.dem.particles();
         coupling.map(particles);
-        let (flow, stresslet) = fluid.measure(coupling, particles);
+        let (flow, stresslet) = fluid.measure(coupling);
         let mut words = words(&flow);
         words.extend(stresslet.into_iter().flat_map(split_wide));
         self.note_fault(flow.fault);

@@ -159,7 +159,7 @@ fn measure(row: &Row) -> Outcome {
         for step in 0..interval {
             coupling.map(&store);
             let look = step % 7 == 0;
-            let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), &store, look);
+            let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), look);
             fluid.exchange();
             let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
             let one = (1_u64 << 42) as f64;

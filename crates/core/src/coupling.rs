@@ -25,12 +25,12 @@ use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{Body, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Segment};
 use crate::math::{Vec3, from_fixed};
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
 pub use any_fluid::AnyFluid;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
-use mapper::Surfaces;
+use mapper::Mapper;
 pub use method::Method;
 #[cfg(test)]
 pub(crate) use method::sweep_alone;
@@ -61,7 +61,9 @@ pub struct Coupling {
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
     segments: RowSegments,
-    surfaces: Surfaces,
+    mappers: Vec<Mapper>,
+    /// Distance by which the surface of each template is moved in (cells).
+    shifts: Vec<f64>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
@@ -101,7 +103,8 @@ impl Coupling {
             peers: decomposition.neighbours(rank, reach),
             bodies: Vec::new(),
             segments: RowSegments::default(),
-            surfaces: Surfaces::default(),
+            mappers: Vec::new(),
+            shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
             swept_particles: Vec::new(),
@@ -113,27 +116,35 @@ impl Coupling {
 
     /// Finds the cells of the block that every particle covers, with all its periodic images.
     pub fn map(&mut self, particles: &ParticleStore) {
-        let [_, ny, nz] = self.block.size();
-        self.bodies.clear();
-        self.bodies
-            .extend(particles.particles.iter().map(|particle| lattice_body(particle, &self.params.units)));
-        let dx = self.params.units.dx;
-        for (particle, body) in particles.owned().iter().zip(&mut self.bodies) {
-            let shape = &*particles.template(particle).shape;
-            body.departed = with_method!(self.params.method, method => {
-                method.momentum_inside(particle, shape, &body.motion, dx)
-            });
+        let ([_, ny, nz], params) = (self.block.size(), &self.params);
+        let dx = params.units.dx;
+        if self.shifts.len() != particles.templates.len() {
+            let shift =
+                |t: &Template| with_method!(params.method, method => method.surface_shift(&*t.shape, dx));
+            self.shifts = particles.templates.iter().map(shift).collect();
         }
-        self.surfaces.find(particles, &self.params);
+        self.bodies.clear();
+        self.mappers.clear();
+        for (i, particle) in particles.particles.iter().enumerate() {
+            let (shape, mut body) =
+                (&particles.template(particle).shape, lattice_body(particle, &params.units));
+            if i < particles.owned {
+                body.departed = with_method!(params.method, method => {
+                    method.momentum_inside(particle, &**shape, &body.motion, dx)
+                });
+            }
+            let shift = self.shifts[particle.template as usize];
+            self.mappers.push(Mapper::new(shape, particle.orientation(), body.motion, params, shift));
+            self.bodies.push(body);
+        }
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
         let mut added = std::mem::take(&mut self.added);
         added.clear();
         for i in order {
-            let body = &self.bodies[i as usize];
-            let mapper = self.surfaces.mapper(particles, i as usize, body.motion, &self.params);
-            mapper.each_image(&self.decomposition.domain, self.block, body.reference, |offsets, base| {
+            let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
+            mapper.each_image(&self.decomposition.domain, self.block, reference, |offsets, base| {
                 for z in offsets[2].clone() {
                     for y in offsets[1].clone() {
                         let Some((all, full)) = mapper.row(&offsets[0], y, z) else {

@@ -218,7 +218,7 @@ fn each_cell<V>(
     };
     if cells.cell_count() > 0 {
         coupling.map(dem.particles());
-        fluid.each_cell(cells, lattice, coupling, dem.particles(), |state| {
+        fluid.each_cell(cells, lattice, coupling, |state| {
             visit(value(units, &state));
         });
     }

@@ -6,7 +6,6 @@ use crate::comm::Comm;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{Boundary, CellState, Flow, Fluid, FluidParams, Precision, WallLoad};
-use crate::particle::ParticleStore;
 
 /// The fluid of one block, of either [`Precision`], in lattice units; see [`Fluid`].
 pub enum AnyFluid {
@@ -77,14 +76,8 @@ impl AnyFluid {
     }
 
     /// As [`Coupling::sweep`]. Collective.
-    pub fn sweep(
-        &mut self,
-        acceleration: [f64; 3],
-        coupling: &mut Coupling,
-        particles: &ParticleStore,
-        measure: bool,
-    ) -> Option<Flow> {
-        either!(self, fluid => coupling.sweep(fluid, acceleration, particles, measure))
+    pub fn sweep(&mut self, acceleration: [f64; 3], coupling: &mut Coupling, measure: bool) -> Option<Flow> {
+        either!(self, fluid => coupling.sweep(fluid, acceleration, measure))
     }
 
     /// As [`sweep`](Self::sweep), without particles and without measuring. Collective.
@@ -98,8 +91,8 @@ impl AnyFluid {
     }
 
     /// As [`Coupling::measure`].
-    pub fn measure(&self, coupling: &mut Coupling, particles: &ParticleStore) -> (Flow, [i128; 6]) {
-        either!(self, fluid => coupling.measure(fluid, particles))
+    pub fn measure(&self, coupling: &mut Coupling) -> (Flow, [i128; 6]) {
+        either!(self, fluid => coupling.measure(fluid))
     }
 
     /// Calls `visit` with the state of each of `cells`, which are of the block, x fastest, as [`Fluid::each_cell`].
@@ -108,10 +101,9 @@ impl AnyFluid {
         cells: Block,
         acceleration: [f64; 3],
         coupling: &mut Coupling,
-        particles: &ParticleStore,
         mut visit: impl FnMut(CellState),
     ) {
-        either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, particles, &mut visit));
+        either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, &mut visit));
     }
 
     /// Force and torque on each wall in the last step, as [`Fluid::wall_loads`].

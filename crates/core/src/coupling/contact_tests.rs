@@ -41,7 +41,7 @@ fn turning(solids: Method, relaxation_time: f64, speed: f64, centres: &[Vec3], s
     let mut force = Vec3::zeros();
     for _ in 0..steps {
         coupling.map(&store);
-        coupling.sweep(&mut fluid, [0.0; 3], &store, false);
+        coupling.sweep(&mut fluid, [0.0; 3], false);
         fluid.exchange();
         force = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force;
     }

@@ -1,7 +1,7 @@
 //! Bodies with flat faces: intersections with a row of cells.
 
 use crate::math::Mat3;
-use crate::shape::Shape;
+use crate::shape::{Face, Polyhedron};
 
 /// A face of a body that has only flat ones, as a row of cells sees it: world axes, lengths in cells.
 #[derive(Clone, Copy, Debug)]
@@ -20,12 +20,9 @@ pub(super) struct FacePlane {
 const ALONG: f64 = 1e-12;
 
 impl FacePlane {
-    /// The faces of `shape`, if all of them are flat, moved in by `shift` (cells), added to `planes`.
-    pub(super) fn collect(shape: &dyn Shape, to_world: &Mat3, dx: f64, shift: f64, planes: &mut Vec<Self>) {
-        let Some(polyhedron) = shape.as_polyhedron() else {
-            return;
-        };
-        planes.extend(polyhedron.faces.iter().map(|face| {
+    /// The faces of a polyhedron, moved in by `shift` (cells).
+    pub(super) fn all(polyhedron: &Polyhedron, to_world: &Mat3, dx: f64, shift: f64) -> Vec<Self> {
+        let plane = |face: &Face| {
             let normal: [f64; 3] = (to_world * face.normal).into();
             Self {
                 normal,
@@ -33,7 +30,8 @@ impl FacePlane {
                 slope: if normal[0].abs() < ALONG { 0.0 } else { 1.0 / normal[0] },
                 reach: 0.5 * (normal[0].abs() + normal[1].abs() + normal[2].abs()),
             }
-        }));
+        };
+        polyhedron.faces.iter().map(plane).collect()
     }
 
     /// Height above the face of a point whose y and z are already in `rest`, see [`rest`](Self::rest).

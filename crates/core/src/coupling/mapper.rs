@@ -2,13 +2,12 @@
 
 use super::CouplingParams;
 use super::faces::{FacePlane, between};
-use super::method::{CouplingMethod, with_method};
 use crate::domain::{Block, Domain};
 use crate::fluid::{RigidMotion, Window};
 use crate::math::{Mat3, Quat, Vec3};
-use crate::particle::{Particle, ParticleStore, Template};
 use crate::shape::{Shape, Sphere};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 /// `x.floor()`, which is a library call on processors without the instruction.
 #[inline]
@@ -21,20 +20,19 @@ fn floor(x: f64) -> i64 {
 pub(super) const HALF_DIAGONAL: f64 = 0.8660254037844386;
 
 /// Access to the geometry of a body.
-#[derive(Clone, Copy)]
-pub(super) enum Geometry<'a> {
+pub(super) enum Geometry {
     /// A sphere of this radius (m), whose geometry is not worth a call.
     Sphere(f64),
     /// Flat faces.
-    Flat(&'a [FacePlane]),
+    Flat(Vec<FacePlane>),
     /// By the methods of the shape.
     Smooth,
 }
 
 /// One particle on the lattice.
-pub(super) struct Mapper<'a> {
-    pub(super) shape: &'a dyn Shape,
-    pub(super) geometry: Geometry<'a>,
+pub(super) struct Mapper {
+    pub(super) shape: Arc<dyn Shape>,
+    pub(super) geometry: Geometry,
     orientation: Quat,
     pub(super) to_body: Mat3,
     pub(super) motion: RigidMotion,
@@ -49,27 +47,26 @@ pub(super) struct Mapper<'a> {
     pub(super) shift: f64,
 }
 
-impl<'a> Mapper<'a> {
-    /// `planes` are those of [`FacePlane::collect`], `shift` is the distance by which the surface is moved in (cells).
+impl Mapper {
+    /// With the surface moved in by `shift` (cells).
     pub(super) fn new(
-        shape: &'a dyn Shape,
-        particle: &Particle,
+        shape: &Arc<dyn Shape>,
+        orientation: Quat,
         motion: RigidMotion,
-        planes: &'a [FacePlane],
         params: &CouplingParams,
         shift: f64,
     ) -> Self {
         let (dx, cells) = (params.units.dx, 2.0 * params.method.half_layer());
-        let orientation = particle.orientation();
+        let to_world = orientation.to_rotation_matrix().into_inner();
         Self {
-            shape,
-            geometry: match shape.as_sphere() {
-                Some(radius) => Geometry::Sphere(radius),
-                None if planes.is_empty() => Geometry::Smooth,
-                None => Geometry::Flat(planes),
+            geometry: match (shape.as_sphere(), shape.as_polyhedron()) {
+                (Some(radius), _) => Geometry::Sphere(radius),
+                (None, Some(polyhedron)) => Geometry::Flat(FacePlane::all(polyhedron, &to_world, dx, shift)),
+                (None, None) => Geometry::Smooth,
             },
+            shape: shape.clone(),
             orientation,
-            to_body: orientation.to_rotation_matrix().matrix().transpose(),
+            to_body: to_world.transpose(),
             motion,
             dx,
             per_dx: 1.0 / dx,
@@ -89,8 +86,8 @@ impl<'a> Mapper<'a> {
     /// Positions of a row in y and z, from the centre (cells).
     #[inline(always)]
     pub(super) fn row_distance(&self, window: &Window) -> [f64; 2] {
-        let [_, ny, nz] = window.offset.map(f64::from);
-        [ny - self.motion.centre[1], nz - self.motion.centre[2]]
+        let ([_, ny, nz], [_, y, z]) = (window.offset, self.motion.centre);
+        [f64::from(ny) - y, f64::from(nz) - z]
     }
 
     /// Calls `visit(offsets, base)` for every periodic image that may touch the block: ranges of offsets from the
@@ -140,23 +137,17 @@ impl<'a> Mapper<'a> {
             let last = floor(hi + centre[0]);
             [first.max(*xs.start()), last.min(*xs.end())]
         };
-        let in_cells = |(lo, hi): (f64, f64)| (lo * self.per_dx, hi * self.per_dx);
-        let (outer, inner) = match self.geometry {
-            Geometry::Sphere(radius) => {
-                let interval = |growth: f64| {
-                    let (y, z) = (y * self.dx, z * self.dx);
-                    Sphere { radius }.row_interval(&self.orientation, y, z, growth).map(in_cells)
-                };
-                (interval(0.5 * self.layer)?, interval(-0.5 * self.layer))
-            }
+        let interval = |growth: f64| {
+            let (y, z) = (y * self.dx, z * self.dx);
+            let found = match self.geometry {
+                Geometry::Sphere(radius) => Sphere { radius }.row_interval(&self.orientation, y, z, growth),
+                _ => self.shape.row_interval(&self.orientation, y, z, growth),
+            };
+            found.map(|(lo, hi)| (lo * self.per_dx, hi * self.per_dx))
+        };
+        let (outer, inner) = match &self.geometry {
             Geometry::Flat(planes) => between(planes, y, z, self.half_layer)?,
-            Geometry::Smooth => {
-                let interval = |growth: f64| {
-                    let (y, z) = (y * self.dx, z * self.dx);
-                    self.shape.row_interval(&self.orientation, y, z, growth).map(in_cells)
-                };
-                (interval(0.5 * self.layer)?, interval(-0.5 * self.layer))
-            }
+            _ => (interval(0.5 * self.layer)?, interval(-0.5 * self.layer)),
         };
         let (mut all, full) = (clip(outer), inner.map_or([1, 0], clip));
         if !matches!(self.geometry, Geometry::Sphere(_)) {
@@ -179,7 +170,7 @@ impl<'a> Mapper<'a> {
         if let Geometry::Sphere(radius) = self.geometry {
             return (x * x + (y * y + z * z)).sqrt() * self.dx - radius;
         }
-        if let Geometry::Flat(planes) = self.geometry {
+        if let Geometry::Flat(planes) = &self.geometry {
             let height = planes
                 .iter()
                 .map(|plane| plane.height(x, plane.rest(y, z)))
@@ -195,52 +186,6 @@ impl<'a> Mapper<'a> {
             _ => 0.0,
         };
         moved + self.shape.signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
-    }
-}
-
-/// Surfaces of the particles that are mapped.
-#[derive(Default)]
-pub(super) struct Surfaces {
-    /// Faces of the flat-faced ones, and where those of each begin; one past the last.
-    planes: Vec<FacePlane>,
-    first_plane: Vec<u32>,
-    /// Distance by which the surface of each template is moved in (cells).
-    shifts: Vec<f64>,
-}
-
-impl Surfaces {
-    /// Finds those of all particles.
-    pub(super) fn find(&mut self, particles: &ParticleStore, params: &CouplingParams) {
-        let dx = params.units.dx;
-        if self.shifts.len() != particles.templates.len() {
-            let shift =
-                |t: &Template| with_method!(params.method, method => method.surface_shift(&*t.shape, dx));
-            self.shifts = particles.templates.iter().map(shift).collect();
-        }
-        self.planes.clear();
-        self.first_plane.clear();
-        for particle in &particles.particles {
-            self.first_plane.push(self.planes.len() as u32);
-            let to_world = particle.orientation().to_rotation_matrix().into_inner();
-            let shift = self.shifts[particle.template as usize];
-            let shape = &*particles.template(particle).shape;
-            FacePlane::collect(shape, &to_world, dx, shift, &mut self.planes);
-        }
-        self.first_plane.push(self.planes.len() as u32);
-    }
-
-    /// Particle `i` of those that were [found](Self::find).
-    pub(super) fn mapper<'a>(
-        &'a self,
-        particles: &'a ParticleStore,
-        i: usize,
-        motion: RigidMotion,
-        params: &CouplingParams,
-    ) -> Mapper<'a> {
-        let particle = &particles.particles[i];
-        let planes = &self.planes[self.first_plane[i] as usize..self.first_plane[i + 1] as usize];
-        let shift = self.shifts[particle.template as usize];
-        Mapper::new(&*particles.template(particle).shape, particle, motion, planes, params, shift)
     }
 }
 

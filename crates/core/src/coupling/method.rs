@@ -9,7 +9,7 @@ use crate::fluid::{
     BlockSolids, Bodies, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
     SolidModel, Window,
 };
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::Particle;
 use crate::shape::Shape;
 use std::fmt;
 
@@ -98,7 +98,7 @@ pub(super) trait CouplingMethod: SolidModel {
 /// The mapped particles of a block.
 struct Mapped<'a, M> {
     method: M,
-    mappers: Vec<Mapper<'a>>,
+    mappers: &'a [Mapper],
 }
 
 impl<M: CouplingMethod> Bodies for Mapped<'_, M> {
@@ -115,16 +115,13 @@ impl<M: CouplingMethod> Bodies for Mapped<'_, M> {
 }
 
 impl Coupling {
-    /// The mapped particles as the fluid sees them; `particles` as at [`map`](Self::map).
-    fn solids<'a, T: Real, M: CouplingMethod>(
-        &'a mut self,
+    /// The mapped particles as the fluid sees them.
+    fn solids<T: Real, M: CouplingMethod>(
+        &mut self,
         method: M,
-        particles: &'a ParticleStore,
-    ) -> BlockSolids<'a, T, impl Bodies<Model = M>> {
-        let Self { bodies, surfaces, segments, params, .. } = self;
-        let motions = bodies.iter().map(|body| body.motion).enumerate();
-        let mappers = motions.map(|(i, motion)| surfaces.mapper(particles, i, motion, params)).collect();
-        BlockSolids::new(segments, bodies, Mapped { method, mappers })
+    ) -> BlockSolids<'_, T, impl Bodies<Model = M>> {
+        let mapped = Mapped { method, mappers: &self.mappers };
+        BlockSolids::new(&self.segments, &mut self.bodies, mapped)
     }
 
     /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
@@ -133,19 +130,18 @@ impl Coupling {
         &mut self,
         fluid: &mut Fluid<T>,
         acceleration: [f64; 3],
-        particles: &ParticleStore,
         measure: bool,
     ) -> Option<Flow> {
         self.begin_exchange(fluid);
         with_method!(self.params.method, method => {
-            fluid.sweep(acceleration, &mut self.solids(method, particles), measure)
+            fluid.sweep(acceleration, &mut self.solids(method), measure)
         })
     }
 
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
     /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
-    pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>, particles: &ParticleStore) -> (Flow, [i128; 6]) {
-        with_method!(self.params.method, method => fluid.measure(&mut self.solids(method, particles)))
+    pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>) -> (Flow, [i128; 6]) {
+        with_method!(self.params.method, method => fluid.measure(&mut self.solids(method)))
     }
 
     /// [`Fluid::each_cell`] with the mapped particles.
@@ -154,11 +150,10 @@ impl Coupling {
         fluid: &Fluid<T>,
         cells: Block,
         acceleration: [f64; 3],
-        particles: &ParticleStore,
         visit: &mut dyn FnMut(CellState),
     ) {
         with_method!(self.params.method, method => {
-            fluid.each_cell(cells, acceleration, &mut self.solids(method, particles), visit);
+            fluid.each_cell(cells, acceleration, &mut self.solids(method), visit);
         });
     }
 }
@@ -170,6 +165,6 @@ pub(crate) fn sweep_alone<T: Real>(
     measure: bool,
 ) -> Option<Flow> {
     let (segments, mapped) =
-        (RowSegments::default(), Mapped { method: Homogenised { ramp: 1.0 }, mappers: Vec::new() });
+        (RowSegments::default(), Mapped { method: Homogenised { ramp: 1.0 }, mappers: &[] });
     fluid.sweep(acceleration, &mut BlockSolids::new(&segments, &mut [], mapped), measure)
 }

@@ -117,8 +117,8 @@ impl CouplingMethod for Saturated {
 
     #[inline(always)]
     fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]) {
-        match mapper.geometry {
-            Geometry::Sphere(radius) => sphere(mapper, window, fraction, radius),
+        match &mapper.geometry {
+            Geometry::Sphere(radius) => sphere(mapper, window, fraction, *radius),
             Geometry::Flat(planes) => flat(mapper, window, fraction, planes),
             Geometry::Smooth => {
                 smooth(mapper, window, fraction, 0..window.full.start);

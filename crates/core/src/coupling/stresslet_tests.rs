@@ -32,10 +32,10 @@ fn measured<T: Real>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
         for step in 0..7 {
             coupling.map(&store);
             let before = fluid.state_hash();
-            let (foretold, stresslet) = coupling.measure(&fluid, &store);
+            let (foretold, stresslet) = coupling.measure(&fluid);
             sums = stresslet;
             assert_eq!(fluid.state_hash(), before);
-            let found = coupling.sweep(&mut fluid, [1e-4, 0.0, 0.0], &store, true);
+            let found = coupling.sweep(&mut fluid, [1e-4, 0.0, 0.0], true);
             assert_eq!(Some(foretold), found, "{solids:?}, step {step}");
             fluid.exchange();
             coupling.loads(&store, Vec3::zeros(), &comm);
@@ -78,7 +78,7 @@ fn the_moments_are_those_of_the_force_in_every_cell_about_the_centre() {
     });
     let mut coupling = Coupling::new(coupled(HOMOGENISED), &decomposition, 0, radius);
     coupling.map(&store);
-    let sums = coupling.measure(&fluid, &store).1.map(from_fixed_wide);
+    let sums = coupling.measure(&fluid).1.map(from_fixed_wide);
     // int r E r dV over a sphere is 4 pi a^5 / 15 E; the steps of the lattice leave 5 / 12 over a^2 in cells, 1.3
     // %.
     let cells = radius / UNITS.dx;

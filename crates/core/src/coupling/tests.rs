@@ -76,7 +76,7 @@ fn loads_after<T: Real>(
         let mut loads = Vec::new();
         for _ in 0..steps {
             coupling.map(&store);
-            coupling.sweep(&mut fluid, [0.0; 3], &store, false);
+            coupling.sweep(&mut fluid, [0.0; 3], false);
             fluid.exchange();
             loads = coupling.loads(&store, Vec3::zeros(), &comm);
         }
@@ -140,7 +140,7 @@ fn a_sphere_thrown_into_fluid_at_rest_feels_added_mass_and_history_but_not_the_f
         let mut impulse = 0.0;
         for _ in 0..STEPS {
             coupling.map(&store);
-            coupling.sweep(&mut fluid, [0.0; 3], &store, false);
+            coupling.sweep(&mut fluid, [0.0; 3], false);
             fluid.exchange();
             impulse -= coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force.z / UNITS.force();
         }
@@ -207,7 +207,7 @@ fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
         Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(Simd::best()), &Boundary::none()).unwrap();
     let mut coupling = Coupling::new(coupled(HOMOGENISED), &decomposition, 0, 0.6);
     coupling.map(&store);
-    let flow = coupling.sweep(&mut fluid, [0.0; 3], &store, true).unwrap();
+    let flow = coupling.sweep(&mut fluid, [0.0; 3], true).unwrap();
     let mapped = from_fixed_wide(flow.solid) * UNITS.dx.powi(3);
     let exact = 2.0 * store.templates[0].shape.volume();
     assert!((mapped / exact - 1.0).abs() < 0.02, "{mapped} for {exact}");
@@ -258,7 +258,7 @@ fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
         let store = store(&decomposition, 0, &[sphere], 0.6);
         coupling.map(&store);
         let (force, torque) = force_over_links(&fluid, &coupling, &sphere);
-        coupling.sweep(&mut fluid, [1e-5, 0.0, 0.0], &store, false);
+        coupling.sweep(&mut fluid, [1e-5, 0.0, 0.0], false);
         fluid.exchange();
         let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
         largest[0] = largest[0].max((load.force / UNITS.force() - Vec3::from(force)).norm());
@@ -334,11 +334,11 @@ fn left_over(solids: Method) -> [f64; 2] {
         let store = store(&decomposition, 0, &[sphere], 0.6);
         coupling.map(&store);
         let mut mass = 0.0;
-        coupling.each_cell(&fluid, fluid.block(), [0.0; 3], &store, &mut |cell| {
+        coupling.each_cell(&fluid, fluid.block(), [0.0; 3], &mut |cell| {
             mass += (1.0 - cell.solid_fraction) * (1.0 + cell.density_deviation);
         });
         fed += acceleration * mass;
-        coupling.sweep(&mut fluid, acceleration.into(), &store, false);
+        coupling.sweep(&mut fluid, acceleration.into(), false);
         fluid.exchange();
         force = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0].force / UNITS.force();
         received += force;

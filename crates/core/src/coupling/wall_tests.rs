@@ -52,7 +52,7 @@ fn run<T: Real>(
         let mut loads = Vec::new();
         for _ in 0..steps {
             coupling.map(&store);
-            coupling.sweep(&mut fluid, acceleration, &store, false);
+            coupling.sweep(&mut fluid, acceleration, false);
             fluid.exchange();
             loads = coupling.loads(&store, Vec3::zeros(), &comm);
         }

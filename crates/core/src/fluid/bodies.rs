@@ -49,7 +49,7 @@ impl ExchangeSum {
 
     /// Sum of the forces `f` of a window whose first cell has offset `n`.
     #[inline(always)]
-    pub(crate) fn of_window(f: &[[f64; CHUNK]; 3], n: [i32; 3]) -> Self {
+    fn of_window(f: &[[f64; CHUNK]; 3], n: [i32; 3]) -> Self {
         let (mut lever_y, mut lever_z) = ([0.0; CHUNK], [0.0; CHUNK]);
         for k in 0..CHUNK {
             let nx = f64::from(n[0]) + f64::LANE[k];
@@ -102,7 +102,7 @@ impl RigidMotion {
 
     /// Velocities along the row of a segment.
     #[inline(always)]
-    pub(crate) fn row<T: Real>(&self, segment: &Segment) -> RowVelocity<T> {
+    fn row<T: Real>(&self, segment: &Segment) -> RowVelocity<T> {
         let [_, ny, nz] = segment.offset.map(f64::from);
         let (constant, slope) = self.along_row(ny, nz);
         RowVelocity {
@@ -114,7 +114,7 @@ impl RigidMotion {
 }
 
 /// Velocity of a body along a row: constant and slope over the x distance from the centre.
-pub(crate) struct RowVelocity<T> {
+struct RowVelocity<T> {
     constant: [T; 3],
     slope: [T; 3],
     centre: T,
@@ -123,7 +123,7 @@ pub(crate) struct RowVelocity<T> {
 impl<T: Real> RowVelocity<T> {
     /// Velocities in the cells of a window whose first has offset `n` in x.
     #[inline(always)]
-    pub(crate) fn window(&self, n: i32) -> [[T; CHUNK]; 3] {
+    fn window(&self, n: i32) -> [[T; CHUNK]; 3] {
         // The integer offset first, the centre last: rounded alike wherever a window begins.
         let n = T::from_f64(n.into());
         let mut u = [[T::ZERO; CHUNK]; 3];
@@ -260,24 +260,14 @@ pub struct BlockSolids<'a, T, B> {
     pub bodies: &'a mut [Body],
     /// Geometry of each body.
     pub geometry: B,
-    /// Fractions of the row that is being swept, window by window, if they are needed after its collision.
-    fractions: Option<Vec<[T; CHUNK]>>,
+    /// Fractions of the row that was filled last, window by window, if they are needed after its collision.
+    pub(super) fractions: Option<Vec<[T; CHUNK]>>,
 }
 
 impl<'a, T: Real, B: Bodies> BlockSolids<'a, T, B> {
     /// Solids for a sweep.
     pub fn new(segments: &'a RowSegments, bodies: &'a mut [Body], geometry: B) -> Self {
-        Self { segments, bodies, geometry, fractions: B::Model::BY_FRACTION.then(Vec::new) }
-    }
-
-    /// Keeps the fractions of each row until the next is filled.
-    pub(super) fn keep_fractions(&mut self) {
-        self.fractions.get_or_insert_default();
-    }
-
-    /// Kept fractions of the row that was filled last.
-    pub(super) fn kept_fractions(&self) -> &[[T; CHUNK]] {
-        self.fractions.as_deref().unwrap_or_default()
+        Self { segments, bodies, geometry, fractions: B::Model::BY_VOLUME.then(Vec::new) }
     }
 
     /// Adds all solids to a row, which is empty.
@@ -310,12 +300,36 @@ impl<'a, T: Real, B: Bodies> BlockSolids<'a, T, B> {
     /// Adds the momentum that a row exchanged in this sweep to its bodies.
     #[inline(always)]
     pub(super) fn collect(&mut self, row: usize, solids: &SolidRow<T>) {
-        let mut fractions = self.fractions.as_deref().unwrap_or_default();
+        let (mut fractions, none) = (self.fractions.as_deref().unwrap_or_default().iter(), [T::ZERO; CHUNK]);
         for segment in self.segments.row(row) {
-            let body = &mut self.bodies[segment.body as usize];
-            B::Model::collect(segment, &mut fractions, solids, body);
+            let Body { motion, exchange, departed, .. } = &mut self.bodies[segment.body as usize];
+            let velocity = motion.row::<T>(segment);
+            for done in (0..segment.count as usize).step_by(CHUNK) {
+                let window = segment.window(done);
+                let u = velocity.window(window.offset[0]);
+                let kept = if B::Model::BY_VOLUME { fractions.next() } else { Some(&none) };
+                let fraction = kept.expect("one for each window");
+                let [incoming, outgoing] = solids.exchanged(window.x);
+                exchange.add(&received::<T, B::Model>(incoming, fraction, &u, &window), 1);
+                departed.add(&received::<T, B::Model>(outgoing, fraction, &u, &window), 1);
+            }
         }
     }
+}
+
+/// Momentum that a body receives from the cells of a window. Axis by axis, which is twice as fast as all at once.
+#[inline(always)]
+fn received<T: Real, M: SolidModel>(
+    exchanged: [&[T; CHUNK]; 4],
+    fraction: &[T; CHUNK],
+    u: &[[T; CHUNK]; 3],
+    window: &Window,
+) -> ExchangeSum {
+    let mut f = [[0.0_f64; CHUNK]; 3];
+    for axis in 0..3 {
+        f[axis] = masked(&M::force(exchanged[axis], exchanged[3], fraction, &u[axis]), window.count);
+    }
+    ExchangeSum::of_window(&f, window.offset)
 }
 
 /// [`CHUNK`] times all bits, then [`CHUNK`] times none.
@@ -332,7 +346,7 @@ const FIRST: [u64; 2 * CHUNK] = {
 /// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and
 /// undefined. Without a branch.
 #[inline(always)]
-pub(crate) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
+pub(super) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
     let mask = &FIRST[CHUNK - count..];
     let mut masked = [0.0_f64; CHUNK];
     // A loop: what `array::from_fn` calls is not compiled for the instruction set of the sweep.

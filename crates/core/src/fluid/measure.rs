@@ -39,7 +39,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
     let mut measured = Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]) };
     let mut reflected: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
     let (mut flow, mut stresslet) = (Flow::default(), [0; 6]);
-    solids.keep_fractions();
+    solids.fractions.get_or_insert_default();
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
@@ -77,7 +77,7 @@ fn add_moments<T: Real, B: Bodies>(
     solid: &SolidRow<T>,
     sums: &mut [i128; 6],
 ) {
-    let mut fractions = solids.kept_fractions().iter();
+    let mut fractions = solids.fractions.iter().flatten();
     for segment in solids.segments.row(row) {
         let centre = solids.bodies[segment.body as usize].motion.centre;
         for done in (0..segment.count as usize).step_by(CHUNK) {

@@ -1,7 +1,6 @@
 //! Solid data of one row of cells, which exists only while the row is swept, and the collision of such cells.
 
 use super::Real;
-use super::bodies::{Body, Segment};
 use super::kernel::{Moments, Row};
 use super::simd::Lanes;
 use crate::lattice::Q;
@@ -12,18 +11,13 @@ use std::ops::Range;
 pub const CHUNK: usize = 16;
 
 /// Method of coupling solids to the fluid: collision of the cells they cover, compiled into the sweep.
-///
-/// # Safety
-/// `collide` stores only to the arrays of its row.
 pub trait SolidModel: Copy {
     /// Populations relax in pairs of opposite directions, even with one relaxation time: a cell without solids must not be
     /// rounded differently where it shares a register with one that has some.
     const PAIRS: bool;
-    /// The momentum of a cell is divided among bodies by their solid fractions.
-    const BY_FRACTION: bool;
-
-    /// `B` of some cells, given their former `B`, the solid fraction that is added, and the sum with it.
-    fn permeability<T: Real>(before: &[T; CHUNK], fraction: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK];
+    /// Solid fractions are of the volume: they add up to at most one, `B = max(0, 1 - sum e_k)`, and divide the momentum of
+    /// a cell among bodies. Otherwise `B = prod (1 - phi_k)`.
+    const BY_VOLUME: bool;
 
     /// Collides the register of cells at `x` under the acceleration `a`, writes what the solids exchange to `solids`, and
     /// returns the mean momentum of solid and fluid.
@@ -51,14 +45,9 @@ pub trait SolidModel: Copy {
     /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)`; `t = tau - 1/2`.
     fn drag(self, e: f64, t: f64) -> f64;
 
-    /// Adds the momentum that the cells of a segment exchanged in this sweep to its body; takes the fractions of its windows
-    /// off the front of `fractions` if the model is [`BY_FRACTION`](Self::BY_FRACTION).
-    fn collect<T: Real>(
-        segment: &Segment,
-        fractions: &mut &[[T; CHUNK]],
-        solids: &SolidRow<T>,
-        body: &mut Body,
-    );
+    /// Momentum that a body receives along an axis from cells that exchanged momentum `p` and mass `m`, given its solid
+    /// fractions and velocities there.
+    fn force<T: Real>(p: &[T; CHUNK], m: &[T; CHUNK], fraction: &[T; CHUNK], u: &[T; CHUNK]) -> [T; CHUNK];
 }
 
 /// Momentum of a register of cells, as a collision would see it.
@@ -110,9 +99,9 @@ impl<R> Covered<R> {
 
 /// Solid data of the row that is being swept, lattice units.
 ///
-/// Solids in one cell combine as `u_s = sum phi_k u_k / sum phi_k` (Marquardt et al. 2024) and a permeability `B` by the
-/// [`SolidModel`]; call [`add`](Self::add) in ascending order of particle ids, so that products and sums are the same
-/// bits on every decomposition.
+/// Solids in one cell combine as `u_s = sum phi_k u_k / sum phi_k` (Marquardt et al. 2024), and their fractions to `B` as
+/// the [`SolidModel`] says; they are [added](Self::add) in ascending order of particle ids, so that products and sums
+/// are the same bits on every decomposition.
 pub struct SolidRow<T> {
     /// `B`. All arrays hold whole chunks and one more, so that windows may reach over the end.
     pub(crate) permeability: Vec<T>,
@@ -187,7 +176,18 @@ impl<T: Real> SolidRow<T> {
         }
         *sum = total;
         let permeability = window_mut(&mut self.permeability, x);
-        *permeability = M::permeability(permeability, fraction, &total);
+        let mut open = [T::ZERO; CHUNK];
+        if M::BY_VOLUME {
+            for k in 0..CHUNK {
+                let left = T::ONE - total[k];
+                open[k] = if left > T::ZERO { left } else { T::ZERO };
+            }
+        } else {
+            for k in 0..CHUNK {
+                open[k] = permeability[k] * (T::ONE - fraction[k]);
+            }
+        }
+        *permeability = open;
         for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
             let sum = window_mut(sum, x);
             let mut total = [T::ZERO; CHUNK];

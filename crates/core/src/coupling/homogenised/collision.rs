@@ -4,21 +4,12 @@ use super::Homogenised;
 use crate::fluid::kernel::{Moments, Row, put, relax};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Body, CHUNK, ExchangeSum, Real, Segment, SolidModel, SolidRow, masked};
+use crate::fluid::{CHUNK, Real, SolidModel, SolidRow};
 use crate::lattice::Q;
 
 impl SolidModel for Homogenised {
     const PAIRS: bool = false;
-    const BY_FRACTION: bool = false;
-
-    #[inline(always)]
-    fn permeability<T: Real>(before: &[T; CHUNK], fraction: &[T; CHUNK], _: &[T; CHUNK]) -> [T; CHUNK] {
-        let mut open = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            open[k] = before[k] * (T::ONE - fraction[k]);
-        }
-        open
-    }
+    const BY_VOLUME: bool = false;
 
     #[inline(always)]
     unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
@@ -62,34 +53,11 @@ impl SolidModel for Homogenised {
     }
 
     #[inline(always)]
-    fn collect<T: Real>(segment: &Segment, _: &mut &[[T; CHUNK]], solids: &SolidRow<T>, body: &mut Body) {
-        let velocity = body.motion.row::<T>(segment);
-        for done in (0..segment.count as usize).step_by(CHUNK) {
-            let window = segment.window(done);
-            let u = velocity.window(window.offset[0]);
-            let [incoming, outgoing] = solids.exchanged(window.x);
-            body.exchange.add(&over_cells(incoming, &u, window.count, window.offset), 1);
-            body.departed.add(&over_cells(outgoing, &u, window.count, window.offset), 1);
-        }
-    }
-}
-
-/// Sum of `p - m u` over the first `count` cells of a window whose first cell has offset `n`.
-#[inline(always)]
-fn over_cells<T: Real>(
-    exchanged: [&[T; CHUNK]; 4],
-    u: &[[T; CHUNK]; 3],
-    count: usize,
-    n: [i32; 3],
-) -> ExchangeSum {
-    let mut f = [[0.0_f64; CHUNK]; 3];
-    for axis in 0..3 {
-        let (p, m, u) = (exchanged[axis], exchanged[3], &u[axis]);
+    fn force<T: Real>(p: &[T; CHUNK], m: &[T; CHUNK], _: &[T; CHUNK], u: &[T; CHUNK]) -> [T; CHUNK] {
         let mut force = [T::ZERO; CHUNK];
         for k in 0..CHUNK {
             force[k] = p[k] - u[k] * m[k];
         }
-        f[axis] = masked(&force, count);
+        force
     }
-    ExchangeSum::of_window(&f, n)
 }

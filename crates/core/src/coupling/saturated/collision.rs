@@ -4,7 +4,7 @@ use super::{Saturated, SolidOperator};
 use crate::fluid::kernel::{Moments, Row, put, relax};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Body, CHUNK, ExchangeSum, Real, Segment, SolidModel, SolidRow, masked};
+use crate::fluid::{CHUNK, Real, SolidModel, SolidRow};
 use crate::lattice::{C, Q, W, opposite};
 
 /// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
@@ -13,17 +13,7 @@ const FILM: f64 = 20.0;
 
 impl SolidModel for Saturated {
     const PAIRS: bool = true;
-    const BY_FRACTION: bool = true;
-
-    #[inline(always)]
-    fn permeability<T: Real>(_: &[T; CHUNK], _: &[T; CHUNK], sum: &[T; CHUNK]) -> [T; CHUNK] {
-        let mut open = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            let left = T::ONE - sum[k];
-            open[k] = if left > T::ZERO { left } else { T::ZERO };
-        }
-        open
-    }
+    const BY_VOLUME: bool = true;
 
     #[inline(always)]
     unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
@@ -101,20 +91,12 @@ impl SolidModel for Saturated {
     }
 
     #[inline(always)]
-    fn collect<T: Real>(
-        segment: &Segment,
-        fractions: &mut &[[T; CHUNK]],
-        solids: &SolidRow<T>,
-        body: &mut Body,
-    ) {
-        for done in (0..segment.count as usize).step_by(CHUNK) {
-            let window = segment.window(done);
-            let (fraction, rest) = fractions.split_first().expect("one for each window");
-            *fractions = rest;
-            let [incoming, outgoing] = solids.exchanged(window.x);
-            body.exchange.add(&part(incoming, fraction, window.count, window.offset), 1);
-            body.departed.add(&part(outgoing, fraction, window.count, window.offset), 1);
+    fn force<T: Real>(p: &[T; CHUNK], _: &[T; CHUNK], fraction: &[T; CHUNK], _: &[T; CHUNK]) -> [T; CHUNK] {
+        let mut force = [T::ZERO; CHUNK];
+        for k in 0..CHUNK {
+            force[k] = fraction[k] * p[k];
         }
+        force
     }
 }
 
@@ -152,26 +134,4 @@ fn bounce_back<T: Real, R: Lanes<T>>(
         let change = base + quadratic + c(3.0) * rho * (cu + cv);
         pulled[i] = before[opposite(i)] + c(W[i]) * change;
     }
-}
-
-/// Sum of `fraction` of what the first `count` cells of a window exchanged, whose first cell has offset `n`.
-///
-/// Axis by axis: with the forces of all axes handed to a function for both methods, collecting takes twice as long.
-#[inline(always)]
-fn part<T: Real>(
-    exchanged: [&[T; CHUNK]; 4],
-    fraction: &[T; CHUNK],
-    count: usize,
-    n: [i32; 3],
-) -> ExchangeSum {
-    let mut f = [[0.0_f64; CHUNK]; 3];
-    for axis in 0..3 {
-        let p = exchanged[axis];
-        let mut force = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            force[k] = fraction[k] * p[k];
-        }
-        f[axis] = masked(&force, count);
-    }
-    ExchangeSum::of_window(&f, n)
 }

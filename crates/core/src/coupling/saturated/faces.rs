@@ -120,8 +120,7 @@ mod tests {
         let bodies: [(&dyn Shape, usize); 2] = [(&cuboid, 3), (&hull, 5)];
         for (shape, most) in bodies {
             let turn = Quat::from_euler_angles(0.3, -0.7, 1.1).to_rotation_matrix();
-            let mut planes = Vec::new();
-            FacePlane::collect(shape, turn.matrix(), 1.0, -0.1, &mut planes);
+            let planes = FacePlane::all(shape.as_polyhedron().unwrap(), turn.matrix(), 1.0, -0.1);
             let (mut cut, mut meeting, mut too_many) = (0, 0, 0);
             for row in 0..256 {
                 let [y, z] = [row % 16, row / 16].map(|n| f64::from(n) - 7.6);
