@@ -273,7 +273,7 @@ impl Simulation {
         self.apply(&words[measure::WORDS..])?;
         let mean = self.mean_of(&words, flow.max_speed);
         if let Some(system) = &mut self.system {
-            system.driving.observe(mean);
+            system.driving.mean = mean;
         }
         Ok(())
     }
@@ -347,12 +347,12 @@ impl Simulation {
 
     /// Mean values over the box at the last control, up to [`CONTROL_INTERVAL`] steps ago; zeros without a fluid.
     pub fn mean_flow(&self) -> MeanFlow {
-        self.system.as_ref().map_or_else(MeanFlow::default, |system| *system.driving.mean())
+        self.system.as_ref().map_or_else(MeanFlow::default, |system| system.driving.mean)
     }
 
     /// Accelerations by the controller of the net flux since the start; none without a fluid.
     pub fn control_record(&self) -> ControlRecord {
-        self.system.as_ref().map_or_else(ControlRecord::default, |system| *system.driving.record())
+        self.system.as_ref().map_or_else(ControlRecord::default, |system| system.driving.record)
     }
 
     /// Acceleration of the fluid in the coming step (m/s^2).

@@ -72,8 +72,8 @@ impl Simulation {
             fluid.resume();
             let known = coupling.restore(self.dem.particles(), couplings).map_err(Error::Input);
             let measured = is_sound(&mean, &self.units);
-            driving.observe(mean);
-            driving.restore(control);
+            driving.mean = mean;
+            driving.record = control;
             outcome = outcome.and(read).and(known).and(measured);
         }
         self.step = step;

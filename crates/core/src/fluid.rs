@@ -120,10 +120,9 @@ pub struct Fluid<T: Real> {
     order: RowOrder,
     measured: Measured<T>,
     walls: Walls<T>,
+    params: FluidParams,
     /// Of the even and of the odd part.
     relaxation_times: [f64; 2],
-    collision: Collision,
-    simd: Simd,
     /// The block is as long as the periodic box in x, so it is its own neighbour there.
     wrap_x: bool,
 }
@@ -139,7 +138,7 @@ impl<T: Real> Fluid<T> {
         params: &FluidParams,
         boundary: &Boundary,
     ) -> Result<Self> {
-        let FluidParams { relaxation_time: tau, collision, simd } = *params;
+        let (tau, simd) = (params.relaxation_time, params.simd);
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let order = RowOrder::new(decomposition, comm.rank());
@@ -166,12 +165,11 @@ impl<T: Real> Fluid<T> {
             order,
             measured: Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row]) },
             walls,
-            relaxation_times: match collision {
+            relaxation_times: match params.collision {
                 Collision::Bgk => [tau; 2],
                 Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
             },
-            collision,
-            simd,
+            params: *params,
             wrap_x: decomposition.grid[0] == 1 && domain.periodic[0],
             domain: *domain,
             layout,
@@ -246,7 +244,7 @@ impl<T: Real> Fluid<T> {
         flow: Option<&mut Flow>,
     ) {
         // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        let (pairs, walls) = (self.collision != Collision::Bgk, !self.walls.is_empty());
+        let (pairs, walls) = (self.params.collision != Collision::Bgk, !self.walls.is_empty());
         let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
         if B::Model::PAIRS || pairs {
             if walls { T::sweep::<B, true, true>(sweep) } else { T::sweep::<B, true, false>(sweep) }

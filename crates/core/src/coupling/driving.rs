@@ -86,8 +86,10 @@ impl ControlRecord {
 #[derive(Clone, Debug)]
 pub struct Driving {
     params: DrivingParams,
-    mean: MeanFlow,
-    record: ControlRecord,
+    /// The last measurement.
+    pub mean: MeanFlow,
+    /// The accelerations that the controller has added.
+    pub record: ControlRecord,
 }
 
 impl Driving {
@@ -100,26 +102,6 @@ impl Driving {
         let solid_fraction = params.particle_volume / params.volume;
         let mean = MeanFlow { solid_fraction, ..MeanFlow::default() };
         Self { params, mean, record: ControlRecord::default() }
-    }
-
-    /// Sets the last measurement.
-    pub fn observe(&mut self, mean: MeanFlow) {
-        self.mean = mean;
-    }
-
-    /// The last measurement.
-    pub fn mean(&self) -> &MeanFlow {
-        &self.mean
-    }
-
-    /// The accelerations that the controller has added.
-    pub fn record(&self) -> &ControlRecord {
-        &self.record
-    }
-
-    /// Continues the record of an earlier run.
-    pub fn restore(&mut self, record: ControlRecord) {
-        self.record = record;
     }
 
     /// Acceleration of the fluid (m/s^2) in the coming step, which is recorded.
@@ -185,11 +167,8 @@ mod tests {
     fn a_net_flux_is_opposed() {
         let mut driving = Driving::new(params(ForceBalance::Mixture));
         let before = driving.acceleration();
-        driving.observe(MeanFlow {
-            velocity: Vec3::new(0.1, 0.0, -0.2),
-            solid_fraction: 0.25,
-            ..MeanFlow::default()
-        });
+        driving.mean =
+            MeanFlow { velocity: Vec3::new(0.1, 0.0, -0.2), solid_fraction: 0.25, ..MeanFlow::default() };
         assert!((driving.acceleration() - before - Vec3::new(-5.0, 0.0, 10.0)).norm() < 1e-12);
     }
 
@@ -201,15 +180,15 @@ mod tests {
         });
         let balance = driving.step();
         for speed in [-0.2, 0.1] {
-            driving.observe(MeanFlow {
+            driving.mean = MeanFlow {
                 velocity: Vec3::new(0.3, 0.0, speed),
                 solid_fraction: 0.25,
                 ..MeanFlow::default()
-            });
+            };
             let expected = balance - Vec3::new(0.0, 0.0, 50.0 * speed);
             assert!((driving.step() - expected).norm() < 1e-12);
         }
-        let record = driving.record();
+        let record = driving.record;
         assert!((record.largest - 10.0).abs() < 1e-12);
         assert!((record.mean(4) - Vec3::new(0.0, 0.0, 1.25)).norm() < 1e-12);
     }
@@ -221,7 +200,7 @@ mod tests {
             body_acceleration: Vec3::new(0.0, 0.0, 3.0),
             ..params(ForceBalance::Mixture)
         });
-        driving.observe(MeanFlow { velocity: Vec3::new(0.1, 0.0, -0.2), ..MeanFlow::default() });
+        driving.mean = MeanFlow { velocity: Vec3::new(0.1, 0.0, -0.2), ..MeanFlow::default() };
         assert!((driving.acceleration() - Vec3::new(-5.0, 0.0, 3.0)).norm() < 1e-12);
     }
 }

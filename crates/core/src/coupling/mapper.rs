@@ -86,8 +86,8 @@ impl Mapper {
     /// Positions of a row in y and z, from the centre (cells).
     #[inline(always)]
     pub(super) fn row_distance(&self, window: &Window) -> [f64; 2] {
-        let [_, ny, nz] = window.offset.map(f64::from);
-        [ny - self.motion.centre[1], nz - self.motion.centre[2]]
+        let ([_, ny, nz], [_, y, z]) = (window.offset, self.motion.centre);
+        [f64::from(ny) - y, f64::from(nz) - z]
     }
 
     /// Calls `visit(offsets, base)` for every periodic image that may touch the block: ranges of offsets from the

@@ -40,21 +40,23 @@ impl Coupling {
         bytemuck::cast_slice(&swept).to_vec()
     }
 
-    /// Reason why a saved particle cannot have been swept, if there is one.
-    fn flaw(&self, store: &ParticleStore, particle: &Particle) -> Option<String> {
+    /// Checks that a saved particle can have been swept.
+    fn check(&self, store: &ParticleStore, particle: &Particle) -> Result<(), String> {
         let id = particle.id;
         let Some(template) = store.templates.get(particle.template as usize) else {
-            return Some(format!("particle {id} is of the kind {}, which is none", particle.template));
+            return Err(format!("particle {id} is of the kind {}, which is none", particle.template));
         };
-        let units = &self.params.units;
+        if let Some(flaw) = particle.flaw(self.decomposition.domain.size()) {
+            return Err(flaw);
+        }
         let rim = particle.angular_velocity().norm() * template.shape.circumradius();
-        let fastest = particle.velocity().norm().max(rim) / units.velocity();
-        let too_fast = || {
-            (fastest >= FIXED_POINT_LIMIT).then(|| {
-                format!("the velocity or angular velocity of particle {id} is {fastest:.3e} cells per step")
-            })
-        };
-        particle.flaw(self.decomposition.domain.size()).or_else(too_fast)
+        let fastest = particle.velocity().norm().max(rim) / self.params.units.velocity();
+        if fastest >= FIXED_POINT_LIMIT {
+            return Err(format!(
+                "the velocity or angular velocity of particle {id} is {fastest:.3e} cells per step"
+            ));
+        }
+        Ok(())
     }
 
     /// Restores the state that all ranks of an earlier run [saved](Self::save); `particles` are those of the engine.
@@ -63,41 +65,33 @@ impl Coupling {
     /// Defect of the parts.
     pub fn restore(&mut self, particles: &ParticleStore, parts: &[Vec<u8>]) -> Result<(), String> {
         let mut swept: BTreeMap<u64, Swept> = BTreeMap::new();
-        for (n, bytes) in parts.iter().enumerate() {
+        for (n, bytes) in (1..).zip(parts) {
             if !bytes.len().is_multiple_of(size_of::<Swept>()) {
+                let size = bytes.len();
                 return Err(format!(
-                    "part {} of the coupling has {} bytes, which are no whole particles",
-                    n + 1,
-                    bytes.len()
+                    "part {n} of the coupling has {size} bytes, which are no whole particles"
                 ));
             }
             let mut ids = BTreeSet::new();
             for part in bytemuck::pod_collect_to_vec::<u8, Swept>(bytes) {
-                let twice = (!ids.insert(part.particle.id))
-                    .then(|| format!("particle {} is in it twice", part.particle.id));
-                let load = || {
-                    let is_finite = part.load.iter().flatten().all(|x| x.is_finite());
-                    (!is_finite).then(|| format!("the load on particle {} is not finite", part.particle.id))
+                let id = part.particle.id;
+                let checked = if !ids.insert(id) {
+                    Err(format!("particle {id} is in it twice"))
+                } else if part.load.as_flattened().iter().all(|x| x.is_finite()) {
+                    self.check(particles, &part.particle)
+                } else {
+                    Err(format!("the load on particle {id} is not finite"))
                 };
-                let flaw = twice.or_else(|| self.flaw(particles, &part.particle));
-                if let Some(flaw) = flaw.or_else(load) {
-                    return Err(format!("part {} of the coupling: {flaw}", n + 1));
-                }
-                swept
-                    .entry(part.particle.id)
-                    .and_modify(|all| {
-                        all.departed.add(&part.departed, 1);
-                        for (sum, own) in all.load.as_flattened_mut().iter_mut().zip(part.load.as_flattened())
-                        {
-                            *sum += own;
-                        }
-                    })
-                    .or_insert(part);
+                checked.map_err(|defect| format!("part {n} of the coupling: {defect}"))?;
+                let add = |all: &mut Swept| {
+                    all.departed.add(&part.departed, 1);
+                    let loads = all.load.as_flattened_mut().iter_mut().zip(part.load.as_flattened());
+                    loads.for_each(|(sum, own)| *sum += own);
+                };
+                swept.entry(id).and_modify(add).or_insert(part);
             }
         }
-        if let Some(flaw) = particles.particles.iter().find_map(|particle| self.flaw(particles, particle)) {
-            return Err(flaw);
-        }
+        particles.particles.iter().try_for_each(|particle| self.check(particles, particle))?;
         // Before the first sweep there are none.
         let known = |particle: &Particle| swept.get(&particle.id);
         if let Some(other) = (particles.particles.iter()).find(|particle| {
@@ -105,13 +99,12 @@ impl Coupling {
         }) {
             return Err(format!("the coupling does not know particle {}", other.id));
         }
-        let count = if swept.is_empty() { 0 } else { particles.owned };
         let then = ParticleStore {
             templates: particles.templates.clone(),
             particles: (particles.particles.iter())
                 .filter_map(|particle| Some(known(particle)?.particle))
                 .collect(),
-            owned: count,
+            owned: if swept.is_empty() { 0 } else { particles.owned },
             owners: particles.owners.clone(),
         };
         self.map(&then);

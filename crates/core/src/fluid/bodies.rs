@@ -300,7 +300,7 @@ impl<'a, T: Real, B: Bodies> BlockSolids<'a, T, B> {
     /// Adds the momentum that a row exchanged in this sweep to its bodies.
     #[inline(always)]
     pub(super) fn collect(&mut self, row: usize, solids: &SolidRow<T>) {
-        let (mut fractions, none) = (self.fractions.iter().flatten(), [T::ZERO; CHUNK]);
+        let (mut fractions, none) = (self.fractions.as_deref().unwrap_or_default().iter(), [T::ZERO; CHUNK]);
         for segment in self.segments.row(row) {
             let Body { motion, exchange, departed, .. } = &mut self.bodies[segment.body as usize];
             let velocity = motion.row::<T>(segment);

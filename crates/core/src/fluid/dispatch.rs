@@ -117,7 +117,7 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, cons
             }
             if fluid.wrap_x {
                 wrap_row_x(&layout, fluid.phase, populations, y as isize, z as isize);
-            } else if WALLS && fluid.walls.at_row_ends() {
+            } else if WALLS {
                 fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
             }
         }
@@ -246,7 +246,7 @@ macro_rules! real {
                     compiled_for!($t, $sse2, sse2, fill_sse2, collect_sse2);
                     compiled_for!($t, $avx2, avx2, fill_avx2, collect_avx2, "avx2");
                     compiled_for!($t, $avx512, avx512, fill_avx512, collect_avx512, "avx512f");
-                    match sweep.fluid.simd {
+                    match sweep.fluid.params.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
                         Simd::Avx512 => unsafe { avx512::<B, TRT, WALLS>(sweep) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.

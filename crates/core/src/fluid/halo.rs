@@ -1,9 +1,8 @@
 //! Ghost cells: which populations cross which face or edge of a block, and their exchange.
 //!
-//! In place, populations cross twice in two steps. After a sweep from [`AaPhase::Even`] the boundary cells of a block are
-//! copied to the ghosts of its neighbours (*fill*), which the next sweep reads and writes; after that one the ghosts go
-//! back to the boundary cells they stand for (*return*). Both move the same slots: for a face the 5 populations that
-//! cross it, for an edge 1, for a corner none. Nothing crosses a closed face of the box; see [`walls`](super::walls).
+//! After a sweep from [`AaPhase::Even`] the boundary cells of a block are copied to the ghosts of its neighbours (*fill*),
+//! which the next sweep reads and writes; after that one the ghosts are copied back (*return*). Both copy the same slots:
+//! for a face the 5 populations that cross it, for an edge 1, for a corner none. Nothing crosses a closed face.
 
 use super::layout::{AaPhase, Layout};
 use crate::comm::{Comm, Halo};
@@ -61,8 +60,8 @@ impl Message {
 
 /// The rank of the block next to that of `rank` in a direction; none across a closed face.
 fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Option<usize> {
-    let place = decomposition.grid_index(rank);
-    let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
+    let block = decomposition.grid_index(rank);
+    let to: [isize; 3] = std::array::from_fn(|a| block[a] as isize + d[a]);
     let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
     (0..3).all(|a| decomposition.domain.periodic[a] || inside(a)).then(|| decomposition.rank_at(to))
 }

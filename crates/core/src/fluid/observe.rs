@@ -84,7 +84,7 @@ impl<T: Real> Fluid<T> {
 
     /// Number of cells of the block in no wall.
     pub fn fluid_cells(&self) -> usize {
-        self.walls.fluid_cells()
+        self.walls.fluid_cells
     }
 
     /// Hash of all populations of the block, those in walls left out; the wrapping sum over blocks does not depend on

@@ -16,11 +16,11 @@ impl RowOrder {
     /// For the block of `rank`.
     pub(crate) fn new(decomposition: &Decomposition, rank: usize) -> Self {
         let [_, ny, nz] = decomposition.block(rank).size();
-        let place = decomposition.grid_index(rank);
+        let at = decomposition.grid_index(rank);
         let (grid, periodic) = (decomposition.grid, decomposition.domain.periodic);
         let beyond = |a: usize| {
             let more = grid[a] > 1;
-            [more && (periodic[a] || place[a] > 0), more && (periodic[a] || place[a] + 1 < grid[a])]
+            [more && (periodic[a] || at[a] > 0), more && (periodic[a] || at[a] + 1 < grid[a])]
         };
         Self { size: [ny, nz], neighbour: [beyond(1), beyond(2)] }
     }

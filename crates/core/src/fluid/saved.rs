@@ -1,9 +1,8 @@
 //! The state of a block as plain bytes, for checkpoints: independent of how the box is cut and of the phase.
 //!
-//! The saved populations are those that *left* each cell in the last sweep, `f_i(x + c_i)` after streaming, for all
-//! `i`. Every population left one cell, except those reflected by a wall, which follow from what was sent there.
-//! Cells in walls have zeros. On resuming, these numbers are put where a sweep from [`AaPhase::Even`] leaves them, and
-//! all that follows such a sweep is repeated.
+//! The saved populations are those that *left* each cell in the last sweep, `f_i(x + c_i)` after streaming; those
+//! reflected by a wall follow from what was sent there. Cells in walls have zeros. On resuming, these numbers are put
+//! where a sweep from [`AaPhase::Even`] leaves them, and all that follows such a sweep is repeated.
 
 use super::dispatch::wrap_row_x;
 use super::{AaPhase, Fluid, Real};
@@ -39,7 +38,7 @@ impl<T: Real> Fluid<T> {
         }
     }
 
-    /// Takes the bytes of saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has
+    /// Restores saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has
     /// written them. When all cells of the block are taken, [`resume`](Self::resume) makes the fluid whole.
     ///
     /// # Errors
@@ -55,14 +54,14 @@ impl<T: Real> Fluid<T> {
                     let cell = self.layout.cell(i as isize, j as isize, k as isize);
                     let left = saved.next().expect("bytes of all cells");
                     for (i, g) in left.chunks_exact(size_of::<T>()).enumerate() {
-                        let (place, population) = (self.left(cell, i), bytemuck::pod_read_unaligned::<T>(g));
+                        let (slot, population) = (self.left(cell, i), bytemuck::pod_read_unaligned::<T>(g));
                         let size = population.into().abs();
                         if size.is_nan() || size >= FIXED_POINT_LIMIT {
                             return Err(format!(
                                 "the population {i} of the cell ({x}, {y}, {z}) is that of no fluid"
                             ));
                         }
-                        self.populations[place] = population;
+                        self.populations[slot] = population;
                     }
                 }
             }
@@ -71,7 +70,7 @@ impl<T: Real> Fluid<T> {
         Ok(())
     }
 
-    /// Goes on from the cells that have been [restored](Self::restore): what follows a sweep. Collective.
+    /// Resumes from the cells that have been [restored](Self::restore): what follows a sweep. Collective.
     pub fn resume(&mut self) {
         self.phase = AaPhase::Odd;
         let [_, ny, nz] = self.layout.size;
@@ -79,7 +78,7 @@ impl<T: Real> Fluid<T> {
             self.walls.bounce_row(AaPhase::Odd, &mut self.populations, y, z);
             if self.wrap_x {
                 wrap_row_x(&self.layout, AaPhase::Even, &mut self.populations, y as isize, z as isize);
-            } else if self.walls.at_row_ends() {
+            } else {
                 self.walls.bounce_row_ends(&self.layout, AaPhase::Odd, &mut self.populations, y, z);
             }
         }
@@ -146,9 +145,9 @@ mod tests {
         let [nx, ny, nz] = fluid.layout.size;
         for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))) {
             let departed = fluid.departed([x, y, z]);
-            let place = x + fluid.block.lo[0] + 100 * (y + fluid.block.lo[1] + 100 * (z + fluid.block.lo[2]));
+            let index = x + fluid.block.lo[0] + 100 * (y + fluid.block.lo[1] + 100 * (z + fluid.block.lo[2]));
             sums[0] = departed.iter().fold(sums[0], |sum, p| {
-                sum.wrapping_add((p.to_bits() as i64).wrapping_mul(2 * place as i64 + 1))
+                sum.wrapping_add((p.to_bits() as i64).wrapping_mul(2 * index as i64 + 1))
             });
         }
         for load in fluid.wall_loads() {

@@ -125,7 +125,8 @@ pub(crate) struct Walls<T> {
     size: [usize; 3],
     /// In which rows are swept.
     order: RowOrder,
-    fluid_cells: usize,
+    /// Number of cells of the block in no wall.
+    pub(crate) fluid_cells: usize,
 }
 
 /// The links across a closed face that rows end at, five to a row.
@@ -181,11 +182,6 @@ impl<T: Real> Walls<T> {
         self.motions.is_empty()
     }
 
-    /// Number of cells of the block in no wall.
-    pub(crate) fn fluid_cells(&self) -> usize {
-        self.fluid_cells
-    }
-
     /// Row `(y, z)`, if it has wall cells.
     #[inline(always)]
     pub(crate) fn row(&self, y: usize, z: usize) -> Option<&WallRow<T>> {
@@ -196,11 +192,6 @@ impl<T: Real> Walls<T> {
     pub(crate) fn of(&self, [x, y, z]: [usize; 3]) -> Option<&WallMotion> {
         let (_, wall) = self.row(y, z)?.cells.iter().find(|(cells, _)| cells.contains(&x))?;
         Some(&self.motions[usize::from(*wall)])
-    }
-
-    /// Returns true if rows end at a closed face on some side.
-    pub(crate) fn at_row_ends(&self) -> bool {
-        !self.ends.is_empty()
     }
 
     /// Bounces the links at the ends of rows of which the sweep of row `(y, z)`, the last so far, has swept the second end,
@@ -221,10 +212,7 @@ impl<T: Real> Walls<T> {
                 let mut bounce = |y: isize, z: isize| {
                     let near = i * layout.stride + layout.cell(ends.last, y, z);
                     let far = opposite(i) * layout.stride + layout.cell(ends.ghost, y - cy, z - cz);
-                    let (from, to) = match entered {
-                        AaPhase::Odd => (near, far),
-                        AaPhase::Even => (far, near),
-                    };
+                    let (from, to) = if entered == AaPhase::Odd { (near, far) } else { (far, near) };
                     let mut g = populations[from];
                     if !ends.corrections.is_empty() {
                         g = g + ends.corrections[ends.link(self.size, y, z, k)];
@@ -263,10 +251,7 @@ impl<T: Real> Walls<T> {
     fn bounce(&self, runs: &[Run], entered: AaPhase, populations: &mut [T]) {
         for run in runs {
             let far = self.far(run);
-            let (from, to) = match entered {
-                AaPhase::Odd => (run.near, far),
-                AaPhase::Even => (far, run.near),
-            };
+            let (from, to) = if entered == AaPhase::Odd { (run.near, far) } else { (far, run.near) };
             let count = run.count as usize;
             if let Some(corrections) = self.corrections_of(run) {
                 for (k, &correction) in corrections.iter().enumerate() {
