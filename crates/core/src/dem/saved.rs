@@ -149,7 +149,7 @@ impl Saved {
     /// number of walls. Collective.
     ///
     /// # Errors
-    /// As [`join`](Self::join).
+    /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case.
     pub fn load(
         engine: &str,
         parts: &[Vec<u8>],
