@@ -99,7 +99,7 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// Continues from a [state](Self::state), or [`Error::Input`] or [`Error::Io`] if the files are not what they were then.
+    /// Continues from a [state](Self::state), or an error if the files are not what they were then.
     /// Collective.
     pub(super) fn resume(&mut self, comm: &Comm, state: &ObserverState) -> Result<()> {
         for (writer, done) in self.writers.iter().zip(&mut self.done) {
