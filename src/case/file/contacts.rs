@@ -33,7 +33,7 @@ pub struct ContactSection {
     /// Distance by which every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
     #[schemars(transform = non_negative)]
     pub enlargement: f64,
-    /// Law of the elastic force. Default "overlap_volume".
+    /// Law of the elastic force. Default `"overlap_volume"`.
     pub law: ElasticLaw,
     /// Damping of the normal force. Default `"hunt_crossley"`.
     pub damping: DampingLaw,

@@ -107,7 +107,7 @@ impl Native {
         let near = GhostLayer::new(decomposition, rank, &bounds);
         let spun = all.iter().map(|particle| {
             let mut particle = *particle;
-            if particle.angular_momentum == [0.0; 3] {
+            if Vec3::from(particle.angular_momentum) == Vec3::zeros() {
                 let inertia = &constants[particle.template as usize].inertia;
                 let velocity = particle.angular_velocity();
                 particle.angular_momentum =

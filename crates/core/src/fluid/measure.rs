@@ -52,8 +52,8 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
         let dead = walls.map_or(&[][..], |walls| &walls.dead);
         // SAFETY: the slices above are as long as the chunks.
         unsafe {
-            measure_row::<T, R, _>(&slots, &row, model, dead, &mut solid, &mut measured, &mut reflected)
-        };
+            measure_row::<T, R, _>(&slots, &row, model, dead, &mut solid, &mut measured, &mut reflected);
+        }
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_exchanged(cells));
             walls.each(|cells| measured.clear(cells));

@@ -81,7 +81,7 @@ impl ContactForces {
     /// Counts of the contacts of the sub-step.
     pub(super) fn summary(&self) -> ContactSummary {
         ContactSummary {
-            count: self.states.iter().filter(|state| state.force != [0.0; 3]).count(),
+            count: self.states.iter().filter(|state| Vec3::from(state.force) != Vec3::zeros()).count(),
             max_depth: self.states.iter().map(|state| state.depth).fold(0.0, f64::max),
             begun: self.begun,
         }
