@@ -20,7 +20,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "validate",
-        "crosscheck checks simulation case output engine checkpoint coupling fluid particle shape domain comm math input error",
+        "crosscheck checks simulation case output engine checkpoint coupling fluid particle domain comm math input error",
     ),
     ("report", "study checks simulation output plot input error"),
     ("study", "checks simulation case output checkpoint plot comm math input error"),
@@ -32,7 +32,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output engine checkpoint coupling fluid dem contact particle shape wall lattice domain comm units math timing input memory error",
+        "case output engine checkpoint coupling fluid dem contact particle wall lattice domain comm units math timing input memory error",
     ),
     (
         "case",
@@ -43,7 +43,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("mesh", "shape math input"),
     ("engine", "liggghts error"),
     ("liggghts", "dem contact particle shape wall domain comm math error"),
-    ("packing", "contact shape wall domain math input"),
+    ("packing", "contact wall domain math input"),
     ("checkpoint", "domain comm input memory error"),
     ("coupling", "fluid dem particle shape wall lattice domain comm units math error"),
     ("fluid", "lattice domain comm math memory error"),

@@ -253,7 +253,7 @@ mod tests {
                 angular_velocity: [0.0; 3],
             }],
             collision: Some("bgk".into()),
-            coupling: Some("paper".into()),
+            coupling: Some("homogenised".into()),
             force_balance: None,
             net_flux_control: Some(NetFluxControl {
                 directions: [false, false, true],

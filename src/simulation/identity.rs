@@ -35,7 +35,7 @@ pub fn identity(setup: &Setup) -> Json {
         "precision": precision_name(setup.plan.precision),
         "dry": fluid.is_none(),
         "collision": fluid.map(|fluid| collision_name(fluid.collision)),
-        "coupling": fluid.map(|fluid| fluid.coupling.name()),
+        "coupling": fluid.map(|fluid| coupling_name(&fluid.coupling)),
         "force_balance": fluid.map(|fluid| balance_name(fluid.force_balance)),
         "setup_hash": setup_hash(setup),
     })
@@ -216,6 +216,14 @@ pub(super) fn balance_name(balance: ForceBalance) -> &'static str {
     match balance {
         ForceBalance::Mixture => "mixture",
         ForceBalance::FluidOnly => "fluid_only",
+    }
+}
+
+/// The name that identities were first made with.
+fn coupling_name(method: &Method) -> &'static str {
+    match method {
+        Method::Homogenised(_) => "paper",
+        Method::Saturated(_) => method.name(),
     }
 }
 

@@ -61,10 +61,12 @@ impl Source {
         rest.is_some_and(|rest| rest.starts_with('/') || rest == ".rs")
     }
 
-    /// Rows of the table that it names.
+    /// Rows of the table that it names; tests may put together what they like.
     pub(crate) fn uses(&self) -> BTreeSet<String> {
         let mut used = BTreeSet::new();
-        self.search(self.tokens.clone(), self.depth, &mut used);
+        if !self.is_test() {
+            self.search(self.tokens.clone(), self.depth, &mut used);
+        }
         used
     }
 
@@ -87,7 +89,9 @@ impl Source {
             } else if let TokenTree::Group(group) = &tokens[at] {
                 let named_module =
                     at >= 2 && is(&tokens, at - 2, "mod") && group.delimiter() == Delimiter::Brace;
-                self.search(group.stream(), depth + usize::from(named_module), used);
+                if !(named_module && is(&tokens, at - 1, "tests")) {
+                    self.search(group.stream(), depth + usize::from(named_module), used);
+                }
                 at += 1;
             } else {
                 at += 1;
@@ -188,7 +192,8 @@ fn paths_are_found_however_they_are_written() {
     assert_eq!(found("fluid/halo.rs", "use super::{layout, super::dem};"), "dem");
     assert_eq!(found("fluid/halo.rs", "use super::super::{dem, case};"), "case dem");
     assert_eq!(found("fluid/halo.rs", "use super::layout; mod a { use super::super::b; }"), "");
-    assert_eq!(found("fluid.rs", "mod tests { use super::*; use super::super::dem; }"), "dem");
+    assert_eq!(found("fluid.rs", "mod more { use super::*; use super::super::dem; }"), "dem");
+    assert_eq!(found("fluid.rs", "mod tests { use super::super::dem; }"), "");
     assert_eq!(found("dem.rs", "macro_rules! m { () => { $crate::fluid::go() } }"), "fluid");
     assert_eq!(found("dem.rs", "pub(crate) fn f() -> crate::Result<()> {}"), "error");
     assert_eq!(

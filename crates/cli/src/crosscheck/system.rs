@@ -133,6 +133,7 @@ impl System {
 
     /// The error that this program was built without LIGGGHTS.
     #[cfg(not(feature = "liggghts"))]
+    #[allow(clippy::unused_self, reason = "as with LIGGGHTS")]
     pub(super) fn liggghts(&self, _: Option<&Path>) -> Result<Box<dyn DemEngine>> {
         Err(turbid::engine::liggghts_is_missing("`turbid crosscheck`"))
     }

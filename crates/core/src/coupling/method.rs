@@ -16,7 +16,7 @@ use std::fmt;
 /// Method of coupling particles and fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
-    /// Homogenised cells ("paper" in case files).
+    /// Homogenised cells ("homogenised" in case files, earlier "paper").
     Homogenised(Homogenised),
     /// Partially saturated cells.
     Saturated(Saturated),
@@ -37,7 +37,7 @@ impl Method {
     /// Name in case files.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Homogenised(_) => "paper",
+            Self::Homogenised(_) => "homogenised",
             Self::Saturated(_) => "saturated",
         }
     }
