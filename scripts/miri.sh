@@ -20,9 +20,9 @@ tests="
 if [ "${1:-miri}" = address ]; then
     triple=$(rustc -vV | sed -n 's/^host: //p')
     # Each word of the list is a filter.
-    RUSTFLAGS="-Zsanitizer=address" exec cargo +nightly test --profile dev --target "$triple" --lib -- $tests
+    RUSTFLAGS="-Zsanitizer=address" exec cargo +nightly test --profile dev --target "$triple" -p turbid-core --lib -- $tests
 fi
 cargo +nightly miri --version >/dev/null 2>&1 ||
     fail "Miri is not here, so nothing was run; rustup component add --toolchain nightly miri rust-src"
 # The clock and the files of this machine are used.
-MIRIFLAGS="${MIRIFLAGS:-} -Zmiri-disable-isolation" exec cargo +nightly miri test --lib -- $tests
+MIRIFLAGS="${MIRIFLAGS:-} -Zmiri-disable-isolation" exec cargo +nightly miri test -p turbid-core --lib -- $tests

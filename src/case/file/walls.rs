@@ -10,9 +10,13 @@ pub const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
 
 /// The schema of the faces by name.
 pub(super) fn faces(generator: &mut SchemaGenerator) -> Schema {
-    let face = generator.subschema_for::<FaceSection>();
-    let faces: Map<String, Json> =
-        FACES.into_iter().map(|name| (name.to_string(), face.clone().to_value())).collect();
+    let face = generator.subschema_for::<FaceSection>().to_value();
+    let named = |name: &str| {
+        let mut face = face.clone();
+        face["description"] = format!("The face {name} of the box.").into();
+        (name.to_owned(), face)
+    };
+    let faces: Map<String, Json> = FACES.into_iter().map(named).collect();
     json_schema!({ "type": "object", "properties": faces, "additionalProperties": false })
 }
 
