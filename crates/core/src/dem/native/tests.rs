@@ -300,7 +300,7 @@ fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs
     let cases: [(&[Particle], &str); 4] = [
         (&[good, fast], "particle 17 at (1.3"),
         (&[good, moving(17, 0, at, Vec3::repeat(f64::NAN))], "not finite"),
-        (&[good, Particle::at(17, 0, at), Particle::at(18, 1, at)], "particles 17 at (1.3"),
+        (&[good, Particle::at(17, 0, at), Particle::at(18, 1, at)], "particle 18: overlap"),
         (
             &[good, Particle::at(17, 0, at), Particle::at(18, 1, at + Vec3::y() * 0.3e-3)],
             "deep, more than a quarter",
