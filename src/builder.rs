@@ -62,6 +62,13 @@ impl Builder {
     }
 
     /// Velocity (m/s) of a closed face, along itself: `domain.faces`. Faces are `"x-"`, `"x+"` to `"z+"`.
+    ///
+    /// ```
+    /// let lid = turbid::Builder::example().periodic([true, true, false]);
+    /// let setup = lid.face_velocity("z+", [1e-2, 0.0, 0.0]).setup()?;
+    /// assert_eq!((setup.walls.len(), setup.walls[1].motion.velocity.x), (2, 1e-2));
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn face_velocity(self, face: &str, velocity: impl Into<[f64; 3]>) -> Self {
         self.set(&format!("domain.faces.{face}.velocity"), velocity.into())
     }
@@ -93,11 +100,25 @@ impl Builder {
     }
 
     /// Storage of the fluid, four or eight bytes per number: `fluid.precision`.
+    ///
+    /// ```
+    /// use turbid::fluid::Precision;
+    /// let setup = turbid::Builder::example().precision(Precision::F64).setup()?;
+    /// assert_eq!(setup.plan.precision, Precision::F64);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn precision(self, precision: Precision) -> Self {
         self.set("fluid.precision", precision)
     }
 
     /// Coupling of particles and fluid: `lattice.coupling`.
+    ///
+    /// ```
+    /// use turbid::case::file::Coupling;
+    /// let setup = turbid::Builder::example().coupling(Coupling::Homogenised).setup()?;
+    /// assert_eq!(setup.expect_fluid().coupling.name(), "homogenised");
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn coupling(self, coupling: Coupling) -> Self {
         self.set("lattice.coupling", coupling)
     }
@@ -192,6 +213,13 @@ impl Builder {
     }
 
     /// The case as the text of a case file; a [shape of its own](Particles::of_shape) stands in it by name only.
+    ///
+    /// ```
+    /// let text = turbid::Builder::example().to_toml();
+    /// let setup = turbid::case::from_text(&text, "example", &[])?;
+    /// assert_eq!(setup.particles.len(), 1);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
     pub fn to_toml(&self) -> String {
         let mut case = self.case.clone();
         if case.table.get("run").is_none_or(|run| run.get("end").is_none()) {
