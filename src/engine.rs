@@ -47,17 +47,16 @@ impl LiggghtsOptions {
     /// # Errors
     /// [`Error::Input`] if a command is not one that a case may give.
     pub fn params(&self) -> Result<liggghts::LiggghtsParams> {
-        for command in &self.commands {
-            commands::accept(command).map_err(|refusal| {
-                let commands::Refusal { title, remedy, .. } = refusal;
+        let accepted = |command: &String| {
+            commands::accept(command).map_err(|commands::Refusal { title, remedy, .. }| {
                 Error::Input(format!(
                     "LIGGGHTS refuses the set-up: the command `{command}` {title}; {remedy}"
                 ))
-            })?;
-        }
+            })
+        };
         Ok(liggghts::LiggghtsParams {
             in_this_process: self.process == LiggghtsProcess::Own,
-            commands: self.commands.clone(),
+            commands: self.commands.iter().map(accepted).collect::<Result<_>>()?,
             timeout: self.timeout,
             ..liggghts::LiggghtsParams::default()
         })
@@ -100,4 +99,18 @@ pub fn liggghts_is_missing(what: &str) -> Error {
          then build with the cargo feature: cargo build --release --features liggghts\n  \
          or let ./run.sh do both: TURBID_FEATURES=liggghts ./run.sh ..."
     ))
+}
+
+#[cfg(all(test, feature = "liggghts"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn liggghts_is_given_a_command_as_it_was_checked_and_no_other() {
+        let with = |command: &str| LiggghtsOptions { commands: vec![command.into()], ..Default::default() };
+        let params = with("  fix slow all  viscous 1e-6 # ${name}").params().unwrap();
+        assert_eq!(params.commands, ["fix slow all viscous 1e-6"]);
+        let refused = with("shell ls").params().unwrap_err().to_string();
+        assert!(refused.contains("the command `shell ls`"), "{refused}");
+    }
 }

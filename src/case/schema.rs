@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 const EARLIER_NAMES: [(&str, &str); 2] = [("homogenised", "paper"), ("overlap_volume", "paper")];
 
 /// The schema of a type, without the `null` that TOML cannot write.
-pub fn of<T: JsonSchema>() -> Json {
+pub(crate) fn of<T: JsonSchema>() -> Json {
     let mut schema = schemars::schema_for!(T).to_value();
     adapt(&mut schema);
     schema
@@ -61,7 +61,7 @@ pub fn positive(schema: &mut Schema) {
 }
 
 /// Marks a number, or all numbers of a list, as at least 0.
-pub fn non_negative(schema: &mut Schema) {
+pub(crate) fn non_negative(schema: &mut Schema) {
     bound(schema, "minimum");
 }
 

@@ -21,18 +21,18 @@ pub struct Source {
     /// Path of the file as the user gave it.
     pub path: String,
     /// File, then options.
-    pub text: String,
+    pub(crate) text: String,
     /// Length of the file.
-    pub file_length: usize,
+    pub(crate) file_length: usize,
     /// The options.
-    pub options: Vec<GivenOption>,
+    pub(crate) options: Vec<GivenOption>,
 }
 
 /// One `--set` option.
 #[derive(Debug)]
-pub struct GivenOption {
+pub(crate) struct GivenOption {
     /// Position in [`Source::text`].
-    pub span: Range<usize>,
+    pub(crate) span: Range<usize>,
     /// Its path of keys.
     pub(crate) keys: Keys,
     /// `v=` and its value, after as many blanks as give every part of the value its position in [`Source::text`].
@@ -55,7 +55,7 @@ impl Source {
     }
 
     /// From text.
-    pub fn new(path: String, mut text: String, options: &[String]) -> Self {
+    pub(crate) fn new(path: String, mut text: String, options: &[String]) -> Self {
         let file_length = text.len();
         let options = options
             .iter()
@@ -131,7 +131,7 @@ impl Source {
     }
 
     /// An error that several places make together.
-    pub fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
+    pub(crate) fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
         let at_place = places.iter().find_map(|(span, _)| self.key_at(span));
         let in_title = || (title.split(['`', '[', ']']).nth(1).unwrap_or_default()).to_string();
         Error::Case {
@@ -245,7 +245,7 @@ impl Source {
     }
 
     /// The error of a text that is no TOML.
-    pub fn toml_error(&self, error: &toml::de::Error) -> Error {
+    pub(crate) fn toml_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         if let Some((span, number)) = self.decimal_comma(span.start) {
             let title = "a number with a decimal comma";
