@@ -116,18 +116,20 @@ impl FluidSystem {
     /// Fluid at rest round the particles of a case; errors on every rank if one has not the memory. Collective.
     fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
         let (units, templates) = (setup.units(), &setup.templates);
+        let simd = setup.plan.simd.unwrap_or_else(Simd::best);
         let coupling = CouplingParams {
             units,
             method: of.coupling,
             gravity: setup.gravity,
             force_balance: of.force_balance,
+            simd,
         };
         let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
         let params = FluidParams {
             relaxation_time: of.relaxation_time,
             collision: of.collision,
-            simd: setup.plan.simd.unwrap_or_else(Simd::best),
+            simd,
         };
         let walls = LatticeWalls::new(&setup.walls, &units);
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };

@@ -145,6 +145,7 @@ fn measure(row: &Row) -> Outcome {
         method: row.method,
         gravity: Vec3::zeros(),
         force_balance: ForceBalance::FluidOnly,
+        simd: Simd::best(),
     };
     let mut coupling = Coupling::new(coupled, &decomposition, 0, shape.circumradius());
     let mut store = ParticleStore { templates, particles: vec![particle], owned: 1, owners: vec![0] };

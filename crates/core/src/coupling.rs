@@ -11,6 +11,7 @@
 //! same on every rank, for every periodic image, and for a particle moved by whole cells.
 
 mod any_fluid;
+mod cover;
 mod driving;
 mod faces;
 mod homogenised;
@@ -23,13 +24,14 @@ mod walls;
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::fluid::{Body, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Segment};
+use crate::fluid::{Body, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Simd};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
 pub use any_fluid::AnyFluid;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
+use cover::Cover;
 use mapper::Mapper;
 pub use method::Method;
 #[cfg(test)]
@@ -49,6 +51,8 @@ pub struct CouplingParams {
     pub gravity: Vec3,
     /// Bodies on which the mean pressure gradient acts.
     pub force_balance: ForceBalance,
+    /// Instruction set, which the processor must have; all give the same bits.
+    pub simd: Simd,
 }
 
 /// Moves particle data between the engine and one block of fluid, which is at rest before the first step.
@@ -67,13 +71,14 @@ pub struct Coupling {
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
+    swept_cells: usize,
     swept_particles: Vec<Particle>,
     /// Number of those that were owned here.
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
     /// Scratch of [`map`](Self::map).
-    added: Vec<(u32, Segment)>,
+    cover: Cover,
 }
 
 /// Index of a particle that is not in a list.
@@ -95,6 +100,7 @@ impl Coupling {
         rank: usize,
         max_circumradius: f64,
     ) -> Self {
+        assert!(params.simd.is_available(), "{:?} on a processor that has it", params.simd);
         let reach = max_circumradius + 2.0 * params.units.dx;
         Self {
             params,
@@ -107,10 +113,11 @@ impl Coupling {
             shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
+            swept_cells: 0,
             swept_particles: Vec::new(),
             swept_owned: 0,
             swept_loads: Vec::new(),
-            added: Vec::new(),
+            cover: Cover::default(),
         }
     }
 
@@ -140,31 +147,18 @@ impl Coupling {
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
-        let mut added = std::mem::take(&mut self.added);
+        let Cover { added, cut } = &mut self.cover;
         added.clear();
+        cut.clear();
         for i in order {
             let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
-            mapper.each_image(&self.decomposition.domain, self.block, reference, |offsets, base| {
-                for z in offsets[2].clone() {
-                    for y in offsets[1].clone() {
-                        let Some((all, full)) = mapper.row(&offsets[0], y, z) else {
-                            continue;
-                        };
-                        let row = (y + base[1]) + ny as i64 * (z + base[2]);
-                        let segment = Segment {
-                            body: i,
-                            x: (all[0] + base[0]) as u32,
-                            count: (all[1] - all[0] + 1) as u32,
-                            offset: [all[0], y, z].map(|n| n as i32),
-                            full: full.map(|n| n as i32),
-                        };
-                        added.push((row as u32, segment));
-                    }
-                }
+            mapper.each_image(&self.decomposition.domain, self.block, reference, i, |image| {
+                with_method!(params.method, method => {
+                    method.cover(mapper, image, &mut self.cover, params.simd);
+                });
             });
         }
-        self.segments.sort(ny * nz, &added);
-        self.added = added;
+        self.segments.sort(ny * nz, &self.cover.added, &mut self.cover.cut);
     }
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
@@ -226,7 +220,10 @@ impl Coupling {
     /// Makes the mapped particles the state of the last sweep.
     fn note_swept(&mut self, particles: &ParticleStore) {
         std::mem::swap(&mut self.bodies, &mut self.swept_bodies);
-        std::mem::swap(&mut self.segments, &mut self.swept_segments);
+        self.swept_cells = self.segments.cells();
+        if with_method!(self.params.method, method => method.keeps_cover()) {
+            std::mem::swap(&mut self.segments, &mut self.swept_segments);
+        }
         self.swept_particles.clear();
         self.swept_particles.extend_from_slice(&particles.particles);
         self.swept_owned = particles.owned;
@@ -234,7 +231,7 @@ impl Coupling {
 
     /// Cells of the block that were covered in the last step, once for each particle that covered them.
     pub fn covered_cells(&self) -> usize {
-        self.swept_segments.cells()
+        self.swept_cells
     }
 
     /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order.

@@ -24,7 +24,7 @@ use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
 use crate::lattice::{C, Q, shifted_equilibrium};
 use crate::memory;
-pub use bodies::{BlockSolids, Bodies, Body, ExchangeSum, RigidMotion, RowSegments, Segment, Window};
+pub use bodies::{BlockSolids, Body, ExchangeSum, RigidMotion, RowSegments, Segment};
 use buffer::Buffer;
 pub use dispatch::Real;
 #[doc(hidden)]
@@ -36,7 +36,7 @@ pub use observe::{CellState, stream_bandwidth};
 use rows::RowOrder;
 use serde::{Deserialize, Serialize};
 pub(crate) use solid::SolidRow;
-pub use solid::{CHUNK, SolidModel};
+pub use solid::{CHUNK, GROUP, SolidModel};
 use walls::Walls;
 pub use walls::{Boundary, WallLoad, WallMotion};
 
@@ -71,9 +71,9 @@ pub enum Collision {
 pub enum Simd {
     /// One cell at a time.
     Scalar,
-    /// 128-bit registers, on every x86-64 processor.
+    /// 128-bit registers; FMA.
     Sse2,
-    /// 256-bit registers.
+    /// 256-bit registers; FMA.
     Avx2,
     /// 512-bit registers.
     Avx512,
@@ -218,10 +218,10 @@ impl<T: Real> Fluid<T> {
     /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
     /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
     /// measurements of the cells before the sweep. Collective.
-    pub fn sweep<B: Bodies>(
+    pub fn sweep<M: SolidModel>(
         &mut self,
         acceleration: [f64; 3],
-        solids: &mut BlockSolids<T, B>,
+        solids: &mut BlockSolids<M>,
         measure: bool,
     ) -> Option<Flow> {
         let mut flow = measure.then(Flow::default);
@@ -236,22 +236,22 @@ impl<T: Real> Fluid<T> {
         flow
     }
 
-    fn sweep_part<B: Bodies>(
+    fn sweep_part<M: SolidModel>(
         &mut self,
         first: bool,
         acceleration: [f64; 3],
-        solids: &mut BlockSolids<T, B>,
+        solids: &mut BlockSolids<M>,
         flow: Option<&mut Flow>,
     ) {
         // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
         let (pairs, walls) = (self.params.collision != Collision::Bgk, !self.walls.is_empty());
         let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
-        if B::Model::PAIRS || pairs {
-            if walls { T::sweep::<B, true, true>(sweep) } else { T::sweep::<B, true, false>(sweep) }
+        if M::PAIRS || pairs {
+            if walls { T::sweep::<M, true, true>(sweep) } else { T::sweep::<M, true, false>(sweep) }
         } else if walls {
-            T::sweep::<B, false, true>(sweep);
+            T::sweep::<M, false, true>(sweep);
         } else {
-            T::sweep::<B, false, false>(sweep);
+            T::sweep::<M, false, false>(sweep);
         }
     }
 

@@ -37,7 +37,7 @@ pub const FIXED_POINT_BITS: u32 = 42;
 pub const FIXED_POINT_LIMIT: f64 = (1_u64 << (51 - FIXED_POINT_BITS)) as f64;
 const FIXED_ONE: f64 = (1_u64 << FIXED_POINT_BITS) as f64;
 /// `1.5 * 2^52 / 2^FIXED_POINT_BITS`: adding it leaves the rounded fixed-point number in the mantissa.
-const FIXED_MAGIC: f64 = 1.5 * (1_u64 << (52 - FIXED_POINT_BITS)) as f64;
+pub(crate) const FIXED_MAGIC: f64 = 1.5 * (1_u64 << (52 - FIXED_POINT_BITS)) as f64;
 
 /// Rounds `x` to a multiple of `2^-FIXED_POINT_BITS` and returns that multiple.
 ///

@@ -91,6 +91,11 @@ pub trait Shape: Send + Sync + Debug {
         None
     }
 
+    /// The semi-axes (m) if the body is an ellipsoid: cells on its surface are evaluated several at a time.
+    fn as_ellipsoid(&self) -> Option<Vec3> {
+        None
+    }
+
     /// Vertices and faces if the body has only flat faces: pairs of these have exact contacts.
     fn as_polyhedron(&self) -> Option<&Polyhedron> {
         None

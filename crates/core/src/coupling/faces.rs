@@ -11,7 +11,7 @@ pub(super) struct FacePlane {
     /// Distance from the centre of mass.
     offset: f64,
     /// `1 / normal[0]`, or 0 where the row runs along the face.
-    slope: f64,
+    pub(super) slope: f64,
     /// Largest height above the face at which the centre of a cell may lie that it cuts.
     pub(super) reach: f64,
 }

@@ -19,11 +19,12 @@
 
 mod collision;
 
-use super::mapper::Mapper;
+use super::cover::{Cover, Rows, Surface};
+use super::mapper::{Image, Mapper};
 use super::method::CouplingMethod;
 use super::{Coupling, NONE, shift_of_reference};
-use crate::fluid::{CHUNK, ExchangeSum, Real, Segment, Window};
-use std::ops::Range;
+use crate::fluid::simd::Registers;
+use crate::fluid::{ExchangeSum, GROUP, Segment, Simd};
 
 /// Homogenised cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,10 +38,12 @@ impl CouplingMethod for Homogenised {
         0.5 * self.ramp
     }
 
-    #[inline(always)]
-    fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]) {
-        ramp(mapper, window, fraction, 0..window.full.start);
-        ramp(mapper, window, fraction, window.full.end..window.count);
+    fn keeps_cover(self) -> bool {
+        true
+    }
+
+    fn cover(self, mapper: &Mapper, image: &Image, cover: &mut Cover, simd: Simd) {
+        cover.add(Ramp(mapper), mapper, image, simd);
     }
 
     fn correct_cover(
@@ -82,12 +85,22 @@ impl CouplingMethod for Homogenised {
     }
 }
 
-#[inline(always)]
-fn ramp<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK], lanes: Range<usize>) {
-    let [y, z] = mapper.row_distance(window);
-    for k in lanes {
-        let distance = mapper.distance(mapper.x(window, k), y, z);
-        fraction[k] = T::from_f64(cosine_ramp(distance * mapper.per_layer));
+/// A surface with a ramp of the solid fraction across it.
+struct Ramp<'a>(&'a Mapper);
+
+impl Surface for Ramp<'_> {
+    fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
+        self.0.rows(y, z)
+    }
+
+    #[inline(always)]
+    fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
+        let mut fractions = [0.0; GROUP];
+        for k in 0..GROUP {
+            let x = f64::from(n[k]) - self.0.motion.centre[0];
+            fractions[k] = cosine_ramp(self.0.distance(x, y, z) * self.0.per_layer) as f32;
+        }
+        fractions
     }
 }
 
@@ -152,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_difference_of_a_segment_and_others_is_visited_cell_by_cell() {
-        let segment = |x: u32, count: u32| Segment { x, count, ..Segment::default() };
+        let segment = |x: u32, count: u16| Segment { x, count, ..Segment::default() };
         let outside = |others: &[Segment]| {
             let mut cells = Vec::new();
             each_cell_outside(&segment(10, 6), &others.iter(), |x| cells.push(x));

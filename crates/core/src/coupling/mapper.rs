@@ -1,9 +1,10 @@
 //! A particle on the lattice: its periodic images that reach a block, and the cells of each row that it covers.
 
 use super::CouplingParams;
+use super::cover::Rows;
 use super::faces::{FacePlane, between};
 use crate::domain::{Block, Domain};
-use crate::fluid::{RigidMotion, Window};
+use crate::fluid::{GROUP, RigidMotion};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::shape::{Shape, Sphere};
 use std::ops::RangeInclusive;
@@ -25,15 +26,29 @@ pub(super) enum Geometry {
     Sphere(f64),
     /// Flat faces.
     Flat(Vec<FacePlane>),
+    /// An ellipsoid with these semi-axes (m).
+    Ellipsoid(Vec3),
     /// By the methods of the shape.
     Smooth,
+}
+
+/// A periodic image of a body.
+pub(super) struct Image {
+    /// Index of the body.
+    pub(super) body: u32,
+    /// Offsets from the reference cell, clipped to the block.
+    pub(super) offsets: [RangeInclusive<i64>; 3],
+    /// What to add to an offset to get the cell of the block.
+    pub(super) base: [i64; 3],
+    /// Rows of the block in y.
+    pub(super) rows: i64,
 }
 
 /// One particle on the lattice.
 pub(super) struct Mapper {
     pub(super) shape: Arc<dyn Shape>,
     pub(super) geometry: Geometry,
-    orientation: Quat,
+    pub(super) orientation: Quat,
     pub(super) to_body: Mat3,
     pub(super) motion: RigidMotion,
     pub(super) dx: f64,
@@ -42,7 +57,7 @@ pub(super) struct Mapper {
     layer: f64,
     pub(super) per_layer: f64,
     /// Half of it in cells.
-    half_layer: f64,
+    pub(super) half_layer: f64,
     /// Distance by which the surface is moved in (cells).
     pub(super) shift: f64,
 }
@@ -59,10 +74,14 @@ impl Mapper {
         let (dx, cells) = (params.units.dx, 2.0 * params.method.half_layer());
         let to_world = orientation.to_rotation_matrix().into_inner();
         Self {
-            geometry: match (shape.as_sphere(), shape.as_polyhedron()) {
-                (Some(radius), _) => Geometry::Sphere(radius),
-                (None, Some(polyhedron)) => Geometry::Flat(FacePlane::all(polyhedron, &to_world, dx, shift)),
-                (None, None) => Geometry::Smooth,
+            geometry: if let Some(radius) = shape.as_sphere() {
+                Geometry::Sphere(radius)
+            } else if let Some(polyhedron) = shape.as_polyhedron() {
+                Geometry::Flat(FacePlane::all(polyhedron, &to_world, dx, shift))
+            } else if let Some(semi_axes) = shape.as_ellipsoid() {
+                Geometry::Ellipsoid(semi_axes)
+            } else {
+                Geometry::Smooth
             },
             shape: shape.clone(),
             orientation,
@@ -77,27 +96,14 @@ impl Mapper {
         }
     }
 
-    /// Position of cell `k` of a window in x, from the centre (cells).
-    #[inline(always)]
-    pub(super) fn x(&self, window: &Window, k: usize) -> f64 {
-        (f64::from(window.offset[0]) + k as f64) - self.motion.centre[0]
-    }
-
-    /// Positions of a row in y and z, from the centre (cells).
-    #[inline(always)]
-    pub(super) fn row_distance(&self, window: &Window) -> [f64; 2] {
-        let ([_, ny, nz], [_, y, z]) = (window.offset, self.motion.centre);
-        [f64::from(ny) - y, f64::from(nz) - z]
-    }
-
-    /// Calls `visit(offsets, base)` for every periodic image that may touch the block: ranges of offsets from the
-    /// reference cell, clipped to the block, and what to add to an offset to get the cell of the block.
+    /// Calls `visit` for every periodic image of the body, whose index is `body`, that may touch the block.
     pub(super) fn each_image(
         &self,
         domain: &Domain,
         block: Block,
         reference: [i64; 3],
-        mut visit: impl FnMut([RangeInclusive<i64>; 3], [i64; 3]),
+        body: u32,
+        mut visit: impl FnMut(&Image),
     ) {
         let (low, high) = match self.geometry {
             Geometry::Sphere(radius) => (Vec3::repeat(-radius), Vec3::repeat(radius)),
@@ -108,35 +114,31 @@ impl Mapper {
             std::array::from_fn(|a| floor((low[a] - self.layer) * self.per_dx + self.motion.centre[a]) - 1);
         let last: [i64; 3] =
             std::array::from_fn(|a| floor((high[a] + self.layer) * self.per_dx + self.motion.centre[a]) + 2);
-        for image in 0..27_i64 {
-            let shift = [image % 3 - 1, image / 3 % 3 - 1, image / 9 - 1];
-            if (0..3).any(|a| shift[a] != 0 && !domain.periodic[a]) {
-                continue;
-            }
-            let base: [i64; 3] = std::array::from_fn(|a| {
-                reference[a] + shift[a] * domain.cells[a] as i64 - block.lo[a] as i64
-            });
-            let offsets = std::array::from_fn(|a| {
+        // Of each axis, the images that reach into the block.
+        let along = |a: usize| {
+            (-1..=1).filter(move |shift| *shift == 0 || domain.periodic[a]).filter_map(move |shift| {
+                let base = reference[a] + shift * domain.cells[a] as i64 - block.lo[a] as i64;
                 let size = (block.hi[a] - block.lo[a]) as i64;
-                first[a].max(-base[a])..=last[a].min(size - 1 - base[a])
-            });
-            if offsets.iter().all(|range| !range.is_empty()) {
-                visit(offsets, base);
+                let offsets = first[a].max(-base)..=last[a].min(size - 1 - base);
+                (!offsets.is_empty()).then_some((offsets, base))
+            })
+        };
+        for (z, bz) in along(2) {
+            for (y, by) in along(1) {
+                for (x, bx) in along(0) {
+                    let rows = (block.hi[1] - block.lo[1]) as i64;
+                    visit(&Image { body, offsets: [x, y.clone(), z.clone()], base: [bx, by, bz], rows });
+                }
             }
         }
     }
 
-    /// Offsets of the covered cells of the row at offsets `(xs, ny, nz)`, and of those fully solid (maybe none, then
+    /// Offsets of the covered cells of the row at `y, z` (cells from the centre), and of those fully solid (maybe none, then
     /// crossing), or `None` if none is covered.
     #[inline]
-    pub(super) fn row(&self, xs: &RangeInclusive<i64>, ny: i64, nz: i64) -> Option<([i64; 2], [i64; 2])> {
+    pub(super) fn row(&self, y: f64, z: f64) -> Option<([i64; 2], [i64; 2])> {
         let centre = self.motion.centre;
-        let [y, z] = [ny as f64 - centre[1], nz as f64 - centre[2]];
-        let clip = |(lo, hi): (f64, f64)| {
-            let first = -floor(-(lo + centre[0]));
-            let last = floor(hi + centre[0]);
-            [first.max(*xs.start()), last.min(*xs.end())]
-        };
+        let clip = |(lo, hi): (f64, f64)| [-floor(-(lo + centre[0])), floor(hi + centre[0])];
         let interval = |growth: f64| {
             let (y, z) = (y * self.dx, z * self.dx);
             let found = match self.geometry {
@@ -161,6 +163,19 @@ impl Mapper {
             }
         }
         (all[0] <= all[1]).then_some((all, full))
+    }
+
+    /// The same for the rows at `y` in the layer `z`.
+    pub(super) fn rows(&self, y: &[f64; GROUP], z: f64) -> Rows {
+        let mut rows = Rows { all: [[1; GROUP], [0; GROUP]], full: [[1; GROUP], [0; GROUP]] };
+        for k in 0..GROUP {
+            if let Some((all, full)) = self.row(y[k], z) {
+                for end in 0..2 {
+                    (rows.all[end][k], rows.full[end][k]) = (all[end] as i32, full[end] as i32);
+                }
+            }
+        }
+        rows
     }
 
     /// Signed distance (m) of a point relative to the centre (cells, world axes); where it is above half the layer, it

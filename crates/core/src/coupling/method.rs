@@ -1,13 +1,13 @@
 //! The methods of coupling: the one place where a method is chosen.
 
 use super::Coupling;
+use super::cover::Cover;
 use super::homogenised::Homogenised;
-use super::mapper::Mapper;
+use super::mapper::{Image, Mapper};
 use super::saturated::Saturated;
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, Bodies, CHUNK, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments,
-    SolidModel, Window,
+    BlockSolids, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments, Simd, SolidModel,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -69,8 +69,13 @@ pub(super) trait CouplingMethod: SolidModel {
         0.0
     }
 
-    /// Writes the solid fractions of the cells of a window that are not wholly solid.
-    fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]);
+    /// Whether [`correct_cover`](Self::correct_cover) asks for the cells that were covered in the last sweep.
+    fn keeps_cover(self) -> bool {
+        false
+    }
+
+    /// Adds the cells that an image of a body covers, with their solid fractions.
+    fn cover(self, mapper: &Mapper, image: &Image, cover: &mut Cover, simd: Simd);
 
     /// Momentum of fluid that fills a body and moves with it, if it counts as that of the body; lattice units.
     fn momentum_inside(
@@ -95,33 +100,10 @@ pub(super) trait CouplingMethod: SolidModel {
     }
 }
 
-/// The mapped particles of a block.
-struct Mapped<'a, M> {
-    method: M,
-    mappers: &'a [Mapper],
-}
-
-impl<M: CouplingMethod> Bodies for Mapped<'_, M> {
-    type Model = M;
-
-    fn model(&self) -> M {
-        self.method
-    }
-
-    #[inline(always)]
-    fn fractions<T: Real>(&self, body: usize, window: &Window, fraction: &mut [T; CHUNK]) {
-        M::fractions(&self.mappers[body], window, fraction);
-    }
-}
-
 impl Coupling {
     /// The mapped particles as the fluid sees them.
-    fn solids<T: Real, M: CouplingMethod>(
-        &mut self,
-        method: M,
-    ) -> BlockSolids<'_, T, impl Bodies<Model = M>> {
-        let mapped = Mapped { method, mappers: &self.mappers };
-        BlockSolids::new(&self.segments, &mut self.bodies, mapped)
+    fn solids<M: CouplingMethod>(&mut self, model: M) -> BlockSolids<'_, M> {
+        BlockSolids { segments: &self.segments, bodies: &mut self.bodies, model }
     }
 
     /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
@@ -141,7 +123,7 @@ impl Coupling {
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
     /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
     pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>) -> (Flow, [i128; 6]) {
-        with_method!(self.params.method, method => fluid.measure(&mut self.solids(method)))
+        with_method!(self.params.method, method => fluid.measure(&self.solids(method)))
     }
 
     /// [`Fluid::each_cell`] with the mapped particles.
@@ -153,7 +135,7 @@ impl Coupling {
         visit: &mut dyn FnMut(CellState),
     ) {
         with_method!(self.params.method, method => {
-            fluid.each_cell(cells, acceleration, &mut self.solids(method), visit);
+            fluid.each_cell(cells, acceleration, &self.solids(method), visit);
         });
     }
 }
@@ -164,7 +146,10 @@ pub(crate) fn sweep_alone<T: Real>(
     acceleration: [f64; 3],
     measure: bool,
 ) -> Option<Flow> {
-    let (segments, mapped) =
-        (RowSegments::default(), Mapped { method: Homogenised { ramp: 1.0 }, mappers: &[] });
-    fluid.sweep(acceleration, &mut BlockSolids::new(&segments, &mut [], mapped), measure)
+    let solids = &mut BlockSolids {
+        segments: &RowSegments::default(),
+        bodies: &mut [],
+        model: Homogenised { ramp: 1.0 },
+    };
+    fluid.sweep(acceleration, solids, measure)
 }

@@ -15,21 +15,21 @@
 //! doi:10.1016/j.compfluid.2017.05.033.
 
 mod collision;
-mod cut_cells;
-mod faces;
+mod flat;
+mod round;
 mod volume_fraction;
 
-use super::faces::FacePlane;
-use super::mapper::{Geometry, HALF_DIAGONAL, Mapper};
+use super::cover::Cover;
+use super::mapper::{Geometry, HALF_DIAGONAL, Image, Mapper};
 use super::method::CouplingMethod;
-use crate::fluid::{CHUNK, ExchangeSum, Real, RigidMotion, Window};
+use crate::fluid::{ExchangeSum, RigidMotion, Simd};
 use crate::math::{Vec3, to_fixed_wide};
 use crate::particle::Particle;
 use crate::shape::Shape;
-use cut_cells::{BLOCK, CutCells, put};
+use flat::FlatSurface;
+use round::{EllipsoidSurface, SmoothSurface, SphereSurface};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
-use volume_fraction::{LEAST, at_least, behind, behind_plane, curved};
+use volume_fraction::curved;
 
 /// Partially saturated cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,15 +115,14 @@ impl CouplingMethod for Saturated {
         std::f64::consts::TAU * width / (12.0 * area) * dx
     }
 
-    #[inline(always)]
-    fn fractions<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK]) {
+    fn cover(self, mapper: &Mapper, image: &Image, cover: &mut Cover, simd: Simd) {
         match &mapper.geometry {
-            Geometry::Sphere(radius) => sphere(mapper, window, fraction, *radius),
-            Geometry::Flat(planes) => flat(mapper, window, fraction, planes),
-            Geometry::Smooth => {
-                smooth(mapper, window, fraction, 0..window.full.start);
-                smooth(mapper, window, fraction, window.full.end..window.count);
+            Geometry::Sphere(radius) => cover.add(SphereSurface::new(mapper, *radius), mapper, image, simd),
+            Geometry::Flat(planes) => cover.add(FlatSurface::new(mapper, planes), mapper, image, simd),
+            Geometry::Ellipsoid(semi_axes) => {
+                cover.add(EllipsoidSurface::new(mapper, *semi_axes), mapper, image, simd);
             }
+            Geometry::Smooth => cover.add(SmoothSurface(mapper), mapper, image, simd),
         }
     }
 
@@ -142,54 +141,5 @@ impl CouplingMethod for Saturated {
         let angular = turn.transform_vector(&inertia.component_mul(&spin));
         let moment = angular + Vec3::from(motion.centre).cross(&momentum);
         ExchangeSum { force: momentum.map(to_fixed_wide).into(), moment: moment.map(to_fixed_wide).into() }
-    }
-}
-
-/// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
-const NEAR: f64 = 1e-3;
-
-/// Adds the volume fractions of cells on the surface of a sphere, [`BLOCK`] at a time and without branches.
-#[inline(always)]
-fn sphere<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK], radius: f64) {
-    let ([y, z], cut) = (mapper.row_distance(window), CutCells::new(window));
-    let (square, depth) = (y * y + z * z, mapper.shift - radius * mapper.per_dx);
-    // The normal is the vector from the centre, as long as it is: no division.
-    let least = LEAST * (radius * mapper.per_dx);
-    let (my, mz) = (at_least(y, least), at_least(z, least));
-    let mut fractions = [T::ZERO; 2 * CHUNK];
-    for first in (0..cut.cells()).step_by(BLOCK) {
-        let x = cut.positions(first, window.offset[0].into(), mapper.motion.centre[0]);
-        let mut some = [0.0_f64; BLOCK];
-        for k in 0..BLOCK {
-            let length = (x[k] * x[k] + square).sqrt();
-            let length = if length > NEAR { length } else { NEAR };
-            some[k] = behind((length + depth) * length, [at_least(x[k], least), my, mz]);
-        }
-        put(&mut fractions, first, &some);
-    }
-    cut.add(&fractions, fraction);
-}
-
-/// The same for a body with flat faces.
-#[inline(always)]
-fn flat<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK], planes: &[FacePlane]) {
-    let ([y, z], cut) = (mapper.row_distance(window), CutCells::new(window));
-    let mut fractions = [T::ZERO; 2 * CHUNK];
-    for first in (0..cut.cells()).step_by(BLOCK) {
-        let x = cut.positions(first, window.offset[0].into(), mapper.motion.centre[0]);
-        put(&mut fractions, first, &faces::fractions(planes, &x, y, z));
-    }
-    cut.add(&fractions, fraction);
-}
-
-/// The same for other bodies, cell by cell.
-#[inline(always)]
-fn smooth<T: Real>(mapper: &Mapper, window: &Window, fraction: &mut [T; CHUNK], lanes: Range<usize>) {
-    let [y, z] = mapper.row_distance(window);
-    for k in lanes {
-        let point = mapper.to_body * (Vec3::new(mapper.x(window, k), y, z) * mapper.dx);
-        let distance = mapper.shape.signed_distance(point) * mapper.per_dx;
-        let normal = mapper.to_body.tr_mul(&mapper.shape.gradient(point));
-        fraction[k] = T::from_f64(behind_plane(distance + mapper.shift, normal.into()));
     }
 }

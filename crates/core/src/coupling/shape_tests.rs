@@ -97,7 +97,9 @@ fn every_cell_has_the_solid_fraction_of_its_distance() {
                 let cell = [n % nx, n / nx % ny, n / nx / ny].map(|n| (n as f64 + 0.5) * domain.dx);
                 let arm = particle.orientation().inverse() * (Vec3::from(cell) - particle.position());
                 let expected = cosine_ramp(shape.signed_distance(arm) / (RAMP * domain.dx));
-                assert!((fraction - expected).abs() < 1e-9, "{}: {fraction} is not {expected}", shape.kind());
+                // Kept in single precision.
+                let rounding = f64::from(f32::EPSILON);
+                assert!((fraction - expected).abs() < rounding, "{}: {fraction} is not {expected}", shape.kind());
             }
         }
     }

@@ -24,7 +24,13 @@ pub(super) const fn saturated(operator: SolidOperator) -> Method {
 }
 
 pub(super) fn coupled(method: Method) -> CouplingParams {
-    CouplingParams { units: UNITS, method, gravity: Vec3::zeros(), force_balance: ForceBalance::Mixture }
+    CouplingParams {
+        units: UNITS,
+        method,
+        gravity: Vec3::zeros(),
+        force_balance: ForceBalance::Mixture,
+        simd: Simd::best(),
+    }
 }
 
 pub(super) fn bgk(simd: Simd) -> FluidParams {

@@ -1,13 +1,13 @@
 //! Bodies on a block of fluid, as data: the cells each covers, its motion, and the momentum it exchanged.
 //!
 //! [`BlockSolids`] is all that a sweep gets of the particles and all that it returns, whatever device runs it. The sweep
-//! on the processor evaluates solid fractions row by row, just before the row collides, and collects momentum just
-//! after, all in the first-level cache; nothing is stored per cell of the block.
+//! on the processor spreads them over a row just before the row collides, and collects momentum just after, all in the
+//! first-level cache; only cells that a surface cuts have a number in memory, their solid fraction.
 
 use super::Real;
-use super::solid::{CHUNK, SolidModel, SolidRow};
-use crate::math::{sum_fixed, to_fixed};
-use std::ops::Range;
+use super::simd::{Lanes, Registers, Tally};
+use super::solid::{GROUP, SolidModel, SolidRow};
+use crate::math::{FIXED_MAGIC, to_fixed};
 
 /// Momentum and angular momentum about the reference cell that a body receives in one time step, as exact sums of
 /// fixed-point numbers: add them up in any order.
@@ -47,20 +47,6 @@ impl ExchangeSum {
         Self::of_row(f.map(to_fixed), xy, xz, n[1], n[2])
     }
 
-    /// Sum of the forces `f` of a window whose first cell has offset `n`.
-    #[inline(always)]
-    fn of_window(f: &[[f64; CHUNK]; 3], n: [i32; 3]) -> Self {
-        let (mut lever_y, mut lever_z) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for k in 0..CHUNK {
-            let nx = f64::from(n[0]) + f64::LANE[k];
-            lever_y[k] = nx * f[1][k];
-            lever_z[k] = nx * f[2][k];
-        }
-        // Along the row only the lever in x changes; the other two multiply sums, which is exact in integers.
-        let f = [sum_fixed(&f[0]), sum_fixed(&f[1]), sum_fixed(&f[2])];
-        Self::of_row(f, sum_fixed(&lever_y), sum_fixed(&lever_z), n[1].into(), n[2].into())
-    }
-
     /// From the sums along a row of `F`, `n_x F_y` and `n_x F_z`.
     #[inline(always)]
     fn of_row([fx, fy, fz]: [i64; 3], xy: i64, xz: i64, ny: i64, nz: i64) -> Self {
@@ -85,54 +71,63 @@ pub struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// Velocity along the row at offsets `ny, nz`: constant and slope over the x distance from the centre.
+    /// Velocity along the row at offsets `ny, nz`: constant, and slope of y and z over the x distance from the centre.
     #[inline(always)]
-    fn along_row(&self, ny: f64, nz: f64) -> ([f64; 3], [f64; 3]) {
+    fn along_row(&self, ny: f64, nz: f64) -> ([f64; 3], [f64; 2]) {
         let (v, w) = (self.velocity, self.angular);
         let [ry, rz] = [ny - self.centre[1], nz - self.centre[2]];
-        ([v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry], [0.0, w[2], -w[1]])
+        ([v[0] + (w[1] * rz - w[2] * ry), v[1] - w[0] * rz, v[2] + w[0] * ry], [w[2], -w[1]])
     }
 
     /// Velocity in the cell at offset `n`.
     pub(crate) fn at(&self, n: [i64; 3]) -> [f64; 3] {
         let n = n.map(|n| n as f64);
-        let (constant, slope) = self.along_row(n[1], n[2]);
-        std::array::from_fn(|a| constant[a] + slope[a] * (n[0] - self.centre[0]))
+        let ([x, y, z], [sy, sz]) = self.along_row(n[1], n[2]);
+        let from_centre = n[0] - self.centre[0];
+        [x, y + sy * from_centre, z + sz * from_centre]
     }
 
     /// Velocities along the row of a segment.
     #[inline(always)]
-    fn row<T: Real>(&self, segment: &Segment) -> RowVelocity<T> {
+    pub(super) fn row(&self, segment: &Segment) -> RowVelocity<f64> {
         let [_, ny, nz] = segment.offset.map(f64::from);
         let (constant, slope) = self.along_row(ny, nz);
+        RowVelocity { constant, slope, centre: self.centre[0] }
+    }
+}
+
+/// Velocity of a body along a row: a constant and, for y and z, a slope over the x distance from the centre.
+#[derive(Clone, Copy)]
+pub(super) struct RowVelocity<T> {
+    pub(super) constant: [T; 3],
+    pub(super) slope: [T; 2],
+    pub(super) centre: T,
+}
+
+impl RowVelocity<f64> {
+    /// The same in the precision of the populations.
+    #[inline(always)]
+    pub(super) fn to<T: Real>(&self) -> RowVelocity<T> {
+        let ([x, y, z], [sy, sz]) = (self.constant, self.slope);
         RowVelocity {
-            constant: constant.map(T::from_f64),
-            slope: slope.map(T::from_f64),
-            centre: T::from_f64(self.centre[0]),
+            constant: [T::from_f64(x), T::from_f64(y), T::from_f64(z)],
+            slope: [T::from_f64(sy), T::from_f64(sz)],
+            centre: T::from_f64(self.centre),
         }
     }
 }
 
-/// Velocity of a body along a row: constant and slope over the x distance from the centre.
-struct RowVelocity<T> {
-    constant: [T; 3],
-    slope: [T; 3],
-    centre: T,
-}
-
 impl<T: Real> RowVelocity<T> {
-    /// Velocities in the cells of a window whose first has offset `n` in x.
+    /// Velocities in the register of cells whose first has offset `n` in x.
     #[inline(always)]
-    fn window(&self, n: i32) -> [[T; CHUNK]; 3] {
-        // The integer offset first, the centre last: rounded alike wherever a window begins.
-        let n = T::from_f64(n.into());
-        let mut u = [[T::ZERO; CHUNK]; 3];
-        for axis in 0..3 {
-            for k in 0..CHUNK {
-                u[axis][k] = self.constant[axis] + self.slope[axis] * (n + T::LANE[k] - self.centre);
-            }
-        }
-        u
+    pub(super) fn lanes<R: Lanes<T>>(&self, n: i32) -> [R; 3] {
+        // SAFETY: there are as many lanes as in the widest register.
+        let lanes = unsafe { R::load(T::LANE.as_ptr()) };
+        // The integer offset first, the centre last: rounded alike wherever a register begins.
+        let x = (R::splat(T::from_f64(n.into())) + lanes) - R::splat(self.centre);
+        let [ux, uy, uz] = self.constant.map(R::splat);
+        let [sy, sz] = self.slope.map(R::splat);
+        [ux, uy + sy * x, uz + sz * x]
     }
 }
 
@@ -151,7 +146,8 @@ pub struct Body {
     pub departed: ExchangeSum,
 }
 
-/// Consecutive cells of a row that belong to one body (one of its periodic images).
+/// Consecutive cells of a row that belong to one body (one of its periodic images): some that its surface cuts (`head`), some
+/// wholly solid, some cut (`tail`).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Segment {
     /// Index of the body.
@@ -159,54 +155,51 @@ pub struct Segment {
     /// First cell of the block.
     pub x: u32,
     /// Number of cells.
-    pub count: u32,
+    pub count: u16,
+    /// Cut cells at the begin.
+    pub head: u16,
+    /// Cut cells at the end.
+    pub tail: u16,
+    /// Number of consecutive segments, this one among them, of which each overlaps another; 0 if it is alone in its cells.
+    pub together: u16,
     /// Offset of the first cell from the reference cell of the body (of its image that lies here).
     pub offset: [i32; 3],
-    /// First and last offset in x of the cells that are wholly solid; empty if they cross.
-    pub full: [i32; 2],
+    /// Index of the solid fraction of the first cut cell; those of head and tail are side by side.
+    pub cut: u32,
 }
 
 impl Segment {
     /// One past the last cell.
     pub(crate) fn end(&self) -> u32 {
-        self.x + self.count
+        self.x + u32::from(self.count)
     }
 
-    /// At most [`CHUNK`] cells from the `done`th on.
+    /// Solid fraction of the `k`th cell, those of the cut cells being `cut`.
     #[inline(always)]
-    pub(crate) fn window(&self, done: usize) -> Window {
-        let count = (self.count as usize - done).min(CHUNK);
-        let offset = [self.offset[0] + done as i32, self.offset[1], self.offset[2]];
-        let lane = |n: i32| (n - offset[0]).clamp(0, count as i32) as usize;
-        let full = lane(self.full[0])..lane(self.full[1] + 1);
-        let full = if full.is_empty() { 0..0 } else { full };
-        Window { x: self.x as usize + done, count, offset, full }
+    pub(super) fn fraction(&self, cut: &[f32], k: usize) -> f32 {
+        let (head, end) = (usize::from(self.head), usize::from(self.count - self.tail));
+        match k {
+            k if k < head => cut[k],
+            k if k >= end => cut[head + (k - end)],
+            _ => 1.0,
+        }
     }
 }
 
-/// At most [`CHUNK`] cells of a segment.
-pub struct Window {
-    /// First cell of the block.
-    pub x: usize,
-    /// Number of cells.
-    pub count: usize,
-    /// Offset of the first cell.
-    pub offset: [i32; 3],
-    /// Cells that are wholly solid, counted from the first.
-    pub full: Range<usize>,
-}
-
-/// All segments of a block, sorted by row; within a row in the order they were added.
+/// The cells that bodies cover in the rows of a block: segments sorted by row, and the solid fractions of cut cells.
 #[derive(Clone, Debug, Default)]
 pub struct RowSegments {
     segments: Vec<Segment>,
     /// First segment of each row, and one past the last.
     start: Vec<u32>,
+    /// Solid fractions of cut cells, and [`GROUP`] more numbers.
+    cut: Vec<f32>,
 }
 
 impl RowSegments {
-    /// Sorts `added`, pairs of row and segment; the order within a row is kept.
-    pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)]) {
+    /// Sorts `added`, pairs of row and segment. In a row they come by ascending cells; those that overlap stay in the order in
+    /// which they were added. `cut` are the fractions that they refer to, and takes the former ones.
+    pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)], cut: &mut Vec<f32>) {
         self.start.clear();
         self.start.resize(rows + 1, 0);
         for &(row, _) in added {
@@ -215,7 +208,7 @@ impl RowSegments {
         for row in 0..rows {
             self.start[row + 1] += self.start[row];
         }
-        self.segments.clear();
+        // Each is written below.
         self.segments.resize(added.len(), Segment::default());
         for &(row, segment) in added {
             let next = &mut self.start[row as usize];
@@ -225,11 +218,16 @@ impl RowSegments {
         // Each start has moved to the end of its row, which is the start of the next.
         self.start.rotate_right(1);
         self.start[0] = 0;
+        for row in 0..rows {
+            sort_row(&mut self.segments[self.start[row] as usize..self.start[row + 1] as usize]);
+        }
+        std::mem::swap(&mut self.cut, cut);
+        self.cut.extend([0.0; GROUP]);
     }
 
     /// Cells of all segments.
     pub fn cells(&self) -> usize {
-        self.segments.iter().map(|segment| segment.count as usize).sum()
+        self.segments.iter().map(|segment| usize::from(segment.count)).sum()
     }
 
     /// Segments of row `y + ny z`; none before the first [`sort`](Self::sort).
@@ -240,126 +238,194 @@ impl RowSegments {
             _ => &[],
         }
     }
+
+    /// Solid fractions of the cut cells of a segment, head and tail, and some of others.
+    #[inline(always)]
+    pub(super) fn cut(&self, segment: &Segment) -> &[f32] {
+        &self.cut[segment.cut as usize..]
+    }
 }
 
-/// Solid fractions of the cells that bodies cover, and the method that couples them to the fluid.
-pub trait Bodies {
-    /// Collision of covered cells.
-    type Model: SolidModel;
-    /// Its parameters.
-    fn model(&self) -> Self::Model;
-    /// Writes the solid fractions of the cells of a window that are not wholly solid; they are zero before.
-    fn fractions<T: Real>(&self, body: usize, window: &Window, fraction: &mut [T; CHUNK]);
+/// Sorts the segments of a row, see [`RowSegments::sort`].
+fn sort_row(segments: &mut [Segment]) {
+    if segments.windows(2).all(|pair| pair[0].end() <= pair[1].x) {
+        return;
+    }
+    // In the order of their addition, for which bodies have no index.
+    let mut order: Vec<(u32, Segment)> = (0..).zip(segments.iter().copied()).collect();
+    order.sort_by_key(|(_, segment)| segment.x);
+    let mut first = 0;
+    while first < order.len() {
+        let (mut end, mut next) = (order[first].1.end(), first + 1);
+        while next < order.len() && order[next].1.x < end {
+            end = end.max(order[next].1.end());
+            next += 1;
+        }
+        let together = &mut order[first..next];
+        if together.len() > 1 {
+            together.sort_unstable_by_key(|(at, _)| *at);
+            let count = together.len() as u16;
+            together.iter_mut().for_each(|(_, segment)| segment.together = count);
+        }
+        first = next;
+    }
+    for (to, (_, segment)) in segments.iter_mut().zip(order) {
+        *to = segment;
+    }
 }
 
 /// The solids on a block of fluid.
-pub struct BlockSolids<'a, T, B> {
-    /// Covered cells; within a row by ascending id of the particle.
+pub struct BlockSolids<'a, M> {
+    /// Covered cells.
     pub segments: &'a RowSegments,
     /// Motion of each body, and what it exchanged.
     pub bodies: &'a mut [Body],
-    /// Geometry of each body.
-    pub geometry: B,
-    /// Fractions of the row that was filled last, window by window, if they are needed after its collision.
-    pub(super) fractions: Option<Vec<[T; CHUNK]>>,
+    /// Collision of covered cells.
+    pub model: M,
 }
 
-impl<'a, T: Real, B: Bodies> BlockSolids<'a, T, B> {
-    /// Solids for a sweep.
-    pub fn new(segments: &'a RowSegments, bodies: &'a mut [Body], geometry: B) -> Self {
-        Self { segments, bodies, geometry, fractions: B::Model::BY_VOLUME.then(Vec::new) }
-    }
-
+impl<M: SolidModel> BlockSolids<'_, M> {
     /// Adds all solids to a row, which is empty.
     #[inline(always)]
-    pub(super) fn fill(&mut self, row: usize, solids: &mut SolidRow<T>) {
-        if let Some(fractions) = &mut self.fractions {
-            fractions.clear();
-        }
-        for segment in self.segments.row(row) {
-            let velocity = self.bodies[segment.body as usize].motion.row::<T>(segment);
-            for done in (0..segment.count as usize).step_by(CHUNK) {
-                let window = segment.window(done);
-                // One on the cells that are wholly solid, zero elsewhere.
-                let (rise, fall) =
-                    (&T::STEP[CHUNK - window.full.start..], &T::STEP[CHUNK - window.full.end..]);
-                let mut fraction = [T::ZERO; CHUNK];
-                for k in 0..CHUNK {
-                    fraction[k] = rise[k] - fall[k];
-                }
-                self.geometry.fractions(segment.body as usize, &window, &mut fraction);
-                let velocity = velocity.window(window.offset[0]);
-                solids.add::<B::Model>(window.x, window.count, &fraction, &velocity);
-                if let Some(fractions) = &mut self.fractions {
-                    fractions.push(fraction);
-                }
+    pub(super) fn fill<T: Real, R: Lanes<T>>(&self, row: usize, solids: &mut SolidRow<T>) {
+        let segments = self.segments.row(row);
+        let mut together = 0;
+        for (at, segment) in segments.iter().enumerate() {
+            let velocity = self.bodies[segment.body as usize].motion.row(segment).to::<T>();
+            let cut = self.segments.cut(segment);
+            if segment.together == 0 {
+                solids.put::<R>(segment, cut, &velocity);
+                continue;
             }
+            if together == 0 {
+                together = segment.together;
+                let all = &segments[at..at + usize::from(together)];
+                let (first, end) = all.iter().fold((u32::MAX, 0), |(a, b), s| (a.min(s.x), b.max(s.end())));
+                solids.open_cells(first as usize..end as usize);
+            }
+            solids.add::<M>(segment, cut, &velocity);
+            together -= 1;
         }
     }
 
     /// Adds the momentum that a row exchanged in this sweep to its bodies.
+    ///
+    /// # Safety
+    /// The function that this is inlined into is compiled for the instructions of `V`, and the processor has them.
     #[inline(always)]
-    pub(super) fn collect(&mut self, row: usize, solids: &SolidRow<T>) {
-        let (mut fractions, none) = (self.fractions.as_deref().unwrap_or_default().iter(), [T::ZERO; CHUNK]);
+    pub(super) unsafe fn collect<T: Real, V: Registers>(&mut self, row: usize, solids: &SolidRow<T>) {
         for segment in self.segments.row(row) {
             let Body { motion, exchange, departed, .. } = &mut self.bodies[segment.body as usize];
-            let velocity = motion.row::<T>(segment);
-            for done in (0..segment.count as usize).step_by(CHUNK) {
-                let window = segment.window(done);
-                let u = velocity.window(window.offset[0]);
-                let kept = if B::Model::BY_VOLUME { fractions.next() } else { Some(&none) };
-                let fraction = kept.expect("one for each window");
-                let [incoming, outgoing] = solids.exchanged(window.x);
-                exchange.add(&received::<T, B::Model>(incoming, fraction, &u, &window), 1);
-                departed.add(&received::<T, B::Model>(outgoing, fraction, &u, &window), 1);
-            }
+            let [incoming, outgoing] = if segment.together > 0 && M::BY_VOLUME {
+                let cut = self.segments.cut(segment);
+                [&solids.incoming, &solids.outgoing].map(|p| received_of_shared(p, segment, cut, solids))
+            } else {
+                received::<T, V, M>(solids, segment, &motion.row(segment))
+            };
+            exchange.add(&incoming, 1);
+            departed.add(&outgoing, 1);
         }
     }
 }
 
-/// Momentum that a body receives from the cells of a window. Axis by axis, which is twice as fast as all at once.
+/// What a body receives from the cells of a segment, which it does not share, and what is taken off in the next step.
 #[inline(always)]
-fn received<T: Real, M: SolidModel>(
-    exchanged: [&[T; CHUNK]; 4],
-    fraction: &[T; CHUNK],
-    u: &[[T; CHUNK]; 3],
-    window: &Window,
-) -> ExchangeSum {
-    let mut f = [[0.0_f64; CHUNK]; 3];
-    for axis in 0..3 {
-        f[axis] = masked(&M::force(exchanged[axis], exchanged[3], fraction, &u[axis]), window.count);
+fn received<T: Real, V: Registers, M: SolidModel>(
+    solids: &SolidRow<T>,
+    segment: &Segment,
+    velocity: &RowVelocity<f64>,
+) -> [ExchangeSum; 2] {
+    let (x, count) = (segment.x as usize, usize::from(segment.count));
+    let zero = V::D::splat(0.0);
+    let (mut forces, mut levers, mut groups) = ([[zero; 3]; 2], [[zero; 2]; 2], 0_i64);
+    assert!(x + count + V::D::WIDTH <= solids.fraction.len());
+    for done in (0..count).step_by(V::D::WIDTH) {
+        let n = segment.offset[0] + done as i32;
+        // SAFETY: there are more lanes than in a register.
+        let (along, mask) = unsafe {
+            (V::D::splat(n.into()) + V::D::load(f64::LANE.as_ptr()), V::D::load(first_lanes(count - done)))
+        };
+        for (way, [px, py, pz, m]) in [&solids.incoming, &solids.outgoing].into_iter().enumerate() {
+            let mut f = [along; 3];
+            for (f, p) in f.iter_mut().zip([px, py, pz]) {
+                // SAFETY: all arrays of the row are as long as the one just checked.
+                *f = unsafe { T::widen::<V::D>(p.as_ptr().add(x + done)) };
+            }
+            if !M::BY_VOLUME {
+                // SAFETY: as above.
+                let m = unsafe { T::widen::<V::D>(m.as_ptr().add(x + done)) };
+                let u = velocity.lanes::<V::D>(n);
+                f = [f[0] - u[0] * m, f[1] - u[1] * m, f[2] - u[2] * m];
+            }
+            for axis in 0..3 {
+                f[axis] = f[axis].masked(mask);
+                forces[way][axis] = forces[way][axis].tally(f[axis]);
+            }
+            for axis in 0..2 {
+                levers[way][axis] = levers[way][axis].tally(along * f[axis + 1]);
+            }
+        }
+        groups += V::D::WIDTH as i64;
     }
-    ExchangeSum::of_window(&f, window.offset)
+    // No closures: they would not be compiled for the instruction set.
+    let offset = (FIXED_MAGIC.to_bits() as i64).wrapping_mul(groups);
+    let ([_, ny, nz], mut sums) = (segment.offset.map(i64::from), [ExchangeSum::default(); 2]);
+    for way in 0..2 {
+        let ([fx, fy, fz], [ly, lz]) = (forces[way], levers[way]);
+        let force = [
+            fx.total().wrapping_sub(offset),
+            fy.total().wrapping_sub(offset),
+            fz.total().wrapping_sub(offset),
+        ];
+        let lever = [ly.total().wrapping_sub(offset), lz.total().wrapping_sub(offset)];
+        sums[way] = ExchangeSum::of_row(force, lever[0], lever[1], ny, nz);
+    }
+    sums
 }
 
-/// [`CHUNK`] times all bits, then [`CHUNK`] times none.
-const FIRST: [u64; 2 * CHUNK] = {
-    let mut mask = [0; 2 * CHUNK];
-    let mut k = 0;
-    while k < CHUNK {
-        mask[k] = !0;
-        k += 1;
+/// The same, by its share in each cell.
+fn received_of_shared<T: Real>(
+    exchanged: &[Vec<T>; 4],
+    segment: &Segment,
+    cut: &[f32],
+    solids: &SolidRow<T>,
+) -> ExchangeSum {
+    let (mut force, mut lever) = ([0_i64; 3], [0_i64; 3]);
+    for k in 0..usize::from(segment.count) {
+        let x = segment.x as usize + k;
+        let share = solids.share(x, segment.fraction(cut, k));
+        let n = f64::from(segment.offset[0]) + k as f64;
+        for axis in 0..3 {
+            // Not a number where nothing is covered and the sweep wrote nothing.
+            let f = if share > 0.0 { share * exchanged[axis][x].into() } else { 0.0 };
+            force[axis] = force[axis].wrapping_add(to_fixed(f));
+            lever[axis] = lever[axis].wrapping_add(to_fixed(n * f));
+        }
     }
-    mask
-};
+    let [_, ny, nz] = segment.offset.map(i64::from);
+    ExchangeSum::of_row(force, lever[1], lever[2], ny, nz)
+}
 
-/// The first `count` numbers, then zeros: the other cells belong to other segments, or are beyond the row and
-/// undefined. Without a branch.
+/// All bits of the first `count` of eight lanes, and none of the others, which belong to other segments or to nothing.
 #[inline(always)]
-pub(super) fn masked<T: Real>(force: &[T; CHUNK], count: usize) -> [f64; CHUNK] {
-    let mask = &FIRST[CHUNK - count..];
-    let mut masked = [0.0_f64; CHUNK];
-    // A loop: what `array::from_fn` calls is not compiled for the instruction set of the sweep.
-    for k in 0..CHUNK {
-        let wide: f64 = force[k].into();
-        masked[k] = f64::from_bits(wide.to_bits() & mask[k]);
-    }
-    masked
+fn first_lanes(count: usize) -> *const f64 {
+    static FIRST: [u64; 2 * GROUP] = {
+        let mut mask = [0; 2 * GROUP];
+        let mut k = 0;
+        while k < GROUP {
+            mask[k] = !0;
+            k += 1;
+        }
+        mask
+    };
+    FIRST[GROUP - if count < GROUP { count } else { GROUP }..].as_ptr().cast()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use super::super::simd::Single;
+    use crate::coupling::{Homogenised, Saturated};
     use crate::math::from_fixed;
 
     #[test]
@@ -375,16 +441,55 @@ mod tests {
     }
 
     #[test]
-    fn segments_are_sorted_by_row_and_keep_their_order_within_it() {
-        let segment = |body: u32| Segment { body, count: 1, ..Segment::default() };
+    fn segments_are_sorted_by_row_and_cell_and_keep_their_order_where_they_overlap() {
+        let segment = |body: u32, x: u32, count: u16| Segment { body, x, count, ..Segment::default() };
         let mut segments = RowSegments::default();
         assert!(segments.row(1).is_empty());
-        let added = [(2, segment(0)), (0, segment(1)), (2, segment(2)), (1, segment(3))];
+        let added = [
+            (2, segment(0, 5, 6)),
+            (0, segment(1, 0, 1)),
+            (2, segment(2, 11, 2)),
+            (2, segment(3, 3, 3)),
+            (1, segment(4, 0, 1)),
+            (2, segment(5, 0, 3)),
+        ];
         for _ in 0..2 {
-            segments.sort(4, &added);
-            let bodies = |row| segments.row(row).iter().map(|s| s.body).collect::<Vec<_>>();
-            assert_eq!([bodies(0), bodies(1), bodies(2), bodies(3)], [vec![1], vec![3], vec![0, 2], vec![]]);
-            assert_eq!(segments.cells(), 4);
+            segments.sort(4, &added, &mut Vec::new());
+            let bodies =
+                |row| segments.row(row).iter().map(|s| (s.body, s.together)).collect::<Vec<_>>();
+            assert_eq!([bodies(0), bodies(1), bodies(3)], [vec![(1, 0)], vec![(4, 0)], vec![]]);
+            // The first two share a cell; added in this order.
+            assert_eq!(bodies(2), [(5, 0), (0, 2), (3, 2), (2, 0)]);
+            assert_eq!(segments.cells(), 16);
+        }
+    }
+
+    /// The slow truth: cell by cell.
+    #[test]
+    fn momentum_along_a_segment_adds_up_to_that_of_its_cells() {
+        let values = |from: f64| -> Vec<f32> { (0..64).map(|k| (from + 0.1 * f64::from(k)).sin() as f32).collect() };
+        let mut solids = SolidRow::<f32>::new(3);
+        solids.incoming = [values(0.0), values(1.0), values(2.0), values(3.0)];
+        let motion = RigidMotion { velocity: [0.1, -0.2, 0.3], angular: [0.01, 0.02, -0.03], centre: [0.2; 3] };
+        for count in [1, 7, 8, 9, 16, 21] {
+            let segment = Segment { x: 5, count, offset: [-3, 2, 4], ..Segment::default() };
+            let velocity = motion.row(&segment);
+            let sum = |m: bool| {
+                (0..i64::from(count)).fold(ExchangeSum::default(), |mut sum, k| {
+                    let p = solids.incoming.each_ref().map(|p| p[5 + k as usize].into());
+                    let p = if m { p } else { [p[0], p[1], p[2], 0.0] };
+                    let n = [k - 3, 2, 4];
+                    sum.add(&ExchangeSum::of_cell(p, motion.at(n), n), 1);
+                    sum
+                })
+            };
+            let near = |a: [ExchangeSum; 2], b: ExchangeSum| {
+                let [a, _] = a;
+                let pairs = a.force.into_iter().chain(a.moment).zip(b.force.into_iter().chain(b.moment));
+                pairs.for_each(|(a, b)| assert!(from_fixed(a - b).abs() < 1e-5, "{a} {b}"));
+            };
+            near(received::<f32, Single, Saturated>(&solids, &segment, &velocity), sum(false));
+            near(received::<f32, Single, Homogenised>(&solids, &segment, &velocity), sum(true));
         }
     }
 }

@@ -1,56 +1,57 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
-use super::bodies::{BlockSolids, Bodies};
+use super::bodies::BlockSolids;
 use super::kernel::{Measured, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
-use super::simd::Lanes;
-use super::solid::{CHUNK, SolidRow};
+use super::simd::{Lanes, Single, Tally};
+use super::solid::{CHUNK, SolidModel, SolidRow};
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
-use std::ops::{Add, Mul, Sub};
 
 /// Storage type of populations: `f32` or `f64`.
 pub trait Real:
-    Pod + Send + Sync + PartialOrd + Into<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+    Pod + Send + Sync + PartialOrd + Into<f64> + Lanes<Self>
 {
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
-    /// Smaller than any solid fraction that matters, larger than zero.
-    const TINY: Self;
     /// 0, 1, 2, ...
     const LANE: [Self; CHUNK];
-    /// [`CHUNK`] zeros, then [`CHUNK`] ones.
-    const STEP: [Self; 2 * CHUNK];
     /// Rounds.
     fn from_f64(x: f64) -> Self;
+    /// Exact.
+    fn from_f32(x: f32) -> Self;
     #[doc(hidden)]
-    fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, B>);
+    /// # Safety
+    /// As many numbers as a register holds can be read at `p`.
+    unsafe fn widen<D: Tally>(p: *const Self) -> D;
     #[doc(hidden)]
-    fn measure<B: Bodies>(fluid: &Fluid<Self>, solids: &mut BlockSolids<Self, B>) -> (Flow, [i128; 6]);
+    fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>);
+    #[doc(hidden)]
+    fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]);
 }
 
 /// A sweep of a part of the rows of a block.
 #[doc(hidden)]
-pub struct Sweep<'a, 'b, T: Real, B> {
+pub struct Sweep<'a, 'b, T: Real, M> {
     pub(super) fluid: &'a mut Fluid<T>,
     /// The rows next to other ranks in y and z, or the others.
     pub(super) first: bool,
     pub(super) acceleration: [f64; 3],
-    pub(super) solids: &'a mut BlockSolids<'b, T, B>,
+    pub(super) solids: &'a mut BlockSolids<'b, M>,
     /// Gets measurements before the collisions.
     pub(super) flow: Option<&'a mut Flow>,
 }
 
 /// [`BlockSolids::fill`] and [`BlockSolids::collect`], compiled for an instruction set and apart from the sweep, so that
 /// they do not compete for registers.
-type RowFunctions<'a, T, B> = (
-    unsafe fn(&mut BlockSolids<'a, T, B>, usize, &mut SolidRow<T>),
-    unsafe fn(&mut BlockSolids<'a, T, B>, usize, &SolidRow<T>),
+type RowFunctions<'a, T, M> = (
+    unsafe fn(&BlockSolids<'a, M>, usize, &mut SolidRow<T>),
+    unsafe fn(&mut BlockSolids<'a, M>, usize, &SolidRow<T>),
 );
 
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
@@ -59,15 +60,15 @@ type RowFunctions<'a, T, B> = (
 /// The function that this is inlined into is compiled for the instructions of `R`, and the processor has those and the ones
 /// that the row functions are compiled for.
 #[inline(always)]
-unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, const WALLS: bool>(
-    sweep: Sweep<'_, 'b, T, B>,
-    (fill, collect): RowFunctions<'b, T, B>,
+unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, const WALLS: bool>(
+    sweep: Sweep<'_, 'b, T, M>,
+    (fill, collect): RowFunctions<'b, T, M>,
 ) {
     let Sweep { fluid, first, acceleration, solids, mut flow } = sweep;
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
-    let (row, model) = (row_of(fluid, acceleration), solids.geometry.model());
+    let (row, model) = (row_of(fluid, acceleration), solids.model);
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
@@ -93,9 +94,9 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, B: Bodies, const TRT: bool, cons
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if flow.is_some() {
-                    sweep_row::<T, R, B::Model, TRT, true>(&slots, &row, model, dead, solid, measured);
+                    sweep_row::<T, R, M, TRT, true>(&slots, &row, model, dead, solid, measured);
                 } else {
-                    sweep_row::<T, R, B::Model, TRT, false>(&slots, &row, model, dead, solid, measured);
+                    sweep_row::<T, R, M, TRT, false>(&slots, &row, model, dead, solid, measured);
                 }
             }
             if let Some(walls) = walls {
@@ -200,79 +201,78 @@ pub(super) fn wrap_row_x<T: Real>(
 }
 
 macro_rules! compiled_for {
-    ($t:ty, $lanes:ty, $sweep:ident, $fill:ident, $collect:ident $(, $feature:literal)?) => {
+    ($t:ty, $lanes:ty, $registers:ty, $sweep:ident, $fill:ident, $collect:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
-        fn $fill<B: Bodies>(solids: &mut BlockSolids<$t, B>, row: usize, data: &mut SolidRow<$t>) {
-            solids.fill(row, data);
+        fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, data: &mut SolidRow<$t>) {
+            solids.fill::<$t, $lanes>(row, data);
         }
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
-        fn $collect<B: Bodies>(solids: &mut BlockSolids<$t, B>, row: usize, data: &SolidRow<$t>) {
-            solids.collect(row, data);
+        fn $collect<M: SolidModel>(solids: &mut BlockSolids<M>, row: usize, data: &SolidRow<$t>) {
+            // SAFETY: the registers need the same instructions as this function.
+            unsafe { solids.collect::<$t, $registers>(row, data) };
         }
         $(#[target_feature(enable = $feature)])?
-        fn $sweep<B: Bodies, const TRT: bool, const WALLS: bool>(sweep: Sweep<$t, B>) {
+        fn $sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<$t, M>) {
             // SAFETY: `$lanes` and the two functions need the same instructions as this one.
-            unsafe { sweep_block::<$t, $lanes, B, TRT, WALLS>(sweep, ($fill::<B>, $collect::<B>)) };
+            unsafe { sweep_block::<$t, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>)) };
         }
     };
 }
 
 macro_rules! real {
-    ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident) => {
+    ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident, |$p:ident| $widen:expr) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
-            const TINY: Self = 1e-30;
             const LANE: [Self; CHUNK] =
                 [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
-            const STEP: [Self; 2 * CHUNK] = {
-                let mut step = [1.0; 2 * CHUNK];
-                step.split_at_mut(CHUNK).0.copy_from_slice(&[0.0; CHUNK]);
-                step
-            };
 
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 x as Self
             }
 
-            fn sweep<B: Bodies, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, B>) {
-                compiled_for!($t, $t, scalar, fill_scalar, collect_scalar);
+            #[inline(always)]
+            fn from_f32(x: f32) -> Self {
+                x.into()
+            }
+
+            #[inline(always)]
+            unsafe fn widen<D: Tally>($p: *const Self) -> D {
+                // SAFETY: promised by the caller: as many numbers can be read.
+                unsafe { $widen }
+            }
+
+            fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>) {
+                compiled_for!($t, $t, Single, scalar, fill_scalar, collect_scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
-                    use super::simd::{$avx2, $avx512, $sse2};
-                    compiled_for!($t, $sse2, sse2, fill_sse2, collect_sse2);
-                    compiled_for!($t, $avx2, avx2, fill_avx2, collect_avx2, "avx2");
-                    compiled_for!($t, $avx512, avx512, fill_avx512, collect_avx512, "avx512f");
+                    use super::simd::{$avx2, $avx512, $sse2, Narrow, Wide};
+                    compiled_for!($t, $sse2, Narrow, sse2, fill_sse2, collect_sse2, "fma");
+                    compiled_for!($t, $avx2, Wide, avx2, fill_avx2, collect_avx2, "avx2,fma");
+                    compiled_for!($t, $avx512, Wide, avx512, fill_avx512, collect_avx512, "avx512f");
                     match sweep.fluid.params.simd {
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<B, TRT, WALLS>(sweep) },
+                        Simd::Avx512 => unsafe { avx512::<M, TRT, WALLS>(sweep) },
                         // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<B, TRT, WALLS>(sweep) },
-                        Simd::Sse2 => sse2::<B, TRT, WALLS>(sweep),
-                        Simd::Scalar => scalar::<B, TRT, WALLS>(sweep),
+                        Simd::Avx2 => unsafe { avx2::<M, TRT, WALLS>(sweep) },
+                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
+                        Simd::Sse2 => unsafe { sse2::<M, TRT, WALLS>(sweep) },
+                        Simd::Scalar => scalar::<M, TRT, WALLS>(sweep),
                     }
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                scalar::<B, TRT, WALLS>(sweep);
+                scalar::<M, TRT, WALLS>(sweep);
             }
 
-            fn measure<B: Bodies>(
-                fluid: &Fluid<Self>,
-                solids: &mut BlockSolids<Self, B>,
-            ) -> (Flow, [i128; 6]) {
-                // What every processor of the kind has: it waits for memory.
-                #[cfg(target_arch = "x86_64")]
-                use super::simd::$sse2 as Baseline;
-                #[cfg(not(target_arch = "x86_64"))]
-                type Baseline = $t;
-                // SAFETY: this function is compiled for these instructions, as all are.
-                unsafe { measure_block::<$t, Baseline, B>(fluid, solids) }
+            fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
+                // SAFETY: this function is compiled for the instructions of single numbers, as all are.
+                unsafe { measure_block::<$t, $t, M>(fluid, solids) }
             }
         }
     };
 }
-real!(f32, F32x4, F32x8, F32x16);
-real!(f64, F64x2, F64x4, F64x8);
+real!(f32, F32x4, F32x8, F32x16, |p| D::widen(p));
+real!(f64, F64x2, F64x4, F64x8, |p| D::load(p));

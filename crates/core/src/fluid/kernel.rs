@@ -50,66 +50,147 @@ pub(crate) struct RelaxationFactors<T> {
     pub(crate) odd: T,
 }
 
-/// Relaxes a register of cells and pushes it to the velocity `target`, with two relaxation times if `TRT`.
+/// What a collision does to the populations of a register of cells: relaxation, and the push to a velocity `u*`.
 ///
-/// With `reflected = (b, u_s)` (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even
-/// part of a pair `f_i + f_-i` stays, in the odd part `f_i - f_-i` changes sign and gains that of the equilibrium at twice
-/// `u_s`. Cells of `b = 0` get the same bits as with two relaxation times and without a solid.
-#[inline(always)]
-pub(crate) fn relax<T: Real, R: Lanes<T>, const TRT: bool>(
-    g: &mut [R; Q],
-    cells: &Moments<R>,
-    target: [R; 3],
-    factors: RelaxationFactors<T>,
-    reflected: Option<(R, [R; 3])>,
-) {
-    let Moments { deviation, rho, u, .. } = *cells;
-    // f' = k (f - feq(u)) + feq(u*), per pair of opposite directions an even part e and an odd part o.
-    let c = |x: f64| R::splat(T::from_f64(x));
-    let k = R::splat(factors.even);
-    let k_odd = if TRT { R::splat(factors.odd) } else { k };
-    let (mut rest, mut half, mut half_odd) = (k, c(0.5) * k, c(0.5) * k_odd);
-    let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    let mut base = (R::splat(T::ONE) - k) * deviation - c(1.5) * rho * (square(target) - k * square(u));
-    let (mut quadratic, linear) = (c(4.5) * rho, c(3.0) * rho);
-    let mut odd = [target[0] - k_odd * u[0], target[1] - k_odd * u[1], target[2] - k_odd * u[2]];
-    if let Some((b, velocity)) = reflected {
-        let (open, half_b) = (R::splat(T::ONE) - b, c(0.5) * b);
-        (rest, half, half_odd) = (open * rest + b, open * half + half_b, open * half_odd - half_b);
-        (base, quadratic) = (open * base, open * quadratic);
-        for (odd, v) in odd.iter_mut().zip(velocity) {
-            *odd = open * *odd + b * (v + v);
+/// ```text
+/// even part of a pair   (k (f_i + f_-i) / 2) + w_i (B + 4.5 rho (c.Q.c)),   Q = u* u* - k u u,   B = (1 - k) (rho - 1) - 1.5 rho tr Q
+/// odd part of a pair    (k_odd (f_i - f_-i) / 2) + 3 w_i rho c.(u* - k_odd u)
+/// ```
+#[derive(Clone, Copy)]
+pub(crate) struct Relaxation<R> {
+    /// Factors of the population at rest (`k`), and of sums and differences of pairs.
+    rest: R,
+    half: R,
+    half_odd: R,
+    /// `B` times the weights along axes and diagonals.
+    base: [R; 2],
+    /// `rho Q / 8`: `xx`, `yy`, `zz`, then twice `xy`, `xz`, `yz`.
+    quadratic: [R; 6],
+    /// `rho (u* - k_odd u) / 12`.
+    linear: [R; 3],
+}
+
+impl<R: Copy> Relaxation<R> {
+    /// Relaxes the cells and pushes them to the velocity `target`, with two relaxation times if `TRT`.
+    ///
+    /// With `reflected = (b, u_s)` (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even
+    /// part of a pair `f_i + f_-i` stays, in the odd part `f_i - f_-i` changes sign and gains that of the equilibrium at twice
+    /// `u_s`. Cells of `b = 0` get the same bits as with two relaxation times and without a solid.
+    #[inline(always)]
+    pub(crate) fn new<T: Real, const TRT: bool>(
+        cells: &Moments<R>,
+        target: [R; 3],
+        factors: RelaxationFactors<T>,
+        reflected: Option<(R, [R; 3])>,
+    ) -> Self
+    where
+        R: Lanes<T>,
+    {
+        let Moments { deviation, rho, u, .. } = *cells;
+        let c = |x: f64| R::splat(T::from_f64(x));
+        let k = R::splat(factors.even);
+        let k_odd = if TRT { R::splat(factors.odd) } else { k };
+        let (mut rest, mut half_odd) = (k, c(0.5) * k_odd);
+        let (mut deviation, mut scale) = ((R::splat(T::ONE) - k) * deviation, c(0.125) * rho);
+        let mut odd = u;
+        for axis in 0..3 {
+            odd[axis] = k_odd.neg_mul_add(u[axis], target[axis]);
+        }
+        if let Some((b, velocity)) = reflected {
+            let (open, twice) = (R::splat(T::ONE) - b, b + b);
+            rest = open.mul_add(rest, b);
+            half_odd = open.mul_sub(half_odd, c(0.5) * b);
+            (deviation, scale) = (open * deviation, open * scale);
+            for axis in 0..3 {
+                odd[axis] = twice.mul_add(velocity[axis], open * odd[axis]);
+            }
+        }
+        let ku = [k * u[0], k * u[1], k * u[2]];
+        let product = |a: usize, b: usize| target[a].mul_sub(target[b], ku[a] * u[b]);
+        let double = scale + scale;
+        let (xx, yy, zz) = (scale * product(0, 0), scale * product(1, 1), scale * product(2, 2));
+        let base = c(12.0).neg_mul_add((xx + yy) + zz, deviation);
+        let along = c(1.0 / 12.0) * rho;
+        Self {
+            rest,
+            half: c(0.5) * rest,
+            half_odd,
+            base: [c(1.0 / 18.0) * base, c(1.0 / 36.0) * base],
+            quadratic: [xx, yy, zz, double * product(0, 1), double * product(0, 2), double * product(1, 2)],
+            linear: [along * odd[0], along * odd[1], along * odd[2]],
         }
     }
-    let scaled = |w: f64| (c(w) * base, c(w) * quadratic, c(w) * linear);
-    let (axis, diagonal) = (scaled(1.0 / 18.0), scaled(1.0 / 36.0));
 
-    g[0] = rest * g[0] + c(1.0 / 3.0) * base;
-    macro_rules! pair {
-        ($i:literal, $w:ident, $along:expr) => {{
-            let along = $along;
-            let (cu, ct, co) = (along(u), along(target), along(odd));
-            let e = $w.0 + $w.1 * (ct * ct - k * (cu * cu));
-            let o = $w.2 * co;
-            if TRT || reflected.is_some() {
-                let even = half * (g[$i] + g[$i + 1]) + e;
-                let odd = half_odd * (g[$i] - g[$i + 1]) + o;
-                (g[$i], g[$i + 1]) = (even + odd, even - odd);
-            } else {
-                g[$i] = k * g[$i] + (e + o);
-                g[$i + 1] = k * g[$i + 1] + (e - o);
-            }
-        }};
+    /// The population at rest afterwards.
+    #[inline(always)]
+    pub(crate) fn at_rest<T: Real>(&self, g: R) -> R
+    where
+        R: Lanes<T>,
+    {
+        self.rest.mul_add(g, R::splat(T::from_f64(6.0)) * self.base[0])
     }
-    pair!(1, axis, |v: [R; 3]| v[0]);
-    pair!(3, axis, |v: [R; 3]| v[1]);
-    pair!(5, axis, |v: [R; 3]| v[2]);
-    pair!(7, diagonal, |v: [R; 3]| v[0] + v[1]);
-    pair!(9, diagonal, |v: [R; 3]| v[0] - v[1]);
-    pair!(11, diagonal, |v: [R; 3]| v[0] + v[2]);
-    pair!(13, diagonal, |v: [R; 3]| v[0] - v[2]);
-    pair!(15, diagonal, |v: [R; 3]| v[1] + v[2]);
-    pair!(17, diagonal, |v: [R; 3]| v[1] - v[2]);
+
+    /// The populations `g_i, g_-i` of the pair that begins with direction `i` afterwards; even and odd part apart if `PAIRS`.
+    #[inline(always)]
+    pub(crate) fn pair<T: Real, const PAIRS: bool>(&self, i: usize, [there, back]: [R; 2]) -> [R; 2]
+    where
+        R: Lanes<T>,
+    {
+        let ([axis, diagonal], [xx, yy, zz, xy, xz, yz], [x, y, z]) = (self.base, self.quadratic, self.linear);
+        let (e, o) = match i {
+            1 => (axis + (xx + xx), x + x),
+            3 => (axis + (yy + yy), y + y),
+            5 => (axis + (zz + zz), z + z),
+            7 => ((diagonal + (xx + yy)) + xy, x + y),
+            9 => ((diagonal + (xx + yy)) - xy, x - y),
+            11 => ((diagonal + (xx + zz)) + xz, x + z),
+            13 => ((diagonal + (xx + zz)) - xz, x - z),
+            15 => ((diagonal + (yy + zz)) + yz, y + z),
+            _ => ((diagonal + (yy + zz)) - yz, y - z),
+        };
+        if PAIRS {
+            let even = self.half.mul_add(there + back, e);
+            let odd = self.half_odd.mul_add(there - back, o);
+            [even + odd, even - odd]
+        } else {
+            [self.rest.mul_add(there, e + o), self.rest.mul_add(back, e - o)]
+        }
+    }
+
+    /// Changes the populations of the cells at `x` in memory, and returns the one at rest. They are read again, as there are
+    /// more of them than registers.
+    ///
+    /// # Safety
+    /// `WIDTH` numbers can be read and written at `x` of all slots.
+    #[inline(always)]
+    pub(crate) unsafe fn apply<T: Real, const PAIRS: bool>(&self, slots: &Slots<T>, x: usize) -> R
+    where
+        R: Lanes<T>,
+    {
+        // SAFETY: promised by the caller.
+        unsafe {
+            let at_rest = self.at_rest(R::load(slots[0].add(x)));
+            at_rest.store(slots[0].add(x));
+            for i in (1..Q).step_by(2) {
+                let pair = [R::load(slots[i].add(x)), R::load(slots[i + 1].add(x))];
+                store_pair(slots, x, i, self.pair::<T, PAIRS>(i, pair));
+            }
+            at_rest
+        }
+    }
+}
+
+/// Writes a pair of opposite populations where the next step reads them.
+///
+/// # Safety
+/// `WIDTH` numbers can be written at `x` of all slots.
+#[inline(always)]
+pub(crate) unsafe fn store_pair<T: Real, R: Lanes<T>>(slots: &Slots<T>, x: usize, i: usize, [there, back]: [R; 2]) {
+    // SAFETY: promised by the caller.
+    unsafe {
+        there.store(slots[i + 1].add(x));
+        back.store(slots[i].add(x));
+    }
 }
 
 /// Memory slots of the populations of the first cell of a row: `slots[i]` is read as `f_i` and written as `f'` of the
@@ -167,7 +248,6 @@ pub(crate) unsafe fn sweep_row<T: Real, R: Lanes<T>, M: SolidModel, const TRT: b
         if dead.get(chunk) == Some(&true) {
             continue;
         }
-        let is_solid = solids.is_used(chunk);
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
             if x.is_multiple_of(LINE / size_of::<T>()) {
@@ -182,27 +262,21 @@ pub(crate) unsafe fn sweep_row<T: Real, R: Lanes<T>, M: SolidModel, const TRT: b
                 *g = unsafe { R::load(slot.add(x)) };
             }
             let cells = moments(&g);
-            let mean = if is_solid {
+            let mean = if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
-                unsafe { model.collide::<T, R, TRT>(&mut g, &cells, a, row, solids, x) }
+                unsafe { model.collide::<T, R, TRT>(slots, &cells, a, row, solids, x) }
             } else {
                 let u = cells.u;
                 let target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
-                relax::<T, R, TRT>(&mut g, &cells, target, row.factors, None);
+                let relaxation = Relaxation::new::<T, TRT>(&cells, target, row.factors, None);
+                // SAFETY: as for the loads.
+                unsafe { relaxation.apply::<T, TRT>(slots, x) };
                 cells.momentum
             };
             if MEASURE {
                 for axis in 0..3 {
                     // SAFETY: the array has at least `chunks * CHUNK` numbers.
                     unsafe { put(&mut measured.momentum[axis], x, mean[axis]) };
-                }
-            }
-            // SAFETY: as for the loads.
-            unsafe {
-                g[0].store(slots[0].add(x));
-                for i in (1..Q).step_by(2) {
-                    g[i].store(slots[i + 1].add(x));
-                    g[i + 1].store(slots[i].add(x));
                 }
             }
         }

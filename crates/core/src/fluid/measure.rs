@@ -14,14 +14,14 @@
 //!
 //! Reference: Batchelor (1970), doi:10.1017/S0022112070000745.
 
-use super::bodies::{BlockSolids, Bodies, masked};
+use super::bodies::BlockSolids;
 use super::dispatch::{observe_row, row_of};
 use super::kernel::{Measured, Moments, Row, moments, put};
 use super::simd::Lanes;
 use super::solid::{CHUNK, Covered, Measure, SolidModel, SolidRow};
 use super::{Flow, Fluid, Real};
 use crate::lattice::Q;
-use crate::math::{sum_fixed, to_fixed};
+use crate::math::to_fixed;
 
 /// Measures all rows of a block: the flow, and the stresslet of all particles (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`) as exact
 /// sums of fixed-point numbers.
@@ -29,21 +29,20 @@ use crate::math::{sum_fixed, to_fixed};
 /// # Safety
 /// The function that this is inlined into is compiled for the instructions of `R`, and the processor has them.
 #[inline(always)]
-pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
+pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, M: SolidModel>(
     fluid: &Fluid<T>,
-    solids: &mut BlockSolids<T, B>,
+    solids: &BlockSolids<M>,
 ) -> (Flow, [i128; 6]) {
     let ([nx, ny, nz], lo, layout) = (fluid.layout.size, fluid.block.lo, &fluid.layout);
-    let (row, model) = (row_of(fluid, [0.0; 3]), solids.geometry.model());
+    let (row, model) = (row_of(fluid, [0.0; 3]), solids.model);
     let mut solid = SolidRow::new(row.chunks);
     let mut measured = Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]) };
     let mut reflected: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
     let (mut flow, mut stresslet) = (Flow::default(), [0; 6]);
-    solids.fractions.get_or_insert_default();
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
-        solids.fill(y + ny * z, &mut solid);
+        solids.fill::<T, R>(y + ny * z, &mut solid);
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_fractions(cells));
         }
@@ -60,7 +59,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
         }
         observe_row(&measured, nx, [lo[0], lo[1] + y, lo[2] + z], &mut flow);
         flow.solid += i128::from(solid.fraction_total());
-        for x in (0..nx).filter(|&x| solid.is_used(x / CHUNK) && solid.permeability[x] < T::ONE) {
+        for x in (0..nx).filter(|&x| solid.is_used(x, 1) && solid.fraction[x] > T::ZERO) {
             for (sum, reflected) in stresslet.iter_mut().zip(&reflected) {
                 *sum -= i128::from(to_fixed(reflected[x].into()));
             }
@@ -71,34 +70,34 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, B: Bodies>(
 }
 
 /// Adds the moments of `g` in a row about the centres of its bodies.
-fn add_moments<T: Real, B: Bodies>(
-    solids: &BlockSolids<T, B>,
+fn add_moments<T: Real, M: SolidModel>(
+    solids: &BlockSolids<M>,
     row: usize,
     solid: &SolidRow<T>,
     sums: &mut [i128; 6],
 ) {
-    let mut fractions = solids.fractions.iter().flatten();
     for segment in solids.segments.row(row) {
         let centre = solids.bodies[segment.body as usize].motion.centre;
-        for done in (0..segment.count as usize).step_by(CHUNK) {
-            let window = segment.window(done);
-            let n = window.offset.map(f64::from);
-            let [ry, rz] = [n[1] - centre[1], n[2] - centre[2]];
-            let fraction = fractions.next().expect("one for each window");
-            let [taken, _] = solid.exchanged(window.x);
-            let [fx, fy, fz]: [[f64; CHUNK]; 3] = std::array::from_fn(|axis| {
-                masked(&std::array::from_fn(|k| fraction[k] * taken[axis][k]), window.count)
-            });
-            let moments = |moment: &dyn Fn(usize, f64) -> f64| {
-                let at = |k: usize| moment(k, (n[0] + f64::LANE[k]) - centre[0]);
-                i128::from(sum_fixed(&std::array::from_fn::<f64, CHUNK, _>(at)))
-            };
-            sums[0] += moments(&|k, rx| rx * fx[k]);
-            sums[1] += moments(&|k, _| ry * fy[k]);
-            sums[2] += moments(&|k, _| rz * fz[k]);
-            sums[3] += moments(&|k, rx| 0.5 * (rx * fy[k] + ry * fx[k]));
-            sums[4] += moments(&|k, rx| 0.5 * (rx * fz[k] + rz * fx[k]));
-            sums[5] += moments(&|k, _| 0.5 * (ry * fz[k] + rz * fy[k]));
+        let (n, cut) = (segment.offset.map(f64::from), solids.segments.cut(segment));
+        let [ry, rz] = [n[1] - centre[1], n[2] - centre[2]];
+        for k in 0..usize::from(segment.count) {
+            let (x, phi) = (segment.x as usize + k, segment.fraction(cut, k));
+            if phi > 0.0 {
+                let share = if segment.together > 0 { solid.share(x, phi) } else { 1.0 };
+                let [fx, fy, fz] = [0, 1, 2].map(|axis| share * solid.incoming[axis][x].into());
+                let rx = (n[0] + k as f64) - centre[0];
+                let moments = [
+                    rx * fx,
+                    ry * fy,
+                    rz * fz,
+                    0.5 * (rx * fy + ry * fx),
+                    0.5 * (rx * fz + rz * fx),
+                    0.5 * (ry * fz + rz * fy),
+                ];
+                for (sum, moment) in sums.iter_mut().zip(moments) {
+                    *sum += i128::from(to_fixed(moment));
+                }
+            }
         }
     }
 }
@@ -125,7 +124,7 @@ fn deviation_of_flux<T: Real, R: Lanes<T>>(
 }
 
 /// Measurements of a [`sweep_row`](super::kernel::sweep_row) of the row, without changing anything: its `measured`,
-/// `incoming` of the solids as the momentum that they would receive in their cells per unit of `sum e_k`, and the fraction
+/// `incoming` of the solids as the momentum that they would receive in their cells, and the fraction
 /// of the deviation of the flux of momentum from equilibrium that solids would reflect.
 ///
 /// # Safety
@@ -141,7 +140,6 @@ unsafe fn measure_row<T: Real, R: Lanes<T>, M: SolidModel>(
     reflected: &mut [Vec<T>; 6],
 ) {
     for chunk in (0..row.chunks).filter(|&chunk| dead.get(chunk) != Some(&true)) {
-        let is_solid = solids.is_used(chunk);
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
             let mut g = [R::splat(T::ONE); Q];
@@ -151,9 +149,9 @@ unsafe fn measure_row<T: Real, R: Lanes<T>, M: SolidModel>(
             }
             let cells = moments(&g);
             let mut mean = cells.momentum;
-            if is_solid {
+            if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
-                let covered = unsafe { Covered::<R>::load(solids, x) };
+                let covered = unsafe { Covered::<R>::load::<T, M>(solids, x) };
                 let measure: Measure<R> = model.measure(&cells, &covered, row);
                 mean = measure.mean;
                 if let Some(b) = measure.reflected {
@@ -164,7 +162,7 @@ unsafe fn measure_row<T: Real, R: Lanes<T>, M: SolidModel>(
                 }
                 for axis in 0..3 {
                     let relative = cells.u[axis] - covered.velocity[axis];
-                    let force = covered.weight * (measure.received * relative);
+                    let force = measure.received * relative;
                     // SAFETY: the array has a chunk more than the row.
                     unsafe { put(&mut solids.incoming[axis], x, force) };
                 }

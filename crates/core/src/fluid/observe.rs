@@ -1,6 +1,6 @@
 //! Observation of the fluid: fields, the hash of its state, and the memory bandwidth of the machine.
 
-use super::bodies::{BlockSolids, Bodies};
+use super::bodies::BlockSolids;
 use super::buffer::Buffer;
 use super::solid::{SolidModel, SolidRow};
 use super::{Flow, Fluid, Real, WallLoad};
@@ -33,20 +33,20 @@ impl<T: Real> Fluid<T> {
     /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids
     /// and the acceleration of the coming sweep: the velocity midway between before and after the collision,
     /// `u + (B a + drag (u_s - u)) / 2`, with the [`drag`](SolidModel::drag) of the method.
-    pub fn each_cell<B: Bodies>(
+    pub fn each_cell<M: SolidModel>(
         &self,
         cells: Block,
         acceleration: [f64; 3],
-        solids: &mut BlockSolids<T, B>,
+        solids: &BlockSolids<M>,
         mut visit: impl FnMut(CellState),
     ) {
         let from = |corner: [usize; 3]| std::array::from_fn(|a| corner[a] - self.block.lo[a]);
         let ([x0, y0, z0], [x1, y1, z1]): ([usize; 3], [usize; 3]) = (from(cells.lo), from(cells.hi));
-        let mut row = SolidRow::new(self.layout.chunks_per_row());
-        let (model, t) = (solids.geometry.model(), self.relaxation_times[0] - 0.5);
+        let mut row = SolidRow::<T>::new(self.layout.chunks_per_row());
+        let (model, t) = (solids.model, self.relaxation_times[0] - 0.5);
         for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
             row.clear();
-            solids.fill(y + self.layout.size[1] * z, &mut row);
+            solids.fill::<T, T>(y + self.layout.size[1] * z, &mut row);
             for x in x0..x1 {
                 if let Some(motion) = self.walls.of([x, y, z]) {
                     let cell = [x, y, z];
@@ -59,7 +59,7 @@ impl<T: Real> Fluid<T> {
                     continue;
                 }
                 let (rho, u) = self.moments([x, y, z]);
-                let (solid_fraction, solid_velocity) = row.cell(x);
+                let (solid_fraction, _, solid_velocity) = row.cell(x);
                 let drag = model.drag(solid_fraction, t);
                 let velocity = std::array::from_fn(|a| {
                     let change = (1.0 - solid_fraction) * acceleration[a] + drag * (solid_velocity[a] - u[a]);
@@ -72,7 +72,7 @@ impl<T: Real> Fluid<T> {
 
     /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles
     /// ([`measure`](super::measure)); nothing changes, and no message is sent.
-    pub fn measure<B: Bodies>(&self, solids: &mut BlockSolids<T, B>) -> (Flow, [i128; 6]) {
+    pub fn measure<M: SolidModel>(&self, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
         T::measure(self, solids)
     }
 

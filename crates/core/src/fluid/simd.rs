@@ -1,14 +1,15 @@
 //! Registers of several cells: the kernels are written once over [`Lanes`].
 //!
-//! Only operations that IEEE 754 rounds exactly are used (no fused multiply-add, no approximate reciprocal), in one
-//! order, so every instruction set gives the same bits.
+//! Only operations that IEEE 754 rounds exactly are used (among them fused multiply-add, where it is written; no
+//! approximate reciprocal), in one order, so every instruction set gives the same bits.
 
 use super::Simd;
+use crate::math::FIXED_MAGIC;
 use std::ops::{Add, Mul, Sub};
 
 /// A register of `WIDTH` numbers of type `T`.
 ///
-/// Values of the vector types exist only inside functions compiled for their instruction set, which
+/// Values of the vector types exist only inside functions compiled for their instruction set and FMA, which
 /// [`dispatch`](super::dispatch) guarantees; that is what makes the intrinsics inside sound.
 pub trait Lanes<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// Numbers in the register.
@@ -25,10 +26,106 @@ pub trait Lanes<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output 
     fn recip(self) -> Self;
     /// `self > other ? self : other` lane by lane.
     fn max(self, other: Self) -> Self;
+    /// `self * factor + term`, rounded once.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+    /// `self * factor - term`, rounded once.
+    fn mul_sub(self, factor: Self, term: Self) -> Self;
+    /// `term - self * factor`, rounded once.
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self;
+}
+
+/// Registers in which lanes can be chosen by comparison: for geometry.
+pub(crate) trait Choose<T>: Lanes<T> {
+    /// `self / other`.
+    fn over(self, other: Self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// `self < other ? self : other` lane by lane.
+    fn min(self, other: Self) -> Self;
+    /// `self > other ? then : otherwise` lane by lane.
+    fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self;
+    /// Whether `self > other` in some lane.
+    fn any_greater(self, other: Self) -> bool;
+
+    /// The size of the number.
+    #[inline(always)]
+    fn size(self) -> Self {
+        self.max(self - self - self)
+    }
+}
+
+/// Registers in which fixed-point numbers are added up, as integers in the place of the numbers; 0 is 0.
+pub trait Tally: Lanes<f64> {
+    /// # Safety
+    /// `WIDTH` numbers can be read at `p`.
+    unsafe fn widen(p: *const f32) -> Self;
+    /// Keeps the bits of the mask.
+    fn masked(self, mask: Self) -> Self;
+    /// Adds the fixed-point number of `x`, and the bits of [`FIXED_MAGIC`], lane by lane.
+    fn tally(self, x: Self) -> Self;
+    /// Sum of the integers in all lanes, wrapping.
+    fn total(self) -> i64;
+}
+
+/// Registers of both precisions of one instruction set.
+pub(crate) trait Registers {
+    type F: Choose<f32>;
+    type D: Choose<f64> + Tally;
+}
+
+impl Tally for f64 {
+    #[inline(always)]
+    unsafe fn widen(p: *const f32) -> Self {
+        // SAFETY: promised by the caller.
+        unsafe { (*p).into() }
+    }
+    #[inline(always)]
+    fn masked(self, mask: Self) -> Self {
+        Self::from_bits(self.to_bits() & mask.to_bits())
+    }
+    #[inline(always)]
+    fn tally(self, x: Self) -> Self {
+        Self::from_bits(self.to_bits().wrapping_add((x + FIXED_MAGIC).to_bits()))
+    }
+    #[inline(always)]
+    fn total(self) -> i64 {
+        self.to_bits() as i64
+    }
+}
+
+/// One number at a time.
+pub(crate) struct Single;
+
+impl Registers for Single {
+    type F = f32;
+    type D = f64;
 }
 
 macro_rules! scalar_lanes {
     ($t:ty) => {
+        impl Choose<$t> for $t {
+            #[inline(always)]
+            fn over(self, other: Self) -> Self {
+                self / other
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$t>::sqrt(self)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                if self < other { self } else { other }
+            }
+            #[inline(always)]
+            fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self {
+                if self > other { then } else { otherwise }
+            }
+            #[inline(always)]
+            fn any_greater(self, other: Self) -> bool {
+                self > other
+            }
+        }
+
         impl Lanes<$t> for $t {
             const WIDTH: usize = 1;
             #[inline(always)]
@@ -53,6 +150,18 @@ macro_rules! scalar_lanes {
             fn max(self, other: Self) -> Self {
                 if self > other { self } else { other }
             }
+            #[inline(always)]
+            fn mul_add(self, factor: Self, term: Self) -> Self {
+                <$t>::mul_add(self, factor, term)
+            }
+            #[inline(always)]
+            fn mul_sub(self, factor: Self, term: Self) -> Self {
+                <$t>::mul_add(self, factor, -term)
+            }
+            #[inline(always)]
+            fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+                <$t>::mul_add(-self, factor, term)
+            }
         }
     };
 }
@@ -63,7 +172,7 @@ scalar_lanes!(f64);
 pub(crate) use x86::*;
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Add, Lanes, Mul, Sub};
+    use super::{Add, Choose, FIXED_MAGIC, Lanes, Mul, Registers, Sub, Tally};
     #[allow(clippy::wildcard_imports)] // every name in there says where it is from
     use std::arch::x86_64::*;
 
@@ -82,7 +191,8 @@ mod x86 {
 
     macro_rules! vector_lanes {
         ($($name:ident $t:ident $width:literal $register:ident:
-           $load:ident $store:ident $set:ident $add:ident $sub:ident $mul:ident $div:ident $max:ident;)*) => {$(
+           $load:ident $store:ident $set:ident $add:ident $sub:ident $mul:ident $div:ident $max:ident
+           $fma:ident $fms:ident $fnma:ident;)*) => {$(
             /// A vector register.
             #[derive(Clone, Copy)]
             #[repr(transparent)]
@@ -118,28 +228,140 @@ mod x86 {
                     // SAFETY: the type exists only where its instruction set is enabled.
                     Self(unsafe { $max(self.0, other.0) })
                 }
+                #[inline(always)]
+                fn mul_add(self, factor: Self, term: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set and FMA are enabled.
+                    Self(unsafe { $fma(self.0, factor.0, term.0) })
+                }
+                #[inline(always)]
+                fn mul_sub(self, factor: Self, term: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set and FMA are enabled.
+                    Self(unsafe { $fms(self.0, factor.0, term.0) })
+                }
+                #[inline(always)]
+                fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set and FMA are enabled.
+                    Self(unsafe { $fnma(self.0, factor.0, term.0) })
+                }
             }
         )*};
     }
+    macro_rules! choose {
+        ($($name:ident $t:ident: $div:ident $sqrt:ident $min:ident $movemask:ident $blend:ident ($($greater:tt)*);)*) => {$(
+            impl Choose<$t> for $name {
+                #[inline(always)]
+                fn over(self, other: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $div(self.0, other.0) })
+                }
+                #[inline(always)]
+                fn sqrt(self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $sqrt(self.0) })
+                }
+                #[inline(always)]
+                fn min(self, other: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $min(self.0, other.0) })
+                }
+                #[inline(always)]
+                fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set and FMA, which implies AVX, are enabled.
+                    Self(unsafe { $blend(otherwise.0, then.0, $($greater)*(self.0, other.0)) })
+                }
+                #[inline(always)]
+                fn any_greater(self, other: Self) -> bool {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    unsafe { $movemask($($greater)*(self.0, other.0)) != 0 }
+                }
+            }
+        )*};
+    }
+    choose! {
+        F32x4 f32: _mm_div_ps _mm_sqrt_ps _mm_min_ps _mm_movemask_ps _mm_blendv_ps (_mm_cmpgt_ps);
+        F64x2 f64: _mm_div_pd _mm_sqrt_pd _mm_min_pd _mm_movemask_pd _mm_blendv_pd (_mm_cmpgt_pd);
+        F32x8 f32: _mm256_div_ps _mm256_sqrt_ps _mm256_min_ps _mm256_movemask_ps _mm256_blendv_ps
+            (_mm256_cmp_ps::<_CMP_GT_OQ>);
+        F64x4 f64: _mm256_div_pd _mm256_sqrt_pd _mm256_min_pd _mm256_movemask_pd _mm256_blendv_pd
+            (_mm256_cmp_pd::<_CMP_GT_OQ>);
+    }
+
+    macro_rules! tally {
+        ($($name:ident $width:literal: $and:ident $add:ident $to_integers:ident $to_numbers:ident
+           |$p:ident| $widen:expr;)*) => {$(
+            impl Tally for $name {
+                #[inline(always)]
+                unsafe fn widen($p: *const f32) -> Self {
+                    // SAFETY: promised by the caller.
+                    Self(unsafe { $widen })
+                }
+                #[inline(always)]
+                fn masked(self, mask: Self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $and(self.0, mask.0) })
+                }
+                #[inline(always)]
+                fn tally(self, x: Self) -> Self {
+                    let x = x + Self::splat(FIXED_MAGIC);
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $to_numbers($add($to_integers(self.0), $to_integers(x.0))) })
+                }
+                #[inline(always)]
+                fn total(self) -> i64 {
+                    let mut lanes = [0.0_f64; $width];
+                    // SAFETY: there are as many numbers.
+                    unsafe { self.store(lanes.as_mut_ptr()) };
+                    lanes.iter().fold(0, |sum, lane| sum.wrapping_add(lane.to_bits() as i64))
+                }
+            }
+        )*};
+    }
+    tally! {
+        F64x2 2: _mm_and_pd _mm_add_epi64 _mm_castpd_si128 _mm_castsi128_pd
+            |p| _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(p.cast())));
+        F64x4 4: _mm256_and_pd _mm256_add_epi64 _mm256_castpd_si256 _mm256_castsi256_pd
+            |p| _mm256_cvtps_pd(_mm_loadu_ps(p));
+    }
+
+    /// 128-bit registers.
+    pub(crate) struct Narrow;
+    impl Registers for Narrow {
+        type F = F32x4;
+        type D = F64x2;
+    }
+
+    /// 256-bit registers.
+    pub(crate) struct Wide;
+    impl Registers for Wide {
+        type F = F32x8;
+        type D = F64x4;
+    }
+
     vector_lanes! {
         F32x4 f32 4 __m128:
             _mm_loadu_ps _mm_storeu_ps _mm_set1_ps _mm_add_ps
-            _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_max_ps;
+            _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_max_ps
+            _mm_fmadd_ps _mm_fmsub_ps _mm_fnmadd_ps;
         F64x2 f64 2 __m128d:
             _mm_loadu_pd _mm_storeu_pd _mm_set1_pd _mm_add_pd
-            _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_max_pd;
+            _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_max_pd
+            _mm_fmadd_pd _mm_fmsub_pd _mm_fnmadd_pd;
         F32x8 f32 8 __m256:
             _mm256_loadu_ps _mm256_storeu_ps _mm256_set1_ps _mm256_add_ps
-            _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_max_ps;
+            _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_max_ps
+            _mm256_fmadd_ps _mm256_fmsub_ps _mm256_fnmadd_ps;
         F64x4 f64 4 __m256d:
             _mm256_loadu_pd _mm256_storeu_pd _mm256_set1_pd _mm256_add_pd
-            _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_max_pd;
+            _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_max_pd
+            _mm256_fmadd_pd _mm256_fmsub_pd _mm256_fnmadd_pd;
         F32x16 f32 16 __m512:
             _mm512_loadu_ps _mm512_storeu_ps _mm512_set1_ps _mm512_add_ps
-            _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_max_ps;
+            _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_max_ps
+            _mm512_fmadd_ps _mm512_fmsub_ps _mm512_fnmadd_ps;
         F64x8 f64 8 __m512d:
             _mm512_loadu_pd _mm512_storeu_pd _mm512_set1_pd _mm512_add_pd
-            _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_max_pd;
+            _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_max_pd
+            _mm512_fmadd_pd _mm512_fmsub_pd _mm512_fnmadd_pd;
     }
 }
 
@@ -167,9 +389,9 @@ impl Simd {
         match self {
             Self::Scalar => true,
             #[cfg(target_arch = "x86_64")]
-            Self::Sse2 => true,
+            Self::Sse2 => is_x86_feature_detected!("fma"),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2"),
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => is_x86_feature_detected!("avx512f"),
             #[cfg(not(target_arch = "x86_64"))]

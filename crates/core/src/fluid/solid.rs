@@ -1,14 +1,17 @@
 //! Solid data of one row of cells, which exists only while the row is swept, and the collision of such cells.
 
 use super::Real;
-use super::kernel::{Moments, Row};
+use super::bodies::{RowVelocity, Segment};
+use super::kernel::{Moments, Row, Slots};
 use super::simd::Lanes;
-use crate::lattice::Q;
 use crate::math::to_fixed;
 use std::ops::Range;
 
-/// Cells with one common entry of solid data: the widest register of single precision.
+/// Cells of the widest register of single precision: rows are padded to a multiple of this.
 pub const CHUNK: usize = 16;
+
+/// Cells that are looked at together where bodies cover some of them.
+pub const GROUP: usize = 8;
 
 /// Method of coupling solids to the fluid: collision of the cells they cover, compiled into the sweep.
 pub trait SolidModel: Copy {
@@ -16,17 +19,17 @@ pub trait SolidModel: Copy {
     /// rounded differently where it shares a register with one that has some.
     const PAIRS: bool;
     /// Solid fractions are of the volume: they add up to at most one, `B = max(0, 1 - sum e_k)`, and divide the momentum of
-    /// a cell among bodies. Otherwise `B = prod (1 - phi_k)`.
+    /// a cell among bodies. Otherwise `B = prod (1 - phi_k)`, and each body receives what its own velocity says.
     const BY_VOLUME: bool;
 
-    /// Collides the register of cells at `x` under the acceleration `a`, writes what the solids exchange to `solids`, and
-    /// returns the mean momentum of solid and fluid.
+    /// Collides the register of cells at `x` in place under the acceleration `a`, writes what the solids exchange to
+    /// `solids`, and returns the mean momentum of solid and fluid.
     ///
     /// # Safety
-    /// The row has `WIDTH` cells from `x` on.
+    /// `WIDTH` numbers can be read and written at `x` of all slots, and the row has as many cells from there on.
     unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
         self,
-        g: &mut [R; Q],
+        slots: &Slots<T>,
         cells: &Moments<R>,
         a: [R; 3],
         row: &Row<T>,
@@ -44,10 +47,6 @@ pub trait SolidModel: Copy {
 
     /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)`; `t = tau - 1/2`.
     fn drag(self, e: f64, t: f64) -> f64;
-
-    /// Momentum that a body receives along an axis from cells that exchanged momentum `p` and mass `m`, given its solid
-    /// fractions and velocities there.
-    fn force<T: Real>(p: &[T; CHUNK], m: &[T; CHUNK], fraction: &[T; CHUNK], u: &[T; CHUNK]) -> [T; CHUNK];
 }
 
 /// Momentum of a register of cells, as a collision would see it.
@@ -65,10 +64,9 @@ pub struct Covered<R> {
     /// `B`, and `1 - B`.
     pub(crate) open: R,
     pub(crate) solid: R,
-    /// `sum e_k`, and one over it.
-    pub(crate) fractions: R,
-    pub(crate) weight: R,
-    /// `u_s`.
+    /// By how much the volumes of several bodies exceed the cell.
+    pub(crate) overlap: R,
+    /// `u_s`; anything where there is no solid.
     pub(crate) velocity: [R; 3],
 }
 
@@ -78,22 +76,18 @@ impl<R> Covered<R> {
     /// # Safety
     /// The row has `WIDTH` cells from `x` on.
     #[inline(always)]
-    pub(crate) unsafe fn load<T: Real>(solids: &SolidRow<T>, x: usize) -> Self
+    pub(crate) unsafe fn load<T: Real, M: SolidModel>(solids: &SolidRow<T>, x: usize) -> Self
     where
         R: Lanes<T>,
     {
         // SAFETY: promised by the caller; the arrays hold a chunk more.
         let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
-        let (open, fractions) = (at(&solids.permeability), at(&solids.fraction_sum));
-        let weight = fractions.max(R::splat(T::TINY)).recip();
-        let [x_sum, y_sum, z_sum] = &solids.velocity_sum;
-        Self {
-            open,
-            solid: R::splat(T::ONE) - open,
-            fractions,
-            weight,
-            velocity: [at(x_sum) * weight, at(y_sum) * weight, at(z_sum) * weight],
-        }
+        let (one, fraction) = (R::splat(T::ONE), at(&solids.fraction));
+        let overlap =
+            if M::BY_VOLUME { (fraction - one).max(R::splat(T::ZERO)) } else { R::splat(T::ZERO) };
+        let solid = fraction - overlap;
+        let [x_velocity, y_velocity, z_velocity] = &solids.velocity;
+        Self { open: one - solid, solid, overlap, velocity: [at(x_velocity), at(y_velocity), at(z_velocity)] }
     }
 }
 
@@ -101,32 +95,28 @@ impl<R> Covered<R> {
 ///
 /// Solids in one cell combine as `u_s = sum phi_k u_k / sum phi_k` (Marquardt et al. 2024), and their fractions to `B` as
 /// the [`SolidModel`] says; they are [added](Self::add) in ascending order of particle ids, so that products and sums
-/// are the same bits on every decomposition.
+/// are the same bits on every decomposition. A body alone in a cell gives its own velocity.
 pub struct SolidRow<T> {
-    /// `B`. All arrays hold whole chunks and one more, so that windows may reach over the end.
-    pub(crate) permeability: Vec<T>,
-    /// `sum phi_k`.
-    pub(crate) fraction_sum: Vec<T>,
-    /// `sum phi_k u_k`.
-    pub(crate) velocity_sum: [Vec<T>; 3],
+    /// `sum e_k` by volume, otherwise `1 - B`. All arrays hold whole chunks and one more, so that groups of cells may
+    /// reach over the end.
+    pub(crate) fraction: Vec<T>,
+    /// `u_s`; anything where the fraction is zero.
+    pub(crate) velocity: [Vec<T>; 3],
+    /// `sum phi_k` and `sum phi_k u_k` where segments overlap.
+    total: Vec<T>,
+    velocity_sum: [Vec<T>; 3],
     /// Written by the sweep: momentum and (moving, shifted) mass that solids receive, and what is subtracted in the next step,
     /// as the [`SolidModel`] defines it.
     pub(crate) incoming: [Vec<T>; 4],
     pub(crate) outgoing: [Vec<T>; 4],
-    /// Chunks with solids; only there the other arrays mean anything.
+    /// Groups with solids; only there what the sweep writes means anything.
     used: Vec<bool>,
 }
 
-/// [`CHUNK`] numbers from `x` on.
+/// Writes [`GROUP`] numbers from `x` on.
 #[inline(always)]
-fn window<T>(values: &[T], x: usize) -> &[T; CHUNK] {
-    values[x..].first_chunk().expect("a chunk more than the row")
-}
-
-/// The same, to be written.
-#[inline(always)]
-fn window_mut<T>(values: &mut [T], x: usize) -> &mut [T; CHUNK] {
-    values[x..].first_chunk_mut().expect("a chunk more than the row")
+fn put_group<T>(values: &mut [T], x: usize, group: [T; GROUP]) {
+    *values[x..].first_chunk_mut().expect("a chunk more than the row") = group;
 }
 
 impl<T: Real> SolidRow<T> {
@@ -134,79 +124,109 @@ impl<T: Real> SolidRow<T> {
         let cells = (chunks + 1) * CHUNK;
         let zeros = || vec![T::ZERO; cells];
         Self {
-            permeability: vec![T::ONE; cells],
-            fraction_sum: zeros(),
+            fraction: zeros(),
+            velocity: std::array::from_fn(|_| zeros()),
+            total: zeros(),
             velocity_sum: std::array::from_fn(|_| zeros()),
             incoming: std::array::from_fn(|_| zeros()),
             outgoing: std::array::from_fn(|_| zeros()),
-            used: vec![false; chunks],
+            used: vec![false; cells / GROUP],
         }
     }
 
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
-        for (chunk, used) in self.used.iter_mut().enumerate().filter(|(_, used)| **used) {
-            let cells = chunk * CHUNK..(chunk + 1) * CHUNK;
-            self.permeability[cells.clone()].fill(T::ONE);
-            self.fraction_sum[cells.clone()].fill(T::ZERO);
-            for sum in &mut self.velocity_sum {
-                sum[cells.clone()].fill(T::ZERO);
-            }
+        for (n, used) in self.used.iter_mut().enumerate().filter(|(_, used)| **used) {
+            put_group(&mut self.fraction, n * GROUP, [T::ZERO; GROUP]);
             *used = false;
         }
     }
 
-    /// Adds a particle to the cells `x .. x + count`, `count <= CHUNK`: its solid fractions and velocities (lattice
-    /// units); the fractions after the first `count` are zero.
+    /// Marks cells as covered.
     #[inline(always)]
-    pub(crate) fn add<M: SolidModel>(
-        &mut self,
-        x: usize,
-        count: usize,
-        fraction: &[T; CHUNK],
-        velocity: &[[T; CHUNK]; 3],
-    ) {
-        self.used[x / CHUNK] = true;
-        self.used[(x + count - 1) / CHUNK] = true;
-        // Through local arrays, so that the compiler knows that reads and writes do not alias.
-        let sum = window_mut(&mut self.fraction_sum, x);
-        let mut total = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            total[k] = sum[k] + fraction[k];
+    fn cover(&mut self, segment: &Segment) {
+        let (first, last) = (segment.x as usize / GROUP, (segment.end() as usize - 1) / GROUP);
+        for used in &mut self.used[first..=last] {
+            *used = true;
         }
-        *sum = total;
-        let permeability = window_mut(&mut self.permeability, x);
-        let mut open = [T::ZERO; CHUNK];
-        if M::BY_VOLUME {
-            for k in 0..CHUNK {
-                let left = T::ONE - total[k];
-                open[k] = if left > T::ZERO { left } else { T::ZERO };
+    }
+
+    /// Puts a body into the cells of a segment that no other covers: its solid fractions, those of cut cells being `cut`, and
+    /// velocities. What lies behind the segment is overwritten; segments come in ascending order of cells.
+    #[inline(always)]
+    pub(super) fn put<R: Lanes<T>>(&mut self, segment: &Segment, cut: &[f32], velocity: &RowVelocity<T>) {
+        self.cover(segment);
+        let (x, end) = (segment.x as usize, segment.end() as usize);
+        let (head, tail) = (usize::from(segment.head), usize::from(segment.tail));
+        let real = |from: usize| {
+            let mut all = [T::ZERO; GROUP];
+            for k in 0..GROUP {
+                all[k] = T::from_f32(cut[from + k]);
             }
-        } else {
-            for k in 0..CHUNK {
-                open[k] = permeability[k] * (T::ONE - fraction[k]);
+            all
+        };
+        for done in (0..head).step_by(GROUP) {
+            put_group(&mut self.fraction, x + done, real(done));
+        }
+        for at in (x + head..end - tail).step_by(GROUP) {
+            put_group(&mut self.fraction, at, [T::ONE; GROUP]);
+        }
+        for done in (0..tail).step_by(GROUP) {
+            put_group(&mut self.fraction, end - tail + done, real(head + done));
+        }
+        put_group(&mut self.fraction, end, [T::ZERO; GROUP]);
+        assert!(end + R::WIDTH <= self.fraction.len());
+        for done in (0..end - x).step_by(R::WIDTH) {
+            let u = velocity.lanes::<R>(segment.offset[0] + done as i32);
+            for axis in 0..3 {
+                // SAFETY: all arrays are as long as the one just checked.
+                unsafe { u[axis].store(self.velocity[axis].as_mut_ptr().add(x + done)) };
             }
         }
-        *permeability = open;
-        for (sum, velocity) in self.velocity_sum.iter_mut().zip(velocity) {
-            let sum = window_mut(sum, x);
-            let mut total = [T::ZERO; CHUNK];
-            for k in 0..CHUNK {
-                total[k] = sum[k] + fraction[k] * velocity[k];
-            }
-            *sum = total;
+    }
+
+    /// Begins cells that several bodies cover.
+    pub(super) fn open_cells(&mut self, cells: Range<usize>) {
+        for sum in [&mut self.total, &mut self.fraction].into_iter().chain(&mut self.velocity_sum) {
+            sum[cells.clone()].fill(T::ZERO);
         }
+    }
+
+    /// Adds a body to cells that others may cover as well, in ascending order of ids.
+    pub(super) fn add<M: SolidModel>(&mut self, segment: &Segment, cut: &[f32], velocity: &RowVelocity<T>) {
+        self.cover(segment);
+        for k in 0..segment.count as usize {
+            let (x, phi) = (segment.x as usize + k, T::from_f32(segment.fraction(cut, k)));
+            if phi > T::ZERO {
+                let (before, u) = (self.fraction[x], velocity.lanes::<T>(segment.offset[0] + k as i32));
+                self.total[x] = self.total[x] + phi;
+                let total = self.total[x];
+                let open = (T::ONE - before) * (T::ONE - phi);
+                let alone = total == phi;
+                self.fraction[x] = match (M::BY_VOLUME, alone) {
+                    (true, _) | (_, true) => total,
+                    _ => T::ONE - open,
+                };
+                for axis in 0..3 {
+                    let sum = self.velocity_sum[axis][x] + phi * u[axis];
+                    self.velocity_sum[axis][x] = sum;
+                    self.velocity[axis][x] =
+                        if alone { u[axis] } else { T::from_f64(sum.into() / total.into()) };
+                }
+            }
+        }
+    }
+
+    /// Part `phi / sum phi_k` of a body in a cell that several may cover.
+    #[inline(always)]
+    pub(super) fn share(&self, x: usize, phi: f32) -> f64 {
+        if phi > 0.0 { f64::from(phi) / self.total[x].into() } else { 0.0 }
     }
 
     /// Takes all solids out of some cells.
     pub(crate) fn clear_fractions(&mut self, cells: Range<usize>) {
-        if !self.reaches(&cells) {
-            return;
-        }
-        self.permeability[cells.clone()].fill(T::ONE);
-        self.fraction_sum[cells.clone()].fill(T::ZERO);
-        for sum in &mut self.velocity_sum {
-            sum[cells.clone()].fill(T::ZERO);
+        if self.reaches(&cells) {
+            self.fraction[cells].fill(T::ZERO);
         }
     }
 
@@ -222,36 +242,31 @@ impl<T: Real> SolidRow<T> {
 
     /// Returns true if some of the cells may have solids.
     fn reaches(&self, cells: &Range<usize>) -> bool {
-        self.used[cells.start / CHUNK..cells.end.div_ceil(CHUNK)].contains(&true)
+        self.used[cells.start / GROUP..cells.end.div_ceil(GROUP)].contains(&true)
     }
 
-    /// Returns true if a chunk has solids.
+    /// Returns true if some of `width` cells from `x` on may have solids.
     #[inline(always)]
-    pub(crate) fn is_used(&self, chunk: usize) -> bool {
-        self.used[chunk]
+    pub(crate) fn is_used(&self, x: usize, width: usize) -> bool {
+        let mut used = self.used[x / GROUP];
+        if width > GROUP {
+            used |= self.used[x / GROUP + 1];
+        }
+        used
     }
 
-    /// Momentum and mass that came into and left the cells `x .. x + CHUNK`, `[p_x, p_y, p_z, m]` each; those without
-    /// solids hold anything.
-    #[inline(always)]
-    pub(crate) fn exchanged(&self, x: usize) -> [[&[T; CHUNK]; 4]; 2] {
-        let ([a, b, c, d], [e, f, g, h]) = (&self.incoming, &self.outgoing);
-        [
-            [window(a, x), window(b, x), window(c, x), window(d, x)],
-            [window(e, x), window(f, x), window(g, x), window(h, x)],
-        ]
-    }
-
-    /// Solid fraction `1 - B` and velocity `u_s` of a cell.
-    pub(crate) fn cell(&self, x: usize) -> (f64, [f64; 3]) {
-        let sum: f64 = self.fraction_sum[x].into();
-        let velocity = |sums: &Vec<T>| if sum > 0.0 { sums[x].into() / sum } else { 0.0 };
-        (1.0 - self.permeability[x].into(), std::array::from_fn(|a| velocity(&self.velocity_sum[a])))
+    /// Solid fraction `1 - B`, its excess over all bodies, and velocity `u_s` of a cell.
+    pub(crate) fn cell(&self, x: usize) -> (f64, f64, [f64; 3]) {
+        let fraction: f64 = self.fraction[x].into();
+        let velocity = |values: &Vec<T>| if fraction > 0.0 { values[x].into() } else { 0.0 };
+        let solid = if fraction > 1.0 { 1.0 } else { fraction };
+        (solid, fraction - solid, std::array::from_fn(|a| velocity(&self.velocity[a])))
     }
 
     /// Sum of the solid fractions of all cells, as a fixed-point number.
     pub(crate) fn fraction_total(&self) -> i64 {
-        self.permeability.iter().fold(0, |sum, &b| sum.wrapping_add(to_fixed(1.0 - b.into())))
+        let solid = |&e: &T| if e > T::ONE { 1.0 } else { e.into() };
+        self.fraction.iter().fold(0, |sum, e| sum.wrapping_add(to_fixed(solid(e))))
     }
 }
 
@@ -262,21 +277,31 @@ mod tests {
     use crate::coupling::{Homogenised, Saturated};
     use crate::math::from_fixed;
 
+    /// A segment of cut cells from `x` on, and their fractions.
+    fn segment(x: u32, fractions: &[f32]) -> (Segment, Vec<f32>) {
+        let count = fractions.len() as u16;
+        let mut cut = fractions.to_vec();
+        cut.resize(fractions.len() + GROUP, 0.0);
+        (Segment { x, count, head: count, ..Segment::default() }, cut)
+    }
+
+    fn moving(velocity: [f64; 3]) -> RowVelocity<f64> {
+        RowVelocity { constant: velocity, slope: [0.0; 2], centre: 0.0 }
+    }
+
     #[test]
     fn several_particles_in_a_cell_combine_by_product_and_weighted_mean() {
         let mut row = SolidRow::<f64>::new(2);
-        let mut add = |cells: &[(usize, f64)], velocity: [f64; 3]| {
-            let first = cells[0].0;
-            let mut fraction = [0.0; CHUNK];
-            for &(x, phi) in cells {
-                fraction[x - first] = phi;
-            }
-            row.add::<Homogenised>(first, cells.len(), &fraction, &velocity.map(|u| [u; CHUNK]));
+        row.open_cells(14..18);
+        let mut add = |x: u32, fractions: &[f32], velocity: [f64; 3]| {
+            let (segment, cut) = segment(x, fractions);
+            row.add::<Homogenised>(&segment, &cut, &moving(velocity));
         };
-        add(&[(14, 0.25), (15, 1.0), (16, 0.5), (17, 0.5)], [1.0, 0.0, 2.0]);
-        add(&[(16, 0.5)], [3.0, 0.0, 2.0]);
-        assert_eq!(row.cell(16), (0.75, [2.0, 0.0, 2.0]));
-        assert_eq!(row.cell(14), (0.25, [1.0, 0.0, 2.0]));
+        add(14, &[0.25, 1.0, 0.5, 0.5], [1.0, 0.0, 2.0]);
+        add(16, &[0.5], [3.0, 0.0, 2.0]);
+        assert_eq!(row.cell(16), (0.75, 0.0, [2.0, 0.0, 2.0]));
+        assert_eq!(row.cell(14), (0.25, 0.0, [1.0, 0.0, 2.0]));
+        assert_eq!([row.share(16, 0.5), row.share(14, 0.25), row.share(14, 0.0)], [0.5, 1.0, 0.0]);
         assert!((from_fixed(row.fraction_total()) - (0.25 + 1.0 + 0.75 + 0.5)).abs() < 1e-12);
         row.clear();
         assert_eq!(row.cell(16).0, 0.0);
@@ -286,13 +311,32 @@ mod tests {
     #[test]
     fn volume_fractions_add_up_to_at_most_the_whole_cell() {
         let mut row = SolidRow::<f64>::new(1);
+        row.open_cells(0..4);
         for part in [0.25, 0.5, 0.75] {
-            let fraction = std::array::from_fn(|k| if k == 3 { part } else { 0.0 });
-            row.add::<Saturated>(0, CHUNK, &fraction, &[[2.0 * part; CHUNK]; 3]);
+            let (segment, cut) = segment(0, &[0.0, 0.0, 0.0, part]);
+            row.add::<Saturated>(&segment, &cut, &moving([2.0 * f64::from(part); 3]));
             assert_eq!(row.cell(2).0, 0.0);
         }
-        let (solid, [u, _, _]) = row.cell(3);
-        assert_eq!(solid, 1.0);
+        let (solid, overlap, [u, _, _]) = row.cell(3);
+        assert_eq!((solid, overlap), (1.0, 0.5));
         assert!((u - 1.75 / 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_body_alone_gives_the_same_bits_whether_others_may_cover_its_cells_or_not() {
+        let velocity = RowVelocity { constant: [0.1, 0.2, -0.3], slope: [0.01, 0.02], centre: 0.3 };
+        for (head, count, tail) in [(3, 12, 2), (9, 9, 0), (0, 20, 0), (1, 1, 0), (10, 27, 9), (2, 4, 2)] {
+            let cut: Vec<f32> = (0..head + tail + GROUP as u16).map(|k| 0.1 + 0.03 * f32::from(k)).collect();
+            let segment = Segment { x: 3, count, head, tail, offset: [-7, 0, 0], ..Segment::default() };
+            let (mut alone, mut among) = (SolidRow::<f32>::new(2), SolidRow::<f32>::new(2));
+            let velocity = velocity.to::<f32>();
+            alone.put::<f32>(&segment, &cut, &velocity);
+            among.open_cells(3..3 + usize::from(count));
+            among.add::<Homogenised>(&segment, &cut, &velocity);
+            for x in 0..32 {
+                assert_eq!(alone.cell(x), among.cell(x), "{segment:?} {x}");
+                assert_eq!(alone.is_used(x, 1), among.is_used(x, 1));
+            }
+        }
     }
 }

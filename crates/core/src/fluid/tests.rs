@@ -146,30 +146,15 @@ fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
     (1.0 + 0.01 * wave(x, z), [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
 }
 
-/// Two overlapping cubes of solid near a corner of the box, given cell by cell; each layer in y has its own velocity.
-struct Cubes<M>(M);
-
-impl<M: SolidModel> Bodies for Cubes<M> {
-    type Model = M;
-
-    fn model(&self) -> M {
-        self.0
-    }
-
-    fn fractions<T: Real>(&self, _: usize, window: &Window, fraction: &mut [T; CHUNK]) {
-        let thin = window.offset[0] % 5 == 0 || window.offset[1] % 5 == 0;
-        fraction[0] = T::from_f64(if thin { 0.3 } else { 1.0 });
-    }
-}
-
-/// Evaluates an expression with those of a box of `cells` that lie in `block`.
-fn with_cubes<T: Real, M: SolidModel, R>(
+/// Evaluates an expression with two overlapping cubes of solid near a corner of a box of `cells`, as far as they lie in `block`,
+/// given cell by cell; each layer in y has its own velocity.
+fn with_cubes<M: SolidModel, R>(
     cells: [usize; 3],
     block: Block,
     model: M,
-    work: impl FnOnce(&mut BlockSolids<T, Cubes<M>>) -> R,
+    work: impl FnOnce(&mut BlockSolids<M>) -> R,
 ) -> R {
-    let (mut added, mut bodies) = (Vec::new(), Vec::new());
+    let (mut added, mut cut, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
     for (cube, j) in (0..2).flat_map(|cube| (0..6).map(move |j| (cube, j))) {
         let velocity = [0.02, -0.01 * j as f64, 0.01 * cube as f64];
         let motion = RigidMotion { velocity, ..RigidMotion::default() };
@@ -181,15 +166,23 @@ fn with_cubes<T: Real, M: SolidModel, R>(
             if (0..3).all(|a| (block.lo[a]..block.hi[a]).contains(&at[a])) {
                 let [x, y, z] = std::array::from_fn(|a| at[a] - block.lo[a]);
                 let offset = [i, j, k].map(|n| n as i32);
-                let segment =
-                    Segment { body: bodies.len() as u32 - 1, x: x as u32, count: 1, offset, full: [1, 0] };
+                let segment = Segment {
+                    body: bodies.len() as u32 - 1,
+                    x: x as u32,
+                    count: 1,
+                    head: 1,
+                    offset,
+                    cut: cut.len() as u32,
+                    ..Segment::default()
+                };
+                cut.push(if i % 5 == 0 || j % 5 == 0 { 0.3 } else { 1.0 });
                 added.push(((y + block.size()[1] * z) as u32, segment));
             }
         }
     }
     let mut segments = RowSegments::default();
-    segments.sort(block.size()[1] * block.size()[2], &added);
-    work(&mut BlockSolids::new(&segments, &mut bodies, Cubes(model)))
+    segments.sort(block.size()[1] * block.size()[2], &added, &mut cut);
+    work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model })
 }
 
 fn sweep_cubes<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3], method: Method) {
@@ -309,17 +302,16 @@ fn collided(
 }
 
 fn solids_of<M: SolidModel>(
-    solids: &mut BlockSolids<f64, Cubes<M>>,
+    solids: &BlockSolids<M>,
     all: &[[usize; 3]],
     [nx, ny, _]: [usize; 3],
 ) -> Vec<(f64, f64, [f64; 3])> {
-    let mut of = |&[x, y, z]: &[usize; 3]| {
+    let of = |&[x, y, z]: &[usize; 3]| {
         let mut row = SolidRow::<f64>::new(nx.div_ceil(CHUNK));
-        solids.fill(y + ny * z, &mut row);
-        let (e, us) = row.cell(x);
-        (e, row.fraction_sum[x] - e, us)
+        solids.fill::<f64, f64>(y + ny * z, &mut row);
+        row.cell(x)
     };
-    all.iter().map(&mut of).collect()
+    all.iter().map(of).collect()
 }
 
 /// The slow truth: two lattices, one population at a time, written from the formulae.

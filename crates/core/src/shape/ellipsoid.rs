@@ -77,6 +77,10 @@ impl Shape for Ellipsoid {
         "ellipsoid"
     }
 
+    fn as_ellipsoid(&self) -> Option<Vec3> {
+        Some(self.semi_axes)
+    }
+
     fn volume(&self) -> f64 {
         4.0 / 3.0 * PI * self.semi_axes.product()
     }

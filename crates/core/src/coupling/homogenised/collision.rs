@@ -1,11 +1,10 @@
 //! Collision of homogenised cells, and the momentum that they exchange.
 
 use super::Homogenised;
-use crate::fluid::kernel::{Moments, Row, put, relax};
+use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{CHUNK, Real, SolidModel, SolidRow};
-use crate::lattice::Q;
+use crate::fluid::{Real, SolidModel, SolidRow};
 
 impl SolidModel for Homogenised {
     const PAIRS: bool = false;
@@ -14,7 +13,7 @@ impl SolidModel for Homogenised {
     #[inline(always)]
     unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
         self,
-        g: &mut [R; Q],
+        slots: &Slots<T>,
         cells: &Moments<R>,
         a: [R; 3],
         row: &Row<T>,
@@ -24,16 +23,17 @@ impl SolidModel for Homogenised {
         let Moments { deviation, momentum, rho, u } = *cells;
         // SAFETY: promised by the caller; the arrays hold a chunk more than the row.
         unsafe {
-            let Covered { solid, velocity, .. } = Covered::<R>::load(solids, x);
+            let Covered { solid, velocity, .. } = Covered::<R>::load::<T, Self>(solids, x);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
             for axis in 0..3 {
-                target[axis] = target[axis] + solid * (velocity[axis] - target[axis]);
+                target[axis] = solid.mul_add(velocity[axis] - target[axis], target[axis]);
                 put(&mut solids.incoming[axis], x, momentum[axis]);
                 put(&mut solids.outgoing[axis], x, rho * target[axis]);
             }
-            put(&mut solids.incoming[3], x, deviation - g[0]);
-            relax::<T, R, TRT>(g, cells, target, row.factors, None);
-            put(&mut solids.outgoing[3], x, deviation - g[0]);
+            put(&mut solids.incoming[3], x, deviation - R::load(slots[0].add(x)));
+            let relaxation = Relaxation::new::<T, TRT>(cells, target, row.factors, None);
+            let at_rest = relaxation.apply::<T, TRT>(slots, x);
+            put(&mut solids.outgoing[3], x, deviation - at_rest);
         }
         momentum
     }
@@ -50,14 +50,5 @@ impl SolidModel for Homogenised {
 
     fn drag(self, e: f64, _: f64) -> f64 {
         e
-    }
-
-    #[inline(always)]
-    fn force<T: Real>(p: &[T; CHUNK], m: &[T; CHUNK], _: &[T; CHUNK], u: &[T; CHUNK]) -> [T; CHUNK] {
-        let mut force = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            force[k] = p[k] - u[k] * m[k];
-        }
-        force
     }
 }

@@ -1,11 +1,11 @@
 //! Collision of partially saturated cells, and the momentum that they exchange.
 
 use super::{Saturated, SolidOperator};
-use crate::fluid::kernel::{Moments, Row, put, relax};
+use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put, store_pair};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{CHUNK, Real, SolidModel, SolidRow};
-use crate::lattice::{C, Q, W, opposite};
+use crate::fluid::{Real, SolidModel, SolidRow};
+use crate::lattice::{C, Q, W};
 
 /// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
 const LEAK: f64 = 0.01;
@@ -18,7 +18,7 @@ impl SolidModel for Saturated {
     #[inline(always)]
     unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
         self,
-        g: &mut [R; Q],
+        slots: &Slots<T>,
         cells: &Moments<R>,
         a: [R; 3],
         row: &Row<T>,
@@ -28,40 +28,32 @@ impl SolidModel for Saturated {
         let Moments { momentum, rho, u, .. } = *cells;
         let (one, t) = (R::splat(T::ONE), R::splat(row.above_half));
         // SAFETY: promised by the caller.
-        let covered = unsafe { Covered::<R>::load(solids, x) };
-        let Covered { open, solid, weight, velocity, .. } = covered;
-        let (through, b) = reflected(&covered, t);
+        let covered = unsafe { Covered::<R>::load::<T, Self>(solids, x) };
+        let Covered { solid, velocity, .. } = covered;
         // Exactly one where there is no solid: such a cell must not depend on the others in its register.
-        let driven = one - solid * through * (through + open * t).recip();
-        let given = b * rho * R::splat(T::from_f64(self.operator.momentum()));
+        let (b, driven) = reflected(&covered, t);
+        let given = (b * rho) * R::splat(T::from_f64(self.operator.momentum()));
+        let kept = (one - b) * (rho * driven);
         let (mut target, mut mean) = (u, momentum);
         for axis in 0..3 {
-            let push = driven * a[axis];
-            target[axis] = u[axis] + push;
+            target[axis] = driven.mul_add(a[axis], u[axis]);
             let force = given * (u[axis] - velocity[axis]);
-            let left = momentum[axis] + (one - b) * rho * push - force;
-            let inside = solid * (left - rho * velocity[axis]);
+            let left = kept.mul_add(a[axis], momentum[axis]) - force;
+            let inside = solid * rho.neg_mul_add(velocity[axis], left);
             mean[axis] = with_solid(&covered, cells, axis);
             // SAFETY: the arrays hold a chunk more than the row.
             unsafe {
-                put(&mut solids.incoming[axis], x, weight * (force + inside));
-                put(&mut solids.outgoing[axis], x, weight * inside);
+                put(&mut solids.incoming[axis], x, force + inside);
+                put(&mut solids.outgoing[axis], x, inside);
             }
         }
-        if self.operator == SolidOperator::Sc3 {
-            relax::<T, R, TRT>(g, cells, target, row.factors, Some((b, velocity)));
-        } else {
-            let before = *g;
-            relax::<T, R, TRT>(g, cells, target, row.factors, None);
-            let mut pulled = before;
-            if self.operator == SolidOperator::Sc2 {
-                relax::<T, R, TRT>(&mut pulled, cells, velocity, row.factors, None);
+        // SAFETY: promised by the caller.
+        unsafe {
+            if self.operator == SolidOperator::Sc3 {
+                Relaxation::new::<T, TRT>(cells, target, row.factors, Some((b, velocity))).apply::<T, true>(slots, x);
             } else {
-                bounce_back(&mut pulled, &before, cells, velocity);
-            }
-            // Cells of weight 0 keep every bit.
-            for i in 0..Q {
-                g[i] = g[i] + b * (pulled[i] - g[i]);
+                let fluid = Relaxation::new::<T, TRT>(cells, target, row.factors, None);
+                self.pull::<T, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));
             }
         }
         mean
@@ -74,7 +66,7 @@ impl SolidModel for Saturated {
         covered: &Covered<R>,
         row: &Row<T>,
     ) -> Measure<R> {
-        let (_, b) = reflected(covered, R::splat(row.above_half));
+        let (b, _) = reflected(covered, R::splat(row.above_half));
         Measure {
             mean: [
                 with_solid(covered, cells, 0),
@@ -89,24 +81,56 @@ impl SolidModel for Saturated {
     fn drag(self, e: f64, t: f64) -> f64 {
         self.operator.momentum() * e * t / (1.0 - e + t)
     }
+}
 
+impl Saturated {
+    /// Collides cells by one of the operators that work on single populations: `f' = relaxed + b (pulled - relaxed)`.
+    ///
+    /// # Safety
+    /// As for [`SolidModel::collide`].
     #[inline(always)]
-    fn force<T: Real>(p: &[T; CHUNK], _: &[T; CHUNK], fraction: &[T; CHUNK], _: &[T; CHUNK]) -> [T; CHUNK] {
-        let mut force = [T::ZERO; CHUNK];
-        for k in 0..CHUNK {
-            force[k] = fraction[k] * p[k];
+    unsafe fn pull<T: Real, R: Lanes<T>, const TRT: bool>(
+        self,
+        fluid: &Relaxation<R>,
+        slots: &Slots<T>,
+        cells: &Moments<R>,
+        row: &Row<T>,
+        x: usize,
+        (b, velocity): (R, [R; 3]),
+    ) {
+        let to_solid = Relaxation::new::<T, TRT>(cells, velocity, row.factors, None);
+        // Cells of weight 0 keep every bit.
+        let mix = |relaxed: R, pulled: R| b.mul_add(pulled - relaxed, relaxed);
+        let sc2 = self.operator == SolidOperator::Sc2;
+        // SAFETY: promised by the caller.
+        unsafe {
+            let g = R::load(slots[0].add(x));
+            let pulled = if sc2 { to_solid.at_rest(g) } else { g + bounced(cells, velocity, 0) };
+            mix(fluid.at_rest(g), pulled).store(slots[0].add(x));
+            for i in (1..Q).step_by(2) {
+                let pair = [R::load(slots[i].add(x)), R::load(slots[i + 1].add(x))];
+                let relaxed = fluid.pair::<T, true>(i, pair);
+                let pulled = if sc2 {
+                    to_solid.pair::<T, true>(i, pair)
+                } else {
+                    [pair[1] + bounced(cells, velocity, i), pair[0] + bounced(cells, velocity, i + 1)]
+                };
+                store_pair(slots, x, i, [mix(relaxed[0], pulled[0]), mix(relaxed[1], pulled[1])]);
+            }
         }
-        force
     }
 }
 
-/// `(1 - e) + l` and `b`.
+/// `b = e t / T`, `T = (1 - e) + t + l`, and the part of the acceleration that acts, `1 - e q / (q + (1 - e) t)` with `q = T - t`.
 #[inline(always)]
 fn reflected<T: Real, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R, R) {
-    let overlap = (covered.fractions - covered.solid).max(R::splat(T::ZERO));
     let c = |x: f64| R::splat(T::from_f64(x));
-    let through = covered.open + c(LEAK) + c(FILM) * (above_half * overlap);
-    (through, covered.solid * above_half * (through + above_half).recip())
+    let Covered { open, solid, overlap, .. } = *covered;
+    let through = (c(FILM) * above_half).mul_add(overlap, open + c(LEAK));
+    let (total, mixed) = (through + above_half, open.mul_add(above_half, through));
+    // One division for both.
+    let over = solid * (total * mixed).recip();
+    ((above_half * mixed) * over, (through * total).neg_mul_add(over, R::splat(T::ONE)))
 }
 
 /// Momentum of a cell, that of its solid as it moves.
@@ -116,22 +140,13 @@ fn with_solid<T: Real, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, ax
     momentum - covered.solid * (momentum - cells.rho * covered.velocity[axis])
 }
 
-/// `f_-i + feq_i(u_s) - feq_-i(u)`: with weights taken off, even and odd parts of the difference.
+/// `feq_i(u_s) - feq_-i(u)`, what bounce-back adds to `f_-i`.
 #[inline(always)]
-fn bounce_back<T: Real, R: Lanes<T>>(
-    pulled: &mut [R; Q],
-    before: &[R; Q],
-    &Moments { rho, u, .. }: &Moments<R>,
-    v: [R; 3],
-) {
+fn bounced<T: Real, R: Lanes<T>>(&Moments { rho, u, .. }: &Moments<R>, v: [R; 3], i: usize) -> R {
     let c = |x: f64| R::splat(T::from_f64(x));
     let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    let base = c(1.5) * rho * (square(u) - square(v));
-    for (i, c_i) in C.iter().enumerate() {
-        let along = |v: [R; 3]| (0..3).fold(c(0.0), |sum, axis| sum + c(c_i[axis] as f64) * v[axis]);
-        let (cu, cv) = (along(u), along(v));
-        let quadratic = c(4.5) * rho * (cv * cv - cu * cu);
-        let change = base + quadratic + c(3.0) * rho * (cu + cv);
-        pulled[i] = before[opposite(i)] + c(W[i]) * change;
-    }
+    let along = |v: [R; 3]| (0..3).fold(c(0.0), |sum, axis| c(C[i][axis] as f64).mul_add(v[axis], sum));
+    let (cu, cv) = (along(u), along(v));
+    let quadratic = c(4.5) * (cv * cv - cu * cu) + c(1.5) * (square(u) - square(v));
+    c(W[i]) * (rho * (quadratic + c(3.0) * (cu + cv)))
 }

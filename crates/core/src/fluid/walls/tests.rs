@@ -5,8 +5,8 @@ use crate::comm::{Comm, on_threads};
 use crate::coupling::{Homogenised, sweep_alone};
 use crate::domain::Decomposition;
 use crate::fluid::{
-    BlockSolids, Bodies, Body, CHUNK, Collision, ExchangeSum, Fluid, FluidParams, RigidMotion, RowSegments,
-    Segment, Simd, Window,
+    BlockSolids, Body, Collision, ExchangeSum, Fluid, FluidParams, RigidMotion, RowSegments,
+    Segment, Simd,
 };
 use crate::lattice::W;
 use crate::lattice::shifted_equilibrium;
@@ -112,7 +112,7 @@ impl Tangle {
             let motion = RigidMotion { velocity: [0.02; 3], ..RigidMotion::default() };
             let none = ExchangeSum::default();
             let mut bodies = [Body { id: 0, reference: [0; 3], motion, exchange: none, departed: none }];
-            let mut solid = BlockSolids::new(&segments, &mut bodies, Cube);
+            let mut solid = BlockSolids { segments: &segments, bodies: &mut bodies, model: Homogenised { ramp: 0.5 } };
             for _ in 0..steps {
                 fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, false);
                 fluid.exchange();
@@ -136,25 +136,9 @@ impl Tangle {
     }
 }
 
-/// A cube of solid that moves along its diagonal.
-struct Cube;
-
-impl Bodies for Cube {
-    type Model = Homogenised;
-
-    fn model(&self) -> Homogenised {
-        Homogenised { ramp: 0.5 }
-    }
-
-    fn fractions<T: Real>(&self, _: usize, window: &Window, fraction: &mut [T; CHUNK]) {
-        let phi = T::from_f64(if window.offset[1] == 0 { 0.3 } else { 1.0 });
-        fraction[..window.count].fill(phi);
-    }
-}
-
-/// Its cells in a block.
+/// Cells of a cube of solid in a block.
 fn cube(block: Block) -> RowSegments {
-    let mut added = Vec::new();
+    let (mut added, mut cut) = (Vec::new(), Vec::new());
     let [x, y, z]: [Vec<usize>; 3] = std::array::from_fn(|a| {
         (block.lo[a]..block.hi[a]).filter(|&c| ([5, 4, 6][a]..[10, 9, 11][a]).contains(&c)).collect()
     });
@@ -163,15 +147,17 @@ fn cube(block: Block) -> RowSegments {
         let offset = [x[0] as i32 - 5, y as i32 - 4, z as i32 - 6];
         let segment = Segment {
             x: (x[0] - block.lo[0]) as u32,
-            count: x.len() as u32,
+            count: x.len() as u16,
+            head: x.len() as u16,
             offset,
-            full: [1, 0],
+            cut: cut.len() as u32,
             ..Segment::default()
         };
+        cut.extend(x.iter().map(|_| if y == 4 { 0.3 } else { 1.0 }));
         added.push((row as u32, segment));
     }
     let mut segments = RowSegments::default();
-    segments.sort(block.size()[1] * block.size()[2], &added);
+    segments.sort(block.size()[1] * block.size()[2], &added, &mut cut);
     segments
 }
 

@@ -1,0 +1,214 @@
+//! The cells that a body covers, row by row, and the solid fractions of those that its surface cuts.
+//!
+//! A row of cells through a convex body has cut cells (`head`), solid ones, and cut cells (`tail`). The cut ones of both ends
+//! are evaluated side by side, [`GROUP`] at a time and without branches.
+
+use super::mapper::{Image, Mapper};
+use crate::fluid::simd::{Lanes, Registers, Single};
+use crate::fluid::{GROUP, Segment, Simd};
+
+/// Covered cells, as they are found.
+#[derive(Default)]
+pub(super) struct Cover {
+    /// Rows `y + ny z` of the block, and segments in them.
+    pub(super) added: Vec<(u32, Segment)>,
+    /// Solid fractions of cut cells.
+    pub(super) cut: Vec<f32>,
+}
+
+/// Offsets of cells in [`GROUP`] rows: the first and the last that may be covered, and that are wholly solid; none if they cross.
+pub(super) struct Rows {
+    pub(super) all: [[i32; GROUP]; 2],
+    pub(super) full: [[i32; GROUP]; 2],
+}
+
+/// Bounds (cells from the centre) of what is covered in [`GROUP`] rows, and of what is wholly solid; nothing if they cross.
+pub(super) struct Intervals {
+    pub(super) outer: [[f64; GROUP]; 2],
+    pub(super) inner: [[f64; GROUP]; 2],
+}
+
+impl Intervals {
+    /// The cells whose centres are within.
+    #[inline(always)]
+    pub(super) fn rows(&self, centre: f64) -> Rows {
+        let mut rows = Rows { all: [[0; GROUP]; 2], full: [[0; GROUP]; 2] };
+        for ([first, last], [low, high]) in [(&mut rows.all, &self.outer), (&mut rows.full, &self.inner)] {
+            for k in 0..GROUP {
+                first[k] = -floor(-(low[k] + centre));
+                last[k] = floor(high[k] + centre);
+            }
+        }
+        rows
+    }
+}
+
+/// `x.floor()` for `|x| < 2^30`, of which several are found at once on every processor.
+#[inline(always)]
+fn floor(x: f64) -> i32 {
+    // The integer is in the last bits of the sum.
+    const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
+    let near = x + ROUND;
+    near.to_bits() as i32 - i32::from(near - ROUND > x)
+}
+
+/// Surface of a body on the lattice, lengths in cells from its centre.
+pub(super) trait Surface {
+    /// The cells of the rows at `y` in the layer `z`: at least those of non-zero fraction, and only such of fraction one.
+    fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows;
+
+    /// Prepares for the row at `y, z`, of which the cells with offsets from `first` to `last` may be covered.
+    fn enter_row<V: Registers>(&mut self, _y: f64, _z: f64, _first: i32, _last: i32) {}
+
+    /// Solid fractions of the cells of the row with the offsets `n`.
+    fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP];
+}
+
+/// The register of a group of numbers that begins at `at`.
+#[inline(always)]
+pub(super) fn load<T, R: Lanes<T>>(values: &[T; GROUP], at: usize) -> R {
+    assert!(at + R::WIDTH <= GROUP);
+    // SAFETY: just checked.
+    unsafe { R::load(values.as_ptr().add(at)) }
+}
+
+/// Writes a register to a group of numbers from `at` on.
+#[inline(always)]
+pub(super) fn store<T, R: Lanes<T>>(values: &mut [T; GROUP], at: usize, register: R) {
+    assert!(at + R::WIDTH <= GROUP);
+    // SAFETY: just checked.
+    unsafe { register.store(values.as_mut_ptr().add(at)) };
+}
+
+impl Cover {
+    /// Adds the cells of a periodic image of a body, with the instructions `simd`; they do not change a bit.
+    pub(super) fn add<S: Surface>(&mut self, surface: S, mapper: &Mapper, image: &Image, simd: Simd) {
+        macro_rules! compiled_for {
+            ($name:ident, $registers:ty $(, $feature:literal)?) => {
+                $(#[target_feature(enable = $feature)])?
+                fn $name<S: Surface>(cover: &mut Cover, surface: S, mapper: &Mapper, image: &Image) {
+                    cover.add_rows::<S, $registers>(surface, mapper, image);
+                }
+            };
+        }
+        compiled_for!(baseline, Single);
+        #[cfg(target_arch = "x86_64")]
+        {
+            use crate::fluid::simd::{Narrow, Wide};
+            compiled_for!(sse2, Narrow, "fma");
+            compiled_for!(avx2, Wide, "avx2,fma");
+            compiled_for!(avx512, Wide, "avx512f");
+            match simd {
+                // SAFETY: `Coupling::new` checked that the processor has the instructions.
+                Simd::Avx512 => unsafe { avx512(self, surface, mapper, image) },
+                // SAFETY: `Coupling::new` checked that the processor has the instructions.
+                Simd::Avx2 => unsafe { avx2(self, surface, mapper, image) },
+                // SAFETY: `Coupling::new` checked that the processor has the instructions.
+                Simd::Sse2 => unsafe { sse2(self, surface, mapper, image) },
+                Simd::Scalar => baseline(self, surface, mapper, image),
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            let _ = simd;
+            baseline(self, surface, mapper, image);
+        }
+    }
+
+    #[inline(always)]
+    fn add_rows<S: Surface, V: Registers>(&mut self, mut surface: S, mapper: &Mapper, image: &Image) {
+        let [_, cy, cz] = mapper.motion.centre;
+        let [_, ys, zs] = &image.offsets;
+        for nz in zs.clone() {
+            let z = nz as f64 - cz;
+            for ny in ys.clone().step_by(GROUP) {
+                let mut y = [0.0; GROUP];
+                for k in 0..GROUP {
+                    y[k] = (ny + k as i64) as f64 - cy;
+                }
+                let rows = surface.rows::<V>(&y, z);
+                for k in 0..GROUP {
+                    if rows.all[0][k] <= rows.all[1][k] && ny + k as i64 <= *ys.end() {
+                        let cells = [rows.all, rows.full].map(|[first, last]| [first[k], last[k]]);
+                        self.add_row::<S, V>(&mut surface, image, cells, [ny + k as i64, nz], [y[k], z]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds cells of a row: `all` of them, and those wholly solid.
+    #[inline(always)]
+    fn add_row<S: Surface, V: Registers>(
+        &mut self,
+        surface: &mut S,
+        image: &Image,
+        [all, full]: [[i32; 2]; 2],
+        [ny, nz]: [i64; 2],
+        [y, z]: [f64; 2],
+    ) {
+        let (low, high) = (*image.offsets[0].start() as i32, *image.offsets[0].end() as i32);
+        let (first, last) = (all[0].max(low), all[1].min(high));
+        if first > last {
+            return;
+        }
+        // The solid cells are `begin .. end`; if there are none, all are in the head.
+        let (begin, end) = (full[0].max(first), full[1].min(last) + 1);
+        let (begin, end) = if begin < end { (begin, end) } else { (last + 1, last + 1) };
+        let (start, mut head, mut tail) = (self.cut.len(), begin - first, last + 1 - end);
+        let (mut first, mut before) = (first, 0);
+        if head + tail > 0 {
+            surface.enter_row::<V>(y, z, first, last);
+            // Exact: offsets are small whole numbers.
+            let (origin, gap, in_head) = (first as f32, (end - begin) as f32, head as f32);
+            for done in (0..head + tail).step_by(GROUP) {
+                let mut n = [0.0; GROUP];
+                for k in 0..GROUP {
+                    let lane = done as f32 + LANE[k];
+                    n[k] = origin + (lane + if lane < in_head { 0.0 } else { gap });
+                }
+                self.cut.extend_from_slice(&surface.fractions::<V>(&n, y, z));
+            }
+            self.cut.truncate(start + (head + tail) as usize);
+            // Without the outermost cells if nothing of them is covered, which is common; without a branch, as it is random.
+            let all = &self.cut[start..];
+            let front = i32::from(all[0] == 0.0 && head > 0);
+            (before, head, first) = (front as usize, head - front, first + front);
+            let back = i32::from(all[all.len() - 1] == 0.0 && (tail > 0 || (begin == end && head > 0)));
+            let of_tail = i32::from(tail > 0) * back;
+            (tail, head) = (tail - of_tail, head - (back - of_tail));
+        }
+        let count = head + (end - begin) + tail;
+        if count == 0 {
+            return;
+        }
+        let [bx, by, bz] = image.base;
+        let small = |n: i32| u16::try_from(n).expect("a body less than 65,536 cells long");
+        let segment = Segment {
+            body: image.body,
+            x: (i64::from(first) + bx) as u32,
+            count: small(count),
+            head: small(head),
+            tail: small(tail),
+            together: 0,
+            offset: [first, ny as i32, nz as i32],
+            cut: (start + before) as u32,
+        };
+        self.added.push((((ny + by) + image.rows * (nz + bz)) as u32, segment));
+    }
+}
+
+/// 0, 1, 2, ...
+const LANE: [f32; GROUP] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_floor_is_the_floor() {
+        for x in [-2.0, -1.5, -0.5, -0.1, 0.0, 0.1, 0.5, 0.999, 1.0, 1.5, 7.5, 1e9 + 0.5, -1e9] {
+            assert_eq!(floor(x), f64::floor(x) as i32, "{x}");
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Volume fractions of cells that curved surfaces cut.
+
+use super::volume_fraction::{LEAST, at_least, behind, behind_plane};
+use crate::coupling::cover::{Intervals, Rows, Surface, load, store};
+use crate::coupling::mapper::{HALF_DIAGONAL, Mapper};
+use crate::fluid::GROUP;
+use crate::fluid::simd::{Choose, Lanes, Registers};
+use crate::math::{Mat3, Vec3};
+
+/// A sphere.
+pub(super) struct SphereSurface<'a> {
+    mapper: &'a Mapper,
+    /// Radius (cells).
+    radius: f64,
+}
+
+/// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
+const NEAR: f32 = 1e-3;
+
+impl<'a> SphereSurface<'a> {
+    /// A sphere of this radius (m).
+    pub(super) fn new(mapper: &'a Mapper, radius: f64) -> Self {
+        Self { mapper, radius: radius * mapper.per_dx }
+    }
+}
+
+impl Surface for SphereSurface<'_> {
+    #[inline(always)]
+    fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
+        let (outer, inner) = (self.radius + HALF_DIAGONAL, self.radius - HALF_DIAGONAL);
+        let inner = if inner > 0.0 { inner * inner } else { -1.0 };
+        let mut within = Intervals { outer: [[0.0; GROUP]; 2], inner: [[0.0; GROUP]; 2] };
+        for at in (0..GROUP).step_by(V::D::WIDTH) {
+            let (y, c) = (load::<f64, V::D>(y, at), |x: f64| V::D::splat(x));
+            for (ends, room) in [(&mut within.outer, outer * outer), (&mut within.inner, inner)] {
+                let square = c(room - z * z) - y * y;
+                let half = c(0.0).if_greater(square, c(-1.0), square.max(c(0.0)).sqrt());
+                store(&mut ends[0], at, c(0.0) - half);
+                store(&mut ends[1], at, half);
+            }
+        }
+        within.rows(self.mapper.motion.centre[0])
+    }
+
+    #[inline(always)]
+    fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
+        let c = |x: f32| V::F::splat(x);
+        let centre = c(self.mapper.motion.centre[0] as f32);
+        let (square, depth) = (c((y * y + z * z) as f32), c((self.mapper.shift - self.radius) as f32));
+        // The normal is the vector from the centre, as long as it is: no division.
+        let least = c(LEAST * self.radius as f32);
+        let (my, mz) = (at_least(c(y as f32), least), at_least(c(z as f32), least));
+        let mut fractions = [0.0; GROUP];
+        for at in (0..GROUP).step_by(V::F::WIDTH) {
+            let x = load::<f32, V::F>(n, at) - centre;
+            let length = (x * x + square).sqrt().max(c(NEAR));
+            store(&mut fractions, at, behind((length + depth) * length, [at_least(x, least), my, mz]));
+        }
+        fractions
+    }
+}
+
+/// An ellipsoid.
+///
+/// The nearest surface point to `p` has `p - x = t grad` as in [`Ellipsoid`](crate::shape::Ellipsoid), here for several cells
+/// at a time. Which cells may be cut follows from ellipsoids that hold the body grown by `g` or are held by the shrunken one: with
+/// support functions `h^2 = sum a_i^2 n_i^2` and `2 h <= h^2 / c + c` for any `c`,
+///
+/// ```text
+/// (h + g)^2 <= sum (a_i^2 + g (a_i^2 / c + c) + g^2) n_i^2,     (h - g)^2 >= sum (a_i^2 - g (a_i^2 / c + c) + g^2) n_i^2
+/// ```
+pub(super) struct EllipsoidSurface<'a> {
+    mapper: &'a Mapper,
+    /// Semi-axes, and their squares less the least (cells).
+    semi_axes: [f32; 3],
+    above: [f32; 3],
+    /// Least square.
+    least: f32,
+    /// Quadratic forms (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`) of the ellipsoids that hold what is covered, and are held by what is wholly
+    /// solid, if anything is.
+    outer: [f64; 6],
+    inner: Option<[f64; 6]>,
+}
+
+impl<'a> EllipsoidSurface<'a> {
+    /// An ellipsoid with these semi-axes (m).
+    pub(super) fn new(mapper: &'a Mapper, semi_axes: Vec3) -> Self {
+        let semi_axes: [f64; 3] = (semi_axes * mapper.per_dx).into();
+        let squares = semi_axes.map(|a| a * a);
+        let least = squares[0].min(squares[1]).min(squares[2]);
+        let most = squares[0].max(squares[1]).max(squares[2]);
+        let (g, c) = (HALF_DIAGONAL, (least * most).sqrt().sqrt());
+        let form = |sign: f64| {
+            let grown = squares.map(|square| square + sign * g * (square / c + c) + g * g);
+            let scale = Mat3::from_diagonal(&Vec3::from(grown.map(|square| 1.0 / square)));
+            let m = mapper.to_body.transpose() * scale * mapper.to_body;
+            let fits = grown.iter().all(|square| *square > 0.0) && (sign > 0.0 || least > g * g);
+            fits.then_some([m[(0, 0)], m[(1, 1)], m[(2, 2)], m[(0, 1)], m[(0, 2)], m[(1, 2)]])
+        };
+        Self {
+            mapper,
+            semi_axes: semi_axes.map(|a| a as f32),
+            above: squares.map(|square| (square - least) as f32),
+            least: least as f32,
+            outer: form(1.0).expect("a larger one always is"),
+            inner: form(-1.0),
+        }
+    }
+}
+
+/// Ends of the intervals in which `x A x <= 1` for the form, crossing if there is none.
+#[inline(always)]
+fn within<D: Choose<f64>>([xx, yy, zz, xy, xz, yz]: &[f64; 6], y: D, z: f64) -> [D; 2] {
+    let c = |x: f64| D::splat(x);
+    let b = c(*xy) * y + c(xz * z);
+    let rest = (c(*yy) * y + c(2.0 * yz * z)) * y + c(zz * z * z - 1.0);
+    let square = b * b - c(*xx) * rest;
+    let root = c(0.0).if_greater(square, c(-1.0), square.max(c(0.0)).sqrt());
+    let per = c(1.0 / xx);
+    [(c(0.0) - b - root) * per, (root - b) * per]
+}
+
+impl Surface for EllipsoidSurface<'_> {
+    #[inline(always)]
+    fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
+        let mut found = Intervals { outer: [[0.0; GROUP]; 2], inner: [[1.0; GROUP], [-1.0; GROUP]] };
+        for at in (0..GROUP).step_by(V::D::WIDTH) {
+            let y = load::<f64, V::D>(y, at);
+            let forms = [(Some(&self.outer), &mut found.outer), (self.inner.as_ref(), &mut found.inner)];
+            for (form, ends) in forms {
+                if let Some(form) = form {
+                    let [low, high] = within(form, y, z);
+                    store(&mut ends[0], at, low);
+                    store(&mut ends[1], at, high);
+                }
+            }
+        }
+        found.rows(self.mapper.motion.centre[0])
+    }
+
+    #[inline(always)]
+    fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
+        let c = |x: f32| V::F::splat(x);
+        let (turn, centre) = (&self.mapper.to_body, c(self.mapper.motion.centre[0] as f32));
+        let (above, least) = (self.above.map(c), c(self.least));
+        let (mut fractions, mut deep) = ([0.0; GROUP], [0.0; GROUP]);
+        for at in (0..GROUP).step_by(V::F::WIDTH) {
+            let x = load::<f32, V::F>(n, at) - centre;
+            let (mut point, mut pull) = ([x; 3], [x; 3]);
+            // s = t + a_min^2 as in `Ellipsoid::nearest`: each term alone is 1 there at most, and the largest is.
+            let mut s = c(NEAR);
+            for i in 0..3 {
+                point[i] = c(turn[(i, 0)] as f32) * x + c((turn[(i, 1)] * y + turn[(i, 2)] * z) as f32);
+                pull[i] = point[i].size() * c(self.semi_axes[i]);
+                s = s.max(pull[i] - above[i]);
+            }
+            // Each cell stops by itself, so that it does not matter which are looked at together.
+            let mut moves = c(1.0);
+            for step in 0..MOST_STEPS {
+                let (mut square, mut slope) = (c(0.0), c(0.0));
+                for i in 0..3 {
+                    let over = (s + above[i]).recip();
+                    let term = pull[i] * over;
+                    square = square + term * term;
+                    slope = slope + (term * term) * over;
+                }
+                let excess = square.sqrt() - c(1.0);
+                if step == 0 {
+                    store(&mut deep, at, c(-1e-3).if_greater(excess, c(1.0), c(0.0)));
+                }
+                s = s + moves * (square * excess).over(slope);
+                // The error of the next step is the square of this one.
+                moves = excess.size().if_greater(c(1e-3), moves, c(0.0));
+                if !moves.any_greater(c(0.0)) {
+                    break;
+                }
+            }
+            let gradient = [0, 1, 2].map(|i| point[i].over(s + above[i]));
+            let length =
+                ((gradient[0] * gradient[0] + gradient[1] * gradient[1]) + gradient[2] * gradient[2]).sqrt();
+            let mut m = gradient;
+            for axis in 0..3 {
+                let part = |i: usize| c(turn[(i, axis)] as f32) * gradient[i];
+                m[axis] = at_least((part(0) + part(1)) + part(2), c(LEAST) * length);
+            }
+            // The normal is as long as the gradient.
+            let distance = (s - least) * length + c(self.mapper.shift as f32);
+            store(&mut fractions, at, behind(distance * length, m));
+        }
+        if deep.contains(&1.0) {
+            // As good as on the plane of symmetry, with nearest points on either side.
+            let exact = SmoothSurface(self.mapper).fractions::<V>(n, y, z);
+            for k in 0..GROUP {
+                fractions[k] = if deep[k] > 0.0 { exact[k] } else { fractions[k] };
+            }
+        }
+        fractions
+    }
+}
+
+/// Steps of Newton's method: four are usual, more are needed far within, where the fraction is one anyway.
+const MOST_STEPS: usize = 12;
+
+/// A body known by its distance only, cell by cell.
+pub(super) struct SmoothSurface<'a>(pub(super) &'a Mapper);
+
+impl Surface for SmoothSurface<'_> {
+    fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
+        self.0.rows(y, z)
+    }
+
+    fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
+        let Mapper { shape, to_body, dx, per_dx, shift, motion, .. } = self.0;
+        n.map(|n| {
+            let point = to_body * (Vec3::new(f64::from(n) - motion.centre[0], y, z) * *dx);
+            let distance = shape.signed_distance(point) * per_dx + shift;
+            let normal: [f64; 3] = to_body.tr_mul(&shape.gradient(point)).into();
+            behind_plane(distance as f32, normal.map(|x| x as f32))
+        })
+    }
+}
