@@ -68,10 +68,10 @@ impl ObserverState {
 
 /// The files of writers.
 pub(super) fn kinds(writers: &[Box<dyn Writer + '_>]) -> Vec<Kind> {
-    let of = |writer: &Box<dyn Writer + '_>| {
-        [writer.numbered().map(Kind::Numbered), writer.table().map(Kind::Table)]
-    };
-    writers.iter().flat_map(of).flatten().collect()
+    let of_each = writers
+        .iter()
+        .flat_map(|writer| [writer.numbered().map(Kind::Numbered), writer.table().map(Kind::Table)]);
+    of_each.flatten().collect()
 }
 
 impl<'a> Observer<'a> {
