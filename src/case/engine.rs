@@ -4,9 +4,8 @@
 //! misinterprets other walls.
 
 use super::checks::Document;
-use super::file::{EngineKind, GeometryKind, ShapeSection};
+use super::file::{EngineKind, ShapeSection};
 use super::walls::PlacedWall;
-use crate::contact::ElasticLaw;
 use crate::engine::{EngineChoice, LiggghtsOptions, commands};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -100,14 +99,10 @@ fn refuse_shapes(document: &Document) -> Result<()> {
 }
 
 fn refuse_law(document: &Document) -> Result<()> {
-    let (key, value) = if document.case.contact.law == ElasticLaw::OverlapEnergy {
-        ("contact.law", "overlap_energy")
-    } else if document.case.contact.geometry == GeometryKind::Sampled {
-        ("contact.geometry", "sampled")
-    } else {
+    let Some((key, value)) = document.case.contact.native_only() else {
         return Ok(());
     };
-    let title = format!("`{key}` is \"{value}\", which LIGGGHTS, `dem.engine`, does not have");
+    let title = format!("`{key}` is {value}, which LIGGGHTS, `dem.engine`, does not have");
     let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
                   elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
     Err(document.error_at(&[(key, "not in LIGGGHTS"), ("dem.engine", "the engine")], &title, remedy))

@@ -1,9 +1,8 @@
 //! Materials by name, and the contact model.
 
 use super::checks::Document;
-use super::file::GeometryKind;
 use super::source::nearest;
-use crate::contact::{ContactModel, Geometry, Material, PairParams};
+use crate::contact::{ContactModel, Material, PairParams};
 use crate::error::Result;
 
 /// Name of the material of `[contact]`.
@@ -74,8 +73,8 @@ impl Materials {
         })
     }
 
-    /// The contact model in SI units, if contacts are on; surfaces are grown by `enlargement` (m).
-    pub(super) fn contact(&self, document: &Document, enlargement: f64) -> Result<Option<ContactModel>> {
+    /// The contact model in SI units, whether contacts are on or not; surfaces are grown by `enlargement` (m).
+    pub(super) fn contact(&self, document: &Document, enlargement: f64) -> Result<ContactModel> {
         let contact = &document.case.contact;
         let usual = PairParams {
             restitution: contact.restitution,
@@ -111,17 +110,7 @@ impl Materials {
             pairs[a * n + b] = special;
             pairs[b * n + a] = special;
         }
-        Ok(contact.enabled.then(|| ContactModel {
-            materials: self.elasticity.clone(),
-            pairs,
-            enlargement,
-            geometry: match contact.geometry {
-                GeometryKind::Exact => Geometry::Exact,
-                GeometryKind::Sampled => Geometry::Sampled { samples: contact.samples },
-            },
-            law: contact.law,
-            damping: contact.damping,
-        }))
+        Ok(ContactModel { materials: self.elasticity.clone(), pairs, enlargement, ..contact.model() })
     }
 
     /// The stiffest of all: its `E / (1 - nu^2)` is largest.

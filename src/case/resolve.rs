@@ -14,7 +14,6 @@ use super::source::Source;
 use super::space::{domain, refuse_double_contacts};
 use super::walls::{free_volume, walls};
 use super::{Provenance, RunPlan, Setup};
-use crate::contact::GrownShape;
 use crate::error::Result;
 use crate::wall::Wall;
 use std::path::Path;
@@ -107,12 +106,10 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         Medium::Fluid(..) => domain.dx * document.case.contact.enlargement,
         Medium::Dry(dry) => dry.enlargement,
     };
-    let contact = materials.contact(document, enlargement)?;
+    let model = materials.contact(document, enlargement)?;
     let engine = engine(document)?;
-    // As the engine grows them: corners stay sharp.
-    let reaches: Vec<f64> = (templates.iter())
-        .map(|template| GrownShape::new(template.shape.clone(), enlargement).reach())
-        .collect();
+    let reaches: Vec<f64> = templates.iter().map(|template| model.reach(&template.shape)).collect();
+    let contact = document.case.contact.enabled.then_some(model);
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
     refuse_walls(document, &engine, &walls)?;

@@ -95,21 +95,37 @@ impl Numbered {
     }
 }
 
-/// The numbered files of a run that writes `more` kinds of them.
-fn numbered(more: &[Numbered]) -> impl Iterator<Item = Numbered> {
-    let more = more.iter().copied().filter(|kind| !NUMBERED.contains(kind));
+/// What one writer writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A file at each of its steps.
+    Numbered(Numbered),
+    /// One file directly in the output directory, of this name, which grows.
+    Table(&'static str),
+}
+
+/// The numbered files of a run that writes `more` kinds of files.
+fn numbered(more: &[Kind]) -> impl Iterator<Item = Numbered> {
+    let more = more.iter().filter_map(|kind| match kind {
+        Kind::Numbered(kind) => Some(*kind).filter(|kind| !NUMBERED.contains(kind)),
+        Kind::Table(_) => None,
+    });
     NUMBERED.into_iter().chain(more)
 }
 
 /// The files of such a run directly in its directory, but for the log.
-fn top(more: &[Numbered]) -> Vec<String> {
+fn top(more: &[Kind]) -> Vec<String> {
     let for_vtk = numbered(more).filter(|kind| kind.extension.starts_with(".vt"));
     let collections = for_vtk.map(|kind| format!("{}.pvd", kind.folder));
-    TOP.into_iter().map(str::to_owned).chain(collections).collect()
+    let tables = more.iter().filter_map(|kind| match kind {
+        Kind::Table(name) => Some(*name),
+        Kind::Numbered(_) => None,
+    });
+    TOP.into_iter().chain(tables).map(str::to_owned).chain(collections).collect()
 }
 
 /// The folders of such a run.
-fn folders(more: &[Numbered]) -> impl Iterator<Item = &'static str> {
+fn folders(more: &[Kind]) -> impl Iterator<Item = &'static str> {
     numbered(more).map(|kind| kind.folder).chain([checkpoint::FOLDER])
 }
 
@@ -188,7 +204,7 @@ pub fn create(directory: &Path) -> Result<Option<Lock>> {
 
 /// Creates the output directory of a run that writes `more` kinds of files, and keeps other runs out of it as long as the lock
 /// lives (`None` on a file system without locks).
-pub fn claim(directory: &Path, more: &[Numbered]) -> Result<Option<Lock>> {
+pub fn claim(directory: &Path, more: &[Kind]) -> Result<Option<Lock>> {
     fs::create_dir_all(directory).map_err(|source| refused(directory, &source))?;
     let lock = lock(directory)?;
     match own::link(directory, more) {
@@ -203,7 +219,7 @@ pub fn claim(directory: &Path, more: &[Numbered]) -> Result<Option<Lock>> {
 }
 
 /// Removes the log of an earlier run and proves that files can be written.
-pub fn prepare(directory: &Path, more: &[Numbered]) -> Result<()> {
+pub fn prepare(directory: &Path, more: &[Kind]) -> Result<()> {
     let attempt = || -> io::Result<()> {
         own::remove(own::there(directory, &[LOG]))?;
         for folder in folders(more) {
@@ -219,7 +235,7 @@ pub fn prepare(directory: &Path, more: &[Numbered]) -> Result<()> {
 }
 
 /// Refuses, by name and with the ways out, a directory with results of an earlier run, which [`clear`] would remove.
-pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
+pub fn refuse_results(directory: &Path, more: &[Kind]) -> Result<()> {
     let mut files = own::all(directory, more).map_err(|source| refused(directory, &source))?;
     files.retain(own::Own::is_whole_file);
     // A folder that cannot be read is found by [`prepare`].
@@ -252,7 +268,7 @@ pub fn refuse_results(directory: &Path, more: &[Numbered]) -> Result<()> {
 }
 
 /// Refuses, by name, a file that a run reads and [`clear`] would remove.
-pub fn refuse_inputs(directory: &Path, more: &[Numbered], inputs: &[PathBuf]) -> Result<()> {
+pub fn refuse_inputs(directory: &Path, more: &[Kind], inputs: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<Option<&PathBuf>> {
         let mut doomed: Vec<PathBuf> = (own::all(directory, more)?.into_iter())
             .chain(own::there(directory, &[LOG]))
@@ -293,7 +309,7 @@ pub fn refuse_input(file: &Path, inputs: &[PathBuf]) -> Result<()> {
 }
 
 /// Removes what an earlier run has left, but the log, which is of this run; called when nothing can refuse the run any more.
-pub fn clear(directory: &Path, more: &[Numbered]) -> Result<()> {
+pub fn clear(directory: &Path, more: &[Kind]) -> Result<()> {
     let removed = own::all(directory, more).and_then(own::remove);
     removed.map_err(|source| refused(directory, &source))?;
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
@@ -302,7 +318,7 @@ pub fn clear(directory: &Path, more: &[Numbered]) -> Result<()> {
 /// Removes what a run that resumes after `step` has left: files of later steps, those of this step that are not `kept` (full paths; a
 /// file stands for its pieces and their index), partial ones, the summary and the settling plot. Called when nothing can refuse to
 /// resume any more.
-pub fn clear_after(directory: &Path, more: &[Numbered], step: u64, kept: &[PathBuf]) -> Result<()> {
+pub fn clear_after(directory: &Path, more: &[Kind], step: u64, kept: &[PathBuf]) -> Result<()> {
     let is_later = |own: &own::Own| match own.step {
         None => [SUMMARY, SETTLING].iter().any(|end| own.path.ends_with(end)),
         Some(at) => at > step || at == step && !kept.contains(&own.of),

@@ -146,7 +146,7 @@ impl SeriesWriter {
     }
 
     /// As [`create`](Self::create), with these columns.
-    pub(super) fn with_columns(path: &Path, columns: impl IntoIterator<Item: AsRef<[u8]>>) -> Result<Self> {
+    pub fn with_columns(path: &Path, columns: impl IntoIterator<Item: AsRef<[u8]>>) -> Result<Self> {
         let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
         let mut table = Self::of(path, file);
         let header = table.writer.write_record(columns).and_then(|()| Ok(table.writer.flush()?));

@@ -1,7 +1,7 @@
 //! Identity of a run, by which summaries, checkpoints and rows of a study are recognised as of the same set-up.
 //!
-//! Every key and every name of a choice is spelled out below, so that renaming a type or a field changes no identity. The hash is that of
-//! one text in [canonical form](canonical), which has
+//! Every key and every name of a choice is spelled out below, those of the contact model in the tests, so that renaming a type or a field
+//! changes no identity. The hash is that of one text in [canonical form](canonical), which has
 //!
 //! - of the fluid its density, collision, coupling, force balance, flux control and body acceleration;
 //! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
@@ -12,7 +12,7 @@
 //! particles, and commands for LIGGGHTS.
 
 use crate::case::{FluidSetup, Setup};
-use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
+use crate::contact::{ContactModel, ElasticLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::fluid::{Collision, Precision};
 use crate::math::Vec3;
@@ -124,35 +124,22 @@ fn fluid(fluid: &FluidSetup) -> Json {
     })
 }
 
+/// By the names of its fields, without those that are `None`, so that a new one changes no identity of a case without it; and by the names
+/// that identities were first made with.
 fn contact(model: &ContactModel) -> Json {
-    let materials = (model.materials.iter())
-        .map(|m| json!({ "poisson_ratio": m.poisson_ratio, "youngs_modulus": m.youngs_modulus }));
-    let pairs = model.pairs.iter().map(|pair| {
-        json!({
-            "friction_kinetic": pair.friction_kinetic,
-            "friction_static": pair.friction_static,
-            "restitution": pair.restitution,
-            "transition_velocity": pair.transition_velocity,
-        })
-    });
-    json!({
-        "damping": match model.damping {
-            DampingLaw::HuntCrossley => "hunt_crossley",
-            DampingLaw::Tsuji => "tsuji",
-        },
-        "enlargement": model.enlargement,
-        "law": match model.law {
-            ElasticLaw::OverlapVolume => "paper",
-            ElasticLaw::OverlapEnergy => "overlap_energy",
-            ElasticLaw::Hertz => "hertz",
-        },
-        "materials": materials.collect::<Vec<_>>(),
-        "pairs": pairs.collect::<Vec<_>>(),
-        "samples": match model.geometry {
-            Geometry::Exact => None,
-            Geometry::Sampled { samples } => Some(samples),
-        },
-    })
+    let mut contact = json!(model);
+    let fields = contact.as_object_mut().expect("a struct");
+    fields.retain(|_, value| !value.is_null());
+    if model.law == ElasticLaw::OverlapVolume {
+        fields["law"] = json!("paper");
+    }
+    fields.remove("geometry");
+    let samples = match model.geometry {
+        Geometry::Exact => None,
+        Geometry::Sampled { samples } => Some(samples),
+    };
+    fields.insert("samples".to_string(), json!(samples));
+    contact
 }
 
 fn template(template: &Template) -> Json {
@@ -231,6 +218,7 @@ fn coupling_name(method: &Method) -> &'static str {
 mod tests {
     use super::*;
     use crate::case;
+    use crate::contact::{DampingLaw, Material, PairParams};
     use std::path::Path;
 
     /// Walls that move, in a fluid; no fluid; a shape from a file. A value that changes makes every checkpoint and every finished
@@ -269,6 +257,37 @@ mod tests {
         ] {
             assert_ne!(hash(physics), as_it_is, "{physics}");
         }
+    }
+
+    #[test]
+    fn the_names_of_the_contact_model_are_these() {
+        let mut model = ContactModel {
+            materials: vec![Material { youngs_modulus: 5e3, poisson_ratio: 0.25 }],
+            pairs: vec![PairParams {
+                restitution: 0.9,
+                friction_static: 0.3,
+                friction_kinetic: 0.1,
+                transition_velocity: 1e-3,
+            }],
+            enlargement: 1e-4,
+            ..ContactModel::default()
+        };
+        let before = r#"{"damping":"hunt_crossley","enlargement":1e-4,"law":"paper","materials":"#;
+        let middle = r#"[{"poisson_ratio":2.5e-1,"youngs_modulus":5e3}],"pairs":[{"friction_kinetic":1e-1,"friction_static":3e-1,"#;
+        let after = r#""restitution":9e-1,"transition_velocity":1e-3}],"samples":null}"#;
+        let expected = [before, middle, after].concat();
+        let text = |model: &ContactModel| {
+            let mut text = String::new();
+            canonical(&contact(model), &mut text);
+            text
+        };
+        assert_eq!(text(&model), expected);
+        (model.damping, model.law) = (DampingLaw::Tsuji, ElasticLaw::Hertz);
+        let expected = expected.replace("hunt_crossley", "tsuji").replace("paper", "hertz");
+        assert_eq!(text(&model), expected);
+        (model.geometry, model.law) = (Geometry::Sampled { samples: 8 }, ElasticLaw::OverlapEnergy);
+        let expected = expected.replace("null", "8e0").replace("hertz", "overlap_energy");
+        assert_eq!(text(&model), expected);
     }
 
     #[test]

@@ -13,7 +13,8 @@ use crate::case::Setup;
 use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::Result;
-use crate::output::{Numbered, OutputFiles, Summary, directory};
+use crate::output::directory::{self, Kind};
+use crate::output::{OutputFiles, Summary};
 use crate::particle::Particle;
 pub(super) use gather::own_fields;
 pub(super) use row::settles_for_ever;
@@ -65,9 +66,12 @@ impl ObserverState {
     }
 }
 
-/// The numbered files of writers.
-pub(super) fn names(writers: &[Box<dyn Writer + '_>]) -> Vec<Numbered> {
-    writers.iter().filter_map(|writer| writer.numbered()).collect()
+/// The files of writers.
+pub(super) fn kinds(writers: &[Box<dyn Writer + '_>]) -> Vec<Kind> {
+    let of_each = writers
+        .iter()
+        .flat_map(|writer| [writer.numbered().map(Kind::Numbered), writer.table().map(Kind::Table)]);
+    of_each.flatten().collect()
 }
 
 impl<'a> Observer<'a> {
@@ -115,7 +119,7 @@ impl<'a> Observer<'a> {
             .filter(|(_, done)| written(done))
             .filter_map(|(writer, _)| Some(writer.numbered()?.file(self.files.directory(), self.first)))
             .collect();
-        directory::clear_after(self.files.directory(), &names(&self.writers), self.first, &kept)?;
+        directory::clear_after(self.files.directory(), &kinds(&self.writers), self.first, &kept)?;
         for writer in &mut self.writers {
             if let Some(state) = state.states.get(writer.name()) {
                 writer.resume(state)?;

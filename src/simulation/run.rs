@@ -2,7 +2,7 @@
 
 use super::checkpointer::{Checkpointer, Requests};
 use super::engine::{Context, engine};
-use super::observe::{Observer, names};
+use super::observe::{Observer, kinds};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
@@ -13,8 +13,8 @@ use crate::comm::MpiComm;
 use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::error::{Error, Result};
-use crate::output::directory::{self, Lock};
-use crate::output::{Numbered, OutputFiles, Summary};
+use crate::output::directory::{self, Kind, Lock};
+use crate::output::{OutputFiles, Summary};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -130,7 +130,7 @@ fn run_from(
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let _lock = agreed(if first {
-        let kinds = [names(&writers::of(setup)), names(&more(0))].concat();
+        let kinds = [kinds(&writers::of(setup)), kinds(&more(0))].concat();
         claim(setup, options, &kinds, resumes)
     } else {
         Ok(None)
@@ -165,7 +165,7 @@ pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>)
 }
 
 /// Takes the output directory, unless something in it must stay.
-fn claim(setup: &Setup, options: &RunOptions, kinds: &[Numbered], resumes: bool) -> Result<Option<Lock>> {
+fn claim(setup: &Setup, options: &RunOptions, kinds: &[Kind], resumes: bool) -> Result<Option<Lock>> {
     let directory = &setup.plan.output.directory;
     let lock = directory::claim(directory, kinds)?;
     if !resumes {
@@ -319,7 +319,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         }
         observer
     } else {
-        let clear = || directory::clear(&setup.plan.output.directory, &names(&writers));
+        let clear = || directory::clear(&setup.plan.output.directory, &kinds(&writers));
         simulation.comm.agree(if simulation.comm.rank() == 0 { clear() } else { Ok(()) })?;
         observer(&simulation, writers)
     };

@@ -11,12 +11,11 @@ mod estimate;
 mod forecast;
 
 use crate::case::Setup;
-use crate::contact::{GrownShape, PairFinder};
+use crate::contact::PairFinder;
 use crate::domain::{Domain, Weights};
 use crate::engine::EngineChoice;
 use crate::fluid::CHUNK;
 use crate::math::Vec3;
-use crate::particle::Template;
 use crate::wall::{Surface, Wall};
 use costs::Form;
 pub use costs::bytes_per_cell;
@@ -156,9 +155,8 @@ impl<'a> Work<'a> {
 
     /// Bounding radii of the particles for contacts by template (m), as the engine has them.
     fn radii(&self) -> Vec<f64> {
-        let enlargement = (self.setup.contact.as_ref()).map_or(0.0, |contact| contact.enlargement);
-        let of = |template: &Template| GrownShape::new(template.shape.clone(), enlargement).reach();
-        self.setup.templates.iter().map(of).collect()
+        let model = self.setup.contact.clone().unwrap_or_default();
+        self.setup.templates.iter().map(|template| model.reach(&template.shape)).collect()
     }
 
     /// Largest distance of a ghost to a block (m).

@@ -68,6 +68,11 @@ pub trait Writer {
         None
     }
 
+    /// Name of its file directly in the output directory, one that grows: before a run it is refused or cleared.
+    fn table(&self) -> Option<&'static str> {
+        None
+    }
+
     /// State for [`resume`](Self::resume), on rank 0; all that is written is safe on disk after this.
     fn state(&mut self) -> Result<WriterState> {
         Ok(WriterState::Null)

@@ -7,7 +7,7 @@ use crate::common::PROGRAM;
 use std::path::PathBuf;
 use std::sync::Arc;
 use turbid::comm::{Comm, on_threads};
-use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
+use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
 use turbid::dem::{DemEngine, Load, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
@@ -31,10 +31,9 @@ fn contact(youngs_modulus: f64, restitution: f64, friction: f64) -> ContactModel
             friction_kinetic: friction,
             transition_velocity: 1e-6,
         }],
-        enlargement: 0.0,
-        geometry: Geometry::Exact,
         law: ElasticLaw::Hertz,
         damping: DampingLaw::Tsuji,
+        ..ContactModel::default()
     }
 }
 

@@ -26,15 +26,17 @@ pub mod sphere_sphere;
 #[cfg(test)]
 mod tests;
 
+use crate::shape::Shape;
 pub use law::{PairLaw, PairProperties};
 pub use overlap::{Body, GrownShape, Overlap, intersects, intersects_wall, overlap, overlap_wall};
 pub use pairs::PairFinder;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 #[cfg(test)]
 pub(crate) use tests::ContactParams;
 
-/// Materials and model of all contacts, SI units.
-#[derive(Clone, Debug, PartialEq)]
+/// Materials and model of all contacts, SI units. Without materials it is that of bodies which nothing touches.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ContactModel {
     /// Materials; templates and walls name theirs by its index.
     pub materials: Vec<Material>,
@@ -55,10 +57,16 @@ impl ContactModel {
     pub fn pair(&self, a: usize, b: usize) -> &PairParams {
         &self.pairs[a * self.materials.len() + b]
     }
+
+    /// Distance from the centre of a body within which it may act on another one, or a wall on it (m). Ghosts, the search of pairs
+    /// and the smallest box follow from it.
+    pub fn reach(&self, shape: &Arc<dyn Shape>) -> f64 {
+        GrownShape::new(shape.clone(), self.enlargement).reach()
+    }
 }
 
 /// Elasticity of a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Material {
     /// Young's modulus (Pa).
     pub youngs_modulus: f64,
@@ -67,7 +75,7 @@ pub struct Material {
 }
 
 /// Dissipation between two materials.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PairParams {
     /// Coefficient of restitution (-), `0 < e <= 1`.
     pub restitution: f64,
@@ -108,9 +116,10 @@ pub enum DampingLaw {
 }
 
 /// Method of measuring overlaps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Geometry {
     /// Closed forms where they exist.
+    #[default]
     Exact,
     /// The sampled scheme of Marquardt et al. (2024), with this many samples per direction.
     Sampled {

@@ -1,7 +1,7 @@
 //! Contacts, materials and the engine as the user writes them.
 
 use crate::case::schema::{non_negative, positive};
-use crate::contact::{DampingLaw, ElasticLaw};
+use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
 use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,30 @@ impl Default for ContactSection {
             substeps: 1,
             pairs: Vec::new(),
         }
+    }
+}
+
+impl ContactSection {
+    /// The part of the contact model that is alike for all materials, but for the enlargement.
+    pub(in crate::case) fn model(&self) -> ContactModel {
+        ContactModel {
+            geometry: match self.geometry {
+                GeometryKind::Exact => Geometry::Exact,
+                GeometryKind::Sampled => Geometry::Sampled { samples: self.samples },
+            },
+            law: self.law,
+            damping: self.damping,
+            ..ContactModel::default()
+        }
+    }
+
+    /// A key with a value that LIGGGHTS does not have, and the value as the message says it.
+    pub(in crate::case) fn native_only(&self) -> Option<(&'static str, &'static str)> {
+        let found = [
+            ("contact.law", "\"overlap_energy\"", self.law == ElasticLaw::OverlapEnergy),
+            ("contact.geometry", "\"sampled\"", self.geometry == GeometryKind::Sampled),
+        ];
+        found.into_iter().find_map(|(key, value, given)| given.then_some((key, value)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The files in an output directory that have the name of a file of a run.
 
-use super::{LOG, Numbered, folders, numbered, top};
+use super::{Kind, LOG, Numbered, folders, numbered, top};
 use crate::output::atomic::PARTIAL_SUFFIX;
 use crate::output::pieces;
 use std::fs::{self, FileType};
@@ -44,7 +44,7 @@ pub(super) fn remove(all: Vec<Own>) -> io::Result<()> {
 }
 
 /// The first symbolic link among the names in the output directory itself.
-pub(super) fn link(directory: &Path, more: &[Numbered]) -> Option<PathBuf> {
+pub(super) fn link(directory: &Path, more: &[Kind]) -> Option<PathBuf> {
     let files = top(more).into_iter().chain([LOG.to_string()]);
     let mut names = files
         .flat_map(|name| [format!("{name}{PARTIAL_SUFFIX}"), name])
@@ -70,7 +70,7 @@ pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
 }
 
 /// All files of a run but its log, finished or partial, whole or in pieces; the folder of pieces behind them.
-pub(super) fn all(directory: &Path, more: &[Numbered]) -> io::Result<Vec<Own>> {
+pub(super) fn all(directory: &Path, more: &[Kind]) -> io::Result<Vec<Own>> {
     let mut all = there(directory, &top(more));
     for kind in numbered(more) {
         all.extend(frames(directory, kind)?);

@@ -120,6 +120,22 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
 }
 
 #[test]
+fn the_table_of_a_writer_is_refused_kept_and_cleared_as_the_series_is() {
+    let root = tempfile::tempdir().unwrap();
+    let (directory, kinds) = (root.path(), [Kind::Table("heights.csv")]);
+    let table = directory.join("heights.csv");
+    fs::write(&table, "x").unwrap();
+    refuse_results(directory, &[]).unwrap();
+    let refused = refuse_results(directory, &kinds).unwrap_err().to_string();
+    assert!(refused.contains("heights.csv"), "{refused}");
+    clear_after(directory, &kinds, 5, &[]).unwrap();
+    clear(directory, &[]).unwrap();
+    assert!(table.exists());
+    clear(directory, &kinds).unwrap();
+    assert!(!table.exists());
+}
+
+#[test]
 fn a_directory_that_a_run_writes_to_is_refused_until_that_ends() {
     let root = tempfile::tempdir().unwrap();
     let held = lock(root.path()).unwrap();

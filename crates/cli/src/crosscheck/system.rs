@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
 use turbid::comm::Comm;
-use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
+use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
 use turbid::dem::{DemEngine, Load, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
 #[cfg(feature = "liggghts")]
@@ -165,10 +165,9 @@ pub(super) fn model(
     ContactModel {
         materials: materials.to_vec(),
         pairs: restitution.iter().map(pair).collect(),
-        enlargement: 0.0,
-        geometry: Geometry::Exact,
         law,
         damping,
+        ..ContactModel::default()
     }
 }
 

@@ -205,9 +205,7 @@ impl PairLaw {
         }
         let levers = [overlap.point, overlap.point - offset];
         let torques = match self.elastic {
-            ElasticLaw::OverlapVolume | ElasticLaw::Hertz => {
-                [levers[0].cross(&force), levers[1].cross(&-force)]
-            }
+            ElasticLaw::OverlapVolume | ElasticLaw::Hertz => return Action::through(force, levers),
             ElasticLaw::OverlapEnergy => {
                 let pressure = self.pressure(overlap, pair) * factor;
                 let opposite = overlap.moment - offset.cross(&(overlap.normal * overlap.area));
@@ -250,6 +248,13 @@ pub struct Action {
     pub force: Vec3,
     /// Torques on the first and the second body, each about its own centre (N m).
     pub torques: [Vec3; 2],
+}
+
+impl Action {
+    /// A force (N) on the first body, and its opposite on the second, at one point: `levers` (m) lead there from the centres.
+    pub fn through(force: Vec3, levers: [Vec3; 2]) -> Self {
+        Self { force, torques: [levers[0].cross(&force), levers[1].cross(&-force)] }
+    }
 }
 
 /// `E* = [(1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b]^-1` (Pa).

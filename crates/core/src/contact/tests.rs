@@ -24,6 +24,7 @@ pub(crate) struct ContactParams {
 }
 
 impl From<ContactParams> for ContactModel {
+    #[allow(clippy::needless_update, reason = "parameters to come are not set here")]
     fn from(params: ContactParams) -> Self {
         Self {
             materials: vec![params.material],
@@ -32,6 +33,7 @@ impl From<ContactParams> for ContactModel {
             geometry: params.geometry,
             law: params.law,
             damping: params.damping,
+            ..Self::default()
         }
     }
 }

@@ -88,16 +88,13 @@ impl Native {
         all: &[Particle],
     ) -> Result<Self> {
         assert!(params.substeps > 0);
-        let enlargement = params.contact.as_ref().map_or(0.0, |model| model.enlargement);
+        let model = params.contact.clone().unwrap_or_default();
         let constants: Vec<TemplateConstants> = (templates.iter())
-            .map(|template| {
-                let shape = GrownShape::new(template.shape.clone(), enlargement);
-                TemplateConstants {
-                    bound: shape.reach(),
-                    shape,
-                    inertia: Inertia::of(template),
-                    radius: 0.5 * template.shape.equivalent_diameter() + enlargement,
-                }
+            .map(|template| TemplateConstants {
+                shape: GrownShape::new(template.shape.clone(), model.enlargement),
+                bound: model.reach(&template.shape),
+                inertia: Inertia::of(template),
+                radius: 0.5 * template.shape.equivalent_diameter() + model.enlargement,
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();

@@ -50,7 +50,7 @@ impl IdOrder {
 #[derive(Clone, Debug)]
 pub(super) struct TemplateConstants {
     pub(super) shape: GrownShape,
-    /// Radius of a sphere about the centre within which contacts begin (m).
+    /// [`ContactModel::reach`] of the shape (m).
     pub(super) bound: f64,
     pub(super) inertia: Inertia,
     /// Radius of the sphere of equal volume plus enlargement (m).
@@ -154,7 +154,8 @@ impl ContactContext {
                 velocity: self.velocity(i, &levers[0], law, dt) - self.velocity(j, &levers[1], law, dt),
                 point: domain.wrap(a.position() + overlap.point),
             };
-            forces.evaluate(&input, near, store);
+            let entry = forces.evaluate(&input);
+            forces.add(&entry, near, store);
             if outcome.is_ok() {
                 let thinner = first.shape.shape.thickness().min(second.shape.shape.thickness());
                 let partner = format_args!("particle {}", b.id);
@@ -206,7 +207,8 @@ impl ContactContext {
                     velocity: self.velocity(i, &overlap.point, law, dt) - wall.velocity(point, time),
                     point: domain.wrap(point),
                 };
-                forces.evaluate(&input, near, store);
+                let entry = forces.evaluate(&input);
+                forces.add(&entry, near, store);
                 if outcome.is_ok() {
                     let partner = format_args!("wall `{}`", wall.name);
                     let thickness = constants.shape.shape.thickness();

@@ -1,7 +1,8 @@
 //! Results of the contacts of a sub-step: forces on particles, histories, states for the output.
 
 use crate::comm::Comm;
-use crate::contact::{Overlap, PairLaw, PairProperties, law::UNSET};
+use crate::contact::law::{Action, UNSET};
+use crate::contact::{Overlap, PairLaw, PairProperties};
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::history::{History, Record};
@@ -35,6 +36,25 @@ struct PairForce {
     partner: u64,
     force: [f64; 3],
     torque: [f64; 3],
+}
+
+/// What two bodies do to each other, touching or not. A pair has one entry in a sub-step, of all that acts between them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PairEntry {
+    /// Ids, the lower one first; a wall stands second.
+    pub(super) ids: [u64; 2],
+    /// Indices of the particles; none for a wall.
+    pub(super) indices: [Option<usize>; 2],
+    /// Force and torques.
+    pub(super) action: Action,
+    /// Point of application (m), wrapped.
+    pub(super) point: Vec3,
+    /// Unit normal, from the first body to the second.
+    pub(super) normal: Vec3,
+    /// Depth of the overlap (m); zero for bodies that are apart.
+    pub(super) depth: f64,
+    /// Volume of the overlap (m^3).
+    pub(super) volume: f64,
 }
 
 /// Two bodies that overlap.
@@ -76,6 +96,8 @@ impl ContactForces {
         self.history.advance();
         // Two ascending runs, those of pairs and of walls: a stable sort merges them.
         self.states.sort_by_key(|state| (state.first, state.second));
+        let ids = |state: &ContactState| (state.first, state.second);
+        debug_assert!(self.states.is_sorted_by(|a, b| ids(a) < ids(b)), "a pair has one entry");
     }
 
     /// Counts of the contacts of the sub-step.
@@ -87,9 +109,10 @@ impl ContactForces {
         }
     }
 
-    /// Finds or begins the history of a contact, evaluates its force, and [adds](Self::add) it to both bodies.
-    pub(super) fn evaluate(&mut self, input: &ContactInput, near: &GhostLayer, store: &ParticleStore) {
-        let ContactInput { ids: [first, second], law, overlap, velocity, .. } = *input;
+    /// Finds or begins the history of a contact and evaluates its force, which [`add`](Self::add) adds to both bodies.
+    pub(super) fn evaluate(&mut self, input: &ContactInput) -> PairEntry {
+        let ContactInput { ids, indices, law, overlap, velocity, point, .. } = *input;
+        let [first, second] = ids;
         let begun = &mut self.begun;
         let mut record = self.history.get(first, second).unwrap_or_else(|| {
             *begun += 1;
@@ -98,32 +121,46 @@ impl ContactForces {
         record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
         record.age += 1;
         self.history.keep(record);
-        let action = law.act(overlap, input.offset, &input.properties, velocity, record.damping);
-        self.states.push(ContactState {
-            first,
-            second,
-            point: input.point.into(),
-            normal: overlap.normal.into(),
-            force: action.force.into(),
+        PairEntry {
+            ids,
+            indices,
+            action: law.act(overlap, input.offset, &input.properties, velocity, record.damping),
+            point,
+            normal: overlap.normal,
             depth: overlap.depth,
             volume: overlap.volume,
+        }
+    }
+
+    /// Adds the force of a pair to both bodies and to the list of contacts, of which the output makes the stress and the forces
+    /// on walls. Pairs come in ascending order of their ids, those with walls after all others.
+    pub(super) fn add(&mut self, pair: &PairEntry, near: &GhostLayer, store: &ParticleStore) {
+        let PairEntry { ids, action: Action { force, torques }, .. } = *pair;
+        self.states.push(ContactState {
+            first: ids[0],
+            second: ids[1],
+            point: pair.point.into(),
+            normal: pair.normal.into(),
+            force: force.into(),
+            depth: pair.depth,
+            volume: pair.volume,
         });
-        let (forces, torques) = ([action.force, -action.force], action.torques);
-        for (side, index) in input.indices.into_iter().enumerate() {
+        let forces = [force, -force];
+        for (side, index) in pair.indices.into_iter().enumerate() {
             if let Some(index) = index {
                 let force = PairForce {
-                    to: input.ids[side],
-                    partner: input.ids[1 - side],
+                    to: ids[side],
+                    partner: ids[1 - side],
                     force: forces[side].into(),
                     torque: torques[side].into(),
                 };
-                self.add(index, force, near, store);
+                self.add_to(index, force, near, store);
             }
         }
     }
 
     /// Adds the force on particle `index` (owned or ghost): here, or in the message to its owner.
-    fn add(&mut self, index: usize, force: PairForce, near: &GhostLayer, store: &ParticleStore) {
+    fn add_to(&mut self, index: usize, force: PairForce, near: &GhostLayer, store: &ParticleStore) {
         if index < store.owned {
             self.local.push((index as u32, force));
         } else if let Ok(link) = near.peers.binary_search(&(store.owners[index] as usize)) {

@@ -289,10 +289,7 @@ fn unlike_walls_have_their_own_law_with_each_material() {
     let model = ContactModel {
         materials: vec![MATERIAL.material, soft],
         pairs: vec![of(0.9), of(0.6), of(0.6), of(0.5)],
-        enlargement: 0.0,
-        geometry: Geometry::Exact,
-        law: ElasticLaw::OverlapVolume,
-        damping: DampingLaw::HuntCrossley,
+        ..ContactModel::default()
     };
     let templates: Arc<[Template]> =
         [0, 1].map(|material| Template { material, ..spheres()[0].clone() }).into();
