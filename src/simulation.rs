@@ -126,11 +126,7 @@ impl FluidSystem {
         };
         let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
-        let params = FluidParams {
-            relaxation_time: of.relaxation_time,
-            collision: of.collision,
-            simd,
-        };
+        let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &units);
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;

@@ -69,7 +69,7 @@ const STATE: &str =
 
 /// Functions of numbers that the system, the processor or the compiler rounds as it likes.
 const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 exp_m1 ln ln_1p log log2 \
-                       log10 powi powf cbrt hypot mul_add";
+                       log10 powi powf cbrt hypot";
 
 /// Laws of the literature that are drawn beside a result: they go into files and nowhere else.
 const ONLY_WRITTEN: &str = "simulation/references";

@@ -29,9 +29,9 @@ use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
 pub use any_fluid::AnyFluid;
+use cover::Cover;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
-use cover::Cover;
 use mapper::Mapper;
 pub use method::Method;
 #[cfg(test)]

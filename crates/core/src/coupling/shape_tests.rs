@@ -99,7 +99,11 @@ fn every_cell_has_the_solid_fraction_of_its_distance() {
                 let expected = cosine_ramp(shape.signed_distance(arm) / (RAMP * domain.dx));
                 // Kept in single precision.
                 let rounding = f64::from(f32::EPSILON);
-                assert!((fraction - expected).abs() < rounding, "{}: {fraction} is not {expected}", shape.kind());
+                assert!(
+                    (fraction - expected).abs() < rounding,
+                    "{}: {fraction} is not {expected}",
+                    shape.kind()
+                );
             }
         }
     }

@@ -265,7 +265,9 @@ fn sort_row(segments: &mut [Segment]) {
         if together.len() > 1 {
             together.sort_unstable_by_key(|(at, _)| *at);
             let count = together.len() as u16;
-            together.iter_mut().for_each(|(_, segment)| segment.together = count);
+            for (_, segment) in together {
+                segment.together = count;
+            }
         }
         first = next;
     }
@@ -423,8 +425,8 @@ fn first_lanes(count: usize) -> *const f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::simd::Single;
+    use super::*;
     use crate::coupling::{Homogenised, Saturated};
     use crate::math::from_fixed;
 
@@ -455,8 +457,7 @@ mod tests {
         ];
         for _ in 0..2 {
             segments.sort(4, &added, &mut Vec::new());
-            let bodies =
-                |row| segments.row(row).iter().map(|s| (s.body, s.together)).collect::<Vec<_>>();
+            let bodies = |row| segments.row(row).iter().map(|s| (s.body, s.together)).collect::<Vec<_>>();
             assert_eq!([bodies(0), bodies(1), bodies(3)], [vec![(1, 0)], vec![(4, 0)], vec![]]);
             // The first two share a cell; added in this order.
             assert_eq!(bodies(2), [(5, 0), (0, 2), (3, 2), (2, 0)]);
@@ -467,10 +468,12 @@ mod tests {
     /// The slow truth: cell by cell.
     #[test]
     fn momentum_along_a_segment_adds_up_to_that_of_its_cells() {
-        let values = |from: f64| -> Vec<f32> { (0..64).map(|k| (from + 0.1 * f64::from(k)).sin() as f32).collect() };
+        let values =
+            |from: f64| -> Vec<f32> { (0..64).map(|k| (from + 0.1 * f64::from(k)).sin() as f32).collect() };
         let mut solids = SolidRow::<f32>::new(3);
         solids.incoming = [values(0.0), values(1.0), values(2.0), values(3.0)];
-        let motion = RigidMotion { velocity: [0.1, -0.2, 0.3], angular: [0.01, 0.02, -0.03], centre: [0.2; 3] };
+        let motion =
+            RigidMotion { velocity: [0.1, -0.2, 0.3], angular: [0.01, 0.02, -0.03], centre: [0.2; 3] };
         for count in [1, 7, 8, 9, 16, 21] {
             let segment = Segment { x: 5, count, offset: [-3, 2, 4], ..Segment::default() };
             let velocity = motion.row(&segment);

@@ -12,9 +12,7 @@ use crate::math::to_fixed;
 use bytemuck::Pod;
 
 /// Storage type of populations: `f32` or `f64`.
-pub trait Real:
-    Pod + Send + Sync + PartialOrd + Into<f64> + Lanes<Self>
-{
+pub trait Real: Pod + Send + Sync + PartialOrd + Into<f64> + Lanes<Self> {
     /// 0.
     const ZERO: Self;
     /// 1.
@@ -249,7 +247,7 @@ macro_rules! real {
                 compiled_for!($t, $t, Single, scalar, fill_scalar, collect_scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
-                    use super::simd::{$avx2, $avx512, $sse2, Narrow, Wide};
+                    use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
                     compiled_for!($t, $sse2, Narrow, sse2, fill_sse2, collect_sse2, "fma");
                     compiled_for!($t, $avx2, Wide, avx2, fill_avx2, collect_avx2, "avx2,fma");
                     compiled_for!($t, $avx512, Wide, avx512, fill_avx512, collect_avx512, "avx512f");

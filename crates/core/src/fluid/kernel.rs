@@ -136,7 +136,8 @@ impl<R: Copy> Relaxation<R> {
     where
         R: Lanes<T>,
     {
-        let ([axis, diagonal], [xx, yy, zz, xy, xz, yz], [x, y, z]) = (self.base, self.quadratic, self.linear);
+        let ([axis, diagonal], [xx, yy, zz, xy, xz, yz], [x, y, z]) =
+            (self.base, self.quadratic, self.linear);
         let (e, o) = match i {
             1 => (axis + (xx + xx), x + x),
             3 => (axis + (yy + yy), y + y),
@@ -185,7 +186,12 @@ impl<R: Copy> Relaxation<R> {
 /// # Safety
 /// `WIDTH` numbers can be written at `x` of all slots.
 #[inline(always)]
-pub(crate) unsafe fn store_pair<T: Real, R: Lanes<T>>(slots: &Slots<T>, x: usize, i: usize, [there, back]: [R; 2]) {
+pub(crate) unsafe fn store_pair<T: Real, R: Lanes<T>>(
+    slots: &Slots<T>,
+    x: usize,
+    i: usize,
+    [there, back]: [R; 2],
+) {
     // SAFETY: promised by the caller.
     unsafe {
         there.store(slots[i + 1].add(x));

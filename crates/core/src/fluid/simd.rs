@@ -48,10 +48,7 @@ pub(crate) trait Choose<T>: Lanes<T> {
     fn any_greater(self, other: Self) -> bool;
 
     /// The size of the number.
-    #[inline(always)]
-    fn size(self) -> Self {
-        self.max(self - self - self)
-    }
+    fn size(self) -> Self;
 }
 
 /// Registers in which fixed-point numbers are added up, as integers in the place of the numbers; 0 is 0.
@@ -123,6 +120,10 @@ macro_rules! scalar_lanes {
             #[inline(always)]
             fn any_greater(self, other: Self) -> bool {
                 self > other
+            }
+            #[inline(always)]
+            fn size(self) -> Self {
+                self.abs()
             }
         }
 
@@ -247,7 +248,7 @@ mod x86 {
         )*};
     }
     macro_rules! choose {
-        ($($name:ident $t:ident: $div:ident $sqrt:ident $min:ident $movemask:ident $blend:ident ($($greater:tt)*);)*) => {$(
+        ($($name:ident $t:ident: $div:ident $sqrt:ident $min:ident $andnot:ident $movemask:ident $blend:ident ($($greater:tt)*);)*) => {$(
             impl Choose<$t> for $name {
                 #[inline(always)]
                 fn over(self, other: Self) -> Self {
@@ -274,15 +275,20 @@ mod x86 {
                     // SAFETY: the type exists only where its instruction set is enabled.
                     unsafe { $movemask($($greater)*(self.0, other.0)) != 0 }
                 }
+                #[inline(always)]
+                fn size(self) -> Self {
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    Self(unsafe { $andnot(Self::splat(-0.0).0, self.0) })
+                }
             }
         )*};
     }
     choose! {
-        F32x4 f32: _mm_div_ps _mm_sqrt_ps _mm_min_ps _mm_movemask_ps _mm_blendv_ps (_mm_cmpgt_ps);
-        F64x2 f64: _mm_div_pd _mm_sqrt_pd _mm_min_pd _mm_movemask_pd _mm_blendv_pd (_mm_cmpgt_pd);
-        F32x8 f32: _mm256_div_ps _mm256_sqrt_ps _mm256_min_ps _mm256_movemask_ps _mm256_blendv_ps
+        F32x4 f32: _mm_div_ps _mm_sqrt_ps _mm_min_ps _mm_andnot_ps _mm_movemask_ps _mm_blendv_ps (_mm_cmpgt_ps);
+        F64x2 f64: _mm_div_pd _mm_sqrt_pd _mm_min_pd _mm_andnot_pd _mm_movemask_pd _mm_blendv_pd (_mm_cmpgt_pd);
+        F32x8 f32: _mm256_div_ps _mm256_sqrt_ps _mm256_min_ps _mm256_andnot_ps _mm256_movemask_ps _mm256_blendv_ps
             (_mm256_cmp_ps::<_CMP_GT_OQ>);
-        F64x4 f64: _mm256_div_pd _mm256_sqrt_pd _mm256_min_pd _mm256_movemask_pd _mm256_blendv_pd
+        F64x4 f64: _mm256_div_pd _mm256_sqrt_pd _mm256_min_pd _mm256_andnot_pd _mm256_movemask_pd _mm256_blendv_pd
             (_mm256_cmp_pd::<_CMP_GT_OQ>);
     }
 

@@ -83,8 +83,7 @@ impl<R> Covered<R> {
         // SAFETY: promised by the caller; the arrays hold a chunk more.
         let at = |values: &[T]| unsafe { R::load(values.as_ptr().add(x)) };
         let (one, fraction) = (R::splat(T::ONE), at(&solids.fraction));
-        let overlap =
-            if M::BY_VOLUME { (fraction - one).max(R::splat(T::ZERO)) } else { R::splat(T::ZERO) };
+        let overlap = if M::BY_VOLUME { (fraction - one).max(R::splat(T::ZERO)) } else { R::splat(T::ZERO) };
         let solid = fraction - overlap;
         let [x_velocity, y_velocity, z_velocity] = &solids.velocity;
         Self { open: one - solid, solid, overlap, velocity: [at(x_velocity), at(y_velocity), at(z_velocity)] }

@@ -50,7 +50,8 @@ impl SolidModel for Saturated {
         // SAFETY: promised by the caller.
         unsafe {
             if self.operator == SolidOperator::Sc3 {
-                Relaxation::new::<T, TRT>(cells, target, row.factors, Some((b, velocity))).apply::<T, true>(slots, x);
+                Relaxation::new::<T, TRT>(cells, target, row.factors, Some((b, velocity)))
+                    .apply::<T, true>(slots, x);
             } else {
                 let fluid = Relaxation::new::<T, TRT>(cells, target, row.factors, None);
                 self.pull::<T, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));

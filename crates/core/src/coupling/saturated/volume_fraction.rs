@@ -123,7 +123,8 @@ mod tests {
             let n = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
             for k in -90..=90 {
                 let d = 0.01 * f64::from(k);
-                worst = worst.max((f64::from(behind_plane(d as f32, n.map(|x| x as f32))) - exact(d, n)).abs());
+                worst =
+                    worst.max((f64::from(behind_plane(d as f32, n.map(|x| x as f32))) - exact(d, n)).abs());
             }
         }
         assert!(worst < 2e-6, "{worst}");
