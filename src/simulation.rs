@@ -30,7 +30,9 @@ use crate::math::Vec3;
 pub use crate::output::Fields;
 use crate::timing::Timings;
 use crate::units::Units;
-pub use bench::{BenchOptions, BenchReport, Network, RankReport, Rate, Spread, bench, calibrate};
+pub use bench::{
+    BenchOptions, BenchReport, Costs, Network, RankReport, Rate, Spread, bench, bench_conditions, calibrate,
+};
 use checkpointer::Requests;
 use engine::Context;
 use entrances::ExternalLoad;
@@ -115,26 +117,39 @@ struct FluidSystem {
 impl FluidSystem {
     /// Fluid at rest round the particles of a case; errors on every rank if one has not the memory. Collective.
     fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
-        let (units, templates) = (setup.units(), &setup.templates);
         let simd = setup.plan.simd.unwrap_or_else(Simd::best);
+        let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
+        let walls = LatticeWalls::new(&setup.walls, &setup.units());
+        let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
+        let fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
+        let mut cells = [fluid.fluid_cells() as i64];
+        comm.sum(&mut cells);
+        let cells = cells[0] as f64;
+        let (coupling, driving) = Self::acting(setup, of, decomposition, comm.rank(), cells);
+        Ok(Self { fluid, coupling, driving, cells })
+    }
+
+    /// What acts on a fluid of `cells` cells that are in no wall.
+    fn acting(
+        setup: &Setup,
+        of: &FluidSetup,
+        decomposition: &Decomposition,
+        rank: usize,
+        cells: f64,
+    ) -> (Coupling, Driving) {
+        let (units, templates) = (setup.units(), &setup.templates);
         let coupling = CouplingParams {
             units,
             method: of.coupling,
             gravity: setup.gravity,
             force_balance: of.force_balance,
-            simd,
+            simd: setup.plan.simd.unwrap_or_else(Simd::best),
         };
         let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
-        let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
-        let walls = LatticeWalls::new(&setup.walls, &units);
-        let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
-        let fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
-        let mut cells = [fluid.fluid_cells() as i64];
-        comm.sum(&mut cells);
         let driving = DrivingParams {
             units,
-            volume: cells[0] as f64 * (units.dx * units.dx * units.dx),
+            volume: cells * (units.dx * units.dx * units.dx),
             periodic: setup.domain.periodic,
             submerged_weight: each()
                 .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
@@ -144,12 +159,7 @@ impl FluidSystem {
             control_rate: of.zero_net_flux.map(|on| if on { of.control_rate } else { 0.0 }).into(),
             body_acceleration: of.body_acceleration,
         };
-        Ok(Self {
-            cells: cells[0] as f64,
-            fluid,
-            coupling: Coupling::new(coupling, decomposition, comm.rank(), reach),
-            driving: Driving::new(driving),
-        })
+        (Coupling::new(coupling, decomposition, rank, reach), Driving::new(driving))
     }
 }
 

@@ -1,23 +1,29 @@
-//! Timing a case: steps without output, beside the streaming bandwidth of the machine, and what every rank has and sends.
+//! Timing a case: steps without output, in turn with steps of its fluid without particles, beside the streaming bandwidth of the
+//! machine, and what every rank has and sends.
 
+mod alone;
+mod costs;
 mod report;
 
 use super::identity::precision_name;
+use super::observe::instruction_set;
 use super::run::{agreed, decompose, forecast, on_ranks};
 use super::work::Calibration;
-use super::{Simulation, Timings};
+use super::{Simulation, Timings, identity};
 use crate::case::{self, Setup};
 use crate::comm::{Comm, Traffic};
 use crate::coupling::AnyFluid;
 use crate::dem::DemEngine;
 use crate::domain::Decomposition;
-use crate::engine::EngineChoice;
 use crate::error::{Error, Result};
 use crate::fluid::stream_bandwidth;
-use crate::math::Vec3;
 use crate::output::contacts::ids;
+use alone::{Alone, without_particles};
+pub use costs::Costs;
+use costs::Samples;
 pub use report::{BenchReport, RankReport, Rate, Spread};
 use serde::Serialize;
+use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -39,23 +45,35 @@ pub struct BenchOptions {
 
 /// Times steps of a case without writing anything; errors as [`run`](super::run()), but those of the output.
 pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
-    let mut setup = setup.clone();
-    if options.no_contact || options.fluid_only {
+    let conditions = agreed(bench_conditions(setup, options))?;
+    let mut setup = if options.fluid_only { without_particles(setup) } else { setup.clone() };
+    if options.no_contact {
         setup.contact = None;
-    }
-    if options.fluid_only {
-        setup.particles.clear();
-        setup.engine = EngineChoice::Native;
-        // Something must move, without getting fast in any number of steps that a benchmark takes.
-        let units = setup.units();
-        if let Some(fluid) = &mut setup.fluid {
-            fluid.zero_net_flux = [false; 3];
-            fluid.body_acceleration = Vec3::x() * (1e-7 * units.acceleration());
-        }
     }
     let decomposition =
         agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(&setup)))?;
-    on_ranks(&decomposition, |comm| bench_rank(&setup, options, &decomposition, comm))
+    let mut report = on_ranks(&decomposition, |comm| bench_rank(&setup, options, &decomposition, comm))?;
+    report.conditions = conditions;
+    Ok(report)
+}
+
+/// All that two benchmarks must have in common for their ratios to be comparable, whatever machine they ran on: the
+/// [`identity`] of the case, instructions, ranks, steps, and what is left out. Errors: [`Error::Input`] if these are too many ranks.
+pub fn bench_conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
+    let mut conditions = identity(setup);
+    let more = json!({
+        "particles": setup.particles.len(),
+        "simd": instruction_set(setup),
+        "ranks": decompose(setup)?.ranks(),
+        "steps": options.steps,
+        "warm_up": options.warm_up,
+        "no_contact": options.no_contact,
+        "fluid_only": options.fluid_only,
+    });
+    if let (Json::Object(all), Json::Object(more)) = (&mut conditions, more) {
+        all.extend(more);
+    }
+    Ok(conditions)
 }
 
 /// Spheres that fill a fifth of a box too large for caches: what most runs are like.
@@ -115,22 +133,37 @@ fn bench_rank(
     let resident = peak_resident_bytes();
     simulation.comm.barrier();
     *simulation.timings() = Timings::default();
+    let mut alone = Alone::new(setup, decomposition, &simulation)?;
     let cells = setup.domain.cell_count();
-    let (mut mlups, mut bandwidth, mut traffic) = (Vec::new(), Vec::new(), Traffic::default());
+    let (mut samples, mut traffic) = (Samples::default(), Traffic::default());
     for _ in 0..SAMPLES {
         let own = stream_bandwidth(1, &simulation.comm)?;
         let mut total = [own as i64];
         simulation.comm.sum(&mut total);
-        bandwidth.push(total[0] as f64 / 1e9);
-        simulation.comm.barrier();
-        let (start, before) = (Instant::now(), simulation.comm.traffic());
-        simulation.advance(options.steps)?;
-        traffic = traffic + (simulation.comm.traffic() - before);
-        simulation.comm.barrier();
-        mlups.push(options.steps as f64 * cells as f64 / start.elapsed().as_secs_f64() / 1e6);
+        samples.bandwidth.push(total[0] as f64 / 1e9);
+        let mlups = |simulation: &mut Simulation, steps: u64| {
+            let (seconds, sent) = timed(simulation, steps)?;
+            Ok::<_, Error>((steps as f64 * cells as f64 / seconds / 1e6, sent))
+        };
+        let (speed, sent) = mlups(&mut simulation, options.steps)?;
+        samples.mlups.push(speed);
+        traffic = traffic + sent;
+        if let Some(alone) = &mut alone {
+            alone.swap(&mut simulation);
+            let speed = mlups(&mut simulation, Alone::steps(options.steps));
+            alone.swap(&mut simulation);
+            samples.fluid_only.push(speed?.0);
+        }
     }
     let steps = (SAMPLES as u64 * options.steps) as f64;
-    let mine = rank_report(&mut simulation, traffic, steps, resident);
+    let mut mine = rank_report(&mut simulation, traffic, steps, resident);
+    if let Some(alone) = &alone {
+        mine.fluid_only_stages =
+            per_step(&alone.timings, (SAMPLES as u64 * Alone::steps(options.steps)) as f64);
+        (mine.cut_cells, mine.segments) = alone::cut_cells_and_segments(&mut simulation);
+    } else if setup.fluid.is_some() {
+        samples.fluid_only.clone_from(&samples.mlups);
+    }
     let comm = &simulation.comm;
     let network = Network::measure(comm);
     let by_rank: Vec<RankReport> = comm
@@ -139,6 +172,8 @@ fn bench_rank(
         .map(|bytes| serde_json::from_slice(bytes).expect("written just now"))
         .collect();
     let population_bytes = (2 * AnyFluid::saved_bytes(setup.plan.precision)) as f64;
+    let costs = Costs::new(&samples, &by_rank, population_bytes);
+    let Samples { mlups, bandwidth, .. } = samples;
     let fractions: Vec<f64> =
         mlups.iter().zip(&bandwidth).map(|(m, b)| m * population_bytes / 1e3 / b).collect();
     let over =
@@ -152,6 +187,8 @@ fn bench_rank(
         bandwidth_gb_per_s: median(&bandwidth),
         mlups_samples: mlups,
         bandwidth_samples: bandwidth,
+        costs,
+        conditions: Json::Null,
         stages: mine.stages,
         stages_over_ranks: stages
             .map(|name| (name.clone(), over(&|rank| rank.stages.get(name).copied().unwrap_or(0.0))))
@@ -179,10 +216,23 @@ fn bench_rank(
     })
 }
 
+/// Seconds that some steps take, and what this rank sends in them. Collective.
+fn timed(simulation: &mut Simulation, steps: u64) -> Result<(f64, Traffic)> {
+    simulation.comm.barrier();
+    let (start, before) = (Instant::now(), simulation.comm.traffic());
+    simulation.advance(steps)?;
+    let sent = simulation.comm.traffic() - before;
+    simulation.comm.barrier();
+    Ok((start.elapsed().as_secs_f64(), sent))
+}
+
+fn per_step(timings: &Timings, steps: f64) -> BTreeMap<String, f64> {
+    timings.stages().iter().map(|&(name, s)| (name.to_owned(), s / steps)).collect()
+}
+
 /// State of this rank, and what it did in `steps` steps.
 fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, resident: u64) -> RankReport {
-    let stages = simulation.timings().stages();
-    let stages = stages.iter().map(|&(name, s)| (name.to_owned(), s / steps)).collect();
+    let stages = per_step(simulation.timings(), steps);
     let system = simulation.system.as_ref();
     let particles = simulation.dem.particles();
     let [halo, exchange, collective] =
@@ -191,6 +241,8 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
         rank: simulation.comm.rank(),
         cells: system.map_or(0, |system| system.fluid.block().cell_count()),
         covered_cells: system.map_or(0, |system| system.coupling.covered_cells()),
+        cut_cells: 0,
+        segments: 0,
         particles: particles.owned,
         ghosts: particles.particles.len() - particles.owned,
         contacts: simulation.dem.contacts().count,
@@ -200,6 +252,7 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
         collective,
         process_memory_bytes: resident,
         stages,
+        fluid_only_stages: BTreeMap::new(),
     }
 }
 
@@ -303,7 +356,7 @@ mod tests {
     use crate::case::from_text;
     use crate::comm::on_threads;
 
-    const CASE: &str = r"
+    pub(super) const CASE: &str = r"
 [domain]
 size = { diameters = [4, 4, 5] }
 [fluid]
@@ -323,9 +376,14 @@ enlargement = 0.5
 end = { steps = 10 }
 ";
 
-    fn report(threads: usize) -> BenchReport {
+    pub(super) fn setup(threads: usize) -> Setup {
         let mut setup = from_text(CASE, "bench", &[]).unwrap();
         setup.plan.threads = threads;
+        setup
+    }
+
+    pub(super) fn report(threads: usize) -> BenchReport {
+        let mut setup = setup(threads);
         let speed = setup.expect_fluid().scales.stokes_velocity;
         for (n, particle) in (1_u32..).zip(&mut setup.particles) {
             let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;

@@ -4,6 +4,7 @@
 mod common;
 
 mod bad_input;
+mod bench;
 mod check;
 #[cfg(feature = "liggghts")]
 mod crosscheck;

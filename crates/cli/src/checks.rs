@@ -12,12 +12,24 @@ mod tables;
 pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value as Json;
 use std::sync::Arc;
 use std::time::Instant;
 pub use tables::{aligned, bold_failure, cells, markdown, markdown_table, one_line, summary, table};
 use turbid::error::{Error, Result};
 use turbid::output::Overlay;
 use turbid::particle::{Particle, Template};
+
+/// Relative difference up to which two numbers of a file are the same.
+const SAME: f64 = 1e-9;
+
+/// Returns whether a value that a file has is the one of this program.
+pub fn is_same(known: &Json, wanted: &Json) -> bool {
+    match (known.as_f64(), wanted.as_f64()) {
+        (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
+        _ => known == wanted,
+    }
+}
 
 /// One number against its reference.
 ///

@@ -165,6 +165,12 @@ struct BenchArguments {
     /// Print JSON with stable keys.
     #[arg(long)]
     json: bool,
+    /// Compare ratios, not times, with those that `--json` printed earlier, on any machine; exit code 3 if particles cost more.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["calibrate", "fluid_only"])]
+    compare: Option<PathBuf>,
+    /// Part by which the speed over that of the fluid only may be lower.
+    #[arg(long, value_name = "PART", default_value = "0.1", value_parser = bench::tolerance, requires = "compare")]
+    tolerance: f64,
 }
 
 #[derive(Debug, Args)]
@@ -185,7 +191,7 @@ struct PackArguments {
     out: PathBuf,
 }
 
-/// Exit code of a complete cross-check, validation or study with failed checks.
+/// Exit code of a complete cross-check, validation, study or comparison of benchmarks with failed checks.
 const CHECKS_FAILED: u8 = 3;
 
 /// Exit code of [`Error::Interrupted`]: a signal or the time limit came before the end.
@@ -217,7 +223,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Run(arguments) => run::run(&arguments).map(|()| true),
         Command::Resume(arguments) => run::resume(&arguments).map(|()| true),
         Command::Check(arguments) => check::check(&arguments).map(|()| true),
-        Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
+        Command::Bench(arguments) => bench::bench(&arguments),
         Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),
         Command::Crosscheck(arguments) => crosscheck::crosscheck(&arguments),
         Command::Study(arguments) => study::study(&arguments),

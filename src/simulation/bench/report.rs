@@ -1,8 +1,9 @@
 //! What a benchmark found, on all ranks.
 
-use super::Network;
+use super::{Costs, Network};
 use crate::comm::Tally;
 use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
 use std::collections::BTreeMap;
 
 /// Results of `turbid bench`; the keys of its JSON are stable.
@@ -18,6 +19,11 @@ pub struct BenchReport {
     pub bandwidth_gb_per_s: f64,
     /// Every measurement of the bandwidth.
     pub bandwidth_samples: Vec<f64>,
+    /// What particles cost beside the fluid.
+    #[serde(flatten)]
+    pub costs: Costs,
+    /// What benchmarks that are compared must have in common: [`bench_conditions`](super::bench_conditions).
+    pub conditions: Json,
     /// Seconds per step by stage on rank 0.
     pub stages: BTreeMap<String, f64>,
     /// Seconds per step by stage over the ranks.
@@ -65,6 +71,10 @@ pub struct RankReport {
     pub cells: usize,
     /// Cells that particles cover, once for each particle.
     pub covered_cells: usize,
+    /// Of these the cells that a surface cuts, once for all particles in one.
+    pub cut_cells: usize,
+    /// Runs of covered cells of a row.
+    pub segments: usize,
     /// Particles it owns.
     pub particles: usize,
     /// Ghosts: particles of other ranks.
@@ -83,6 +93,8 @@ pub struct RankReport {
     pub process_memory_bytes: u64,
     /// Seconds per step by stage.
     pub stages: BTreeMap<String, f64>,
+    /// The same for the steps without particles.
+    pub fluid_only_stages: BTreeMap<String, f64>,
 }
 
 /// Messages of one kind in a step.

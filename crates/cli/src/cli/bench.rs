@@ -1,15 +1,20 @@
 //! `turbid bench`.
 
+mod compare;
+
 use super::machine::in_bytes;
-use super::terminal::{row, say, table};
+use super::terminal::{Row, notice, row, say, speaks, table};
 use super::{BenchArguments, load, preflight};
+pub(super) use compare::tolerance;
+use compare::{Comparison, Recorded};
 use std::fmt::Write;
 use turbid::error::Result;
 use turbid::simulation::{self, BenchOptions, BenchReport, Spread, TimeEstimate};
 
-pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
+/// Returns false if the comparison with an earlier result failed.
+pub(super) fn bench(arguments: &BenchArguments) -> Result<bool> {
     let Some(case) = &arguments.case else {
-        return calibrate(arguments.changes.threads.unwrap_or(0));
+        return calibrate(arguments.changes.threads.unwrap_or(0)).map(|()| true);
     };
     let setup = load(case, &arguments.changes)
         .and_then(|setup| preflight::refuse_what_does_not_fit(&setup).map(|()| setup));
@@ -20,6 +25,10 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
         no_contact: arguments.no_contact,
         fluid_only: arguments.fluid_only,
     };
+    // Before the measurement, which takes longer.
+    let recorded = (arguments.compare.as_deref())
+        .map(|path| Recorded::read(path, &simulation::bench_conditions(&setup, &options)?));
+    let recorded = simulation::agreed(recorded.transpose())?;
     let report = simulation::bench(&setup, &options)?;
     if arguments.json {
         say(&serde_json::to_string_pretty(&report).expect("a report is plain JSON"));
@@ -28,7 +37,17 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
         let estimate = whole.then(|| simulation::time_estimate(&setup)).transpose()?;
         say(&text(&report, estimate.as_ref()));
     }
-    Ok(())
+    // One process of a job has the numbers of all.
+    let Some(recorded) = recorded.filter(|_| speaks()) else {
+        return Ok(true);
+    };
+    let Comparison { text, passed } = recorded.compare(&report.costs, arguments.tolerance);
+    if arguments.json {
+        notice(&text);
+    } else {
+        say(&format!("\n{text}"));
+    }
+    Ok(passed)
 }
 
 /// Measures this machine, and keeps what was found.
@@ -45,6 +64,30 @@ fn calibrate(threads: usize) -> Result<()> {
     Ok(())
 }
 
+/// What particles cost; without rows of what the case has not.
+fn costs(report: &BenchReport) -> Vec<Row> {
+    let costs = &report.costs;
+    let percent = |part: Option<f64>| part.map(|part| format!("{:.1} %", 100.0 * part));
+    let time = |time: Option<f64>| time.map(|time| format!("{time:.2} ns"));
+    let covered: usize = report.by_rank.iter().map(|rank| rank.covered_cells).sum();
+    let rows = [
+        (
+            "four-way over fluid only",
+            percent(costs.four_way_over_fluid_only),
+            format!("of {:.1} MLUPS", costs.fluid_only_mlups.unwrap_or(f64::NAN)),
+        ),
+        (
+            "roofline with particles",
+            percent(costs.roofline_fraction_with_particles),
+            "populations, cut cells and segments".to_owned(),
+        ),
+        ("a fluid cell", time(costs.nanoseconds_per_fluid_cell), String::new()),
+        ("a covered cell", time(costs.nanoseconds_per_covered_cell), format!("more, {covered} cells")),
+        ("a contact", time(costs.nanoseconds_per_contact), "the whole stage `dem`".to_owned()),
+    ];
+    rows.into_iter().filter_map(|(name, value, remark)| Some(row(name, value?, remark))).collect()
+}
+
 fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
     let samples = report.mlups_samples.iter().map(|s| format!("{s:.1}"));
     let samples = samples.collect::<Vec<_>>().join(", ");
@@ -59,6 +102,7 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
         row("contacts", report.contacts.to_string(), ""),
         row("threads", report.threads.to_string(), format!("{} ranks", report.ranks)),
     ];
+    rows.extend(costs(report));
     if let Some(estimate) = estimate {
         let rate = report.cells as f64 / estimate.seconds_per_step / 1e6;
         let value = format!("{rate:.1} MLUPS");

@@ -32,7 +32,8 @@ const NOISE: f64 = 2.0;
 /// Numbers of a benchmark.
 const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s messages_per_step bytes_per_step collectives_per_step \
     bytes_per_cell memory_per_rank_bytes ranks_per_process cells particles contacts threads ranks \
-    memory_bytes contacts_per_particle wall_seconds steps";
+    fluid_only_mlups four_way_over_fluid_only dem_share nanoseconds_per_fluid_cell nanoseconds_per_covered_cell \
+    nanoseconds_per_contact roofline_fraction_with_particles memory_bytes contacts_per_particle wall_seconds steps";
 
 /// The names of all quantities of runs, or of benchmarks, except those of [`SHARE`].
 pub(super) fn names(bench: bool) -> Vec<&'static str> {

@@ -4,6 +4,7 @@ use super::Study;
 use super::file::{BenchSection, StudyFile, ValueSection};
 use super::plan::PlannedRun;
 use super::record::{BENCH_FILE, Record};
+use crate::checks::is_same;
 use serde_json::Value as Json;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,9 +30,6 @@ const IRRELEVANT: [(&str, &str); 11] = [
     ("output", "picture_range"),
     ("output", "checkpoint_every"),
 ];
-
-/// Relative difference up to which two numbers of a summary are the same.
-const SAME: f64 = 1e-9;
 
 /// Progress of a run.
 #[derive(Clone, Debug)]
@@ -193,15 +191,11 @@ fn as_float(value: &mut toml::Value) {
 
 /// Returns whether a summary is of this set-up, by the keys that it has.
 fn is_of(json: &Json, setup: &Setup) -> bool {
-    let same = |known: &Json, wanted: &Json| match (known.as_f64(), wanted.as_f64()) {
-        (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
-        _ => known == wanted,
-    };
     let stored = json.get("identity").unwrap_or(json);
     let wanted = identity(setup);
     let mut keys = wanted.as_object().into_iter().flatten();
     keys.all(|(key, wanted)| match stored.get(key) {
-        Some(known) => same(known, wanted),
+        Some(known) => is_same(known, wanted),
         // Summaries of older versions lack it.
         None => key == "setup_hash",
     })

@@ -1,0 +1,151 @@
+//! What particles cost, from times of steps with and without them.
+
+use super::{RankReport, median};
+use serde::Serialize;
+
+/// Bytes that move in a step for each cut cell: its solid fraction is written when bodies are mapped, and read in the sweep.
+const CUT_CELL: usize = 2 * size_of::<f32>();
+
+/// The same for each segment.
+const SEGMENT: usize = 2 * size_of::<crate::fluid::Segment>();
+
+/// Stages in which particles take time besides contacts and motion.
+const COUPLED: [&str; 3] = ["map", "fluid", "loads"];
+
+/// Measurements that belong together.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Samples {
+    /// Million cell updates per second.
+    pub(super) mlups: Vec<f64>,
+    /// The same without particles; empty without a fluid.
+    pub(super) fluid_only: Vec<f64>,
+    /// Streaming bandwidth (GB/s).
+    pub(super) bandwidth: Vec<f64>,
+}
+
+/// What particles cost beside the fluid; what a case has nothing of is `None`. Nanoseconds are those of one rank.
+#[derive(Clone, Debug, Serialize)]
+pub struct Costs {
+    /// Million cell updates per second without particles, median of the samples.
+    pub fluid_only_mlups: Option<f64>,
+    /// Every sample.
+    pub fluid_only_mlups_samples: Vec<f64>,
+    /// Speed with particles over speed without, median of the pairs.
+    pub four_way_over_fluid_only: Option<f64>,
+    /// Part of a step in the stage `dem`, mean over the ranks.
+    pub dem_share: Option<f64>,
+    /// Time of a step without particles over the cells.
+    pub nanoseconds_per_fluid_cell: Option<f64>,
+    /// What particles add to the stages `map`, `fluid` and `loads`, over the covered cells.
+    pub nanoseconds_per_covered_cell: Option<f64>,
+    /// Time of the stage `dem` over the contacts.
+    pub nanoseconds_per_contact: Option<f64>,
+    /// Part of the streaming bandwidth that populations, solid fractions of cut cells and segments use, median of the pairs.
+    pub roofline_fraction_with_particles: Option<f64>,
+}
+
+impl Costs {
+    /// From samples and what the ranks report; `population_bytes` are read and written for each cell.
+    pub(super) fn new(samples: &Samples, ranks: &[RankReport], population_bytes: f64) -> Self {
+        let Samples { mlups, fluid_only, bandwidth } = samples;
+        let sum = |figure: &dyn Fn(&RankReport) -> f64| ranks.iter().map(figure).sum::<f64>();
+        let count = |figure: fn(&RankReport) -> usize| sum(&|rank| figure(rank) as f64);
+        let dem = sum(&|rank| rank.stages.get("dem").copied().unwrap_or(0.0));
+        let added = sum(&|rank| {
+            let time = |name: &&str| {
+                let [with, without] = [&rank.stages, &rank.fluid_only_stages]
+                    .map(|stages| stages.get(*name).copied().unwrap_or(0.0));
+                with - without
+            };
+            COUPLED.iter().map(time).sum()
+        });
+        let over = |time: f64, count: f64| (count > 0.0).then(|| time / count);
+        let has_fluid = !fluid_only.is_empty();
+        let is_coupled = has_fluid && count(|rank| rank.particles) > 0.0;
+        let pairs = |with: &[f64], over: &[f64]| {
+            is_coupled.then(|| median(&with.iter().zip(over).map(|(a, b)| a / b).collect::<Vec<_>>()))
+        };
+        let fluid_only_mlups = has_fluid.then(|| median(fluid_only));
+        let particle_bytes =
+            CUT_CELL as f64 * count(|rank| rank.cut_cells) + SEGMENT as f64 * count(|rank| rank.segments);
+        let bytes = population_bytes + particle_bytes / count(|rank| rank.cells);
+        Self {
+            fluid_only_mlups,
+            fluid_only_mlups_samples: fluid_only.clone(),
+            four_way_over_fluid_only: pairs(mlups, fluid_only),
+            dem_share: over(dem, sum(&|rank| rank.stages.values().sum())).filter(|_| is_coupled),
+            nanoseconds_per_fluid_cell: fluid_only_mlups.map(|mlups| 1e3 * ranks.len() as f64 / mlups),
+            nanoseconds_per_covered_cell: over(1e9 * added, count(|rank| rank.covered_cells))
+                .filter(|_| is_coupled),
+            nanoseconds_per_contact: over(1e9 * dem, count(|rank| rank.contacts)),
+            roofline_fraction_with_particles: pairs(mlups, bandwidth).map(|ratio| ratio * bytes / 1e3),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CASE, report, setup};
+    use super::super::{BenchOptions, bench};
+    use crate::case::from_text;
+
+    #[test]
+    fn particles_cost_time_and_bytes_on_3_ranks() {
+        let report = report(3);
+        let costs = &report.costs;
+        assert_eq!(costs.fluid_only_mlups_samples.len(), report.mlups_samples.len());
+        assert!((0.0..1.0).contains(&costs.four_way_over_fluid_only.unwrap()), "{costs:?}");
+        assert!((0.0..1.0).contains(&costs.dem_share.unwrap()), "{costs:?}");
+        assert!(costs.nanoseconds_per_covered_cell.unwrap() > 0.0, "{costs:?}");
+        assert!(costs.nanoseconds_per_contact.unwrap() > 0.0, "{costs:?}");
+        // A sphere of 6 cells: most of what it covers is cut.
+        for rank in &report.by_rank {
+            assert!((1..rank.covered_cells).contains(&rank.segments), "{rank:?}");
+            assert!((rank.covered_cells / 2..rank.covered_cells).contains(&rank.cut_cells), "{rank:?}");
+        }
+        let with = costs.roofline_fraction_with_particles.unwrap() / report.roofline_fraction;
+        assert!((1.01..1.2).contains(&with), "{with}");
+    }
+
+    #[test]
+    fn a_fluid_without_particles_has_the_cost_of_its_cells_alone() {
+        let options = BenchOptions { steps: 2, warm_up: 2, no_contact: false, fluid_only: true };
+        let report = bench(&setup(1), &options).unwrap();
+        let costs = &report.costs;
+        assert_eq!(costs.fluid_only_mlups, Some(report.mlups));
+        assert!((costs.nanoseconds_per_fluid_cell.unwrap() * report.mlups / 1e3 - 1.0).abs() < 1e-12);
+        let none = [
+            costs.four_way_over_fluid_only,
+            costs.dem_share,
+            costs.nanoseconds_per_covered_cell,
+            costs.nanoseconds_per_contact,
+            costs.roofline_fraction_with_particles,
+        ];
+        assert_eq!(none, [None; 5]);
+    }
+
+    #[test]
+    fn a_dry_case_has_the_cost_of_a_contact_alone() {
+        let (fluid, dry) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
+        let text = CASE.replace(&CASE[fluid..dry], "[dry]\nimpact_speed = 0.3\nenlargement = 1e-4\n");
+        let setup = from_text(&text.replace("enlargement = 0.5", ""), "dry", &["run.threads=1".to_string()]);
+        let mut setup = setup.unwrap();
+        for (particle, way) in setup.particles.iter_mut().zip([0.1, -0.1].into_iter().cycle()) {
+            particle.velocity = [way, 0.0, 0.0];
+        }
+        let options = BenchOptions { steps: 2, warm_up: 16, no_contact: false, fluid_only: false };
+        let report = bench(&setup, &options).unwrap();
+        let costs = &report.costs;
+        assert!(report.contacts > 0 && costs.nanoseconds_per_contact.unwrap() > 0.0);
+        assert!(costs.fluid_only_mlups_samples.is_empty());
+        let none = [
+            costs.fluid_only_mlups,
+            costs.four_way_over_fluid_only,
+            costs.dem_share,
+            costs.nanoseconds_per_fluid_cell,
+            costs.nanoseconds_per_covered_cell,
+            costs.roofline_fraction_with_particles,
+        ];
+        assert_eq!(none, [None; 6]);
+    }
+}
