@@ -58,7 +58,7 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
 }
 
 /// All that two benchmarks must have in common for their ratios to be comparable, whatever machine they ran on: the
-/// [`identity`] of the case, instructions, ranks, steps, and what is left out. Errors: [`Error::Input`] if these are too many ranks.
+/// [identity](identity()) of the case, instructions, ranks, steps, and what is left out. Errors: [`Error::Input`] if these are too many ranks.
 pub fn bench_conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
     let mut conditions = identity(setup);
     let more = json!({
