@@ -25,7 +25,7 @@ use crate::coupling::{
 use crate::dem::{DemEngine, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
-use crate::fluid::{Boundary, Flow, FluidParams, Simd};
+use crate::fluid::{Boundary, Flow, FluidParams};
 use crate::math::Vec3;
 pub use crate::output::Fields;
 use crate::timing::Timings;
@@ -117,7 +117,7 @@ struct FluidSystem {
 impl FluidSystem {
     /// Fluid at rest round the particles of a case; errors on every rank if one has not the memory. Collective.
     fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
-        let simd = setup.plan.simd.unwrap_or_else(Simd::best);
+        let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &setup.units());
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
@@ -143,7 +143,7 @@ impl FluidSystem {
             method: of.coupling,
             gravity: setup.gravity,
             force_balance: of.force_balance,
-            simd: setup.plan.simd.unwrap_or_else(Simd::best),
+            simd: setup.plan.instruction_set(),
         };
         let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);

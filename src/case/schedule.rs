@@ -40,6 +40,11 @@ impl RunPlan {
         })
     }
 
+    /// Instruction set of the kernels.
+    pub(crate) fn instruction_set(&self) -> Simd {
+        self.simd.unwrap_or_else(Simd::best)
+    }
+
     /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
     fn spacings(&self) -> [(&'static str, u64); 7] {
         let plan = &self.output;

@@ -160,7 +160,6 @@ fn bench_rank(
     if let Some(alone) = &alone {
         mine.fluid_only_stages =
             per_step(&alone.timings, (SAMPLES as u64 * Alone::steps(options.steps)) as f64);
-        (mine.cut_cells, mine.segments) = alone::cut_cells_and_segments(&mut simulation);
     } else if setup.fluid.is_some() {
         samples.fluid_only.clone_from(&samples.mlups);
     }
@@ -234,15 +233,16 @@ fn per_step(timings: &Timings, steps: f64) -> BTreeMap<String, f64> {
 fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, resident: u64) -> RankReport {
     let stages = per_step(simulation.timings(), steps);
     let system = simulation.system.as_ref();
+    let cover = system.map(|system| system.coupling.cover_count()).unwrap_or_default();
     let particles = simulation.dem.particles();
     let [halo, exchange, collective] =
         [traffic.halo, traffic.exchange, traffic.collective].map(|tally| Rate::new(tally, steps));
     RankReport {
         rank: simulation.comm.rank(),
         cells: system.map_or(0, |system| system.fluid.block().cell_count()),
-        covered_cells: system.map_or(0, |system| system.coupling.covered_cells()),
-        cut_cells: 0,
-        segments: 0,
+        covered_cells: cover.cells,
+        cut_cells: cover.cut,
+        segments: cover.segments,
         particles: particles.owned,
         ghosts: particles.particles.len() - particles.owned,
         contacts: simulation.dem.contacts().count,

@@ -24,7 +24,7 @@ mod walls;
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::fluid::{Body, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Simd};
+use crate::fluid::{Body, CoverCount, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Simd};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
@@ -71,7 +71,7 @@ pub struct Coupling {
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
-    swept_cells: usize,
+    swept_count: CoverCount,
     swept_particles: Vec<Particle>,
     /// Number of those that were owned here.
     swept_owned: usize,
@@ -113,7 +113,7 @@ impl Coupling {
             shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
-            swept_cells: 0,
+            swept_count: CoverCount::default(),
             swept_particles: Vec::new(),
             swept_owned: 0,
             swept_loads: Vec::new(),
@@ -220,7 +220,7 @@ impl Coupling {
     /// Makes the mapped particles the state of the last sweep.
     fn note_swept(&mut self, particles: &ParticleStore) {
         std::mem::swap(&mut self.bodies, &mut self.swept_bodies);
-        self.swept_cells = self.segments.cells();
+        self.swept_count = self.segments.count();
         if with_method!(self.params.method, method => method.keeps_cover()) {
             std::mem::swap(&mut self.segments, &mut self.swept_segments);
         }
@@ -229,9 +229,9 @@ impl Coupling {
         self.swept_owned = particles.owned;
     }
 
-    /// Cells of the block that were covered in the last step, once for each particle that covered them.
-    pub fn covered_cells(&self) -> usize {
-        self.swept_cells
+    /// Cells of the block that were covered in the last step.
+    pub fn cover_count(&self) -> CoverCount {
+        self.swept_count
     }
 
     /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order.

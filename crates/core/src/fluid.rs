@@ -24,7 +24,7 @@ use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
 use crate::lattice::{C, Q, shifted_equilibrium};
 use crate::memory;
-pub use bodies::{BlockSolids, Body, ExchangeSum, RigidMotion, RowSegments, Segment};
+pub use bodies::{BlockSolids, Body, CoverCount, ExchangeSum, RigidMotion, RowSegments, Segment};
 use buffer::Buffer;
 pub use dispatch::Real;
 #[doc(hidden)]

@@ -73,26 +73,3 @@ impl Alone {
         std::mem::swap(&mut self.timings, &mut simulation.timings);
     }
 }
-
-/// Numbers of cells of the block that the surfaces of particles cut, and of runs of covered cells in a row; where particles share
-/// cells, they count as one.
-pub(super) fn cut_cells_and_segments(simulation: &mut Simulation) -> (usize, usize) {
-    let Some(FluidSystem { fluid, coupling, .. }) = &mut simulation.system else {
-        return (0, 0);
-    };
-    coupling.map(simulation.dem.particles());
-    let (mut x, mut is_counted, mut cut, mut segments) = (0, false, 0, 0);
-    fluid.each_cell(simulation.block, [0.0; 3], coupling, |cell| {
-        // A new row, or the end of a run. Cells in walls are solid, but never cut.
-        if x == 0 || cell.solid_fraction == 0.0 {
-            is_counted = false;
-        }
-        if 0.0 < cell.solid_fraction && cell.solid_fraction < 1.0 {
-            cut += 1;
-            segments += usize::from(!is_counted);
-            is_counted = true;
-        }
-        x = (x + 1) % simulation.block.size()[0];
-    });
-    (cut, segments)
-}

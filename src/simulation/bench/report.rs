@@ -71,9 +71,9 @@ pub struct RankReport {
     pub cells: usize,
     /// Cells that particles cover, once for each particle.
     pub covered_cells: usize,
-    /// Of these the cells that a surface cuts, once for all particles in one.
+    /// Of these the cells that a surface cuts.
     pub cut_cells: usize,
-    /// Runs of covered cells of a row.
+    /// Segments of rows that covered cells form, once for each particle.
     pub segments: usize,
     /// Particles it owns.
     pub particles: usize,

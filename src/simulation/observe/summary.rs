@@ -1,7 +1,6 @@
 //! The summary of a run.
 
 use crate::case::{FluidSetup, Setup};
-use crate::fluid::Simd;
 use crate::output::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
 use crate::simulation::identity::{
@@ -65,7 +64,7 @@ pub(super) fn summary(
 
 /// The instruction set that the kernels of a case use here.
 pub fn instruction_set(setup: &Setup) -> &'static str {
-    setup.plan.simd.unwrap_or_else(Simd::best).name()
+    setup.plan.instruction_set().name()
 }
 
 /// Reference scales; without a fluid what has no meaning is zero or infinite.

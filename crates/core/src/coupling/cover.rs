@@ -5,7 +5,7 @@
 
 use super::mapper::{Image, Mapper};
 use crate::fluid::simd::{Lanes, Registers, Single};
-use crate::fluid::{GROUP, Segment, Simd};
+use crate::fluid::{GROUP, Real, Segment, Simd};
 
 /// Covered cells, as they are found.
 #[derive(Default)]
@@ -45,7 +45,7 @@ impl Intervals {
 
 /// `x.floor()` for `|x| < 2^30`, of which several are found at once on every processor.
 #[inline(always)]
-fn floor(x: f64) -> i32 {
+pub(super) fn floor(x: f64) -> i32 {
     // The integer is in the last bits of the sum.
     const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
     let near = x + ROUND;
@@ -164,7 +164,7 @@ impl Cover {
             for done in (0..head + tail).step_by(GROUP) {
                 let mut n = [0.0; GROUP];
                 for k in 0..GROUP {
-                    let lane = done as f32 + LANE[k];
+                    let lane = done as f32 + f32::LANE[k];
                     n[k] = origin + (lane + if lane < in_head { 0.0 } else { gap });
                 }
                 self.cut.extend_from_slice(&surface.fractions::<V>(&n, y, z));
@@ -197,9 +197,6 @@ impl Cover {
         self.added.push((((ny + by) + image.rows * (nz + bz)) as u32, segment));
     }
 }
-
-/// 0, 1, 2, ...
-const LANE: [f32; GROUP] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 #[cfg(test)]
 mod tests {

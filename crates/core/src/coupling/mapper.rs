@@ -1,7 +1,7 @@
 //! A particle on the lattice: its periodic images that reach a block, and the cells of each row that it covers.
 
 use super::CouplingParams;
-use super::cover::Rows;
+use super::cover::{Rows, floor};
 use super::faces::{FacePlane, between};
 use crate::domain::{Block, Domain};
 use crate::fluid::{GROUP, RigidMotion};
@@ -9,13 +9,6 @@ use crate::math::{Mat3, Quat, Vec3};
 use crate::shape::{Shape, Sphere};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
-
-/// `x.floor()`, which is a library call on processors without the instruction.
-#[inline]
-fn floor(x: f64) -> i64 {
-    let towards_zero = x as i64;
-    towards_zero - i64::from(x < towards_zero as f64)
-}
 
 /// Half the diagonal of a cell.
 pub(super) const HALF_DIAGONAL: f64 = 0.8660254037844386;
@@ -110,10 +103,12 @@ impl Mapper {
             _ => self.shape.bounds(&self.orientation),
         };
         // Cells with their centre within the layer, and one more against rounding.
-        let first: [i64; 3] =
-            std::array::from_fn(|a| floor((low[a] - self.layer) * self.per_dx + self.motion.centre[a]) - 1);
-        let last: [i64; 3] =
-            std::array::from_fn(|a| floor((high[a] + self.layer) * self.per_dx + self.motion.centre[a]) + 2);
+        let first: [i64; 3] = std::array::from_fn(|a| {
+            i64::from(floor((low[a] - self.layer) * self.per_dx + self.motion.centre[a])) - 1
+        });
+        let last: [i64; 3] = std::array::from_fn(|a| {
+            i64::from(floor((high[a] + self.layer) * self.per_dx + self.motion.centre[a])) + 2
+        });
         // Of each axis, the images that reach into the block.
         let along = |a: usize| {
             (-1..=1).filter(move |shift| *shift == 0 || domain.periodic[a]).filter_map(move |shift| {
@@ -136,7 +131,7 @@ impl Mapper {
     /// Offsets of the covered cells of the row at `y, z` (cells from the centre), and of those fully solid (maybe none, then
     /// crossing), or `None` if none is covered.
     #[inline]
-    pub(super) fn row(&self, y: f64, z: f64) -> Option<([i64; 2], [i64; 2])> {
+    pub(super) fn row(&self, y: f64, z: f64) -> Option<([i32; 2], [i32; 2])> {
         let centre = self.motion.centre;
         let clip = |(lo, hi): (f64, f64)| [-floor(-(lo + centre[0])), floor(hi + centre[0])];
         let interval = |growth: f64| {
@@ -154,7 +149,7 @@ impl Mapper {
         let (mut all, full) = (clip(outer), inner.map_or([1, 0], clip));
         if !matches!(self.geometry, Geometry::Sphere(_)) {
             // The intervals may be a little too long, beyond edges between faces for instance.
-            let covered = |n: i64| self.distance(n as f64 - centre[0], y, z) * self.per_layer < 0.5;
+            let covered = |n: i32| self.distance(f64::from(n) - centre[0], y, z) * self.per_layer < 0.5;
             while all[0] <= all[1] && !covered(all[0]) {
                 all[0] += 1;
             }
@@ -171,7 +166,7 @@ impl Mapper {
         for k in 0..GROUP {
             if let Some((all, full)) = self.row(y[k], z) {
                 for end in 0..2 {
-                    (rows.all[end][k], rows.full[end][k]) = (all[end] as i32, full[end] as i32);
+                    (rows.all[end][k], rows.full[end][k]) = (all[end], full[end]);
                 }
             }
         }
@@ -195,23 +190,6 @@ impl Mapper {
                 return height * self.dx;
             }
         }
-        // Corners move further than faces.
-        let moved = match self.geometry {
-            Geometry::Flat(_) => 3.0 * self.shift * self.dx,
-            _ => 0.0,
-        };
-        moved + self.shape.signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_floor_is_the_floor() {
-        for x in [-2.0, -1.5, -0.1, 0.0, 0.1, 0.999, 1.0, 7.5] {
-            assert_eq!(floor(x), f64::floor(x) as i64);
-        }
+        self.shape.signed_distance(self.to_body * (Vec3::new(x, y, z) * self.dx))
     }
 }

@@ -156,7 +156,7 @@ pub struct Segment {
     pub x: u32,
     /// Number of cells.
     pub count: u16,
-    /// Cut cells at the begin.
+    /// Cut cells at the start.
     pub head: u16,
     /// Cut cells at the end.
     pub tail: u16,
@@ -184,6 +184,17 @@ impl Segment {
             _ => 1.0,
         }
     }
+}
+
+/// How many cells bodies cover in a block, each counted once for each body that covers it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CoverCount {
+    /// Cells.
+    pub cells: usize,
+    /// Those that a surface cuts.
+    pub cut: usize,
+    /// Segments of rows that they form.
+    pub segments: usize,
 }
 
 /// The cells that bodies cover in the rows of a block: segments sorted by row, and the solid fractions of cut cells.
@@ -225,9 +236,14 @@ impl RowSegments {
         self.cut.extend([0.0; GROUP]);
     }
 
-    /// Cells of all segments.
-    pub fn cells(&self) -> usize {
-        self.segments.iter().map(|segment| usize::from(segment.count)).sum()
+    /// Numbers of all.
+    pub fn count(&self) -> CoverCount {
+        let cells = |of: fn(&Segment) -> u16| self.segments.iter().map(|s| usize::from(of(s))).sum();
+        CoverCount {
+            cells: cells(|segment| segment.count),
+            cut: cells(|segment| segment.head + segment.tail),
+            segments: self.segments.len(),
+        }
     }
 
     /// Segments of row `y + ny z`; none before the first [`sort`](Self::sort).
@@ -239,7 +255,7 @@ impl RowSegments {
         }
     }
 
-    /// Solid fractions of the cut cells of a segment, head and tail, and some of others.
+    /// Solid fractions of the cut cells of a segment, head then tail, followed by those of other segments.
     #[inline(always)]
     pub(super) fn cut(&self, segment: &Segment) -> &[f32] {
         &self.cut[segment.cut as usize..]
@@ -392,20 +408,18 @@ fn received_of_shared<T: Real>(
     cut: &[f32],
     solids: &SolidRow<T>,
 ) -> ExchangeSum {
-    let (mut force, mut lever) = ([0_i64; 3], [0_i64; 3]);
+    let ([px, py, pz, _], [nx, ny, nz]) = (exchanged, segment.offset.map(i64::from));
+    let mut sum = ExchangeSum::default();
     for k in 0..usize::from(segment.count) {
         let x = segment.x as usize + k;
         let share = solids.share(x, segment.fraction(cut, k));
-        let n = f64::from(segment.offset[0]) + k as f64;
-        for axis in 0..3 {
-            // Not a number where nothing is covered and the sweep wrote nothing.
-            let f = if share > 0.0 { share * exchanged[axis][x].into() } else { 0.0 };
-            force[axis] = force[axis].wrapping_add(to_fixed(f));
-            lever[axis] = lever[axis].wrapping_add(to_fixed(n * f));
+        // Where nothing is covered the sweep wrote nothing, and there may be no number.
+        if share > 0.0 {
+            let [fx, fy, fz] = [px, py, pz].map(|p| share * p[x].into());
+            sum.add(&ExchangeSum::of_cell([fx, fy, fz, 0.0], [0.0; 3], [nx + k as i64, ny, nz]), 1);
         }
     }
-    let [_, ny, nz] = segment.offset.map(i64::from);
-    ExchangeSum::of_row(force, lever[1], lever[2], ny, nz)
+    sum
 }
 
 /// All bits of the first `count` of eight lanes, and none of the others, which belong to other segments or to nothing.
@@ -461,7 +475,7 @@ mod tests {
             assert_eq!([bodies(0), bodies(1), bodies(3)], [vec![(1, 0)], vec![(4, 0)], vec![]]);
             // The first two share a cell; added in this order.
             assert_eq!(bodies(2), [(5, 0), (0, 2), (3, 2), (2, 0)]);
-            assert_eq!(segments.cells(), 16);
+            assert_eq!(segments.count().cells, 16);
         }
     }
 

@@ -12,7 +12,7 @@ use crate::math::to_fixed;
 use bytemuck::Pod;
 
 /// Storage type of populations: `f32` or `f64`.
-pub trait Real: Pod + Send + Sync + PartialOrd + Into<f64> + Lanes<Self> {
+pub trait Real: Pod + Send + Sync + PartialOrd + From<f32> + Into<f64> + Lanes<Self> {
     /// 0.
     const ZERO: Self;
     /// 1.
@@ -21,8 +21,6 @@ pub trait Real: Pod + Send + Sync + PartialOrd + Into<f64> + Lanes<Self> {
     const LANE: [Self; CHUNK];
     /// Rounds.
     fn from_f64(x: f64) -> Self;
-    /// Exact.
-    fn from_f32(x: f32) -> Self;
     #[doc(hidden)]
     /// # Safety
     /// As many numbers as a register holds can be read at `p`.
@@ -230,11 +228,6 @@ macro_rules! real {
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 x as Self
-            }
-
-            #[inline(always)]
-            fn from_f32(x: f32) -> Self {
-                x.into()
             }
 
             #[inline(always)]

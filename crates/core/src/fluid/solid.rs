@@ -160,7 +160,7 @@ impl<T: Real> SolidRow<T> {
         let real = |from: usize| {
             let mut all = [T::ZERO; GROUP];
             for k in 0..GROUP {
-                all[k] = T::from_f32(cut[from + k]);
+                all[k] = cut[from + k].into();
             }
             all
         };
@@ -184,7 +184,7 @@ impl<T: Real> SolidRow<T> {
         }
     }
 
-    /// Begins cells that several bodies cover.
+    /// Empties cells that several bodies may cover.
     pub(super) fn open_cells(&mut self, cells: Range<usize>) {
         for sum in [&mut self.total, &mut self.fraction].into_iter().chain(&mut self.velocity_sum) {
             sum[cells.clone()].fill(T::ZERO);
@@ -195,7 +195,7 @@ impl<T: Real> SolidRow<T> {
     pub(super) fn add<M: SolidModel>(&mut self, segment: &Segment, cut: &[f32], velocity: &RowVelocity<T>) {
         self.cover(segment);
         for k in 0..segment.count as usize {
-            let (x, phi) = (segment.x as usize + k, T::from_f32(segment.fraction(cut, k)));
+            let (x, phi) = (segment.x as usize + k, T::from(segment.fraction(cut, k)));
             if phi > T::ZERO {
                 let (before, u) = (self.fraction[x], velocity.lanes::<T>(segment.offset[0] + k as i32));
                 self.total[x] = self.total[x] + phi;
