@@ -4,7 +4,7 @@
 //! are evaluated side by side, [`GROUP`] at a time and without branches.
 
 use super::mapper::{Image, Mapper};
-use crate::fluid::simd::{Lanes, Registers, Single};
+use crate::fluid::simd::{Choose, Lanes, Registers, Single};
 use crate::fluid::{GROUP, Real, Segment, Simd};
 
 /// Covered cells, as they are found.
@@ -31,23 +31,31 @@ pub(super) struct Intervals {
 impl Intervals {
     /// The cells whose centres are within.
     #[inline(always)]
-    pub(super) fn rows(&self, centre: f64) -> Rows {
+    pub(super) fn rows<V: Registers>(&self, centre: f64) -> Rows {
         let mut rows = Rows { all: [[0; GROUP]; 2], full: [[0; GROUP]; 2] };
         for ([first, last], [low, high]) in [(&mut rows.all, &self.outer), (&mut rows.full, &self.inner)] {
+            let (mut up, mut down) = ([0.0; GROUP], [0.0; GROUP]);
+            for at in (0..GROUP).step_by(V::D::WIDTH) {
+                let (round, one, centre) = (V::D::splat(ROUND), V::D::splat(1.0), V::D::splat(centre));
+                let (low, high) = (load::<f64, V::D>(low, at) + centre, load::<f64, V::D>(high, at) + centre);
+                let (above, below) = (low + round, high + round);
+                store(&mut up, at, low.if_greater(above - round, above + one, above));
+                store(&mut down, at, (below - round).if_greater(high, below - one, below));
+            }
             for k in 0..GROUP {
-                first[k] = -floor(-(low[k] + centre));
-                last[k] = floor(high[k] + centre);
+                (first[k], last[k]) = (up[k].to_bits() as i32, down[k].to_bits() as i32);
             }
         }
         rows
     }
 }
 
+/// Added to a number, puts the nearest integer into the last bits of the sum.
+const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
+
 /// `x.floor()` for `|x| < 2^30`, of which several are found at once on every processor.
 #[inline(always)]
 pub(super) fn floor(x: f64) -> i32 {
-    // The integer is in the last bits of the sum.
-    const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
     let near = x + ROUND;
     near.to_bits() as i32 - i32::from(near - ROUND > x)
 }
@@ -160,14 +168,18 @@ impl Cover {
         if head + tail > 0 {
             surface.enter_row::<V>(y, z, first, last);
             // Exact: offsets are small whole numbers.
-            let (origin, gap, in_head) = (first as f32, (end - begin) as f32, head as f32);
-            for done in (0..head + tail).step_by(GROUP) {
+            let c = |x: f32| V::F::splat(x);
+            let (origin, gap, in_head) = (c(first as f32), c((end - begin) as f32), c(head as f32));
+            let mut done = 0;
+            while done < head + tail {
                 let mut n = [0.0; GROUP];
-                for k in 0..GROUP {
-                    let lane = done as f32 + f32::LANE[k];
-                    n[k] = origin + (lane + if lane < in_head { 0.0 } else { gap });
+                for at in (0..GROUP).step_by(V::F::WIDTH) {
+                    // SAFETY: there are more lanes than a register and a group have.
+                    let lanes = unsafe { V::F::load(f32::LANE.as_ptr().add(at)) } + c(done as f32);
+                    store(&mut n, at, origin + (lanes + in_head.if_greater(lanes, c(0.0), gap)));
                 }
                 self.cut.extend_from_slice(&surface.fractions::<V>(&n, y, z));
+                done += GROUP as i32;
             }
             self.cut.truncate(start + (head + tail) as usize);
             // Without the outermost cells if nothing of them is covered, which is common; without a branch, as it is random.

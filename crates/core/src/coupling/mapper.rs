@@ -102,12 +102,12 @@ impl Mapper {
             Geometry::Sphere(radius) => (Vec3::repeat(-radius), Vec3::repeat(radius)),
             _ => self.shape.bounds(&self.orientation),
         };
-        // Cells with their centre within the layer, and one more against rounding.
-        let first: [i64; 3] = std::array::from_fn(|a| {
-            i64::from(floor((low[a] - self.layer) * self.per_dx + self.motion.centre[a])) - 1
-        });
+        // Cells with their centre within the layer; where three faces meet that are moved out, the corner moves farther.
+        let margin = self.half_layer + if self.shift < 0.0 { -3.0 * self.shift } else { 0.0 };
+        let first: [i64; 3] =
+            std::array::from_fn(|a| i64::from(floor(low[a] * self.per_dx - margin + self.motion.centre[a])));
         let last: [i64; 3] = std::array::from_fn(|a| {
-            i64::from(floor((high[a] + self.layer) * self.per_dx + self.motion.centre[a])) + 2
+            i64::from(floor(high[a] * self.per_dx + margin + self.motion.centre[a])) + 1
         });
         // Of each axis, the images that reach into the block.
         let along = |a: usize| {

@@ -213,24 +213,29 @@ impl RowSegments {
     pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)], cut: &mut Vec<f32>) {
         self.start.clear();
         self.start.resize(rows + 1, 0);
-        for &(row, _) in added {
-            self.start[row as usize + 1] += 1;
+        for (row, _) in added {
+            self.start[*row as usize + 1] += 1;
         }
-        for row in 0..rows {
-            self.start[row + 1] += self.start[row];
+        let mut sum = 0;
+        for start in &mut self.start {
+            sum += *start;
+            *start = sum;
         }
         // Each is written below.
         self.segments.resize(added.len(), Segment::default());
-        for &(row, segment) in added {
-            let next = &mut self.start[row as usize];
-            self.segments[*next as usize] = segment;
+        for (row, segment) in added {
+            let next = &mut self.start[*row as usize];
+            self.segments[*next as usize] = *segment;
             *next += 1;
         }
         // Each start has moved to the end of its row, which is the start of the next.
-        self.start.rotate_right(1);
-        self.start[0] = 0;
-        for row in 0..rows {
-            sort_row(&mut self.segments[self.start[row] as usize..self.start[row + 1] as usize]);
+        let mut first = 0;
+        for start in &mut self.start {
+            let end = std::mem::replace(start, first);
+            if end - first > 1 {
+                sort_row(&mut self.segments[first as usize..end as usize]);
+            }
+            first = end;
         }
         std::mem::swap(&mut self.cut, cut);
         self.cut.extend([0.0; GROUP]);
@@ -354,51 +359,78 @@ fn received<T: Real, V: Registers, M: SolidModel>(
     velocity: &RowVelocity<f64>,
 ) -> [ExchangeSum; 2] {
     let (x, count) = (segment.x as usize, usize::from(segment.count));
-    let zero = V::D::splat(0.0);
-    let (mut forces, mut levers, mut groups) = ([[zero; 3]; 2], [[zero; 2]; 2], 0_i64);
     assert!(x + count + V::D::WIDTH <= solids.fraction.len());
-    for done in (0..count).step_by(V::D::WIDTH) {
-        let n = segment.offset[0] + done as i32;
-        // SAFETY: there are more lanes than in a register.
-        let (along, mask) = unsafe {
-            (V::D::splat(n.into()) + V::D::load(f64::LANE.as_ptr()), V::D::load(first_lanes(count - done)))
-        };
-        for (way, [px, py, pz, m]) in [&solids.incoming, &solids.outgoing].into_iter().enumerate() {
-            let mut f = [along; 3];
-            for (f, p) in f.iter_mut().zip([px, py, pz]) {
-                // SAFETY: all arrays of the row are as long as the one just checked.
-                *f = unsafe { T::widen::<V::D>(p.as_ptr().add(x + done)) };
+    let whole = count - count % V::D::WIDTH;
+    let cells = count.next_multiple_of(V::D::WIDTH) as i64;
+    let offset = (FIXED_MAGIC.to_bits() as i64).wrapping_mul(cells);
+    let [first, ny, nz] = segment.offset;
+    let zero = V::D::splat(0.0);
+    // One after the other: sums of both do not fit into registers. No closures: they would not be compiled for the instruction set.
+    let (mut z_levers, mut others) = ([zero; 2], [[0; 4]; 2]);
+    for (way, exchanged) in [&solids.incoming, &solids.outgoing].into_iter().enumerate() {
+        let mut tallies = [zero; 5];
+        let mut done = 0;
+        // SAFETY: all arrays of the row are as long as the one just checked.
+        unsafe {
+            while done < whole {
+                let (x, n) = (x + done, first + done as i32);
+                add_register::<T, _, M, false>(&mut tallies, exchanged, velocity, x, n, 0);
+                done += V::D::WIDTH;
             }
-            if !M::BY_VOLUME {
-                // SAFETY: as above.
-                let m = unsafe { T::widen::<V::D>(m.as_ptr().add(x + done)) };
-                let u = velocity.lanes::<V::D>(n);
-                f = [f[0] - u[0] * m, f[1] - u[1] * m, f[2] - u[2] * m];
-            }
-            for axis in 0..3 {
-                f[axis] = f[axis].masked(mask);
-                forces[way][axis] = forces[way][axis].tally(f[axis]);
-            }
-            for axis in 0..2 {
-                levers[way][axis] = levers[way][axis].tally(along * f[axis + 1]);
+            if done < count {
+                let (x, n) = (x + done, first + done as i32);
+                add_register::<T, _, M, true>(&mut tallies, exchanged, velocity, x, n, count - done);
             }
         }
-        groups += V::D::WIDTH as i64;
+        let [fx, fy, fz, ly, lz] = tallies;
+        others[way] = V::D::totals([fx, fy, fz, ly]);
+        z_levers[way] = lz;
     }
-    // No closures: they would not be compiled for the instruction set.
-    let offset = (FIXED_MAGIC.to_bits() as i64).wrapping_mul(groups);
-    let ([_, ny, nz], mut sums) = (segment.offset.map(i64::from), [ExchangeSum::default(); 2]);
+    let z_levers = V::D::totals([z_levers[0], z_levers[1], zero, zero]);
+    let mut sums = [ExchangeSum::default(); 2];
     for way in 0..2 {
-        let ([fx, fy, fz], [ly, lz]) = (forces[way], levers[way]);
-        let force = [
-            fx.total().wrapping_sub(offset),
-            fy.total().wrapping_sub(offset),
-            fz.total().wrapping_sub(offset),
-        ];
-        let lever = [ly.total().wrapping_sub(offset), lz.total().wrapping_sub(offset)];
-        sums[way] = ExchangeSum::of_row(force, lever[0], lever[1], ny, nz);
+        let ([fx, fy, fz, ly], lz) = (others[way], z_levers[way]);
+        let force = [fx.wrapping_sub(offset), fy.wrapping_sub(offset), fz.wrapping_sub(offset)];
+        let (ly, lz) = (ly.wrapping_sub(offset), lz.wrapping_sub(offset));
+        sums[way] = ExchangeSum::of_row(force, ly, lz, ny.into(), nz.into());
     }
     sums
+}
+
+/// Adds the register of cells at `x`, whose first has offset `n` in x, to sums of `F`, `n_x F_y` and `n_x F_z`; with `PART` only the first
+/// `count` of them.
+///
+/// # Safety
+/// The arrays of the row have `WIDTH` numbers from `x` on.
+#[inline(always)]
+unsafe fn add_register<T: Real, D: Tally, M: SolidModel, const PART: bool>(
+    sums: &mut [D; 5],
+    [px, py, pz, m]: &[Vec<T>; 4],
+    velocity: &RowVelocity<f64>,
+    x: usize,
+    n: i32,
+    count: usize,
+) {
+    // SAFETY: there are more lanes than in a register.
+    let along = unsafe { D::splat(n.into()) + D::load(f64::LANE.as_ptr()) };
+    // SAFETY: promised by the caller.
+    let at = |p: &Vec<T>| unsafe { p.as_ptr().add(x) };
+    // SAFETY: as above.
+    let mut f = unsafe { [T::widen::<D>(at(px)), T::widen::<D>(at(py)), T::widen::<D>(at(pz))] };
+    if !M::BY_VOLUME {
+        // SAFETY: as above.
+        let (m, u) = (unsafe { T::widen::<D>(at(m)) }, velocity.lanes::<D>(n));
+        f = [f[0] - u[0] * m, f[1] - u[1] * m, f[2] - u[2] * m];
+    }
+    if PART {
+        // SAFETY: as many lanes as the widest register has.
+        let mask = unsafe { D::load(first_lanes(count)) };
+        f = [f[0].masked(mask), f[1].masked(mask), f[2].masked(mask)];
+    }
+    let all = [f[0], f[1], f[2], along * f[1], along * f[2]];
+    for k in 0..5 {
+        sums[k] = sums[k].tally(all[k]);
+    }
 }
 
 /// The same, by its share in each cell.

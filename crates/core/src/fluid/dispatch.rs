@@ -65,6 +65,8 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
     let (row, model) = (row_of(fluid, acceleration), solids.model);
+    let (from_first, wrap) = (layout.slots_from(fluid.phase), WrapX::new(&layout, fluid.phase));
+    let mut dirty = true;
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
@@ -72,17 +74,23 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
                 continue;
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
-            fluid.solid_row.clear();
-            // SAFETY: promised by the caller.
-            unsafe { fill(solids, y + ny * z, &mut fluid.solid_row) };
+            if dirty {
+                fluid.solid_row.clear();
+            }
+            let covered = !solids.segments.row(y + ny * z).is_empty();
+            dirty = covered;
+            if covered {
+                // SAFETY: promised by the caller.
+                unsafe { fill(solids, y + ny * z, &mut fluid.solid_row) };
+            }
             if let Some(walls) = walls {
                 walls.each(|cells| fluid.solid_row.clear_fractions(cells));
             }
-            let indices = layout.slots(fluid.phase, layout.cell(0, y as isize, z as isize));
+            let cell = layout.cell(0, y as isize, z as isize);
             let mut slots: Slots<T> = [base; Q];
-            for (slot, index) in slots.iter_mut().zip(indices) {
+            for (slot, from_first) in slots.iter_mut().zip(from_first) {
                 // SAFETY: slots of real cells are inside the buffer (tested in `layout`).
-                *slot = unsafe { base.add(index) };
+                *slot = unsafe { base.add(cell.wrapping_add(from_first)) };
             }
             let (solid, measured) = (&mut fluid.solid_row, &mut fluid.measured);
             let dead = walls.map_or(&[][..], |walls| &walls.dead);
@@ -96,7 +104,7 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
                 }
             }
             if let Some(walls) = walls {
-                walls.clear(&indices, &mut fluid.populations);
+                walls.clear(&layout.slots(fluid.phase, cell), &mut fluid.populations);
                 walls.each(|cells| solid.clear_exchanged(cells));
                 if flow.is_some() {
                     walls.each(|cells| measured.clear(cells));
@@ -106,14 +114,16 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
                 observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
                 flow.solid += i128::from(solid.fraction_total());
             }
-            // SAFETY: promised by the caller.
-            unsafe { collect(solids, y + ny * z, solid) };
+            if covered {
+                // SAFETY: promised by the caller.
+                unsafe { collect(solids, y + ny * z, solid) };
+            }
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
                 fluid.walls.bounce_row(entered, populations, y, z);
             }
             if fluid.wrap_x {
-                wrap_row_x(&layout, fluid.phase, populations, y as isize, z as isize);
+                wrap.row(populations, cell, [y as isize, z as isize]);
             } else if WALLS {
                 fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
             }
@@ -172,25 +182,40 @@ pub(super) fn observe_row<T: Real>(measured: &Measured<T>, nx: usize, at: [usize
 ///
 /// From `Even` the ghosts at both ends of the row are filled; from `Odd` the values that the row wrote to ghosts are
 /// copied back.
-#[inline(always)]
-pub(super) fn wrap_row_x<T: Real>(
-    layout: &Layout,
-    swept: AaPhase,
-    populations: &mut [T],
-    y: isize,
-    z: isize,
-) {
-    let [nx, ny, nz] = layout.size.map(|n| n as isize);
-    for j in (1..Q).filter(|&j| C[j][0] != 0) {
-        let (ghost, real) = if C[j][0] > 0 { (nx, 0) } else { (-1, nx - 1) };
-        let at = |x: isize, y: isize, z: isize| j * layout.stride + layout.cell(x, y, z);
-        match swept {
-            AaPhase::Even => populations[at(ghost, y, z)] = populations[at(real, y, z)],
-            AaPhase::Odd => {
-                let (y, z) = (y + C[j][1], z + C[j][2]);
-                if (0..ny).contains(&y) && (0..nz).contains(&z) {
-                    populations[at(real, y, z)] = populations[at(ghost, y, z)];
-                }
+pub(super) struct WrapX {
+    /// Of each population that crosses: where it goes, whence it comes, both from the first cell of the row, and the row in which both
+    /// lie relative to this one.
+    copies: [([usize; 2], [isize; 2]); 10],
+    size: [isize; 2],
+}
+
+impl WrapX {
+    /// For a sweep from a phase.
+    pub(super) fn new(layout: &Layout, swept: AaPhase) -> Self {
+        let [nx, ny, nz] = layout.size.map(|n| n as isize);
+        let mut copies = [([0; 2], [0; 2]); 10];
+        let crossing = (1..Q).filter(|&j| C[j][0] != 0);
+        for (copy, j) in copies.iter_mut().zip(crossing) {
+            let (ghost, real) = if C[j][0] > 0 { (nx, 0) } else { (-1, nx - 1) };
+            let (to, from, row) = match swept {
+                AaPhase::Even => (ghost, real, [0; 2]),
+                AaPhase::Odd => (real, ghost, [C[j][1], C[j][2]]),
+            };
+            let rows = layout.pitch as isize * (row[0] + row[1] * (ny + 2));
+            let at = |x: isize| (j * layout.stride).wrapping_add_signed(x + rows);
+            *copy = ([at(to), at(from)], row);
+        }
+        Self { copies, size: [ny, nz] }
+    }
+
+    /// Wraps the row at `y, z`, whose first cell is `cell`.
+    #[inline(always)]
+    pub(super) fn row<T: Copy>(&self, populations: &mut [T], cell: usize, [y, z]: [isize; 2]) {
+        let [ny, nz] = self.size;
+        let inner = y > 0 && y + 1 < ny && z > 0 && z + 1 < nz;
+        for ([to, from], [dy, dz]) in &self.copies {
+            if inner || ((0..ny).contains(&(y + dy)) && (0..nz).contains(&(z + dz))) {
+                populations[cell.wrapping_add(*to)] = populations[cell.wrapping_add(*from)];
             }
         }
     }

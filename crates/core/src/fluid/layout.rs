@@ -88,12 +88,21 @@ impl Layout {
     /// Indices at which the cell at `cell` finds `f_i` after streaming, for each `i`.
     #[inline(always)]
     pub(crate) fn slots(&self, phase: AaPhase, cell: usize) -> [usize; Q] {
+        let mut slots = self.slots_from(phase);
+        for slot in &mut slots {
+            *slot = cell.wrapping_add(*slot);
+        }
+        slots
+    }
+
+    /// What to add to the slot of a cell, wrapping, for its [`slots`](Self::slots).
+    pub(crate) fn slots_from(&self, phase: AaPhase) -> [usize; Q] {
         // A loop: `array::from_fn` is a call for this many.
         let mut slots = [0; Q];
         for (i, slot) in slots.iter_mut().enumerate() {
             *slot = match phase {
-                AaPhase::Even => i * self.stride + cell,
-                AaPhase::Odd => opposite(i) * self.stride + cell.wrapping_add_signed(-self.step(i)),
+                AaPhase::Even => i * self.stride,
+                AaPhase::Odd => (opposite(i) * self.stride).wrapping_add_signed(-self.step(i)),
             };
         }
         slots

@@ -4,7 +4,7 @@
 //! reflected by a wall follow from what was sent there. Cells in walls have zeros. On resuming, these numbers are put
 //! where a sweep from [`AaPhase::Even`] leaves them, and all that follows such a sweep is repeated.
 
-use super::dispatch::wrap_row_x;
+use super::dispatch::WrapX;
 use super::{AaPhase, Fluid, Real};
 use crate::domain::Block;
 use crate::lattice::{Q, opposite};
@@ -73,11 +73,12 @@ impl<T: Real> Fluid<T> {
     /// Resumes from the cells that have been [restored](Self::restore): what follows a sweep. Collective.
     pub fn resume(&mut self) {
         self.phase = AaPhase::Odd;
-        let [_, ny, nz] = self.layout.size;
+        let ([_, ny, nz], wrap) = (self.layout.size, WrapX::new(&self.layout, AaPhase::Even));
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             self.walls.bounce_row(AaPhase::Odd, &mut self.populations, y, z);
             if self.wrap_x {
-                wrap_row_x(&self.layout, AaPhase::Even, &mut self.populations, y as isize, z as isize);
+                let at = [y as isize, z as isize];
+                wrap.row(&mut self.populations, self.layout.cell(0, at[0], at[1]), at);
             } else {
                 self.walls.bounce_row_ends(&self.layout, AaPhase::Odd, &mut self.populations, y, z);
             }

@@ -60,8 +60,8 @@ pub trait Tally: Lanes<f64> {
     fn masked(self, mask: Self) -> Self;
     /// Adds the fixed-point number of `x`, and the bits of [`FIXED_MAGIC`], lane by lane.
     fn tally(self, x: Self) -> Self;
-    /// Sum of the integers in all lanes, wrapping.
-    fn total(self) -> i64;
+    /// Sums of the integers in all lanes of each, wrapping.
+    fn totals(sums: [Self; 4]) -> [i64; 4];
 }
 
 /// Registers of both precisions of one instruction set.
@@ -85,8 +85,8 @@ impl Tally for f64 {
         Self::from_bits(self.to_bits().wrapping_add((x + FIXED_MAGIC).to_bits()))
     }
     #[inline(always)]
-    fn total(self) -> i64 {
-        self.to_bits() as i64
+    fn totals([a, b, c, d]: [Self; 4]) -> [i64; 4] {
+        [a.to_bits() as i64, b.to_bits() as i64, c.to_bits() as i64, d.to_bits() as i64]
     }
 }
 
@@ -293,7 +293,7 @@ mod x86 {
     }
 
     macro_rules! tally {
-        ($($name:ident $width:literal: $and:ident $add:ident $to_integers:ident $to_numbers:ident
+        ($($name:ident: $and:ident $add:ident $to_integers:ident $to_numbers:ident $low:ident $high:ident $put:ident
            |$p:ident| $widen:expr;)*) => {$(
             impl Tally for $name {
                 #[inline(always)]
@@ -313,19 +313,55 @@ mod x86 {
                     Self(unsafe { $to_numbers($add($to_integers(self.0), $to_integers(x.0))) })
                 }
                 #[inline(always)]
-                fn total(self) -> i64 {
-                    let mut lanes = [0.0_f64; $width];
-                    // SAFETY: there are as many numbers.
-                    unsafe { self.store(lanes.as_mut_ptr()) };
-                    lanes.iter().fold(0, |sum, lane| sum.wrapping_add(lane.to_bits() as i64))
+                fn totals([a, b, c, d]: [Self; 4]) -> [i64; 4] {
+                    let mut totals = [0; 4];
+                    // SAFETY: the type exists only where its instruction set is enabled.
+                    unsafe {
+                        // Sums of neighbouring lanes of two registers, side by side.
+                        let (a, b) = ($to_integers(a.0), $to_integers(b.0));
+                        let (c, d) = ($to_integers(c.0), $to_integers(d.0));
+                        let ab = $add($low(a, b), $high(a, b));
+                        let cd = $add($low(c, d), $high(c, d));
+                        $put(totals.as_mut_ptr(), ab, cd);
+                    }
+                    totals
                 }
             }
         )*};
     }
+    /// Writes the totals of four registers from those of neighbouring lanes.
+    ///
+    /// # Safety
+    /// Four numbers can be written at `to`.
+    #[inline(always)]
+    unsafe fn put_narrow(to: *mut i64, ab: __m128i, cd: __m128i) {
+        // SAFETY: promised by the caller; unaligned stores.
+        unsafe {
+            _mm_storeu_si128(to.cast(), ab);
+            _mm_storeu_si128(to.add(2).cast(), cd);
+        }
+    }
+
+    /// The same; wide registers hold two halves.
+    ///
+    /// # Safety
+    /// Four numbers can be written at `to`, and the caller is compiled for AVX2.
+    #[inline(always)]
+    unsafe fn put_wide(to: *mut i64, ab: __m256i, cd: __m256i) {
+        // SAFETY: promised by the caller; unaligned store.
+        unsafe {
+            let halves =
+                [_mm256_permute2x128_si256::<0x20>(ab, cd), _mm256_permute2x128_si256::<0x31>(ab, cd)];
+            _mm256_storeu_si256(to.cast(), _mm256_add_epi64(halves[0], halves[1]));
+        }
+    }
+
     tally! {
-        F64x2 2: _mm_and_pd _mm_add_epi64 _mm_castpd_si128 _mm_castsi128_pd
+        F64x2: _mm_and_pd _mm_add_epi64 _mm_castpd_si128 _mm_castsi128_pd
+            _mm_unpacklo_epi64 _mm_unpackhi_epi64 put_narrow
             |p| _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(p.cast())));
-        F64x4 4: _mm256_and_pd _mm256_add_epi64 _mm256_castpd_si256 _mm256_castsi256_pd
+        F64x4: _mm256_and_pd _mm256_add_epi64 _mm256_castpd_si256 _mm256_castsi256_pd
+            _mm256_unpacklo_epi64 _mm256_unpackhi_epi64 put_wide
             |p| _mm256_cvtps_pd(_mm_loadu_ps(p));
     }
 

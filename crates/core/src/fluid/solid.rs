@@ -118,6 +118,17 @@ fn put_group<T>(values: &mut [T], x: usize, group: [T; GROUP]) {
     *values[x..].first_chunk_mut().expect("a chunk more than the row") = group;
 }
 
+/// [`GROUP`] of the fractions from one on, in the precision of the populations.
+#[inline(always)]
+fn real<T: Real>(cut: &[f32], from: usize) -> [T; GROUP] {
+    let group: &[f32; GROUP] = cut[from..].first_chunk().expect("a group more than the cut cells");
+    let mut all = [T::ZERO; GROUP];
+    for k in 0..GROUP {
+        all[k] = group[k].into();
+    }
+    all
+}
+
 impl<T: Real> SolidRow<T> {
     pub(crate) fn new(chunks: usize) -> Self {
         let cells = (chunks + 1) * CHUNK;
@@ -157,30 +168,34 @@ impl<T: Real> SolidRow<T> {
         self.cover(segment);
         let (x, end) = (segment.x as usize, segment.end() as usize);
         let (head, tail) = (usize::from(segment.head), usize::from(segment.tail));
-        let real = |from: usize| {
-            let mut all = [T::ZERO; GROUP];
-            for k in 0..GROUP {
-                all[k] = cut[from + k].into();
-            }
-            all
-        };
-        for done in (0..head).step_by(GROUP) {
-            put_group(&mut self.fraction, x + done, real(done));
+        let mut done = 0;
+        while done < head {
+            put_group(&mut self.fraction, x + done, real(cut, done));
+            done += GROUP;
         }
-        for at in (x + head..end - tail).step_by(GROUP) {
+        let mut at = x + head;
+        while at < end - tail {
             put_group(&mut self.fraction, at, [T::ONE; GROUP]);
+            at += GROUP;
         }
-        for done in (0..tail).step_by(GROUP) {
-            put_group(&mut self.fraction, end - tail + done, real(head + done));
+        done = 0;
+        while done < tail {
+            put_group(&mut self.fraction, end - tail + done, real(cut, head + done));
+            done += GROUP;
         }
         put_group(&mut self.fraction, end, [T::ZERO; GROUP]);
         assert!(end + R::WIDTH <= self.fraction.len());
-        for done in (0..end - x).step_by(R::WIDTH) {
-            let u = velocity.lanes::<R>(segment.offset[0] + done as i32);
-            for axis in 0..3 {
-                // SAFETY: all arrays are as long as the one just checked.
-                unsafe { u[axis].store(self.velocity[axis].as_mut_ptr().add(x + done)) };
+        let [to_x, to_y, to_z] = &mut self.velocity;
+        done = 0;
+        while done < end - x {
+            let [ux, uy, uz] = velocity.lanes::<R>(segment.offset[0] + done as i32);
+            // SAFETY: all arrays are as long as the one just checked.
+            unsafe {
+                ux.store(to_x.as_mut_ptr().add(x + done));
+                uy.store(to_y.as_mut_ptr().add(x + done));
+                uz.store(to_z.as_mut_ptr().add(x + done));
             }
+            done += R::WIDTH;
         }
     }
 

@@ -1,6 +1,6 @@
 //! Volume fractions of cells that flat faces cut.
 
-use super::volume_fraction::{behind_both, behind_plane};
+use super::volume_fraction::{Normal, behind_both};
 use crate::coupling::cover::{Intervals, Rows, Surface, load, store};
 use crate::coupling::faces::FacePlane;
 use crate::coupling::mapper::Mapper;
@@ -11,7 +11,8 @@ use crate::fluid::simd::{Choose, Lanes, Registers};
 pub(super) struct FlatSurface<'a> {
     mapper: &'a Mapper,
     planes: &'a [FacePlane],
-    /// The same, [`GROUP`] side by side; those that are none reach nowhere.
+    /// The same in single precision, and [`GROUP`] side by side; those that are none reach nowhere.
+    faces: Vec<Face>,
     groups: Vec<PlaneGroup>,
     /// Faces that reach into cells of the present row, in their order.
     near: Vec<NearFace>,
@@ -25,24 +26,24 @@ struct PlaneGroup {
     reach: [f32; GROUP],
 }
 
-/// A face as a row sees it: height `n_x x - rest` of a cell above it.
-#[derive(Clone, Copy, Default)]
-struct NearFace {
+/// A face: unit normal, and the largest height above it at which the centre of a cell may lie that it cuts.
+#[derive(Clone, Copy, Debug)]
+struct Face {
     normal: [f32; 3],
-    rest: f32,
     reach: f32,
+    volume: Normal<f32>,
 }
 
-impl NearFace {
-    #[inline(always)]
-    fn height<R: Choose<f32>>(&self, x: R) -> R {
-        R::splat(self.normal[0]) * x - R::splat(self.rest)
-    }
+/// A face that reaches into a row: its index, and the height `n_x x - rest` of a cell above it.
+#[derive(Clone, Copy, Debug)]
+struct NearFace {
+    face: u32,
+    rest: f32,
 }
 
 /// Cosine between normals.
 #[inline(always)]
-fn cosine(a: &NearFace, b: &NearFace) -> f32 {
+fn cosine(a: &Face, b: &Face) -> f32 {
     (a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1]) + a.normal[2] * b.normal[2]
 }
 
@@ -57,7 +58,12 @@ impl<'a> FlatSurface<'a> {
             }
             (group.offset[k], group.reach[k]) = (plane.rest(0.0, 0.0) as f32, plane.reach as f32);
         }
-        Self { mapper, planes, groups, near: Vec::with_capacity(planes.len()) }
+        let face = |plane: &FacePlane| {
+            let normal = plane.normal.map(|n| n as f32);
+            Face { normal, reach: plane.reach as f32, volume: Normal::unit(normal) }
+        };
+        let faces = planes.iter().map(face).collect();
+        Self { mapper, planes, faces, groups, near: Vec::with_capacity(planes.len()) }
     }
 }
 
@@ -90,7 +96,7 @@ impl Surface for FlatSurface<'_> {
             store(&mut found.inner[0], at, inner_low.min(c(FAR)));
             store(&mut found.inner[1], at, inner_high.max(c(-FAR)));
         }
-        found.rows(self.mapper.motion.centre[0])
+        found.rows::<V>(self.mapper.motion.centre[0])
     }
 
     #[inline(always)]
@@ -99,7 +105,7 @@ impl Surface for FlatSurface<'_> {
         let (first, last, y, z) = (first as f32 - centre, last as f32 - centre, y as f32, z as f32);
         self.near.clear();
         let c = |x: f32| V::F::splat(x);
-        for group in &self.groups {
+        for (first_face, group) in (0_u32..).step_by(GROUP).zip(&self.groups) {
             let (mut rests, mut above, mut any) = ([0.0; GROUP], [0.0; GROUP], false);
             for at in (0..GROUP).step_by(V::F::WIDTH) {
                 let of = |values: &[f32; GROUP]| load::<f32, V::F>(values, at);
@@ -112,8 +118,7 @@ impl Surface for FlatSurface<'_> {
             }
             if any {
                 for k in (0..GROUP).filter(|&k| above[k] > 0.0) {
-                    let normal = group.normal.map(|n| n[k]);
-                    self.near.push(NearFace { normal, rest: rests[k], reach: group.reach[k] });
+                    self.near.push(NearFace { face: first_face + k as u32, rest: rests[k] });
                 }
             }
         }
@@ -125,11 +130,11 @@ impl Surface for FlatSurface<'_> {
         let mut fractions = [0.0; GROUP];
         for at in (0..GROUP).step_by(V::F::WIDTH) {
             let x = load::<f32, V::F>(n, at) - centre;
-            if let Some(some) = together(&self.near, x) {
+            if let Some(some) = together(&self.faces, &self.near, x) {
                 store(&mut fractions, at, some);
             } else {
                 for k in at..at + V::F::WIDTH {
-                    fractions[k] = alone(&self.near, n[k] - self.mapper.motion.centre[0] as f32);
+                    fractions[k] = alone(&self.faces, &self.near, n[k] - self.mapper.motion.centre[0] as f32);
                 }
             }
         }
@@ -147,13 +152,14 @@ const MEETING: usize = 12;
 /// more faces meet there than can be evaluated together. Each is combined with the fraction behind the previous ones, at the cosine to
 /// the most similar of them.
 #[inline(always)]
-fn together<R: Choose<f32>>(faces: &[NearFace], x: R) -> Option<R> {
+fn together<R: Choose<f32>>(faces: &[Face], near: &[NearFace], x: R) -> Option<R> {
     let c = |x: f32| R::splat(x);
     let (mut fraction, mut outside) = (c(1.0), c(0.0));
     // Faces before that reach into some of the cells, and how high these are above them.
-    let (mut met, mut count) = ([(NearFace::default(), c(0.0)); MEETING], 0);
-    for face in faces {
-        let (height, reach) = (face.height(x), c(face.reach));
+    let (mut met, mut count) = ([(0, c(0.0)); MEETING], 0);
+    for near in near {
+        let face = &faces[near.face as usize];
+        let (height, reach) = (c(face.normal[0]) * x - c(near.rest), c(face.reach));
         let depth = c(-face.reach);
         if !height.any_greater(depth) {
             continue;
@@ -164,6 +170,7 @@ fn together<R: Choose<f32>>(faces: &[NearFace], x: R) -> Option<R> {
         outside = reach.if_greater(height, outside, c(1.0));
         let mut most_like = c(-1.0);
         for (other, above) in &met[..count] {
+            let other = &faces[*other];
             let cosine = cosine(face, other);
             // Where both reach into the cell.
             let common = (height - depth).min(*above + c(other.reach));
@@ -171,28 +178,30 @@ fn together<R: Choose<f32>>(faces: &[NearFace], x: R) -> Option<R> {
             let beyond = common.min(beyond_edge(height, *above, cosine));
             outside = beyond.if_greater(c(0.0), c(1.0), outside);
         }
-        let behind = behind_plane(height, face.normal.map(c));
+        let behind = face.volume.splat::<R>().behind(height);
         let both = behind_both(fraction, behind, most_like);
         let next = c(1.0).if_greater(fraction, both, behind);
         fraction = height.if_greater(depth, next, fraction);
-        met[count] = (*face, height);
+        met[count] = (near.face as usize, height);
         count += 1;
     }
     Some(outside.if_greater(c(0.0), c(0.0), fraction))
 }
 
 /// Volume fraction of one cell.
-fn alone(faces: &[NearFace], x: f32) -> f32 {
+fn alone(faces: &[Face], near: &[NearFace], x: f32) -> f32 {
     let mut fraction = 1.0;
-    for (at, face) in faces.iter().enumerate() {
-        let height = face.height(x);
+    for (at, NearFace { face, rest }) in near.iter().enumerate() {
+        let face = &faces[*face as usize];
+        let height = face.normal[0] * x - rest;
         if height >= face.reach {
             return 0.0;
         }
         if height > -face.reach {
             let mut most_like = -1.0;
-            for other in &faces[..at] {
-                let above = other.height(x);
+            for NearFace { face: other, rest } in &near[..at] {
+                let other = &faces[*other as usize];
+                let above = other.normal[0] * x - rest;
                 if above + other.reach > 0.0 && height + face.reach > 0.0 {
                     let cosine = cosine(face, other);
                     if beyond_edge(height, above, cosine) > 0.0 {
@@ -201,7 +210,7 @@ fn alone(faces: &[NearFace], x: f32) -> f32 {
                     most_like = if cosine > most_like { cosine } else { most_like };
                 }
             }
-            let behind = behind_plane(height, face.normal);
+            let behind = face.volume.behind(height);
             fraction = if fraction < 1.0 { behind_both(fraction, behind, most_like) } else { behind };
         }
     }
@@ -253,13 +262,16 @@ mod tests {
                     surface.enter_row::<Single>(y, z, first, first + 7);
                     for n in first..first + 8 {
                         let x = n as f32 - 0.2;
-                        let fraction = alone(&surface.near, x);
+                        let fraction = alone(&surface.faces, &surface.near, x);
                         cut += usize::from(fraction > 0.0 && fraction < 1.0);
-                        match together(&surface.near, x) {
+                        match together(&surface.faces, &surface.near, x) {
                             Some(together) => assert_eq!(together.to_bits(), fraction.to_bits()),
                             None => too_many += 1,
                         }
-                        let cuts = |face: &&NearFace| face.height(x).abs() < face.reach;
+                        let cuts = |near: &&NearFace| {
+                            let face = &surface.faces[near.face as usize];
+                            (face.normal[0] * x - near.rest).abs() < face.reach
+                        };
                         meeting = meeting.max(surface.near.iter().filter(cuts).count());
                     }
                 }

@@ -1,6 +1,6 @@
 //! Volume fractions of cells that curved surfaces cut.
 
-use super::volume_fraction::{LEAST, at_least, behind, behind_plane};
+use super::volume_fraction::{LEAST, Normal, at_least, behind_plane};
 use crate::coupling::cover::{Intervals, Rows, Surface, load, store};
 use crate::coupling::mapper::{HALF_DIAGONAL, Mapper};
 use crate::fluid::GROUP;
@@ -39,7 +39,7 @@ impl Surface for SphereSurface<'_> {
                 store(&mut ends[1], at, half);
             }
         }
-        within.rows(self.mapper.motion.centre[0])
+        within.rows::<V>(self.mapper.motion.centre[0])
     }
 
     #[inline(always)]
@@ -54,7 +54,8 @@ impl Surface for SphereSurface<'_> {
         for at in (0..GROUP).step_by(V::F::WIDTH) {
             let x = load::<f32, V::F>(n, at) - centre;
             let length = (x * x + square).sqrt().max(c(NEAR));
-            store(&mut fractions, at, behind((length + depth) * length, [at_least(x, least), my, mz]));
+            let normal = Normal::new([at_least(x, least), my, mz]);
+            store(&mut fractions, at, normal.behind((length + depth) * length));
         }
         fractions
     }
@@ -135,7 +136,7 @@ impl Surface for EllipsoidSurface<'_> {
                 }
             }
         }
-        found.rows(self.mapper.motion.centre[0])
+        found.rows::<V>(self.mapper.motion.centre[0])
     }
 
     #[inline(always)]
@@ -185,7 +186,7 @@ impl Surface for EllipsoidSurface<'_> {
             }
             // The normal is as long as the gradient.
             let distance = (s - least) * length + c(self.mapper.shift as f32);
-            store(&mut fractions, at, behind(distance * length, m));
+            store(&mut fractions, at, Normal::new(m).behind(distance * length));
         }
         if deep.contains(&1.0) {
             // As good as on the plane of symmetry, with nearest points on either side.

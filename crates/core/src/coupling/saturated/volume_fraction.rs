@@ -27,7 +27,7 @@ pub(super) const LEAST: f32 = 1e-4;
 #[inline(always)]
 pub(super) fn behind_plane<R: Choose<f32>>(d: R, n: [R; 3]) -> R {
     let least = R::splat(LEAST);
-    behind(d, [at_least(n[0], least), at_least(n[1], least), at_least(n[2], least)])
+    Normal::new([at_least(n[0], least), at_least(n[1], least), at_least(n[2], least)]).behind(d)
 }
 
 /// The size of a component of a normal, at least so large.
@@ -36,26 +36,79 @@ pub(super) fn at_least<R: Choose<f32>>(x: R, least: R) -> R {
     x.size().max(least)
 }
 
-/// The same from the sizes of the components; the normal may have any length if the distance is multiplied by it.
-#[inline(always)]
-pub(super) fn behind<R: Choose<f32>>(d: R, m: [R; 3]) -> R {
-    let c = |x: f32| R::splat(x);
-    let (low, high) = (m[0].min(m[1]), m[0].max(m[1]));
-    let (m1, rest, m3) = (low.min(m[2]), low.max(m[2]), high.max(m[2]));
-    let m2 = high.min(rest);
-    let cube = |x: R| {
-        let x = x.max(c(0.0));
-        (x * x) * x
-    };
-    // By symmetry the smaller part.
-    let both = m1 + m2;
-    let q = (c(0.5) * (both + m3) - d.size()).max(c(0.0));
-    let corner = m1 * ((c(3.0) * q) * (q - m1) + m1 * m1) - ((cube(m1 - q) + cube(q - m2)) + cube(q - m3));
-    let product = c(6.0) * (m1 * m2);
-    let band = product * (q - c(0.5) * both);
-    let part = both.if_greater(q, corner, band).over(product * m3);
-    let part = part.max(c(0.0)).min(c(0.5));
-    d.if_greater(c(0.0), part, c(1.0) - part)
+/// What the volume behind a plane needs of its normal.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Normal<R> {
+    /// `m_1 <= m_2 <= m_3`, and the square of the first.
+    sizes: [R; 3],
+    square: R,
+    /// `s / 2` and `(m_1 + m_2) / 2`.
+    half: R,
+    half_both: R,
+    both: R,
+    /// `6 m_1 m_2`, and that times `m_3`.
+    product: R,
+    divisor: R,
+}
+
+impl Normal<f32> {
+    /// The unit vector `n`.
+    pub(super) fn unit(n: [f32; 3]) -> Self {
+        Self::new([at_least(n[0], LEAST), at_least(n[1], LEAST), at_least(n[2], LEAST)])
+    }
+
+    /// The same for all lanes.
+    #[inline(always)]
+    pub(super) fn splat<R: Choose<f32>>(&self) -> Normal<R> {
+        let [m1, m2, m3] = self.sizes;
+        Normal {
+            sizes: [R::splat(m1), R::splat(m2), R::splat(m3)],
+            square: R::splat(self.square),
+            half: R::splat(self.half),
+            half_both: R::splat(self.half_both),
+            both: R::splat(self.both),
+            product: R::splat(self.product),
+            divisor: R::splat(self.divisor),
+        }
+    }
+}
+
+impl<R: Choose<f32>> Normal<R> {
+    /// From the sizes of the components; it may have any length if distances are multiplied by it.
+    #[inline(always)]
+    pub(super) fn new(m: [R; 3]) -> Self {
+        let (low, high) = (m[0].min(m[1]), m[0].max(m[1]));
+        let (m1, rest, m3) = (low.min(m[2]), low.max(m[2]), high.max(m[2]));
+        let m2 = high.min(rest);
+        let (both, product, half) = (m1 + m2, R::splat(6.0) * (m1 * m2), R::splat(0.5));
+        Self {
+            sizes: [m1, m2, m3],
+            square: m1 * m1,
+            half: half * (both + m3),
+            half_both: half * both,
+            both,
+            product,
+            divisor: product * m3,
+        }
+    }
+
+    /// Volume fraction of cells behind the plane at the signed distance `d` of their centres.
+    #[inline(always)]
+    pub(super) fn behind(&self, d: R) -> R {
+        let (c, [m1, m2, m3]) = (|x: f32| R::splat(x), self.sizes);
+        let cube = |x: R| {
+            let x = x.max(c(0.0));
+            (x * x) * x
+        };
+        // By symmetry the smaller part.
+        let q = (self.half - d.size()).max(c(0.0));
+        let corner =
+            m1 * ((c(3.0) * q) * (q - m1) + self.square) - ((cube(m1 - q) + cube(q - m2)) + cube(q - m3));
+        let band = self.product * (q - self.half_both);
+        let part = self.both.if_greater(q, corner, band).over(self.divisor);
+        let part = part.max(c(0.0)).min(c(0.5));
+        d.if_greater(c(0.0), part, c(1.0) - part)
+    }
 }
 
 /// Distance (cells) by which a surface with this sum of principal curvatures (1 / cells) is moved in.
