@@ -147,9 +147,7 @@ impl Coupling {
         // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
-        let Cover { added, cut } = &mut self.cover;
-        added.clear();
-        cut.clear();
+        self.cover.begin(&mut self.segments);
         for i in order {
             let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
             mapper.each_image(&self.decomposition.domain, self.block, reference, i, |image| {

@@ -7,7 +7,7 @@
 //! | constant | from |
 //! |---|---|
 //! | cell | `fluid` of `hindered_settling --fluid-only`, in f32 and f64 |
-//! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells: `hindered_settling` (12 to 13 ns at N 10, 8 ns at N 18), `cubes_settling` (31 ns), `ellipsoids` (72 ns) |
+//! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells and the time of a cell (AVX2, another machine): spheres 5.2 at N 10, 4.7 at N 9, 2.9 at N 18; `cubes_settling` 7.1, `stl_particles` 8; `shear_cell` (ellipsoids) 4.4 |
 //! | particle | `dem` of `--no-contact` (60 ns) and the search for pairs (190 ns, `hindered_settling` at N 18 without a contact) |
 //! | contact | rest of `dem` over the contacts: `hindered_settling` at volume fraction 0.3, `cubes_settling`, `ellipsoids`, and `hindered_settling` with `contact.geometry = "sampled"` |
 //! | message, byte | `seconds_per_message` and `seconds_per_byte` of `mpirun -n 2 turbid bench hindered_settling.toml --json` |
@@ -55,6 +55,7 @@ pub(super) enum Form {
     Sphere,
     /// Flat faces only.
     Flat,
+    Ellipsoid,
     Other,
 }
 
@@ -64,6 +65,8 @@ impl Form {
             Self::Sphere
         } else if template.shape.as_polyhedron().is_some() {
             Self::Flat
+        } else if template.shape.as_ellipsoid().is_some() {
+            Self::Ellipsoid
         } else {
             Self::Other
         }
@@ -72,16 +75,21 @@ impl Form {
     /// What a covered cell costs beyond one of the fluid (s).
     pub(super) fn covered_cell(self) -> f64 {
         match self {
-            Self::Sphere => 11e-9,
-            Self::Flat => 31e-9,
+            Self::Sphere | Self::Ellipsoid => 22e-9,
+            Self::Flat => 37e-9,
             Self::Other => 70e-9,
         }
+    }
+
+    /// Returns true if the overlap of such bodies is found without sampling.
+    fn has_overlap(self) -> bool {
+        matches!(self, Self::Sphere | Self::Flat)
     }
 
     /// A contact of two bodies in one sub-step (s).
     pub(super) fn contact(self, other: Self, model: &ContactModel) -> f64 {
         let samples = match model.geometry {
-            Geometry::Exact if self != Self::Other && other != Self::Other => {
+            Geometry::Exact if self.has_overlap() && other.has_overlap() => {
                 return if self == Self::Sphere && other == Self::Sphere { 0.17e-6 } else { 1e-6 };
             }
             Geometry::Exact => sampled::DEFAULT_SAMPLES,

@@ -5,7 +5,7 @@
 
 use super::mapper::{Image, Mapper};
 use crate::fluid::simd::{Choose, Lanes, Registers, Single};
-use crate::fluid::{GROUP, Real, Segment, Simd};
+use crate::fluid::{GROUP, Real, RowSegments, Segment, Simd};
 
 /// Covered cells, as they are found.
 #[derive(Default)]
@@ -89,6 +89,12 @@ pub(super) fn store<T, R: Lanes<T>>(values: &mut [T; GROUP], at: usize, register
 }
 
 impl Cover {
+    /// Begins anew, with the memory of segments that are no longer needed.
+    pub(super) fn begin(&mut self, former: &mut RowSegments) {
+        self.added.clear();
+        former.clear(&mut self.cut);
+    }
+
     /// Adds the cells of a periodic image of a body, with the instructions `simd`; they do not change a bit.
     pub(super) fn add<S: Surface>(&mut self, surface: S, mapper: &Mapper, image: &Image, simd: Simd) {
         macro_rules! compiled_for {

@@ -208,6 +208,13 @@ pub struct RowSegments {
 }
 
 impl RowSegments {
+    /// Removes all; `cut` gets the memory of the fractions.
+    pub fn clear(&mut self, cut: &mut Vec<f32>) {
+        (self.segments.clear(), self.start.clear(), self.cut.clear());
+        std::mem::swap(&mut self.cut, cut);
+        cut.clear();
+    }
+
     /// Sorts `added`, pairs of row and segment. In a row they come by ascending cells; those that overlap stay in the order in
     /// which they were added. `cut` are the fractions that they refer to, and takes the former ones.
     pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)], cut: &mut Vec<f32>) {

@@ -1,6 +1,6 @@
 //! Memory layout of the populations of a block.
 
-use super::solid::CHUNK;
+use super::solid::{CHUNK, GROUP};
 use crate::lattice::{C, Q, opposite};
 
 /// Memory slots that hold the populations between two steps (AA pattern).
@@ -25,7 +25,7 @@ impl AaPhase {
 
 /// Structure of arrays with one layer of ghost cells: `index = i * stride + cell`, `cell = x + pitch * (row)`.
 ///
-/// Rows are padded to whole chunks and at least one more, so that kernels may run over the end of a row: the slots of
+/// Rows are padded to whole chunks and a group more, so that kernels may run over the end of a row: the slots of
 /// different cells are disjoint, and ghost slots are refreshed by the halo exchange before they are read.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -40,7 +40,7 @@ pub(crate) struct Layout {
 impl Layout {
     /// Layout of a block of `size` cells for numbers of `bytes` bytes; nothing if an address cannot count them.
     pub(crate) fn new(size: [usize; 3], bytes: usize) -> Option<Self> {
-        let pitch = size[0].checked_next_multiple_of(CHUNK)?.checked_add(CHUNK)?;
+        let pitch = size[0].checked_next_multiple_of(CHUNK)?.checked_add(GROUP)?;
         let rows = size[1].checked_add(2)?.checked_mul(size[2].checked_add(2)?)?;
         // A stride of 5 cache lines modulo the page puts the 19 arrays into different sets of the caches; a power of
         // two would put all into one.

@@ -220,3 +220,44 @@ impl Surface for SmoothSurface<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coupling::tests::coupled;
+    use crate::coupling::{Method, Saturated, SolidOperator};
+    use crate::fluid::RigidMotion;
+    use crate::fluid::simd::Single;
+    use crate::math::Quat;
+    use crate::shape::{Ellipsoid, Shape};
+    use std::sync::Arc;
+
+    #[test]
+    fn the_fractions_of_an_ellipsoid_are_those_of_its_distance_cell_by_cell() {
+        let params = coupled(Method::Saturated(Saturated::new(SolidOperator::Sc3)));
+        for (axes, turn) in [
+            ([6.0, 6.0, 3.0], Quat::from_euler_angles(0.3, -0.7, 1.1)),
+            ([3.1, 7.9, 4.2], Quat::from_euler_angles(-1.2, 0.4, 0.2)),
+            ([5.0, 5.0, 5.0], Quat::identity()),
+        ] {
+            let semi_axes = Vec3::from(axes) * params.units.dx;
+            let shape: Arc<dyn Shape> = Arc::new(Ellipsoid::new(semi_axes).unwrap());
+            let motion = RigidMotion { centre: [0.2, 0.1, -0.3], ..RigidMotion::default() };
+            let mapper = Mapper::new(&shape, turn, motion, &params, 0.02);
+            let (fast, exact) = (EllipsoidSurface::new(&mapper, semi_axes), SmoothSurface(&mapper));
+            let (mut cut, mut worst) = (0, 0.0_f32);
+            for (ny, nz) in (-10..=10).flat_map(|ny| (-10..=10).map(move |nz| (ny, nz))) {
+                let (y, z) = (f64::from(ny) - 0.1, f64::from(nz) + 0.3);
+                for first in [-12, -4, 4] {
+                    let n = std::array::from_fn(|k| (first + k as i32) as f32);
+                    let [a, b] = [fast.fractions::<Single>(&n, y, z), exact.fractions::<Single>(&n, y, z)];
+                    for (a, b) in a.into_iter().zip(b) {
+                        cut += usize::from(b > 0.0 && b < 1.0);
+                        worst = worst.max((a - b).abs());
+                    }
+                }
+            }
+            assert!(cut > 400 && worst < 1e-4, "{axes:?}: {worst} in {cut} cut cells");
+        }
+    }
+}
