@@ -250,7 +250,8 @@ impl Clipper {
     }
 
     fn bound(&mut self) -> (Vec3, f64) {
-        let (lo, hi) = bounding_box(self.positions());
+        let positions = &self.positions[..];
+        let (lo, hi) = bounding_box(self.live.iter().map(|&v| positions[v as usize]));
         *self.ball.insert((0.5 * (lo + hi), 0.5 * (hi - lo).norm()))
     }
 
@@ -270,18 +271,6 @@ impl Clipper {
         }
     }
 
-    /// The half-edge that follows along the face to the left.
-    #[inline]
-    fn next(&self, half_edge: u32) -> u32 {
-        turned_back(self.twin(half_edge))
-    }
-
-    #[inline]
-    fn join(&mut self, a: u32, b: u32) {
-        self.edges[a as usize].twin = b;
-        self.edges[b as usize].twin = a;
-    }
-
     /// Takes away what lies more than `slack` (m) above the plane; the new face gets the number `face`.
     pub(super) fn cut(&mut self, plane: &Plane, face: u32, slack: f64) -> Cut {
         let old = self.positions.len();
@@ -299,16 +288,15 @@ impl Clipper {
             self.split((pair >> 32) as u32, pair as u32, face);
         }
         // Along the face to the left of its edge back, every new corner finds the one before it on the rim.
-        for new in old as u32..self.positions.len() as u32 {
-            let mut edge = self.next(4 * new);
-            loop {
-                let twin = self.twin(edge);
-                if (twin >> 2) as usize >= old {
-                    self.join(4 * new + 1, (twin & !3) + 2);
-                    break;
-                }
-                edge = turned_back(twin);
+        let edges = &mut self.edges[..];
+        for new in (4 * old as u32..edges.len() as u32).step_by(4) {
+            let mut twin = edges[new as usize].twin;
+            while (twin >> 2) < old as u32 {
+                twin = edges[turned_back(twin) as usize].twin;
             }
+            let (edge, end) = (new + 1, (twin & !3) + 2);
+            edges[edge as usize].twin = end;
+            edges[end as usize].twin = edge;
         }
         std::mem::swap(&mut self.live, &mut self.kept);
         self.live.truncate(kept);
@@ -325,12 +313,14 @@ impl Clipper {
         self.heights.resize(all.max(self.heights.len()), 0.0);
         self.kept.resize(count.max(self.kept.len()), 0);
         self.gone.resize(count.max(self.gone.len()), 0);
+        let (positions, heights) = (&self.positions[..], &mut self.heights[..]);
+        let (stay, go) = (&mut self.kept[..], &mut self.gone[..]);
         let (mut kept, mut gone) = (0, 0);
         for &v in &self.live {
-            let height = plane.height(&self.positions[v as usize]);
-            self.heights[v as usize] = height;
-            self.kept[kept] = v;
-            self.gone[gone] = v;
+            let height = plane.height(&positions[v as usize]);
+            heights[v as usize] = height;
+            stay[kept] = v;
+            go[gone] = v;
             let above = height > slack;
             kept += usize::from(!above);
             gone += usize::from(above);
@@ -344,13 +334,15 @@ impl Clipper {
         let from_below = kept <= gone;
         let from = if from_below { &self.kept[..kept] } else { &self.gone[..gone] };
         self.trimmed.resize((3 * from.len() + 1).max(self.trimmed.len()), 0);
+        let (edges, heights, trimmed) = (&self.edges[..], &self.heights[..], &mut self.trimmed[..]);
         let mut count = 0;
         for &v in from {
-            for edge in 4 * v..4 * v + 3 {
-                let there = self.edges[edge as usize].twin;
-                let above = self.heights[(there >> 2) as usize] > slack;
-                let (low, high) = if from_below { (edge, there) } else { (there, edge) };
-                self.trimmed[count] = u64::from(low) << 32 | u64::from(high);
+            let first = 4 * v;
+            for (edge, half_edge) in (first..).zip(&edges[first as usize..first as usize + 3]) {
+                let there = half_edge.twin;
+                let above = heights[(there >> 2) as usize] > slack;
+                let pair = u64::from(edge) << 32 | u64::from(there);
+                trimmed[count] = if from_below { pair } else { pair.rotate_left(32) };
                 count += usize::from(above == from_below);
             }
         }
@@ -390,26 +382,29 @@ impl Clipper {
             self.pending[(v >> 4) as usize] |= 0b111 << (4 * (v & 15));
         }
         self.faces.clear();
+        let (positions, edges, pending) = (&self.positions[..], &self.edges[..], &mut self.pending[..]);
+        let next = |edge: u32| turned_back(edges[edge as usize].twin);
+        let corner = |edge: u32| positions[(edge >> 2) as usize] - origin;
         let (mut volume, mut first) = (0.0, Vec3::zeros());
         let (mut area, mut moment) = (Vec3::zeros(), Vec3::zeros());
-        for word in 0..self.pending.len() {
-            while self.pending[word] != 0 {
-                let start = 64 * word as u32 + self.pending[word].trailing_zeros();
-                let face = self.edges[start as usize].face;
+        for word in 0..pending.len() {
+            while pending[word] != 0 {
+                let start = 64 * word as u32 + pending[word].trailing_zeros();
+                let face = edges[start as usize].face;
                 self.faces.push(face);
-                let a = self.positions[(start >> 2) as usize] - origin;
+                let a = corner(start);
                 let (mut twice, mut lever, mut part, mut part_first) =
                     (Vec3::zeros(), Vec3::zeros(), 0.0, Vec3::zeros());
-                self.pending[word] &= self.pending[word] - 1;
-                let mut edge = self.next(start);
-                let mut b = self.positions[(edge >> 2) as usize] - origin;
+                pending[word] &= pending[word] - 1;
+                let mut edge = next(start);
+                let mut b = corner(edge);
                 loop {
-                    self.pending[(edge >> 6) as usize] &= !(1 << (edge & 63));
-                    edge = self.next(edge);
+                    pending[(edge >> 6) as usize] &= !(1 << (edge & 63));
+                    edge = next(edge);
                     if edge == start {
                         break;
                     }
-                    let c = self.positions[(edge >> 2) as usize] - origin;
+                    let c = corner(edge);
                     let s = (b - a).cross(&(c - a));
                     let sum = a + b + c;
                     let six = a.dot(&s);

@@ -165,14 +165,14 @@ impl Workshop {
         self.planes.extend_from_slice(&first.planes);
         // The face that looks at the first body most takes most away: then there is less to do for the others.
         let mut facing = (f64::NEG_INFINITY, 0);
-        for plane in &second.planes {
+        self.planes.extend(second.planes.iter().enumerate().map(|(n, plane)| {
             let normal = turned(turn, &plane.normal);
             let offset = plane.offset + normal.dot(&shift);
             if -offset > facing.0 {
-                facing = (-offset, self.planes.len());
+                facing = (-offset, own + n);
             }
-            self.planes.push(Plane { normal, offset });
-        }
+            Plane { normal, offset }
+        }));
         let scale = COPLANAR * first.reach.min(second.reach);
         self.reached.clear();
         self.reached.resize(self.planes.len(), false);

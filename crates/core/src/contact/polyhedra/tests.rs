@@ -332,7 +332,7 @@ fn a_cube_that_sinks_through_a_wall_stays_finite_and_continuous() {
 #[test]
 fn a_hint_changes_no_overlap_whatever_pair_it_is_of() {
     let mut random = random(15);
-    let solids: Vec<Solid> = (0..6).map(|_| random_solid(&mut random)).chain([cube(0.8)]).collect();
+    let solids: Vec<Solid> = (0..6).map(|_| random_solid(&mut random, 4, 0.0)).chain([cube(0.8)]).collect();
     let (mut hint, mut touching, mut used) = (Hint::default(), 0, 0);
     for _ in 0..2000 {
         let [a, b] = [0, 1].map(|_| &solids[random.random_range(0..solids.len())]);
